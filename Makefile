@@ -1,0 +1,72 @@
+# One command for each job; each brings the environment that it needs.
+#   make demo    a wheel's friction from the example record
+#   make test    the tests
+#   make check   everything that must pass before a change goes in
+#   make docs    the documentation, its examples executed
+#   make clean   remove what the above made, but for the environment
+#
+# PYTHON names the interpreter that makes the environment (3.11 or newer): make test PYTHON=python3.12
+
+PYTHON ?= python3
+VENV ?= .venv
+JOBS ?= 2
+
+BIN := $(VENV)/bin
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+PINS := pyproject.toml constraints.txt
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.PHONY: help demo test check lint format types contracts docs clean
+
+help:
+	@sed -n 's/^#   //p' Makefile
+
+# pip comes last when an environment is made: where it stands, the environment is whole.
+$(BIN)/pip:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "gyrostat needs Python 3.11 or newer; $(PYTHON) is not. Try: make PYTHON=python3.12" >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+# A stamp says that a set is installed; a larger set stamps the smaller ones that it contains.
+$(VENV)/.runtime: $(PINS) | $(BIN)/pip
+	$(INSTALL) -e .
+	@touch $@
+
+$(VENV)/.test: $(PINS) | $(BIN)/pip
+	$(INSTALL) -e '.[test]'
+	@touch $(VENV)/.runtime $@
+
+$(VENV)/.check: $(PINS) | $(BIN)/pip
+	$(INSTALL) -e '.[test,check,docs]'
+	@touch $(VENV)/.runtime $(VENV)/.test $@
+
+demo: $(VENV)/.runtime
+	$(BIN)/gyrostat identify examples/wheel_profile2.csv --inertia 1.5e-3 --speed-sigma 5rpm --out demo-out
+	@echo "The report: demo-out/report.html"
+
+test: $(VENV)/.test
+	$(BIN)/python -m pytest -n $(JOBS) -q tests
+
+lint: $(VENV)/.check
+	$(BIN)/ruff check .
+
+format: $(VENV)/.check
+	$(BIN)/ruff format --check .
+
+types: $(VENV)/.check
+	$(BIN)/basedpyright --pythonpath $(BIN)/python
+
+contracts: $(VENV)/.check
+	$(BIN)/lint-imports --no-logo
+
+docs: $(VENV)/.check
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	@echo "The documentation: docs/_build/html/index.html"
+
+# The tests stand last, so that their closing line is the last one seen.
+check: lint format types contracts docs test
+
+clean:
+	rm -rf build dist demo-out docs/_build .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	find src tests docs -name __pycache__ -type d -prune -exec rm -rf {} +

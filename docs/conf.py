@@ -1,0 +1,38 @@
+"""The documentation: MyST pages whose examples run while it is built, and nothing fetched."""
+
+import os
+
+import gyrostat
+
+# The examples run in kernels that inherit these.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+os.environ.setdefault("JAX_PLATFORMS", "cpu")
+
+project = "gyrostat"
+author = "the gyrostat authors"
+copyright = "the gyrostat authors, Apache-2.0"
+release = version = gyrostat.__version__
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
+exclude_patterns = ["_build", "**/.ipynb_checkpoints"]
+
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
+myst_heading_anchors = 3
+
+# Every example runs at every build, and one that fails, fails the build.
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+
+napoleon_use_ivar = True  # fields listed under "Attributes:" are documented once
+autodoc_default_options = {
+    "members": True,
+    "imported-members": True,  # a package's public names live in its modules
+    "show-inheritance": True,
+}
+autodoc_member_order = "groupwise"
+autodoc_typehints_format = "short"
+
+html_theme = "furo"
+html_title = f"gyrostat {release}"
