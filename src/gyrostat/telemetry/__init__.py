@@ -1,0 +1,7 @@
+"""Bench records: motor current and wheel speed over time, read, checked and written."""
+
+from gyrostat.telemetry.read import read_record
+from gyrostat.telemetry.record import Record
+from gyrostat.telemetry.write import write_record
+
+__all__ = ["Record", "read_record", "write_record"]

@@ -1,0 +1,222 @@
+"""Which column of a file plays which role, and in which unit."""
+
+import difflib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from gyrostat.errors import InputError
+from gyrostat.telemetry.fault import fault, listed, place, shown
+from gyrostat.units import SI_UNIT, Unit, find_unit, known_unit
+
+
+@dataclass(frozen=True)
+class Role:
+    """What a column can mean to a record."""
+
+    name: str
+    names: tuple[str, ...]
+    """Column names taken for this role when the caller names none, without their unit."""
+    dimension: str | None
+    """Key of `gyrostat.units.SI_UNIT`; None for a column without unit."""
+    required: bool = False
+    unit_optional: bool = False
+
+
+ROLES = {
+    role.name: role
+    for role in (
+        Role("time", ("time", "t"), "time", required=True),
+        Role("current", ("current", "i"), "current", required=True),
+        Role("speed", ("speed", "omega", "ω", "velocity", "w"), "speed", required=True),
+        Role("temperature", ("temperature", "temp"), "temperature"),
+        # Of a setpoint without unit only the sign is used.
+        Role("setpoint", ("setpoint", "direction"), "speed", unit_optional=True),
+        Role("valid", ("valid",), None),
+    )
+}
+_NO_UNIT = Unit("")
+_NO_UNIT_SPELLINGS = ("", "-", "1")
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column as the file's header describes it."""
+
+    index: int
+    names: tuple[str, ...]
+    """Its long and its short name, or the only one."""
+    unit: str = ""
+    """Its cell in the row of units."""
+
+
+@dataclass(frozen=True)
+class Header:
+    """The columns of a file, and where they are described (None where the file has no rows)."""
+
+    file: Path
+    columns: tuple[Column, ...]
+    row: int | None = None
+    units_row: int | None = None
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The column that plays a role, and the unit of its numbers."""
+
+    index: int
+    name: str
+    unit: Unit
+
+
+def choose_columns(
+    header: Header, columns: Mapping[str, str] | None, units: Mapping[str, str] | None
+) -> dict[str, Chosen]:
+    """Find the column and the unit of each role.
+
+    Args:
+        header: the columns of the file.
+        columns: role -> column name, for the roles that are not to be found by their usual names.
+        units: role -> unit, which overrules the header.
+
+    Returns:
+        Role -> column, for the roles that the file has.
+
+    Raises:
+        InputError: a column is missing, named twice or ambiguous; a unit is missing or unknown.
+    """
+    wanted = _by_role(header.file, "columns", columns)
+    stated = _by_role(header.file, "units", units)
+    found: dict[str, tuple[Column, str]] = {}
+    for role, name in wanted.items():
+        found[role] = _called(header, role, name)
+    claimed = {column.index: role for role, (column, _) in found.items()}
+    if len(claimed) < len(found):
+        raise fault(header.file, "one column for two roles", "a column of its own for each role")
+    for role in ROLES.values():
+        if role.name not in found:
+            hit = _usual(header, role, claimed)
+            if hit is not None:
+                found[role.name] = hit
+    return {
+        role: Chosen(column.index, name, _unit(header, ROLES[role], column, stated.get(role)))
+        for role, (column, name) in found.items()
+    }
+
+
+def _by_role(file: Path, option: str, given: Mapping[str, str] | None) -> dict[str, str]:
+    """The caller's mapping with 'direction' read as 'setpoint'; unknown roles are refused."""
+    roles = [role for role in ROLES if option != "units" or ROLES[role].dimension]
+    result: dict[str, str] = {}
+    for key, value in (given or {}).items():
+        role = "setpoint" if key == "direction" else key
+        if role not in roles:
+            expected = f"one of {', '.join(roles)}"
+            raise fault(file, f"role {shown(key)} in {option}", expected)
+        if role in result:
+            raise fault(file, f"setpoint and direction in {option}", "one of the two")
+        result[role] = value
+    return result
+
+
+def _split(name: str, dimension: str | None) -> tuple[str, str]:
+    """Take the unit off a column name: 'speed [rpm]', 'speed (rpm)', 'speed_rad_s'."""
+    bracketed = re.fullmatch(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*", name)
+    if bracketed:
+        return bracketed[1], (bracketed[2] or bracketed[3] or "").strip()
+    if dimension is not None:
+        for mark in re.finditer("_", name):
+            suffix = name[mark.end() :]
+            for spelling in (suffix.replace("_", "/"), suffix.replace("_", " ")):
+                if known_unit(spelling, dimension):
+                    return name[: mark.start()], spelling
+    return name, ""
+
+
+def _called(header: Header, role: str, wanted: str) -> tuple[Column, str]:
+    """The column that the caller names: exactly, or else in another case, or without its unit."""
+    dimension = ROLES[role].dimension
+    for key in (str, str.casefold, lambda name: _split(name, dimension)[0].casefold()):
+        hits = [
+            (column, name)
+            for column in header.columns
+            for name in column.names
+            if key(name) == key(wanted)
+        ]
+        if hits:
+            return _only(header, role, hits)
+    raise _absent(header, f"a column {shown(wanted)} for {role}", wanted, dimension)
+
+
+def _usual(header: Header, role: Role, claimed: Mapping[int, str]) -> tuple[Column, str] | None:
+    """The column that has a usual name of the role; None where an optional role has none."""
+    free = [
+        (column, name)
+        for column in header.columns
+        if column.index not in claimed
+        for name in column.names
+    ]
+    hits = [hit for hit in free if _split(hit[1], role.dimension)[0].casefold() in role.names]
+    if hits:
+        return _only(header, role.name, hits)
+    if not role.required:
+        return None
+    for _, name in free:
+        base, _, suffix = name.partition("_")
+        # A long usual name followed by what is no unit of this role: most likely its unit is wrong.
+        if role.dimension and suffix and len(base) > 1 and base.casefold() in role.names:
+            find_unit(suffix, role.dimension, place(header.file, header.row, name))
+    expected = f"one for {role.name}, called {' or '.join(role.names)}, or named in columns"
+    raise _absent(header, expected, role.name, role.dimension)
+
+
+def _absent(header: Header, expected: str, wanted: str, dimension: str | None) -> InputError:
+    """The error for a column that is not there: lists those that are, and the nearest of them."""
+    names = [name for column in header.columns for name in column.names]
+    spellings = {_split(name, dimension)[0].casefold(): name for name in names}
+    spellings |= {name.casefold(): name for name in names}
+    near = difflib.get_close_matches(wanted.casefold(), spellings, n=1)
+    hint = f"; did you mean {shown(spellings[near[0]])}?" if near else ""
+    return fault(header.file, f"columns {listed(names)}", expected + hint, header.row)
+
+
+def _only(header: Header, role: str, hits: list[tuple[Column, str]]) -> tuple[Column, str]:
+    """The one column among the hits (one may be hit by its long and its short name)."""
+    if len({column.index for column, _ in hits}) == 1:
+        return hits[0]
+    names = [name for _, name in hits]
+    if len(set(names)) == 1:
+        raise fault(header.file, f"column {shown(names[0])} twice", f"one for {role}", header.row)
+    expected = f"one for {role}, or the one to take named in columns"
+    raise fault(header.file, f"columns {listed(names)}", expected, header.row)
+
+
+def _unit(header: Header, role: Role, column: Column, option: str | None) -> Unit:
+    """The unit of a column: of the option, else of the row of units and of the names."""
+    if role.dimension is None:
+        return _NO_UNIT
+    in_names = [(_split(name, role.dimension)[1], header.row) for name in column.names]
+    # A bracket need not hold a unit ('velocity (left)') where a row of units tells it.
+    if column.unit:
+        in_names = [(text, row) for text, row in in_names if known_unit(text, role.dimension)]
+    stated = [(column.unit, header.units_row), *in_names]
+    if option is not None:
+        stated = [(option, None)]
+    name = column.names[0]
+    units: list[Unit] = []
+    for text, row in stated:
+        if role.unit_optional and text.strip() in _NO_UNIT_SPELLINGS:
+            continue
+        if text.strip():
+            units.append(find_unit(text, role.dimension, place(header.file, row, name)))
+    if not units and role.unit_optional:
+        return _NO_UNIT
+    if not units:
+        example = f"{role.name} [{SI_UNIT[role.dimension]}]"
+        expected = f"one in the header ({example!r}), in a row of units, or in units"
+        raise fault(header.file, "no unit", expected, header.row, name)
+    if any(unit != units[0] for unit in units):
+        found = f"units {' and '.join(unit.symbol for unit in units)}"
+        raise fault(header.file, found, "one unit", header.row, name)
+    return units[0]

@@ -1,0 +1,55 @@
+"""Wording of messages: the one line that says what is wrong with a file."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from gyrostat.errors import InputError
+
+_LONGEST = 60  # characters of a file's text shown in a message
+_MOST = 30  # names listed in a message
+
+
+def shown(text: str) -> str:
+    """Text from a file in quotes, on one line, shortened."""
+    return repr(text if len(text) <= _LONGEST else text[:_LONGEST] + "...")
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names from a file as one line, shortened."""
+    quoted = [shown(name) for name in names]
+    more = f" and {len(quoted) - _MOST} more" if len(quoted) > _MOST else ""
+    return ", ".join(quoted[:_MOST]) + more
+
+
+def counted(count: int, noun: str = "sample") -> str:
+    """'1 sample', '2 samples'."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def place(file: Path, row: int | None = None, column: str | None = None) -> str:
+    """'FILE: row R, column C', as far as known."""
+    # A file name may hold line breaks and bytes that are no text.
+    name = str(file) if str(file).isprintable() else repr(str(file))
+    parts = [f"row {row}"] if row is not None else []
+    if column is not None:
+        parts.append(f"column {shown(column)}")
+    return f"{name}: {', '.join(parts)}" if parts else name
+
+
+def fault(
+    file: Path, found: str, expected: str, row: int | None = None, column: str | None = None
+) -> InputError:
+    """The error 'FILE: row R, column C: found X, expected Y'; row is the line in a text file."""
+    return InputError(f"{place(file, row, column)}: found {found}, expected {expected}")
+
+
+def too_many(file: Path, max_samples: int, row: int | None = None) -> InputError:
+    """The error for a file with more samples than the caller wants to read."""
+    expected = "no more: split the file, or raise max_samples"
+    return fault(file, f"more than {counted(max_samples)}", expected, row)
+
+
+def damaged(file: Path, wanted: str, error: Exception) -> InputError:
+    """The error for a file whose bytes are not what its suffix says."""
+    reason = " ".join(str(error).split()) or type(error).__name__
+    return fault(file, f"damaged or other content ({shown(reason)})", wanted)

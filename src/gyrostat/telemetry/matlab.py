@@ -1,0 +1,208 @@
+"""MATLAB files of version 5 to 7: the variables that are vectors of numbers.
+
+Read here rather than by scipy.io.loadmat, which ends the whole process on some damaged files.
+The format is that of "MAT-File Format" (MathWorks), chapter 1.
+"""
+
+import struct
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.telemetry.assemble import Measured
+from gyrostat.telemetry.columns import Chosen, Column, Header
+from gyrostat.telemetry.fault import counted, damaged, fault, shown, too_many
+
+_WANTED = "a MATLAB file of version 5 to 7"
+_FILE_HEADER = 128  # bytes
+_MATRIX, _COMPRESSED = 14, 15  # types of the elements that a file consists of
+_STORED = {
+    1: "i1",
+    2: "u1",
+    3: "i2",
+    4: "u2",
+    5: "i4",
+    6: "u4",
+    7: "f4",
+    9: "f8",
+    12: "i8",
+    13: "u8",
+}
+_NUMBERS = range(6, 16)  # classes of matrices of numbers: double to uint64
+_OTHERS = {1: "cell", 2: "struct", 4: "char", 5: "sparse"}
+_COMPLEX = 0x0800
+_LONGEST_DESCRIPTION = 1024  # bytes that hold class, shape and name; a name has at most 63
+
+
+class _DamageError(Exception):
+    """The bytes are not what the format asks for."""
+
+
+_VIOLATIONS = (_DamageError, struct.error, zlib.error)
+
+
+class _Element(NamedTuple):
+    """A tagged piece of data: its type, and where it and what follows it lie."""
+
+    kind: int
+    start: int
+    size: int
+    after: int
+
+
+@dataclass(frozen=True)
+class _Variable:
+    """A variable as the file describes it."""
+
+    name: str
+    kind: int
+    is_complex: bool
+    shape: tuple[int, ...]
+    data: int
+    """Where the data lies in the content."""
+    content: Callable[[int], bytes]
+    """The first so many bytes of the variable's content, uncompressed."""
+
+
+def read_mat(
+    file: Path, choose: Callable[[Header], Mapping[str, Chosen]], max_samples: int
+) -> Measured:
+    """Read the vectors of a MATLAB file of version 5 to 7.
+
+    Args:
+        file: a regular file.
+        choose: header -> role -> variable.
+        max_samples: refuse more samples than that.
+
+    Returns:
+        The chosen variables; none has empty cells.
+
+    Raises:
+        InputError: no such MATLAB file, too many samples, or a variable that is no real vector.
+        OSError: the file cannot be read.
+    """
+    with file.open("rb") as stream:
+        order = _byte_order(file, stream.read(_FILE_HEADER))
+        try:
+            variables = list(_variables(stream, order))
+        except _VIOLATIONS as error:
+            raise damaged(file, _WANTED, error) from None
+        columns = (Column(index, (one.name,)) for index, one in enumerate(variables))
+        chosen = choose(Header(file, tuple(columns)))
+        values = {}
+        for role, column in chosen.items():
+            variable = variables[column.index]
+            _require_real_vector(file, variable)
+            if max(variable.shape) > max_samples:
+                raise too_many(file, max_samples)
+            try:
+                values[role] = _vector(variable, order)
+            except _VIOLATIONS as error:
+                raise damaged(file, _WANTED, error) from None
+    count = values["time"].size
+    for role, column in chosen.items():
+        if values[role].size != count:
+            expected = f"{count} as in {shown(chosen['time'].name)}"
+            found = counted(values[role].size, "value")
+            raise fault(file, found, expected, column=column.name)
+    empty = {role: np.zeros(count, np.bool_) for role in values}
+    return Measured(file, chosen, values, empty, np.arange(1, count + 1))
+
+
+def _byte_order(file: Path, header: bytes) -> str:
+    """'<' or '>' for struct and numpy; versions that are not read are refused."""
+    order = {b"IM": "<", b"MI": ">"}.get(header[126:])
+    version = struct.unpack(f"{order}H", header[124:126])[0] if order else 0
+    if version == 0x0100 and order:
+        return order
+    found = "a MATLAB file of version 7.3 (HDF5)" if version == 0x0200 else "other content"
+    raise fault(file, found, f"{_WANTED} (MATLAB: save with '-v7'), or CSV")
+
+
+def _variables(stream: BinaryIO, order: str) -> Iterator[_Variable]:
+    """Describe each variable of a file, without reading its data."""
+    start = _FILE_HEADER
+    end = stream.seek(0, 2)
+    while start < end:
+        stream.seek(start)
+        kind, size = struct.unpack(f"{order}II", stream.read(8))
+        if kind not in (_MATRIX, _COMPRESSED) or start + 8 + size > end:
+            raise _DamageError(f"element of type {kind} and {size} bytes at byte {start}")
+        yield _described(_content(stream, start, size, kind == _COMPRESSED), order)
+        start += 8 + size
+
+
+def _content(stream: BinaryIO, start: int, size: int, compressed: bool) -> Callable[[int], bytes]:
+    """Give access to the first bytes of a variable, tag included."""
+
+    def first(count: int) -> bytes:
+        stream.seek(start + 8 if compressed else start)
+        if not compressed:
+            return stream.read(min(count, size + 8))
+        # What cannot be compressed grows, by far less than this.
+        packed = stream.read(min(size, 2 * count))
+        return zlib.decompressobj().decompress(packed, count)
+
+    return first
+
+
+def _element(content: bytes, start: int, order: str) -> _Element:
+    """Read the tag at a position."""
+    (kind,) = struct.unpack_from(f"{order}I", content, start)
+    if kind >> 16:  # up to four bytes stand in the tag itself
+        return _Element(kind & 0xFFFF, start + 4, kind >> 16, start + 8)
+    (size,) = struct.unpack_from(f"{order}I", content, start + 4)
+    return _Element(kind, start + 8, size, start + 8 + size + -size % 8)
+
+
+def _described(content: Callable[[int], bytes], order: str) -> _Variable:
+    """Read class, shape and name, with which a variable begins."""
+    head = content(_LONGEST_DESCRIPTION)
+    outer = _element(head, 0, order)
+    flags = _element(head, outer.start, order)
+    (bits,) = struct.unpack_from(f"{order}I", head, flags.start)
+    kind = bits & 0xFF
+    if kind not in _NUMBERS and kind not in _OTHERS:
+        # Objects begin otherwise, and hold no record.
+        return _Variable("", kind, False, (), 0, content)
+    shape = _element(head, flags.after, order)
+    name = _element(head, shape.after, order)
+    if outer.kind != _MATRIX or shape.size > 4 * 32 or name.start + name.size > len(head):
+        raise _DamageError("a variable without class, shape and name")
+    return _Variable(
+        name=head[name.start : name.start + name.size].decode("latin-1"),
+        kind=kind,
+        is_complex=bool(bits & _COMPLEX),
+        shape=struct.unpack_from(f"{order}{shape.size // 4}i", head, shape.start),
+        data=name.after,
+        content=content,
+    )
+
+
+def _require_real_vector(file: Path, variable: _Variable) -> None:
+    kind, shape = variable.kind, variable.shape
+    if kind in _NUMBERS and not variable.is_complex and len(shape) == 2 and min(shape) == 1:
+        return
+    what = "complex numbers" if variable.is_complex else _OTHERS.get(kind, "numbers")
+    found = f"{'x'.join(map(str, shape))} of {what}"
+    raise fault(file, found, "a vector of real numbers", column=variable.name)
+
+
+def _vector(variable: _Variable, order: str) -> NDArray[np.float64]:
+    """Read the numbers of a vector, (N,); they may be stored narrower than their class."""
+    count = max(variable.shape)
+    # Some bytes more than there are, so that the checksum of compressed data is reached.
+    content = variable.content(variable.data + 8 + 8 * count + 8)
+    data = _element(content, variable.data, order)
+    stored = _STORED.get(data.kind)
+    if stored is None or data.size != count * np.dtype(stored).itemsize:
+        raise _DamageError(f"{data.size} bytes of type {data.kind} for {count} numbers")
+    if data.start + data.size > len(content):
+        raise _DamageError("data that ends too soon")
+    numbers = np.frombuffer(content, np.dtype(f"{order}{stored}"), count, data.start)
+    return numbers.astype(np.float64)

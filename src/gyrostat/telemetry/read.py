@@ -1,0 +1,84 @@
+"""Reading a bench record from a file."""
+
+import os
+import stat
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+
+from gyrostat.telemetry.assemble import assemble
+from gyrostat.telemetry.columns import choose_columns
+from gyrostat.telemetry.fault import fault
+from gyrostat.telemetry.matlab import read_mat
+from gyrostat.telemetry.parquet import read_parquet
+from gyrostat.telemetry.record import Record
+from gyrostat.telemetry.text import read_text
+
+_READERS = {
+    **dict.fromkeys((".csv", ".txt", ".tsv", ".dat"), read_text),
+    ".parquet": read_parquet,
+    ".mat": read_mat,
+}
+
+
+def read_record(
+    path: str | os.PathLike[str],
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    unsigned_current: bool = False,
+    max_samples: int = 2_000_000,
+) -> Record:
+    """Read a bench record: delimited text, Parquet or a MATLAB file, told by the suffix.
+
+    Text may have any delimiter, one to three header rows (names, units, short names), comments
+    before them, and a decimal comma where the comma is not the delimiter. Units stand in the
+    names ('speed [rpm]', 'speed (rpm)', 'speed_rpm'), in the row of units, or in `units`.
+
+    An empty speed cell, or 0 in the column valid, marks a missing sample; an empty cell of another
+    column holds its previous value there, and is an error elsewhere.
+
+    Args:
+        path: file with the suffix .csv, .txt, .tsv, .dat, .parquet or .mat.
+        columns: role -> column name. Roles are time, current, speed, and where wanted
+            temperature, setpoint (or direction) and valid. A role that is not given is found by
+            its name.
+        units: role -> unit, which overrules the header.
+        unsigned_current: the current is a magnitude: its sign is that of the setpoint, or of the
+            speed where there is no setpoint or it is 0. Where that is 0 too, the sign before holds.
+        max_samples: more samples than that are refused, and no more than that are read.
+
+    Returns:
+        The record in SI, named after the file, with remarks on what was done in `notes`.
+
+    Raises:
+        InputError: the file cannot be read or its content cannot be used; one line that names
+            the file, the row and the column, what was found and what was expected.
+    """
+    file = Path(path)
+    reader = _READERS.get(file.suffix.lower())
+    if reader is None:
+        found = f"the suffix {file.suffix!r}" if file.suffix else "no suffix"
+        raise fault(file, found, f"one of {', '.join(_READERS)}")
+    _require_readable(file)
+    choose = partial(choose_columns, columns=columns, units=units)
+    try:
+        measured = reader(file, choose, max_samples)
+    except OSError as error:
+        raise fault(file, f"an unreadable file ({error.strerror})", "a record") from None
+    return assemble(measured, unsigned_current)
+
+
+def _require_readable(file: Path) -> None:
+    try:
+        status = file.stat()
+        # Opening a pipe would wait for whoever writes to it.
+        if stat.S_ISREG(status.st_mode):
+            file.open("rb").close()
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+        reason = getattr(error, "strerror", None) or str(error)
+        raise fault(file, f"no readable file ({reason})", "a record") from None
+    if not stat.S_ISREG(status.st_mode):
+        what = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe or device"
+        raise fault(file, what, "a file")
+    if status.st_size == 0:
+        raise fault(file, "an empty file", "a record")

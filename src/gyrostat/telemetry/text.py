@@ -1,0 +1,258 @@
+"""Delimited text: what the file says, read line by line in bounded memory."""
+
+import csv
+import math
+import re
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import chain, islice, takewhile
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.telemetry.assemble import Measured
+from gyrostat.telemetry.columns import Chosen, Column, Header
+from gyrostat.telemetry.fault import counted, fault, listed, shown, too_many
+from gyrostat.units import SI_UNIT, known_unit
+
+_LONGEST_LINE = 64 * 1024  # bytes
+_LOOKED_AT = 24  # lines that tell the delimiter
+_BLANKS = " "  # stands for a run of blanks
+_DELIMITERS = (",", ";", "\t", "|", _BLANKS)  # of equally good ones the first is taken
+_TRUTH = {"true": "1", "false": "0"}
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", re.ASCII)
+
+_Line = tuple[int, str]
+_Row = tuple[int, list[str]]
+
+
+def read_text(
+    file: Path, choose: Callable[[Header], Mapping[str, Chosen]], max_samples: int
+) -> Measured:
+    """Read delimited text.
+
+    Args:
+        file: a regular file.
+        choose: header -> role -> column.
+        max_samples: stop with an error after so many samples.
+
+    Returns:
+        The chosen columns.
+
+    Raises:
+        InputError: the file is no text, has no header, or a row does not fit it.
+        OSError: the file cannot be read.
+    """
+    with file.open("rb") as stream:
+        lines = _from_header(_lines(file, stream))
+        looked_at = list(islice(lines, _LOOKED_AT))
+        if len(looked_at) < 2:
+            found = "a header and no samples" if looked_at else "no text but comments and blanks"
+            raise fault(file, found, "a header row and samples")
+        delimiter = _delimiter([text for _, text in looked_at])
+        top = [(row, _cells(text, delimiter)) for row, text in looked_at]
+        rows = chain(top, ((row, _cells(text, delimiter)) for row, text in lines))
+        header, header_rows = _header(file, top[:3])
+        chosen = choose(header)
+        numbers = _Numbers(file, delimiter)
+        width = len(header.columns)
+        trailing = len(top[0][1]) > width
+        samples = _fitted(header, islice(rows, header_rows, None), trailing)
+        values, empty, taken = _read_samples(file, chosen, samples, numbers, max_samples)
+    notes = ["trailing delimiter ignored"] if any(len(cells) > width for _, cells in top) else []
+    notes += ["decimal comma"] if numbers.comma else []
+    return Measured(file, chosen, values, empty, taken, tuple(notes))
+
+
+def _lines(file: Path, stream: BinaryIO) -> Iterator[_Line]:
+    """Number (from 1) and text of each line that is not blank."""
+    row = 0
+    while line := stream.readline(_LONGEST_LINE + 1):
+        row += 1
+        if len(line) > _LONGEST_LINE:
+            raise fault(file, f"a line longer than {_LONGEST_LINE} bytes", "rows of a table", row)
+        if b"\0" in line:
+            raise fault(file, "a zero byte", "text in UTF-8 or Latin-1", row)
+        try:
+            text = line.decode("utf-8-sig" if row == 1 else "utf-8")
+        except UnicodeDecodeError:
+            text = line.decode("latin-1")
+        text = text.rstrip("\r\n")
+        if "\r" in text:
+            raise fault(
+                file, "a carriage return inside a line", "lines that end in LF or CRLF", row
+            )
+        if text.strip():
+            yield row, text
+
+
+def _from_header(lines: Iterator[_Line]) -> Iterator[_Line]:
+    """The lines without the comments before the header."""
+    for line in lines:
+        if not line[1].lstrip().startswith("#"):
+            yield line
+            yield from lines
+
+
+def _cells(text: str, delimiter: str) -> list[str]:
+    """The cells of a line, without quotes and surrounding blanks."""
+    if '"' in text:
+        # Line by line, so that an open quote cannot swallow the rest of the file.
+        cells = next(csv.reader([text.strip(" ")], delimiter=delimiter, skipinitialspace=True))
+    else:
+        cells = text.split() if delimiter == _BLANKS else text.split(delimiter)
+    return [cell.strip() for cell in cells]
+
+
+def _trimmed(cells: list[str]) -> list[str]:
+    """The cells without the empty ones at the end."""
+    width = len(cells)
+    while width and not cells[width - 1]:
+        width -= 1
+    return cells[:width]
+
+
+def _is_number(cell: str) -> bool:
+    """Whether a cell is meant as a number, 'nan' and 'inf' included."""
+    try:
+        float(cell)
+    except ValueError:
+        return _DECIMAL_COMMA.fullmatch(cell) is not None
+    return True
+
+
+def _delimiter(texts: list[str]) -> str:
+    """The delimiter whose rows fit the header best and hold most numbers."""
+
+    def score(delimiter: str) -> tuple[float, float, int]:
+        header, *rows = (_cells(text, delimiter) for text in texts)
+        width = len(_trimmed(header))
+        if width < 2:
+            return 0.0, 0.0, 0
+        fitting = sum(len(row) >= width >= len(_trimmed(row)) for row in rows) / len(rows)
+        filled = [cell for row in rows for cell in row if cell]
+        numbers = sum(_is_number(cell) for cell in filled) / max(len(filled), 1)
+        return fitting * numbers, fitting, width
+
+    return max(_DELIMITERS, key=score)
+
+
+def _header(file: Path, top: list[_Row]) -> tuple[Header, int]:
+    """Read the header from the first rows; and how many rows it takes.
+
+    Names, then perhaps a row of units, and beside that perhaps a row of short names.
+    """
+    (names_row, names), *others = [(row, _trimmed(cells)) for row, cells in top]
+    if all(_is_number(cell) for cell in names if cell):
+        expected = "column names (a line that starts with '#' is taken as a comment)"
+        found = f"no names but {listed(names[:3]) or 'empty cells'}"
+        raise fault(file, found, expected, names_row)
+    below = list(takewhile(lambda line: _is_wording(line[1]), others))
+    spelled = [sum(_is_unit(cell) for cell in cells) for _, cells in below]
+    units_row, units, short = None, [], []
+    if any(spelled):
+        units_row, units = below.pop(spelled.index(max(spelled)))
+        if below and _are_different(below[0][1]):
+            short = below[0][1]
+    header_rows = 1 + bool(units) + bool(short)
+    for row, cells in others[: header_rows - 1]:
+        if len(cells) > len(names):
+            raise fault(file, counted(len(cells), "cell"), f"{len(names)} as in the header", row)
+    columns = tuple(
+        Column(
+            index,
+            tuple(name for name in (names[index], *short[index : index + 1]) if name),
+            "".join(units[index : index + 1]).strip("[]()"),
+        )
+        for index in range(len(names))
+    )
+    return Header(file, columns, names_row, units_row), header_rows
+
+
+def _is_wording(cells: list[str]) -> bool:
+    return any(cells) and not any(_is_number(cell) for cell in cells)
+
+
+def _are_different(cells: list[str]) -> bool:
+    """Whether the cells can be names; a row of 'NA' is a bad sample."""
+    filled = [cell for cell in cells if cell]
+    return len(set(filled)) == len(filled)
+
+
+def _is_unit(cell: str) -> bool:
+    return any(known_unit(cell.strip("[]()"), dimension) for dimension in SI_UNIT)
+
+
+class _Numbers:
+    """Reads the numbers of one file, which uses one decimal mark throughout."""
+
+    def __init__(self, file: Path, delimiter: str):
+        self.file = file
+        self.comma_allowed = delimiter != ","
+        self.point = False
+        self.comma = False
+
+    def read(self, cell: str, row: int, column: str) -> float:
+        """The number in a cell."""
+        try:
+            # Python would read '1_000' as a number.
+            value = float("" if "_" in cell else cell)
+        except ValueError:
+            if not self.comma_allowed or _DECIMAL_COMMA.fullmatch(cell) is None:
+                raise fault(self.file, shown(cell), "a number", row, column) from None
+            value = float(cell.replace(",", "."))
+            self.comma = True
+        if not self.point:
+            self.point = "." in cell
+        if self.comma and self.point:
+            # '1,234' may be a thousand in such a file.
+            expected = "one decimal mark, comma or point, in the whole file"
+            raise fault(self.file, shown(cell), expected, row, column)
+        return value
+
+
+def _fitted(header: Header, rows: Iterable[_Row], trailing: bool) -> Iterator[_Row]:
+    """The rows that hold anything, each as wide as the header.
+
+    A row may end in delimiters without need. Where the header does, every row must: otherwise an
+    empty last cell could as well be one that is missing.
+    """
+    width = len(header.columns)
+    for row, cells in rows:
+        if not any(cells):
+            continue
+        short = len(cells) < width or (trailing and len(cells) == width and not cells[-1])
+        if short or any(cells[width:]):
+            found = counted(len(cells) - (trailing and not cells[-1]), "cell")
+            raise fault(header.file, found, f"{width} as in the header", row)
+        yield row, cells
+
+
+def _read_samples(
+    file: Path,
+    chosen: Mapping[str, Chosen],
+    samples: Iterable[_Row],
+    numbers: _Numbers,
+    max_samples: int,
+) -> tuple[dict[str, NDArray[np.float64]], dict[str, NDArray[np.bool_]], NDArray[np.int64]]:
+    """Numbers and empty cells of the chosen columns, by role; and the row of each sample."""
+    rows = array("q")
+    values = {role: array("d") for role in chosen}
+    empty = {role: bytearray() for role in chosen}
+    for row, cells in samples:
+        if len(rows) == max_samples:
+            raise too_many(file, max_samples, row)
+        rows.append(row)
+        for role, column in chosen.items():
+            cell = cells[column.index]
+            if role == "valid":
+                cell = _TRUTH.get(cell.lower(), cell)
+            values[role].append(numbers.read(cell, row, column.name) if cell else math.nan)
+            empty[role].append(not cell)
+    return (
+        {role: np.frombuffer(series, np.float64) for role, series in values.items()},
+        {role: np.frombuffer(gaps, np.bool_) for role, gaps in empty.items()},
+        np.frombuffer(rows, np.int64),
+    )

@@ -1,0 +1,61 @@
+"""Writing a record to a file that `read_record` reads back without loss."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.files import whole_file
+from gyrostat.telemetry.fault import fault
+from gyrostat.telemetry.record import Record
+
+_BLOCK = 10_000  # rows turned into text at once
+
+
+def write_record(record: Record, path: str | os.PathLike[str]) -> None:
+    """Write a record as CSV or Parquet, told by the suffix.
+
+    The columns are time_s, current_A, speed_rad/s and, where the record has them,
+    temperature_degC and setpoint (without a unit, as it may be a mere direction). A missing speed
+    sample is an empty cell. Numbers are read back bit by bit; name and notes are not written. The
+    file appears under its name only when it is whole.
+
+    Args:
+        record: what to write.
+        path: file to write or replace, with the suffix .csv or .parquet.
+
+    Raises:
+        InputError: another suffix, or the file cannot be written.
+    """
+    file = Path(path)
+    writer = {".csv": _write_csv, ".parquet": _write_parquet}.get(file.suffix.lower())
+    if writer is None:
+        raise fault(file, f"the suffix {file.suffix!r}", "one of .csv, .parquet")
+    columns = {"time_s": record.time, "current_A": record.current, "speed_rad/s": record.speed}
+    if record.temperature is not None:
+        columns["temperature_degC"] = record.temperature
+    if record.setpoint is not None:
+        columns["setpoint"] = record.setpoint
+    with whole_file(file) as unfinished:
+        writer(unfinished, columns)
+
+
+def _write_csv(file: Path, columns: dict[str, NDArray[np.float64]]) -> None:
+    with file.open("w", encoding="utf-8", newline="\n") as stream:
+        stream.write(",".join(columns) + "\n")
+        for start in range(0, columns["time_s"].size, _BLOCK):
+            block = [series[start : start + _BLOCK].tolist() for series in columns.values()]
+            stream.writelines(
+                ",".join("" if number != number else repr(number) for number in row) + "\n"
+                for row in zip(*block, strict=True)
+            )
+
+
+def _write_parquet(file: Path, columns: dict[str, NDArray[np.float64]]) -> None:
+    import pyarrow
+    import pyarrow.parquet
+
+    # from_pandas: NaN, which marks a missing sample, becomes null.
+    arrays = {name: pyarrow.array(series, from_pandas=True) for name, series in columns.items()}
+    pyarrow.parquet.write_table(pyarrow.table(arrays), file)

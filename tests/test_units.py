@@ -1,0 +1,196 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gyrostat.errors import InputError
+from gyrostat.units import RPM, SI_UNIT, find_unit, known_unit, parse_quantity, to_si
+
+
+def test_si_units_are_spelled_as_the_outputs_spell_them():
+    assert SI_UNIT == {
+        "time": "s",
+        "current": "A",
+        "speed": "rad/s",
+        "torque": "N·m",
+        "motor_constant": "N·m/A",
+        "inertia": "kg·m²",
+        "viscous": "N·m·s/rad",
+        "temperature": "°C",
+        "angle": "rad",
+    }
+
+
+@pytest.mark.parametrize(("dimension", "unit"), SI_UNIT.items())
+def test_si_units_convert_exactly(dimension, unit):
+    for value in (-0.0, 0.1, 1e300, 5e-324):
+        converted = to_si(value, unit, dimension)
+        assert (converted, math.copysign(1.0, converted)) == (value, math.copysign(1.0, value))
+
+
+# Factors worked out by hand, not taken from the table.
+@pytest.mark.parametrize(
+    ("dimension", "spellings", "si"),
+    [
+        ("time", "s|S|sec|seconds", 1.0),
+        ("time", "ms|msec", 0.001),
+        ("time", "us|µs|\u03bcs", 1e-6),
+        ("time", "min|Min", 60.0),
+        ("time", "h|hours", 3600.0),
+        ("current", "A|amps|Ampere", 1.0),
+        ("current", "mA", 0.001),
+        ("current", "uA|µA", 1e-6),
+        ("speed", "rad/s|rad / s|rad·s⁻¹|rad s^-1|rad.s-1|rad per s|RAD/S|rad/sec", 1.0),
+        ("speed", "deg/s|°/s|° / s|Deg/s", 0.017453292519943295),
+        ("speed", "rpm|RPM|Rpm|rev/min|r/min|1/min|min^-1|min⁻¹|U/min", 0.10471975511965977),
+        ("speed", "rev/s|rps", 6.283185307179586),
+        ("torque", "N·m|Nm|N.m|N m|N*m|N⋅m| N·m ", 1.0),
+        ("torque", "mN·m|mNm|mN m", 0.001),
+        ("torque", "uNm|µN·m", 1e-6),
+        ("motor_constant", "N·m/A|Nm/A|N m / A|N.m.A^-1", 1.0),
+        ("motor_constant", "mN·m/A|mNm/A", 0.001),
+        ("inertia", "kg·m²|kg m2|kg.m^2|kg*m^2|kgm2|kg·m**2|N·m·s²", 1.0),
+        ("inertia", "kg·cm²", 1e-4),
+        ("inertia", "g·cm²|gcm2|g cm^2", 1e-7),
+        ("inertia", "g·m²", 1e-3),
+        ("inertia", "kg·mm²", 1e-6),
+        ("inertia", "g·mm²", 1e-9),
+        ("viscous", "N·m·s/rad|N·m·s|Nms|N m s/rad|N·m/(rad/s)", 1.0),
+        ("viscous", "mN·m·s/rad|mNms", 1e-3),
+        ("viscous", "µN·m·s/rad", 1e-6),
+        ("viscous", "N·m/rpm|Nm/rpm", 9.549296585513721),
+        ("viscous", "mNm/rpm", 9.549296585513721e-3),
+        ("angle", "rad", 1.0),
+        ("angle", "deg|°|degrees", 0.017453292519943295),
+    ],
+)
+def test_factors_and_spellings(dimension, spellings, si):
+    for spelling in spellings.split("|"):
+        assert to_si(1.0, spelling, dimension) == pytest.approx(si, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "celsius"),
+    [(20.5, "degC", 20.5), (20.5, "C", 20.5), (273.15, "K", 0.0), (212.0, "degF", 100.0)],
+)
+def test_temperatures_have_an_offset(value, unit, celsius):
+    assert to_si(value, unit, "temperature") == pytest.approx(celsius, abs=1e-12)
+
+
+def test_rpm_constant():
+    assert pytest.approx(to_si(1.0, "rpm", "speed"), rel=1e-16) == RPM
+
+
+def test_arrays_keep_their_shape_and_numbers_become_floats():
+    assert isinstance(to_si(3, "rpm", "speed"), float)
+    converted = to_si(np.array([[0, 60], [30, 120]]), "rpm", "speed")
+    np.testing.assert_allclose(converted, 2 * np.pi * np.array([[0, 1], [0.5, 2]]), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("unit", "dimension"),
+    [
+        ("MA", "current"),  # mega
+        ("ma", "current"),
+        ("a", "current"),
+        ("MS", "time"),
+        ("Ms", "time"),
+        ("m s", "time"),
+        ("nm", "torque"),  # nanometre
+        ("MN·m", "torque"),
+        ("Hz", "speed"),  # of radians or of revolutions?
+        ("1/s", "speed"),
+        ("rpm", "torque"),
+        ("", "speed"),
+        ("rad/", "speed"),
+    ],
+)
+def test_other_units_are_refused_not_guessed(unit, dimension):
+    assert known_unit(unit, dimension) is None
+    with pytest.raises(InputError, match="found unit"):
+        find_unit(unit, dimension, "here")
+
+
+def test_an_unknown_unit_lists_the_known_and_the_nearest():
+    with pytest.raises(InputError) as caught:
+        find_unit("MA", "current", "--units current")
+    assert str(caught.value) == (
+        "--units current: found unit 'MA', expected a unit of current: A, mA, µA;"
+        " did you mean 'mA'?"
+    )
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, [0.0, math.nan]])
+def test_only_finite_numbers_convert(value):
+    with pytest.raises(InputError, match="finite"):
+        to_si(value, "rpm", "speed")
+
+
+def test_a_number_too_large_for_si_is_refused():
+    with pytest.raises(InputError, match="finite"):
+        to_si(1e308, "h", "time")
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "si"),
+    [
+        ("4rpm", "speed", 0.41887902047863906),
+        ("4 rpm", "speed", 0.41887902047863906),
+        (" -4.0 RPM ", "speed", -0.41887902047863906),
+        ("0.418879", "speed", 0.418879),
+        ("1.5e-3", "inertia", 0.0015),
+        ("1.5e-3kg.m^2", "inertia", 0.0015),
+        ("15000 g cm²", "inertia", 0.0015),
+        ("+.5mNm", "torque", 0.0005),
+        ("5.", "torque", 5.0),
+        ("300 K", "temperature", 26.85),
+        ("25", "temperature", 25.0),
+        ("2 h", "time", 7200.0),
+    ],
+)
+def test_quantities(text, dimension, si):
+    assert parse_quantity(text, dimension, "here") == pytest.approx(si, rel=1e-14)
+
+
+@pytest.mark.parametrize("text", ["", "rpm", "four rpm", "nan", "inf", "-", ".", "0x10", "1_0"])
+@pytest.mark.parametrize("dimension", SI_UNIT)
+def test_what_is_no_quantity_is_refused(text, dimension):
+    with pytest.raises(InputError) as caught:
+        parse_quantity(text, dimension, "--hold x")
+    message = str(caught.value)
+    assert message.startswith("--hold x")
+    assert repr(text) in message
+    assert SI_UNIT[dimension] in message
+
+
+def test_quantity_errors_name_the_place_and_the_accepted_units():
+    with pytest.raises(InputError) as caught:
+        parse_quantity("4 rmp", "speed", "--hold stribeck_speed")
+    assert str(caught.value) == (
+        "--hold stribeck_speed '4 rmp': found unit 'rmp', expected a unit of speed:"
+        " rad/s, deg/s, rpm, rev/s; did you mean 'rpm'?"
+    )
+
+
+def test_an_infinite_quantity_is_refused():
+    with pytest.raises(InputError, match="finite number"):
+        parse_quantity("1e999 rpm", "speed", "here")
+
+
+@given(st.text(max_size=30), st.sampled_from(sorted(SI_UNIT)))
+def test_any_text_is_a_finite_quantity_or_an_input_error(text, dimension):
+    try:
+        value = parse_quantity(text, dimension, "here")
+    except InputError as error:
+        message = str(error)
+    else:
+        message = ""
+        assert math.isfinite(value)
+    assert message.isprintable()
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from(sorted(SI_UNIT)))
+def test_a_bare_number_is_si_and_exact(value, dimension):
+    assert parse_quantity(repr(value), dimension, "here") == value
