@@ -1,0 +1,167 @@
+"""model.toml: one wheel with its friction, in SI units, for everything that comes after.
+
+[wheel]
+inertia = 0.0015          # kg·m²
+motor_constant = 0.0228   # N·m/A
+
+[friction]
+model = "stribeck"
+viscous = 4.83e-06        # N·m·s/rad
+...
+
+[sigma]                   # standard deviations of identified parameters, optional
+motor_constant = 1.8e-05
+
+[origin]                  # free text on where the numbers come from, optional
+method = "batch"
+"""
+
+import difflib
+import json
+import math
+import tomllib
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from gyrostat.errors import InputError
+from gyrostat.files import write_whole
+from gyrostat.friction import FRICTION_MODELS, Friction
+from gyrostat.units import SI_UNIT
+from gyrostat.wheel.wheel import Wheel
+
+_WHEEL = {"inertia": "inertia", "motor_constant": "motor_constant"}
+
+
+@dataclass(frozen=True)
+class WheelModel:
+    """The content of a model file.
+
+    Attributes:
+        friction: friction model.
+        values: parameter name -> value, SI; the inertia may be missing.
+        sigma: parameter name -> standard deviation, SI, of identified parameters.
+        origin: where the numbers come from, as text.
+    """
+
+    friction: type[Friction]
+    values: Mapping[str, float]
+    sigma: Mapping[str, float] = field(default_factory=dict)
+    origin: Mapping[str, str] = field(default_factory=dict)
+
+    def wheel(self) -> Wheel:
+        """The wheel.
+
+        Raises:
+            InputError: a parameter that a wheel needs is missing, as the inertia is when a method
+                that does not need it identified the friction.
+        """
+        missing = [n for n in (*_WHEEL, *self.friction.dimensions()) if n not in self.values]
+        if missing:
+            raise InputError(f"wheel model: found no {missing[0]}, expected its value")
+        return Wheel(
+            inertia=self.values["inertia"],
+            motor_constant=self.values["motor_constant"],
+            friction=self.friction(**{n: self.values[n] for n in self.friction.dimensions()}),
+        )
+
+
+def write_model(path: Path, model: WheelModel) -> None:
+    """Write a model file; numbers are read back bit by bit.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    dimensions = {**_WHEEL, **model.friction.dimensions()}
+
+    def lines(names: Collection[str], values: Mapping[str, float]) -> list[str]:
+        return [
+            f"{name} = {float(values[name])!r}  # {SI_UNIT[dimensions[name]]}"
+            for name in names
+            if name in values
+        ]
+
+    text = ["# A wheel identified by gyrostat, SI units", "", "[wheel]"]
+    text += lines(_WHEEL, model.values)
+    text += ["", "[friction]", f'model = "{model.friction.name}"']
+    text += lines(model.friction.dimensions(), model.values)
+    if model.sigma:
+        text += ["", "[sigma]  # standard deviations", *lines(dimensions, model.sigma)]
+    if model.origin:
+        text += ["", "[origin]"]
+        # a JSON string is a TOML basic string
+        text += [f"{k} = {json.dumps(v, ensure_ascii=False)}" for k, v in model.origin.items()]
+    write_whole(path, "\n".join(text) + "\n")
+
+
+def read_model(path: Path) -> WheelModel:
+    """Read a model file.
+
+    Raises:
+        InputError: the file cannot be read, is not TOML, or a key is unknown, missing or has a
+            value that no wheel has.
+    """
+    try:
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        reason = (error.strerror or "an error").lower()
+        raise InputError(f"{path}: found {reason}, expected a model file") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: found invalid TOML ({error}), expected a model file") from error
+    _refuse_unknown(path, "", table, ("wheel", "friction", "sigma", "origin"))
+    for section in table:
+        if not isinstance(table[section], dict):
+            raise InputError(f"{path}: key {section}: found a value, expected a table")
+    friction = dict(table.get("friction", {}))
+    name = friction.pop("model", None)
+    if name not in FRICTION_MODELS:
+        found = "none" if name is None else repr(name)
+        raise InputError(
+            f"{path}: key friction.model: found {found}, expected one of "
+            f"{', '.join(FRICTION_MODELS)}"
+        )
+    model = FRICTION_MODELS[name]
+    dimensions = {**_WHEEL, **model.dimensions()}
+    wheel, sigma = table.get("wheel", {}), table.get("sigma", {})
+    _refuse_unknown(path, "wheel.", wheel, _WHEEL)
+    _refuse_unknown(path, "friction.", friction, model.dimensions())
+    _refuse_unknown(path, "sigma.", sigma, dimensions)
+    required = {
+        "wheel.motor_constant": wheel,
+        **{f"friction.{n}": friction for n in model.dimensions()},
+    }
+    for key, section in required.items():
+        if key.split(".")[1] not in section:
+            raise InputError(f"{path}: key {key}: found none, expected its value in SI units")
+    positive = {"inertia", *model.held_by_default}
+    values = {
+        n: _number(path, f"{section}.{n}", v, positive=n in positive)
+        for section, entries in (("wheel", wheel), ("friction", friction))
+        for n, v in entries.items()
+    }
+    return WheelModel(
+        friction=model,
+        values=values,
+        sigma={n: _number(path, f"sigma.{n}", v, positive=False) for n, v in sigma.items()},
+        origin={k: str(v) for k, v in table.get("origin", {}).items()},
+    )
+
+
+def _number(path: Path, key: str, value: object, *, positive: bool) -> float:
+    numeric = isinstance(value, int | float) and not isinstance(value, bool)
+    number = float(value) if numeric else math.nan
+    if not math.isfinite(number) or (positive and number <= 0.0):
+        wanted = "a number above 0" if positive else "a finite number"
+        raise InputError(f"{path}: key {key}: found {value!r}, expected {wanted}")
+    return number
+
+
+def _refuse_unknown(path: Path, prefix: str, found: Collection[str], known: Collection[str]):
+    for key in found:
+        if key not in known:
+            near = difflib.get_close_matches(key, known, n=1)
+            hint = f" (did you mean {prefix}{near[0]}?)" if near else ""
+            raise InputError(
+                f"{path}: key {prefix}{key}: found an unknown key{hint}, expected "
+                f"{', '.join(known)}"
+            )

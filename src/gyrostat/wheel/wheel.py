@@ -1,0 +1,33 @@
+"""One reaction wheel: rotor, motor and bearing friction."""
+
+import equinox as eqx
+
+from gyrostat.friction import Friction, Scalar
+
+
+class Wheel(eqx.Module):
+    """J dw/dt = k_m I - F(w), with F a static friction curve.
+
+    Carrara and Kuga, "Estimating friction parameters in reaction wheels for attitude control",
+    eqs. (1), (2). At rest the friction equals the motor torque up to the breakaway torque.
+
+    Attributes:
+        inertia: rotor and flywheel about the spin axis, kg·m².
+        motor_constant: N·m/A.
+        friction: bearing friction.
+    """
+
+    inertia: Scalar
+    motor_constant: Scalar
+    friction: Friction
+
+    def acceleration(self, speed: Scalar, current: Scalar, direction: Scalar) -> Scalar:
+        """Angular acceleration of the turning rotor, rad/s².
+
+        Args:
+            speed: rad/s.
+            current: motor current, A.
+            direction: frozen sense of rotation, ±1.
+        """
+        friction = self.friction.torque(speed, direction)
+        return (self.motor_constant * current - friction) / self.inertia
