@@ -49,7 +49,7 @@ def test_plain(read, name, pack):
     np.testing.assert_array_equal(record.speed, [10.0, 20.0, np.nan])
     np.testing.assert_array_equal(record.valid, valid)
     np.testing.assert_array_equal(record.temperature, [20.0, 21.0, 22.0])
-    assert record.name == "bench"
+    assert record.name == name
     assert record.notes == ("1 sample marked missing",)
 
 

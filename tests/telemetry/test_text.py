@@ -16,7 +16,7 @@ def assert_plain(record):
 def test_plain(read):
     record = read(PLAIN)
     assert_plain(record)
-    assert (record.name, record.notes) == ("bench", ())
+    assert (record.name, record.notes) == ("bench.csv", ())
     assert record.temperature is None
     assert record.setpoint is None
 

@@ -67,7 +67,7 @@ def assemble(measured: Measured, unsigned_current: bool) -> Record:
             notes.append(f"direction unknown in {counted(unknown)}: sign of current held")
         series["current"] = np.copysign(series["current"], _held_direction(sign))
     return Record(
-        name=measured.file.stem,
+        name=measured.file.name,
         valid=~missing,
         notes=tuple(notes),
         **series,

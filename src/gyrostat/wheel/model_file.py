@@ -148,8 +148,9 @@ def read_model(path: Path) -> WheelModel:
 
 
 def _number(path: Path, key: str, value: object, *, positive: bool) -> float:
-    numeric = isinstance(value, int | float) and not isinstance(value, bool)
-    number = float(value) if numeric else math.nan
+    number = math.nan
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        number = float(value)
     if not math.isfinite(number) or (positive and number <= 0.0):
         wanted = "a number above 0" if positive else "a finite number"
         raise InputError(f"{path}: key {key}: found {value!r}, expected {wanted}")

@@ -18,14 +18,15 @@ from gyrostat._jax import jax, jnp
 from gyrostat.friction import Scalar
 from gyrostat.wheel.wheel import Wheel
 
-MAX_SEGMENTS = 500
+MAX_SEGMENTS = 1000
 BAND = 6.0
 """Stribeck speeds beyond which exp(-w²/w_s²) is below 1e-15."""
-BAND_STEP = 0.25
-"""Largest change of speed in one segment inside the band, in Stribeck speeds."""
-RATE_STEP = 0.25
-"""Largest segment times the local eigenvalue |dF/dw| / J."""
-NEWTON_STEPS = 6
+BAND_STEP = 0.15
+"""Largest change of speed in one segment inside a deep band, in Stribeck speeds."""
+RATE_STEP = 0.05
+"""Largest segment times the local eigenvalue |dF/dw| / J; also bounds how fast that may change."""
+NEWTON_STEPS = 3
+"""After which a zero is good to 1e-14 of the segment; to 1e-8 where the speed only touches it."""
 
 
 class WheelStep(NamedTuple):
@@ -45,6 +46,8 @@ class _Segment(NamedTuple):
     elapsed: Float[Array, ""]
     released: Float[Array, ""]
     """Sense (±1) in which the torque has just reached the breakaway level, else 0."""
+    landed: Bool[Array, ""]
+    """Whether the speed has just come to zero."""
     number: Int[Array, ""]
 
 
@@ -65,82 +68,117 @@ def _runge_kutta(wheel: Wheel, speed, current, slope, direction, duration):
 
 def _segment_limit(wheel: Wheel, speed, current, slope, direction, remaining):
     """Longest segment that resolves the friction curve where the wheel is and where it goes."""
-    first = wheel.acceleration(speed, current, direction)
-    last = wheel.acceleration(speed, current + slope * remaining, direction)
-    steepest = jnp.maximum(jnp.abs(first), jnp.abs(last))
-    scale = wheel.friction.speed_scale()
-    reach = jnp.where(
-        jnp.isinf(scale),
-        jnp.inf,
-        jnp.maximum(jnp.abs(speed) - BAND * scale, 0.0) + BAND_STEP * scale,
-    )
-    _, bend = jax.jvp(lambda w: wheel.friction.torque(w, direction), (speed,), (1.0,))
-    eigenvalue = jnp.abs(bend) / wheel.inertia
     tiny = jnp.finfo(speed.dtype).tiny
-    return jnp.minimum(
-        reach / jnp.maximum(steepest, tiny), RATE_STEP / jnp.maximum(eigenvalue, tiny)
-    )
+    scale = wheel.friction.speed_scale()
+    rate = jnp.abs(wheel.acceleration(speed, current, direction))
+    # The error of a step goes with the depth of the bend and with step^4: a shallow bend, as in the
+    # paper, is taken in larger steps. Batches, where some lane is always inside, gain most.
+    edge = jnp.where(jnp.isinf(scale), 0.0, BAND * scale)
+    far = wheel.friction.torque(direction * edge, direction)
+    depth = jnp.abs(far - wheel.friction.torque(0.0, direction)) / wheel.inertia
+    larger = jnp.sqrt(jnp.sqrt((rate + depth) / jnp.where(depth > 0.0, depth, 1.0)))
+    larger = jnp.where(depth > BAND_STEP**4 * (rate + depth), larger, 1.0 / BAND_STEP)
+    reach = jnp.maximum(jnp.abs(speed) - BAND * scale, 0.0) + BAND_STEP * larger * scale
+    rate_change = jnp.abs(wheel.motor_constant * slope / wheel.inertia)
+    # root of rate t + rate_change t²/2 = reach, in a form that allows an infinite reach
+    frequency = rate / reach
+    frequency += jnp.sqrt(frequency**2 + 2.0 * rate_change / reach)
+    limit = jnp.minimum(remaining, 2.0 / jnp.maximum(frequency, tiny))
+
+    def eigenvalue(speed):
+        bend = jax.jvp(lambda w: wheel.friction.torque(w, direction), (speed,), (1.0,))[1]
+        return bend / wheel.inertia
+
+    here, curvature = jax.jvp(eigenvalue, (speed,), (1.0,))
+    limit = jnp.minimum(limit, RATE_STEP / jnp.maximum(jnp.abs(here), tiny))
+    # the curve is flat at zero speed: what counts there is how steep it is a segment later
+    steepening = jnp.abs(curvature) * (rate + rate_change * limit)
+    return jnp.minimum(limit, jnp.sqrt(RATE_STEP / jnp.maximum(steepening, tiny)))
 
 
-def _zero_time(wheel: Wheel, speed, current, slope, direction, low, high):
+def _zero_time(wheel: Wheel, speed, current, slope, direction, low, guess, high):
     """Time in [low, high] at which the speed reaches zero, differentiable."""
 
-    def height(time):
+    def newton(wheel, speed, current, slope, time):
         end = _runge_kutta(wheel, speed, current, slope, direction, time)
-        steepness = wheel.acceleration(end, current + slope * time, direction)
-        return end, jnp.where(steepness == 0.0, -direction, steepness)
+        rate = jax.lax.stop_gradient(wheel.acceleration(end, current + slope * time, direction))
+        return end, time - end / jnp.where(rate == 0.0, -direction, rate)
 
-    def newton(_, bracket):
+    frozen = jax.lax.stop_gradient((wheel, speed, current, slope))
+
+    def narrow(_, bracket):
         low, high, time = bracket
-        end, steepness = height(time)
+        end, step = newton(*frozen, time)
         above = direction * end > 0.0
         low, high = jnp.where(above, time, low), jnp.where(above, high, time)
-        step = time - end / steepness
         # a root at the edge of the bracket is a root: a strict test would bisect away from it
         slack = 1e-12 * (high - low)
         inside = (step >= low - slack) & (step <= high + slack)
         return low, high, jnp.where(inside, step, 0.5 * (low + high))
 
-    _, _, time = jax.lax.fori_loop(0, NEWTON_STEPS, newton, (low, high, 0.5 * (low + high)))
-    time = jax.lax.stop_gradient(time)
-    end, steepness = height(time)
-    return time - end / steepness
+    _, _, time = jax.lax.fori_loop(0, NEWTON_STEPS, narrow, (low, high, guess))
+    _, time = newton(wheel, speed, current, slope, time)
+    return time
+
+
+def _falls_through_zero(height, start_rate, end_rate, length):
+    """Time at which the parabola with this height, rate and rate at its end falls through zero."""
+    bend = (end_rate - start_rate) / jnp.where(length > 0.0, length, 1.0)
+    root = jnp.sqrt(jnp.maximum(start_rate**2 - 2.0 * bend * height, 0.0))
+    falls_at_once = start_rate < 0.0
+    # the same root twice: each form where its terms have one sign
+    return jnp.where(
+        falls_at_once,
+        2.0 * height / jnp.where(falls_at_once, root - start_rate, 1.0),
+        (start_rate + root) / jnp.where(bend < 0.0, -bend, 1.0),
+    )
 
 
 def _turn(wheel: Wheel, speed, current, slope, direction, remaining):
-    """Turn in one sense until the interval, the segment limit or the speed runs out."""
-    limit = jax.lax.stop_gradient(
-        _segment_limit(wheel, speed, current, slope, direction, remaining)
-    )
+    """Turn in one sense until the interval, the segment limit or the speed runs out.
+
+    Returns:
+        Speed at the end; time taken; whether this ends the interval; whether the speed ran out.
+    """
+    frozen = jax.lax.stop_gradient((wheel, speed, current, slope, direction))
+    limit = _segment_limit(*frozen, jax.lax.stop_gradient(remaining))
     last = limit >= remaining
     duration = jnp.where(last, remaining, limit)
     end = _runge_kutta(wheel, speed, current, slope, direction, duration)
 
-    # speed measured along the sense of rotation, and its slope at both ends
+    # what happens is decided on values alone; heights and rates are along the sense of rotation
+    length, height, end_height = jax.lax.stop_gradient(
+        (duration, direction * speed, direction * end)
+    )
     start_rate = direction * wheel.acceleration(speed, current, direction)
     end_rate = direction * wheel.acceleration(end, current + slope * duration, direction)
+    start_rate, end_rate = jax.lax.stop_gradient((start_rate, end_rate))
     turns = start_rate * end_rate < 0.0
-    turning = duration * start_rate / jnp.where(turns, start_rate - end_rate, 1.0)
-    past_zero = direction * end <= 0.0
+    turning = length * start_rate / jnp.where(turns, start_rate - end_rate, 1.0)
+    # a wheel that starts at zero comes to zero only after it has risen
+    from_zero = height == 0.0
+    rises = turns & (start_rate > 0.0)
+    past_zero = (end_height <= 0.0) & (~from_zero | rises)
     # a parabola through both ends, at its turning point: does the speed dip below zero?
-    lowest = direction * speed + 0.5 * start_rate * turning
-    dips = turns & (start_rate < 0.0) & (lowest <= 0.0) & (speed != 0.0)
+    lowest = height + 0.5 * start_rate * turning
+    dips = turns & (start_rate < 0.0) & (lowest <= 0.0) & ~from_zero
 
     def go_on(_):
-        return end, duration, last
+        # just at the breakaway level, rounding may turn the wheel back: it stays at zero
+        stays = from_zero & ~rises & (end_height < 0.0)
+        return jnp.where(stays, 0.0, end), duration, last, jnp.array(False)
 
     def locate(_):
-        rises_first = turns & (start_rate > 0.0) & (speed == 0.0)
-        low = jnp.where(rises_first, turning, 0.0)
-        high = jnp.where(past_zero, duration, turning)
-        low, high = jax.lax.stop_gradient((low, high))
+        low = jnp.where(rises & from_zero, turning, 0.0)
+        high = jnp.where(past_zero, length, turning)
+        guess = jnp.clip(_falls_through_zero(height, start_rate, end_rate, length), low, high)
+        time = _zero_time(wheel, speed, current, slope, direction, low, guess, high)
+        # where the speed only touches zero, the last Newton step may lead anywhere
+        time += jax.lax.stop_gradient(jnp.clip(time, 0.0, remaining) - time)
         # the parabola that found a dip is only an estimate: the flow itself decides
-        deepest = _runge_kutta(wheel, speed, current, slope, direction, high)
-        time = _zero_time(wheel, speed, current, slope, direction, low, high)
-        stops = (jnp.zeros_like(speed), jnp.minimum(time, remaining), jnp.array(False))
-        return jax.tree.map(
-            lambda a, b: jnp.where(direction * deepest <= 0.0, a, b), stops, go_on(None)
-        )
+        deepest = direction * _runge_kutta(*frozen, high)
+        stops = (jnp.zeros_like(speed), time, jnp.array(False), jnp.array(True))
+        return jax.tree.map(lambda a, b: jnp.where(deepest <= 0.0, a, b), stops, go_on(None))
 
     return jax.lax.cond(past_zero | dips, locate, go_on, None)
 
@@ -164,7 +202,10 @@ def advance(
     duration = jnp.asarray(duration, dtype=float)
 
     def unfinished(segment: _Segment):
-        return (segment.elapsed < duration) & (segment.number < MAX_SEGMENTS)
+        # a wheel that comes to zero at the very end has still to stick or to go through, in no
+        # time: its speed is zero either way, but not the derivative
+        more = (segment.elapsed < duration) | segment.landed
+        return more & (segment.number < MAX_SEGMENTS)
 
     def go(segment: _Segment) -> _Segment:
         speed, elapsed = segment.speed, segment.elapsed
@@ -185,21 +226,26 @@ def advance(
             level = rising * wheel.friction.breakaway_torque(rising)
             climb = wheel.motor_constant * slope
             wait = (level - torque) / jnp.where(climb == 0.0, 1.0, climb)
+            # the level is passed already where a fit tries a static torque below zero
+            wait = jnp.where(wait < 0.0, 0.0, wait)
             leaves = (climb != 0.0) & (wait < remaining)
             return (
                 jnp.zeros_like(speed),
                 jnp.where(leaves, elapsed + wait, duration),
                 jnp.where(leaves, rising, 0.0),
+                jnp.array(False),
             )
 
         def turn(_):
             # a direction of zero only reaches here when it is not selected
-            end, time, finished = _turn(wheel, speed, now, slope, direction, remaining)
-            return end, jnp.where(finished, duration, elapsed + time), jnp.zeros_like(direction)
+            end, time, finished, landed = _turn(wheel, speed, now, slope, direction, remaining)
+            reached = jnp.where(finished, duration, elapsed + time)
+            return end, reached, jnp.zeros_like(direction), landed
 
-        speed, elapsed, released = jax.lax.cond(holds, rest, turn, None)
-        return _Segment(speed, elapsed, released, segment.number + 1)
+        speed, elapsed, released, landed = jax.lax.cond(holds, rest, turn, None)
+        return _Segment(speed, elapsed, released, landed, segment.number + 1)
 
-    start = _Segment(speed, jnp.zeros_like(duration), jnp.zeros_like(speed), jnp.array(0))
+    zero = jnp.zeros_like(speed)
+    start = _Segment(speed, jnp.zeros_like(duration), zero, jnp.array(False), jnp.array(0))
     last = jax.lax.while_loop(unfinished, go, start)
     return WheelStep(last.speed, last.elapsed >= duration)

@@ -1,0 +1,65 @@
+"""The wheel of Carrara and Kuga, its profile 2, and an independent solution."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gyrostat._jax import jax
+from gyrostat.friction import Stribeck
+from gyrostat.wheel import Wheel, speed_response
+
+_respond = jax.jit(speed_response, static_argnames="hold")
+
+
+@pytest.fixture(scope="session")
+def paper():
+    """J, k_m, b, c, T_s, w_s of the paper's (16), SI."""
+    inertia = 1.5e-3
+    values = (15.205, 0.00322, 0.5863, 0.6037)
+    return (inertia, *(inertia * value for value in values), 0.418879)
+
+
+@pytest.fixture(scope="session")
+def wheel(paper):
+    """The paper's wheel."""
+    return Wheel(inertia=paper[0], motor_constant=paper[1], friction=Stribeck(*paper[2:]))
+
+
+@pytest.fixture(scope="session")
+def response():
+    """Speeds as numpy, after a check that every interval was resolved.
+
+    Records are filled up with intervals of zero length, so that few lengths are compiled.
+    """
+
+    def call(wheel, time, current, initial=0.0, hold="zero-order"):
+        count = len(time)
+        padding = (0, 64 * 8 ** int(np.ceil(np.log(max(count / 64, 1)) / np.log(8))) - count)
+        time, current = (
+            np.pad(np.asarray(v, float), padding, mode="edge") for v in (time, current)
+        )
+        wheel = jax.tree.map(np.float64, wheel)
+        speeds, resolved = _respond(wheel, time, current, np.float64(initial), hold=hold)
+        assert bool(resolved)
+        return np.asarray(speeds)[:count]
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def reference():
+    """The independent wheel of reference.py beside this file."""
+    path = Path(__file__).with_name("reference.py")
+    spec = importlib.util.spec_from_file_location("wheel_reference", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.Reference
+
+
+@pytest.fixture(scope="session")
+def profile2():
+    """Ten 30 s steps of alternating sign, 0.06 to 0.15 A: knots and the currents held from them."""
+    amplitudes = np.random.default_rng(1).uniform(0.06, 0.15, 10) * (-1.0) ** np.arange(10)
+    return np.arange(11) * 30.0, np.append(amplitudes, amplitudes[-1])
