@@ -1,0 +1,141 @@
+"""Start values from records alone: the equation of motion, integrated once, is linear.
+
+w(t) - w(0) = (k_m/J) int I - (b/J) int w - (c/J) int sgn(w): no derivative of the noisy speed is
+taken, no start is needed, and no wheel can stick in it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat._types import Vector
+from gyrostat.identify.prediction import SpeedPrediction
+from gyrostat.identify.statistics import noise_level
+from gyrostat.telemetry import Record
+
+
+@dataclass(frozen=True)
+class StartValues:
+    """Ratios that records show without knowledge of the inertia.
+
+    Attributes:
+        motor: k_m/J, rad/s²/A.
+        viscous: b/J, 1/s.
+        coulomb: c/J, rad/s².
+        initial_speeds: (records,) rad/s.
+        speed_level: root mean square of all speeds, rad/s.
+        current_level: root mean square of all currents, A.
+        span: duration of the longest record, s.
+    """
+
+    motor: float
+    viscous: float
+    coulomb: float
+    initial_speeds: Vector
+    speed_level: float
+    current_level: float
+    span: float
+
+    def inertia(self, known: Mapping[str, float]) -> float | None:
+        """Inertia, kg·m², as known, or from a known motor constant, or None."""
+        if "inertia" in known:
+            return known["inertia"]
+        if "motor_constant" in known and self.motor != 0.0:
+            return abs(known["motor_constant"] / self.motor)
+        return None
+
+    def parameters(
+        self, prediction: SpeedPrediction, known: Mapping[str, float]
+    ) -> dict[str, float]:
+        """Start values of all parameters of a prediction, SI.
+
+        Args:
+            prediction: records and friction model.
+            known: values that are given; the inertia or the motor constant sets the torque scale.
+
+        Returns:
+            Name -> value; without the wheel's parameters where the torque scale is not known.
+        """
+        speeds = dict(zip(prediction.initial_speeds, self.initial_speeds.tolist(), strict=True))
+        first: dict[str, float] = {"current_bias": 0.0, **speeds}
+        inertia = self.inertia(known)
+        if inertia is not None:
+            friction = prediction.model.from_coulomb(self.viscous * inertia, self.coulomb * inertia)
+            first |= {k: float(v) for k, v in friction.parameters().items()}
+            first |= {"inertia": inertia, "motor_constant": self.motor * inertia}
+        return first
+
+    def size(self, name: str, dimension: str, inertia: float) -> float:
+        """Size, SI, that a parameter would have if it mattered as much as the motor torque does.
+
+        Args:
+            name: of the parameter.
+            dimension: of the parameter.
+            inertia: kg·m².
+        """
+        torque = inertia * max(abs(self.motor) * self.current_level, self.speed_level / self.span)
+        sizes = {
+            "torque": torque,
+            "viscous": torque / self.speed_level if self.speed_level > 0.0 else 0.0,
+            "motor_constant": torque / self.current_level if self.current_level > 0.0 else 0.0,
+            "inertia": inertia,
+            "current": self.current_level,
+            "speed": self.speed_level if name.startswith("initial_speed") else 0.0,
+        }
+        return sizes.get(dimension, 0.0)
+
+
+def _trapezoidal(values: Vector, time: Vector) -> Vector:
+    """Running integral by straight lines, (N,); scipy's costs half a second of imports."""
+    areas = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
+    return np.concatenate([[0.0], np.cumsum(areas)])
+
+
+def integral_regression(records: Sequence[Record]) -> StartValues:
+    """Linear least squares on the integrated equation of motion.
+
+    Args:
+        records: at least one; missing speeds are bridged by straight lines.
+
+    Returns:
+        Start values, with c/J kept below the largest drive so that the modelled wheel turns.
+    """
+    blocks, rights, speeds, currents = [], [], [], []
+    for k, record in enumerate(records):
+        time = record.time - record.time[0]
+        speed = np.interp(time, time[record.valid], record.speed[record.valid])
+        noise = noise_level(record.speed[record.valid])
+        sense = np.where(np.abs(speed) > 2.0 * noise, np.sign(speed), 0.0)
+        held = np.concatenate([[0.0], np.cumsum(record.current[:-1] * np.diff(time))])
+        offset = np.zeros((len(time), len(records)))
+        offset[:, k] = 1.0
+        integrals = [
+            held,
+            -_trapezoidal(speed, time),
+            -_trapezoidal(sense, time),
+        ]
+        blocks.append(np.column_stack([*integrals, offset])[record.valid])
+        rights.append(speed[record.valid])
+        speeds.append(speed)
+        currents.append(record.current)
+    rows, right = np.vstack(blocks), np.concatenate(rights)
+    size = np.linalg.norm(rows, axis=0)
+    size = np.where(size > 0.0, size, 1.0)
+    ratio = np.linalg.lstsq(rows / size, right, rcond=1e-10)[0] / size
+    motor, viscous, coulomb = (float(v) for v in ratio[:3])
+
+    current_level = float(np.sqrt(np.mean(np.concatenate(currents) ** 2)))
+    speed_level = float(np.sqrt(np.mean(np.concatenate(speeds) ** 2)))
+    drive = abs(motor) * max(float(np.max(np.abs(c))) for c in currents)
+    coulomb = float(np.clip(coulomb, 0.01 * drive, 0.8 * drive)) if drive > 0.0 else abs(coulomb)
+    span = max(float(np.ptp(r.time)) for r in records)
+    return StartValues(
+        motor=motor,
+        viscous=max(viscous, 0.0),
+        coulomb=coulomb,
+        initial_speeds=ratio[3:],
+        speed_level=speed_level,
+        current_level=current_level,
+        span=span,
+    )

@@ -1,0 +1,158 @@
+"""Nonlinear least squares with a-priori information in square-root form, solved by Householder QR.
+
+The whitened a-priori and the whitened measurements are stacked and triangularised; the triangle is
+the square root of the information matrix. Carrara and Kuga, eqs. (10)-(14), after Lawson and
+Hanson, "Solving Least Squares Problems" (1974); here iterated on the correction, with the a-priori
+residual always taken relative to the original a-priori.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from gyrostat._types import Matrix, Vector
+from gyrostat.identify.loss import Loss
+
+Evaluation = tuple[Vector, Matrix]
+
+FIRST_DAMPING, DAMPING_STEP = 0.01, 30.0
+"""Share of the squared column norms that damps a correction after a full one has failed, and the
+factor by which it grows with every further failure and falls with success."""
+KINK = 0.1
+"""Standard deviations. A sample that falls on a zero crossing puts a kink into the cost, on which
+the minimum may sit: a correction this small that does not lower the cost has arrived."""
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Independent a-priori knowledge of the parameters.
+
+    Attributes:
+        mean: (n,) in the units of the parameters.
+        sigma: (n,) standard deviations; infinite where nothing is known.
+    """
+
+    mean: Vector
+    sigma: Vector
+
+    def residual(self, x: Vector) -> Vector:
+        """Whitened distance from the a-priori, (n,)."""
+        return (x - self.mean) / self.sigma
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Where an iteration ended.
+
+    Attributes:
+        x: (n,) parameters.
+        converged: whether the last correction was negligible against the uncertainty.
+        iterations: corrections tried, rejected ones included.
+        cost: half the sum of the loss of measurements and a-priori.
+        residual: (m,) whitened measurement residuals, measured minus modelled.
+        jacobian: (m, n) of the whitened modelled measurements.
+        triangle: (n, n) upper triangular square root of the information matrix.
+    """
+
+    x: Vector
+    converged: bool
+    iterations: int
+    cost: float
+    residual: Vector
+    jacobian: Matrix
+    triangle: Matrix
+
+    def covariance(self) -> Matrix:
+        """Formal covariance of the parameters for unit measurement noise, (n, n)."""
+        inverse = solve_triangular(self.triangle, np.eye(len(self.x)))
+        return inverse @ inverse.T
+
+
+def triangularise(rows: Matrix, right: Vector) -> tuple[Matrix, Vector]:
+    """Reduce a stacked system to its triangle by Householder QR, eq. (12).
+
+    Args:
+        rows: (m, n) with m >= n.
+        right: (m,) right-hand side.
+
+    Returns:
+        The (n, n) upper triangle H_1 and the (n,) vector y_1.
+    """
+    count = rows.shape[1]
+    # LAPACK's Householder triangle of the system with its right-hand side as a last column
+    triangle: Matrix = np.linalg.qr(np.column_stack([rows, right]), mode="r")  # pyright: ignore[reportAssignmentType]
+    return triangle[:count, :count], triangle[:count, count]
+
+
+def minimise(
+    evaluate: Callable[[Vector], Evaluation | None],
+    start: Vector,
+    prior: Prior,
+    loss: Loss,
+    *,
+    tolerance: float = 1e-3,
+    max_iterations: int = 50,
+    on_iteration: Callable[[int, float], None] | None = None,
+) -> Solution | None:
+    """Iterate Gauss-Newton corrections, damped only where a full one does not lower the cost.
+
+    Args:
+        evaluate: parameters (n,) -> whitened measurement residuals (m,), measured minus modelled,
+            and the whitened Jacobian (m, n) of the modelled measurements; None where the parameters
+            are not admissible. NaN rows are not allowed: leave missing measurements out.
+        start: (n,) first parameters.
+        prior: a-priori knowledge.
+        loss: of one whitened residual.
+        tolerance: the iteration ends when a correction is this small in standard deviations.
+        max_iterations: corrections tried at most.
+        on_iteration: called with the count and the cost after each correction.
+
+    Returns:
+        The solution, or None where the start itself is not admissible.
+    """
+    known = np.isfinite(prior.sigma)
+    prior_rows = np.diag(1.0 / prior.sigma)[known]
+
+    def cost_of(x: Vector, residual: Vector) -> float:
+        misfit = np.sum(prior.residual(x)[known] ** 2)
+        return 0.5 * float(misfit) + float(np.sum(loss.value(residual)))
+
+    def stack(x: Vector, point: Evaluation) -> tuple[Matrix, Vector]:
+        residual, jacobian = point
+        weight = np.sqrt(loss.weight(residual))
+        rows = np.vstack([prior_rows, weight[:, None] * jacobian])
+        return rows, np.concatenate([-prior.residual(x)[known], weight * residual])
+
+    point = evaluate(start)
+    if point is None:
+        return None
+    x, cost, iterations, damping, converged = start, cost_of(start, point[0]), 0, 0.0, False
+    while iterations < max_iterations and not converged:
+        rows, right = stack(x, point)
+        size = np.linalg.norm(rows, axis=0)
+        triangle, _ = triangularise(rows, right)
+        while iterations < max_iterations:
+            iterations += 1
+            damped = np.vstack([rows, np.sqrt(damping) * np.diag(size)])
+            h1, y1 = triangularise(damped, np.concatenate([right, np.zeros(len(x))]))
+            correction = solve_triangular(h1, y1)
+            in_sigmas = float(np.linalg.norm(triangle @ correction))
+            trial = x + correction
+            trial_point = evaluate(trial)
+            trial_cost = np.inf if trial_point is None else cost_of(trial, trial_point[0])
+            # near the optimum the cost moves by less than its rounding
+            if trial_point is not None and trial_cost <= cost + 1e-12 * abs(cost) + 1e-12:
+                x, point, cost = trial, trial_point, trial_cost
+                converged = in_sigmas < tolerance and damping == 0.0
+                damping = 0.0 if damping <= FIRST_DAMPING else damping / DAMPING_STEP
+                break
+            if in_sigmas < KINK:
+                converged = True
+                break
+            damping = max(DAMPING_STEP * damping, FIRST_DAMPING)
+        if on_iteration is not None:
+            on_iteration(iterations, cost)
+    triangle, _ = triangularise(*stack(x, point))
+    return Solution(x, converged, iterations, cost, point[0], point[1], triangle)

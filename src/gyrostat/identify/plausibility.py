@@ -1,0 +1,96 @@
+"""What a reader must know before using a fit, from statistics and from the physics of wheels."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gyrostat.identify.fit import Fit
+from gyrostat.telemetry import Record
+from gyrostat.units import RPM
+
+BACK_EMF = 60.0
+"""V: motors of reaction wheels run on 5 to 50 V, and must overcome their own back-EMF."""
+FASTEST = 1500.0
+"""rad/s: 14 000 rpm, beyond any ball-bearing reaction wheel."""
+LARGEST_CURRENT = 50.0
+"""A: beyond any reaction wheel drive."""
+MOTOR_CONSTANTS = (5e-4, 0.14)
+"""N·m/A: from the smallest cubesat wheels to motors that a 28 V bus stops at 2000 rpm."""
+
+
+def _unit_warnings(fit: Fit) -> list[str]:
+    """Signs that a column does not have the unit that its header says."""
+    motor = fit.parameters["motor_constant"]
+    speed = max(float(np.nanmax(np.abs(r.speed))) for r in fit.records)
+    current = max(float(np.max(np.abs(r.current))) for r in fit.records)
+    found = []
+    if speed > FASTEST:
+        found.append(f"the wheel reaches {speed:.0f} rad/s = {speed / RPM:.0f} rpm")
+    if abs(motor) * speed > BACK_EMF:
+        found.append(
+            f"k_m times the largest speed is a back-EMF of {abs(motor) * speed:.0f} V, above any "
+            "wheel's supply"
+        )
+    if current > LARGEST_CURRENT:
+        found.append(f"the current reaches {current:.0f} A")
+    low, high = MOTOR_CONSTANTS
+    if "motor_constant" in fit.names and not low <= abs(motor) <= high:
+        found.append(f"k_m = {motor:.3g} N·m/A lies outside {low:g} to {high:g}")
+    if not found:
+        return []
+    return [
+        f"check the units of the record: {'; '.join(found)} (rpm taken as rad/s, deg/s as rad/s or "
+        "mA as A would do this)"
+    ]
+
+
+def _sign_warnings(fit: Fit) -> list[str]:
+    """Estimates with a sign that no wheel has."""
+    found = []
+    for name, value, sigma in zip(fit.names, fit.values, fit.sigma, strict=True):
+        wheel = fit.dimensions[name] in ("motor_constant", "torque", "viscous")
+        if wheel and value < -2.0 * sigma:
+            found.append(f"{name} is negative ({value:.3g}): no wheel has this")
+    if fit.parameters["motor_constant"] < 0.0:
+        found.append("current and speed have opposite senses: turn the sign of one of them")
+    return found
+
+
+def _record_warnings(records: Sequence[Record]) -> list[str]:
+    found = []
+    for record in records:
+        steps = np.diff(record.time)
+        usual = float(np.median(steps))
+        gaps = int(np.sum(steps > 10.0 * usual))
+        if gaps:
+            found.append(
+                f"{record.name}: {gaps} gaps longer than ten usual sample times "
+                f"({usual:.3g} s); the current is taken as held through them"
+            )
+    return found
+
+
+def fit_warnings(fit: Fit, sigma_given: bool) -> list[str]:
+    """List what a reader should know, most serious first.
+
+    Args:
+        fit: the result.
+        sigma_given: whether the user stated the noise of the speed.
+    """
+    warnings = []
+    if not fit.converged:
+        warnings.append(f"did not converge in {fit.iterations} iterations: not a valid result")
+    warnings += _unit_warnings(fit) + _sign_warnings(fit) + _record_warnings(fit.records)
+    warnings += [o.advice for o in fit.observability.values() if not o.observable]
+    if fit.whiteness is not None and not fit.whiteness.white:
+        warnings.append(
+            "the residuals are correlated in time: the model misses something, and sigma is too "
+            "small (sigma_serial allows for it)"
+        )
+    rms = fit.rms_speed
+    if sigma_given and rms is not None and not 0.8 < rms / fit.speed_sigma < 1.25:
+        warnings.append(
+            f"the residuals are {rms:.3g} rad/s where the stated speed sigma is "
+            f"{fit.speed_sigma:.3g} rad/s: one of the two is wrong"
+        )
+    return warnings

@@ -1,0 +1,167 @@
+"""Modelled speed of a record and its derivative with respect to every parameter."""
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+
+from gyrostat._jax import jax, jnp
+from gyrostat._types import Matrix, Vector
+from gyrostat.errors import InputError
+from gyrostat.friction import FRICTION_MODELS, Friction
+from gyrostat.telemetry import Record
+from gyrostat.wheel import Wheel, speed_response
+
+CurrentHold = Literal["zero-order", "linear"]
+
+BLOCKED_SHARE = 0.2
+"""Share of the moving samples in which a model may rest before it counts as stuck."""
+
+
+def friction_model(name: str) -> type[Friction]:
+    """Look a friction model up.
+
+    Raises:
+        InputError: no model has this name.
+    """
+    if name not in FRICTION_MODELS:
+        raise InputError(f"model: found {name!r}, expected one of {', '.join(FRICTION_MODELS)}")
+    return FRICTION_MODELS[name]
+
+
+def wheel_dimensions(model: type[Friction]) -> dict[str, str]:
+    """Names of the parameters of a wheel with this friction -> dimension, in order."""
+    return {"motor_constant": "motor_constant", "inertia": "inertia", **model.dimensions()}
+
+
+def parameter_dimension(model: type[Friction], name: str, where: str) -> str:
+    """Dimension of a parameter that a request names, before there is a prediction.
+
+    Args:
+        model: friction model.
+        name: of the parameter.
+        where: what names it, for the message.
+
+    Raises:
+        InputError: no parameter has this name.
+    """
+    known = {**wheel_dimensions(model), "current_bias": "current", "initial_speed": "speed"}
+    stem = "initial_speed" if name.startswith("initial_speed_") else name
+    if stem not in known:
+        raise InputError(f"{where}: found parameter {name!r}, expected one of {', '.join(known)}")
+    return known[stem]
+
+
+def build_wheel(model: type[Friction], values: Mapping[str, float]) -> Wheel:
+    """Make a wheel from named parameters, SI; names that are not the wheel's are left aside."""
+    return Wheel(
+        inertia=values["inertia"],
+        motor_constant=values["motor_constant"],
+        friction=model(**{name: values[name] for name in model.dimensions()}),
+    )
+
+
+@lru_cache
+def _compiled(model: type[Friction], hold: CurrentHold):
+    """Compile theta -> speeds and their Jacobian, for theta = wheel parameters, bias, w(0)."""
+    names = tuple(wheel_dimensions(model))
+
+    def respond(theta, time, current):
+        wheel = build_wheel(model, dict(zip(names, theta[:-2], strict=True)))
+        speed, resolved = speed_response(wheel, time, current + theta[-2], theta[-1], hold=hold)
+        return speed, (speed, resolved)
+
+    return jax.jit(jax.jacfwd(respond, has_aux=True))
+
+
+def _padded(values: Vector) -> Vector:
+    """Repeat the last value up to a rounded length, so that few lengths are ever compiled.
+
+    The repeated times make intervals of zero length, which cost nothing.
+    """
+    size = int(np.ceil(2.0 ** (np.ceil(4.0 * np.log2(max(len(values), 256))) / 4.0)))
+    return np.pad(values, (0, size - len(values)), mode="edge")
+
+
+class SpeedPrediction:
+    """The speeds that a wheel would have shown in some records.
+
+    Attributes:
+        names: every parameter in order: the wheel's, current_bias, then one initial speed a record.
+        dimensions: name -> dimension.
+    """
+
+    def __init__(self, records: Sequence[Record], model: type[Friction], hold: CurrentHold) -> None:
+        """Prepare the records for one friction model.
+
+        Args:
+            records: at least one.
+            model: friction model.
+            hold: how the current runs between samples.
+        """
+        self.records = tuple(records)
+        self.model = model
+        self._shared = len(wheel_dimensions(model)) + 1
+        self.initial_speeds = (
+            ("initial_speed",)
+            if len(records) == 1
+            else tuple(f"initial_speed_{k + 1}" for k in range(len(records)))
+        )
+        self.dimensions = {
+            **wheel_dimensions(model),
+            "current_bias": "current",
+            **dict.fromkeys(self.initial_speeds, "speed"),
+        }
+        self.names = tuple(self.dimensions)
+        self._respond = _compiled(model, hold)
+        self._inputs = [
+            (jnp.asarray(_padded(r.time - r.time[0])), jnp.asarray(_padded(r.current)))
+            for r in self.records
+        ]
+
+    def admissible(self, values: Vector) -> bool:
+        """Whether a wheel can have these parameters at all: finite, inertia and scales positive."""
+        positive = [n for n in ("inertia", *self.model.held_by_default) if n in self.names]
+        return bool(np.all(np.isfinite(values))) and all(
+            values[self.names.index(n)] > 0.0 for n in positive
+        )
+
+    def __call__(self, values: Vector) -> list[tuple[Vector, Matrix]] | None:
+        """Predict every record.
+
+        Args:
+            values: (n,) parameters in the order of `names`, SI.
+
+        Returns:
+            For each record the speed at its samples, rad/s, and the Jacobian (samples, n); None
+            where the parameters are not admissible or the friction curve cannot be resolved.
+        """
+        if not self.admissible(values):
+            return None
+        predicted = []
+        for k, (record, inputs) in enumerate(zip(self.records, self._inputs, strict=True)):
+            columns = [*range(self._shared), self._shared + k]
+            slim, (speed, resolved) = self._respond(jnp.asarray(values[columns]), *inputs)
+            count = len(record.time)
+            speed = np.asarray(speed)[:count]
+            jacobian = np.zeros((count, len(values)))
+            jacobian[:, columns] = np.asarray(slim)[:count]
+            if not bool(resolved) or not (np.isfinite(speed).all() and np.isfinite(jacobian).all()):
+                return None
+            predicted.append((speed, jacobian))
+        return predicted
+
+    def stuck(self, predicted: Sequence[tuple[Vector, Matrix]], noise: float) -> bool:
+        """Whether the model rests where the wheel is seen turning: no gradient leads out of that.
+
+        Args:
+            predicted: from a call of this object.
+            noise: standard deviation of the measured speeds, rad/s.
+        """
+        turning = resting = 0
+        for record, (speed, _) in zip(self.records, predicted, strict=True):
+            moves = record.valid & (np.abs(np.nan_to_num(record.speed)) > 5.0 * noise)
+            turning += int(moves.sum())
+            resting += int((moves & (speed == 0.0)).sum())
+        return resting > BLOCKED_SHARE * turning

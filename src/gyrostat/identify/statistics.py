@@ -1,0 +1,153 @@
+"""What residuals say about a fit: noise level, whiteness, serial correlation."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import gammaincc, ndtr
+
+from gyrostat._types import Matrix, Vector
+
+NORMAL_MAD = 1.482602218505602
+"""Standard deviation of a normal variable over its median absolute deviation."""
+
+
+@dataclass(frozen=True)
+class Whiteness:
+    """Two tests of whether residuals are independent in time.
+
+    Attributes:
+        runs: number of runs of one sign.
+        runs_expected: for independent residuals.
+        runs_probability: two-sided probability of so odd a count (Wald and Wolfowitz 1940).
+        lags: lags in the second test.
+        ljung_box: its statistic (Ljung and Box 1978).
+        ljung_box_probability: of a statistic so large, were the residuals white.
+    """
+
+    runs: int
+    runs_expected: float
+    runs_probability: float
+    lags: int
+    ljung_box: float
+    ljung_box_probability: float
+
+    @property
+    def white(self) -> bool:
+        """Whether neither test rejects at 1 %."""
+        return min(self.runs_probability, self.ljung_box_probability) >= 0.01
+
+    def to_dict(self) -> dict[str, object]:
+        """As it stands in fit.json and validation.json."""
+        return {
+            "white": self.white,
+            "runs": self.runs,
+            "runs_expected": self.runs_expected,
+            "runs_probability": self.runs_probability,
+            "ljung_box_probability": self.ljung_box_probability,
+        }
+
+
+def autocorrelation(residual: Vector, lags: int) -> Vector:
+    """Autocorrelation of a residual series at lags 1 to `lags`, (lags,)."""
+    centred = residual - residual.mean()
+    size = 2 ** int(np.ceil(np.log2(2 * len(centred))))
+    # padded to twice the length, the circular products are those of the series itself
+    products = np.fft.irfft(np.abs(np.fft.rfft(centred, size)) ** 2, size)[: lags + 1]
+    return products[1:] / products[0] if products[0] > 0.0 else np.zeros(lags)
+
+
+def whiteness(residual: Vector) -> Whiteness:
+    """Test residuals in time order, (m,) with m >= 2, for independence."""
+    count = len(residual)
+    above = residual > np.median(residual)
+    positive, negative = int(above.sum()), int(count - above.sum())
+    runs = 1 + int(np.sum(above[1:] != above[:-1]))
+    expected = 1.0 + 2.0 * positive * negative / count
+    spread = (expected - 1.0) * (expected - 2.0) / max(count - 1, 1)
+    z = abs(runs - expected) / np.sqrt(spread) if spread > 0.0 else 0.0
+
+    lags = max(1, min(20, count // 5))
+    rho = autocorrelation(residual, lags)
+    statistic = count * (count + 2.0) * float(np.sum(rho**2 / (count - np.arange(1, lags + 1))))
+    return Whiteness(
+        runs=runs,
+        runs_expected=expected,
+        runs_probability=float(2.0 * ndtr(-z)),
+        lags=lags,
+        ljung_box=statistic,
+        ljung_box_probability=float(gammaincc(0.5 * lags, 0.5 * statistic)),
+    )
+
+
+def noise_level(speed: Vector) -> float:
+    """Standard deviation of the noise on a smooth speed, from its second differences.
+
+    The median makes it deaf to steps; where a coarse quantum leaves most differences at zero the
+    mean square is used instead.
+
+    Args:
+        speed: (m,) samples, rad/s.
+    """
+    second = np.diff(speed, 2)
+    if len(second) == 0:
+        return 0.0
+    median = NORMAL_MAD * float(np.median(np.abs(second)))
+    return (median if median > 0.0 else float(np.std(second))) / np.sqrt(6.0)
+
+
+def quantum(values: Vector) -> float | None:
+    """Step of a quantised signal, or None where the samples are not quantised.
+
+    Args:
+        values: (m,) samples.
+    """
+    levels = np.unique(values)
+    if len(levels) < 3 or len(levels) > 0.2 * len(values):
+        return None
+    gaps = np.diff(levels)
+    step = float(gaps.min())
+    whole = np.abs(gaps / step - np.round(gaps / step))
+    return step if step > 0.0 and float(whole.max()) < 0.05 else None
+
+
+def crossing_times(time: Vector, speed: Vector, noise: float) -> Vector:
+    """Times at which a modelled speed changes sign, by straight lines between samples.
+
+    Args:
+        time: (N,) s.
+        speed: (N,) rad/s.
+        noise: rad/s; a speed below it is not taken for motion in either sense.
+
+    Returns:
+        The times, s.
+    """
+    moving = np.flatnonzero(np.abs(speed) > noise)
+    before, after = moving[:-1], moving[1:]
+    change = np.sign(speed[before]) != np.sign(speed[after])
+    before, after = before[change], after[change]
+    share = speed[before] / (speed[before] - speed[after])
+    return time[before] + share * (time[after] - time[before])
+
+
+def correlation_length(residual: Vector) -> int:
+    """Lags after which the autocorrelation is within its noise, at most a quarter of the series."""
+    lags = max(1, len(residual) // 4)
+    rho = autocorrelation(residual, lags)
+    inside = np.flatnonzero(np.abs(rho) < 2.0 / np.sqrt(len(residual)))
+    return int(inside[0]) if len(inside) else lags
+
+
+def serial_meat(scores: Matrix, lags: int) -> Matrix:
+    """Covariance of a sum of serially correlated scores, (n, n).
+
+    Newey and West (1987): Bartlett weights keep it positive semi-definite.
+
+    Args:
+        scores: (m, n) gradient of each sample's loss, in time order.
+        lags: lags to take in.
+    """
+    total = scores.T @ scores
+    for k in range(1, lags + 1):
+        cross = scores[k:].T @ scores[:-k]
+        total += (1.0 - k / (lags + 1.0)) * (cross + cross.T)
+    return total

@@ -1,0 +1,251 @@
+"""Identification of wheels whose parameters are known."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from gyrostat.errors import InputError
+from gyrostat.identify import identify
+from gyrostat.units import RPM
+
+INERTIA = 1.5e-3
+PAPER_START = {
+    "inertia": INERTIA,
+    "hold": {"initial_speed": 0.0},
+    "prior": {
+        "motor_constant": (18.0 * INERTIA, 5.0 * INERTIA),
+        "viscous": (0.00344 * INERTIA, 0.002 * INERTIA),
+        "coulomb": (0.5863 * INERTIA, 0.3 * INERTIA),
+        "static": (0.0, 0.6 * INERTIA),
+    },
+    "speed_sigma": 5.0 * RPM,
+}
+
+
+def errors(fit, truth):
+    return {n: v - truth[n] for n, v in fit.parameters.items() if n in fit.names and n in truth}
+
+
+@pytest.mark.parametrize("name", ["viscous-coulomb", "stribeck", "sticky", "directional"])
+def test_noise_free_record_gives_the_wheel_back(record, truth, name):
+    model = "stribeck" if name == "sticky" else name
+    hold = {} if name == "viscous-coulomb" else {"stribeck_speed": truth[name]["stribeck_speed"]}
+    fit = identify(record(name, sigma_rpm=0.0), inertia=INERTIA, model=model, hold=hold)
+    assert fit.converged
+    for parameter, error in errors(fit, truth[name]).items():
+        assert abs(error) < 2e-5 * abs(truth[name][parameter]), parameter
+
+
+@pytest.mark.parametrize("name", ["stribeck", "sticky", "directional"])
+@pytest.mark.parametrize("profile", ["steps", "sines"])
+def test_noisy_record_gives_the_wheel_within_its_sigmas(record, truth, name, profile):
+    model = "stribeck" if name == "sticky" else name
+    hold = {"stribeck_speed": truth[name]["stribeck_speed"]}
+    fit = identify(record(name, profile), inertia=INERTIA, model=model, hold=hold)
+    assert fit.converged
+    error = np.array(list(errors(fit, truth[name]).values()))
+    wheel = [k for k, n in enumerate(fit.names) if n in truth[name]]
+    covariance = fit.covariance[np.ix_(wheel, wheel)]
+    assert error @ np.linalg.solve(covariance, error) < chi2.ppf(0.9999, len(error))
+
+
+def test_paper_start_converges_within_twelve_iterations_and_sigmas_are_honest(record, truth):
+    distances = []
+    for seed in range(25):
+        fit = identify(record(seed=seed), **PAPER_START)
+        assert fit.converged
+        assert fit.iterations <= 12
+        error = np.array(list(errors(fit, truth["stribeck"]).values()))
+        distances.append(error @ np.linalg.solve(fit.covariance, error))
+    low, high = chi2.ppf([0.001, 0.999], 4 * 25)
+    assert low < sum(distances) < high
+
+
+def test_residual_scales_sigma_where_the_noise_is_not_given(record):
+    given = identify(record(), inertia=INERTIA, speed_sigma=5.0 * RPM)
+    doubled = identify(record(), inertia=INERTIA, speed_sigma=10.0 * RPM)
+    scaled = identify(record(), inertia=INERTIA)
+    np.testing.assert_allclose(doubled.sigma, 2.0 * given.sigma, rtol=1e-3)
+    np.testing.assert_allclose(scaled.sigma, given.sigma, rtol=0.05)
+    assert scaled.speed_sigma == pytest.approx(5.0 * RPM, rel=0.05)
+    assert any("speed sigma" in w for w in doubled.warnings)
+
+
+def test_static_torque_of_the_paper_is_not_observable_and_says_what_would_cure_it(record):
+    fit = identify(record(), inertia=INERTIA, speed_sigma=5.0 * RPM)
+    assert not fit.observability["static"].observable
+    assert "zero crossings" in fit.observability["static"].advice
+    assert all(fit.observability[n].observable for n in ("motor_constant", "viscous", "coulomb"))
+
+
+def test_ramps_from_rest_show_what_the_steps_do_not(record):
+    fit = identify(record("sticky", "ramps"), inertia=INERTIA, hold={"stribeck_speed": 2.0})
+    assert fit.observability["static"].observable
+
+
+def test_record_without_a_crossing_works_and_static_is_not_observable(record, changed):
+    whole = record("sticky")
+    first = whole.time < 29.0
+    short = changed(
+        whole,
+        time=whole.time[first],
+        current=whole.current[first] * (1.0 + 0.3 * (whole.time[first] > 15.0)),
+        speed=whole.speed[first] + 40.0,
+        valid=whole.valid[first],
+    )
+    fit = identify(short, inertia=INERTIA, hold={"motor_constant": 0.0228})
+    assert fit.crossings == 0
+    assert not fit.observability["static"].observable
+    assert any("never crosses zero" in w for w in fit.warnings)
+
+
+def test_stribeck_speed_can_be_freed_where_the_wheel_is_sticky(record, truth):
+    fit = identify(record("sticky", sigma_rpm=1.0), inertia=INERTIA, free=["stribeck_speed"])
+    k = fit.names.index("stribeck_speed")
+    assert abs(fit.values[k] - 2.0) < 4.0 * fit.sigma[k]
+
+
+def test_inertia_is_estimated_where_the_motor_constant_is_known(record):
+    fit = identify(record(), hold={"motor_constant": 0.0228}, free=["inertia"])
+    k = fit.names.index("inertia")
+    assert abs(fit.values[k] - INERTIA) < 4.0 * fit.sigma[k]
+
+
+def test_current_bias_is_found(record, changed):
+    biased = changed(record(), current=record().current - 0.004)
+    fit = identify(biased, inertia=INERTIA, free=["current_bias"])
+    k = fit.names.index("current_bias")
+    assert abs(fit.values[k] - 0.004) < 4.0 * fit.sigma[k]
+
+
+def test_initial_speed_is_estimated_for_each_record(record, changed):
+    whole = record()
+    late = whole.time >= 47.0
+    cut = changed(
+        whole,
+        time=whole.time[late],
+        current=whole.current[late],
+        speed=whole.speed[late],
+        valid=whole.valid[late],
+    )
+    fit = identify([whole, cut], inertia=INERTIA)
+    assert fit.parameters["initial_speed_1"] == pytest.approx(0.0, abs=0.5)
+    assert fit.parameters["initial_speed_2"] == pytest.approx(cut.speed[0], abs=3.0)
+    assert fit.samples == len(whole.time) + len(cut.time)
+
+
+def test_information_of_two_records_adds(record):
+    first, second = (identify(record(seed=s), **PAPER_START) for s in (1, 2))
+    options = {**PAPER_START, "hold": {"initial_speed_1": 0.0, "initial_speed_2": 0.0}}
+    both = identify([record(seed=1), record(seed=2)], **options)
+    assert both.names == first.names == second.names
+    prior = np.diag([PAPER_START["prior"][n][1] ** -2.0 for n in both.names])
+    total = np.linalg.inv(first.covariance) + np.linalg.inv(second.covariance) - prior
+    np.testing.assert_allclose(np.sqrt(np.diag(np.linalg.inv(total))), both.sigma, rtol=0.1)
+
+
+def test_missing_samples_are_skipped_and_jitter_is_taken_as_it_is(record, truth):
+    fit = identify(record(jitter=0.2, dropouts=0.3), inertia=INERTIA)
+    assert fit.samples == pytest.approx(0.7 * 3001, rel=0.05)
+    for name, error in errors(fit, truth["stribeck"]).items():
+        assert abs(error) < 4.0 * fit.sigma[fit.names.index(name)]
+
+
+@pytest.mark.parametrize("loss", ["huber", "student"])
+def test_outliers_spoil_the_quadratic_loss_but_not_the_robust_ones(record, changed, truth, loss):
+    clean = record()
+    random = np.random.default_rng(5)
+    speed = clean.speed.copy()
+    hit = random.random(len(speed)) < 0.03
+    speed[hit] += 30.0
+    spoiled = changed(clean, speed=speed)
+    robust = identify(spoiled, inertia=INERTIA, loss=loss)
+    plain = identify(spoiled, inertia=INERTIA)
+    reference = identify(clean, inertia=INERTIA)
+    k = reference.names.index("coulomb")
+    assert abs(robust.values[k] - truth["stribeck"]["coulomb"]) < 4.0 * robust.sigma[k]
+    assert robust.sigma[k] < 2.0 * reference.sigma[k] < plain.sigma[k]
+
+
+def test_quantised_tachometer_is_no_obstacle(record, truth):
+    fit = identify(record(sigma_rpm=1.0, speed_quantum=10.0 * RPM), inertia=INERTIA)
+    assert abs(fit.parameters["coulomb"] / truth["stribeck"]["coulomb"] - 1.0) < 0.02
+
+
+def test_linear_current_is_fitted_with_the_linear_hold(record, truth):
+    sine = record(profile="sines", rate=2.0)
+    assert (
+        identify(sine, inertia=INERTIA).rms_speed
+        < identify(sine, inertia=INERTIA, current_hold="linear").rms_speed
+    )
+
+
+def test_start_that_sticks_is_left_behind(record, truth):
+    fit = identify(record(), inertia=INERTIA, start={"coulomb": 0.05})
+    assert fit.converged
+    assert fit.parameters["coulomb"] == pytest.approx(truth["stribeck"]["coulomb"], rel=0.05)
+
+
+def test_static_below_coulomb_is_allowed_as_noise(record):
+    """Over seeds the estimate of T_s - c must scatter on both sides of its true value."""
+    seen = [
+        fit.parameters["static"] - fit.parameters["coulomb"]
+        for fit in (identify(record(seed=s), **PAPER_START) for s in range(25))
+    ]
+    assert min(seen) < 0.0 < max(seen)
+
+
+def test_wrong_unit_of_the_speed_is_suspected(record, changed):
+    mixed = changed(record(), speed=record().speed / RPM)
+    fit = identify(mixed, inertia=INERTIA)
+    assert any("units" in w for w in fit.warnings)
+    assert not any("units" in w for w in identify(record(), inertia=INERTIA).warnings)
+
+
+def test_opposite_senses_of_current_and_speed_are_said(record, changed):
+    fit = identify(changed(record(), current=-record().current), inertia=INERTIA)
+    assert any("opposite senses" in w for w in fit.warnings)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({}, "inertia: found none"),
+        ({"inertia": 0.0}, "inertia: found 0, expected more than 0 kg·m²"),
+        ({"inertia": -1.0}, "inertia: found -1"),
+        ({"inertia": np.nan}, "inertia: found nan"),
+        ({"inertia": INERTIA, "free": ["inertia"]}, "only their ratios"),
+        ({"inertia": INERTIA, "model": "dahl"}, "model: found 'dahl'"),
+        ({"inertia": INERTIA, "hold": {"drag": 1.0}}, "parameter 'drag'"),
+        ({"inertia": INERTIA, "hold": {"coulomb": 1.0}, "free": ["coulomb"]}, "both held and free"),
+        ({"inertia": INERTIA, "prior": {"coulomb": (1e-3, 0.0)}}, "a-priori sigma of coulomb"),
+        ({"inertia": INERTIA, "speed_sigma": 0.0}, "speed sigma"),
+        ({"inertia": INERTIA, "loss": "cauchy"}, "loss: found 'cauchy'"),
+        ({"inertia": INERTIA, "hold": {"stribeck_speed": 0.0}}, "held stribeck_speed"),
+    ],
+)
+def test_requests_that_cannot_be_met_say_why(record, options, message):
+    with pytest.raises(InputError) as caught:
+        identify(record(), **options)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_records_that_show_nothing_say_why(record, changed):
+    whole = record()
+    constant = changed(whole, current=np.full(len(whole.time), 0.1))
+    with pytest.raises(InputError, match="constant"):
+        identify(constant, inertia=INERTIA)
+    random = np.random.default_rng(0)
+    still = changed(whole, speed=0.1 * random.standard_normal(len(whole.time)))
+    with pytest.raises(InputError, match="never moves"):
+        identify(still, inertia=INERTIA)
+    few = changed(
+        whole,
+        time=whole.time[:4],
+        current=whole.current[:4],
+        speed=whole.speed[:4],
+        valid=whole.valid[:4],
+    )
+    with pytest.raises(InputError, match="more than the 5 parameters"):
+        identify(few, inertia=INERTIA)
