@@ -1,0 +1,103 @@
+"""What the words of a command line mean: quantities, NAME=VALUE pairs, records."""
+
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gyrostat.errors import InputError
+
+if TYPE_CHECKING:
+    from gyrostat.telemetry import Record
+
+
+def say(text: str) -> None:
+    """Print a message for a person, on stderr."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def pairs(text: str | None, where: str) -> dict[str, str]:
+    """Split NAME=VALUE,NAME=VALUE.
+
+    Raises:
+        InputError: a part has no equals sign or a name comes twice.
+    """
+    found: dict[str, str] = {}
+    for part in (text or "").split(","):
+        if not part.strip():
+            continue
+        name, equals, value = (p.strip() for p in part.partition("="))
+        if not (name and equals and value):
+            raise InputError(f"{where}: found {part.strip()!r}, expected NAME=VALUE")
+        if name in found:
+            raise InputError(f"{where}: found {name} twice, expected it once")
+        found[name] = value
+    return found
+
+
+def command_line() -> str:
+    """What the user typed, as a shell would take it."""
+    return shlex.join(["gyrostat", *sys.argv[1:]])
+
+
+def load(path: Path, columns: str | None, units: str | None, unsigned_current: bool) -> "Record":
+    """Read a record and say what the reader did to it."""
+    from gyrostat.telemetry import read_record
+
+    record = read_record(
+        path,
+        columns=pairs(columns, "--columns") or None,
+        units=pairs(units, "--units") or None,
+        unsigned_current=unsigned_current,
+    )
+    for note in record.notes:
+        say(f"{record.name}: {note}")
+    return record
+
+
+def quantity(text: str, name: str, model: str, option: str) -> float:
+    """The value of a named parameter, SI."""
+    from gyrostat.identify.prediction import friction_model, parameter_dimension
+    from gyrostat.units import parse_quantity
+
+    dimension = parameter_dimension(friction_model(model), name, option)
+    return parse_quantity(text, dimension, f"{option} {name}")
+
+
+def held(items: Sequence[str], model: str) -> dict[str, float | None]:
+    """Values of --hold NAME=VALUE, or None for a NAME to hold at its default."""
+    found: dict[str, float | None] = {}
+    for item in items:
+        for part in item.split(","):
+            name, _, value = (p.strip() for p in part.partition("="))
+            found[name] = quantity(value, name, model, "--hold") if value else None
+    return found
+
+
+def priors(items: Sequence[str], model: str) -> dict[str, tuple[float, float]]:
+    """Means and sigmas of --prior NAME=MEAN:SIGMA, SI."""
+    found = {}
+    for name, text in (kv for item in items for kv in pairs(item, "--prior").items()):
+        mean, colon, sigma = text.partition(":")
+        if not colon:
+            raise InputError(f"--prior {name}: found {text!r}, expected MEAN:SIGMA")
+        found[name] = (
+            quantity(mean, name, model, "--prior"),
+            quantity(sigma, name, model, "--prior"),
+        )
+    return found
+
+
+def starts(items: Sequence[str], model: str) -> dict[str, float]:
+    """Values of --start NAME=VALUE, SI."""
+    return {
+        name: quantity(text, name, model, "--start")
+        for item in items
+        for name, text in pairs(item, "--start").items()
+    }
+
+
+def progress(stage: str, count: int, cost: float) -> None:
+    """Say how an iteration goes."""
+    say(f"  {stage}: iteration {count}, cost {cost:.6g}")

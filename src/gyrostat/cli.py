@@ -1,0 +1,292 @@
+"""The command line. Heavy imports are made inside the verbs, so that --help answers at once."""
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gyrostat.arguments import command_line, held, load, priors, progress, say, starts
+from gyrostat.errors import InputError
+
+if TYPE_CHECKING:
+    from gyrostat.identify import Fit
+    from gyrostat.telemetry import Record
+
+app = typer.Typer(
+    help="Reaction wheels: from a bench record to a friction model and beyond.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+class Method(StrEnum):
+    """How a wheel is identified."""
+
+    batch = "batch"
+    steady = "steady"
+    torque_step = "torque-step"
+    coast = "coast"
+
+
+class Hold(StrEnum):
+    """How the current runs between samples."""
+
+    zero_order = "zero-order"
+    linear = "linear"
+
+
+Out = Annotated[Path, typer.Option(help="Folder for the results.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result's JSON and nothing else.")]
+Columns = Annotated[
+    str | None,
+    typer.Option(help="Columns by role: time=t,current=m1cur,speed=m1vel (also temperature, ...)."),
+]
+Units = Annotated[
+    str | None, typer.Option(help="Units by role where the file has none: speed=rpm,time=ms.")
+]
+Unsigned = Annotated[
+    bool, typer.Option(help="The current has no sign: take it from setpoint, or from speed.")
+]
+CurrentHold = Annotated[Hold, typer.Option(help="The current between samples.")]
+
+
+@app.command()
+def identify(
+    records: Annotated[list[Path], typer.Argument(help="Records of one wheel: CSV, Parquet, MAT.")],
+    out: Out,
+    inertia: Annotated[
+        str | None, typer.Option(help="Of rotor and flywheel, kg·m² or with a unit.")
+    ] = None,
+    model: Annotated[str | None, typer.Option(help="Friction model [default: stribeck].")] = None,
+    method: Annotated[Method, typer.Option(help="How to identify.")] = Method.batch,
+    hold: Annotated[
+        list[str] | None, typer.Option(help="NAME=VALUE held, or NAME at its default.")
+    ] = None,
+    free: Annotated[list[str] | None, typer.Option(help="NAME estimated as well.")] = None,
+    prior: Annotated[list[str] | None, typer.Option(help="NAME=MEAN:SIGMA known before.")] = None,
+    start: Annotated[list[str] | None, typer.Option(help="NAME=VALUE to start from.")] = None,
+    speed_sigma: Annotated[
+        str | None, typer.Option(help="Noise of the speed, 1 sigma, rad/s or with a unit.")
+    ] = None,
+    loss: Annotated[str, typer.Option(help="quadratic, huber or student.")] = "quadratic",
+    current_hold: CurrentHold = Hold.zero_order,
+    compare: Annotated[bool, typer.Option(help="Rank the other friction models too.")] = False,
+    held_out: Annotated[
+        list[Path] | None, typer.Option(help="Record for the ranking only, never fitted.")
+    ] = None,
+    columns: Columns = None,
+    units: Units = None,
+    unsigned_current: Unsigned = False,
+    json_output: Json = False,
+) -> None:
+    """Identify a wheel: fit.json, model.toml and report.html from its bench records."""
+    from gyrostat.files import check_writable
+    from gyrostat.units import parse_quantity
+
+    check_writable(out)
+    inertia_value = parse_quantity(inertia, "inertia", "--inertia") if inertia else None
+    sigma = parse_quantity(speed_sigma, "speed", "--speed-sigma") if speed_sigma else None
+    loaded = [load(path, columns, units, unsigned_current) for path in records]
+    name = model or "stribeck"
+    common: dict[str, Any] = {
+        "inertia": inertia_value,
+        "hold": held(hold or [], name),
+        "speed_sigma": sigma,
+    }
+    if method is not Method.batch:
+        fit = _deterministic(method, loaded, model, common, [free, prior, start, compare])
+        _finish(fit, out, json_output)
+        return
+    from gyrostat.identify import compare as rank
+    from gyrostat.identify import identify as identify_batch
+    from gyrostat.identify import temperature_trends
+
+    say(f"identifying {name} friction from {', '.join(r.name for r in loaded)}")
+    options: dict[str, Any] = {
+        **common,
+        "free": free or [],
+        "prior": priors(prior or [], name),
+        "start": starts(start or [], name),
+        "loss": loss,
+        "current_hold": current_hold.value,
+    }
+    fit = identify_batch(loaded, model=name, on_progress=progress, **options)
+    trends = temperature_trends(loaded, model=name, **options) if len(loaded) > 1 else []
+    rows = []
+    if compare or held_out:
+        others = [load(path, columns, units, unsigned_current) for path in held_out or []]
+        say("ranking the other friction models")
+        rows = rank(loaded, others, **options)
+    _finish(fit, out, json_output, comparison=rows, temperatures=trends)
+
+
+def _finish(fit: "Fit", out: Path, json_output: bool, **tables: Any) -> None:
+    from gyrostat.report.write import write_fit
+
+    text = write_fit(fit, out, command=command_line(), say=say, **tables)
+    if json_output:
+        print(text)
+    if not fit.converged:
+        raise typer.Exit(1)
+
+
+def _deterministic(
+    method: Method, records: "list[Record]", model: str | None, common: dict[str, Any], unused: list
+) -> "Fit":
+    from gyrostat.identify import identify_coast, identify_steady, identify_torque_step
+
+    if any(unused):
+        raise InputError(
+            f"--method {method.value}: found --free, --prior, --start or --compare, expected these "
+            "with --method batch only"
+        )
+    if method is Method.steady:
+        return identify_steady(records, model=model, **common)
+    if model is not None:
+        raise InputError(
+            f"--method {method.value}: found --model {model}, expected no model: this method "
+            "identifies viscous and Coulomb friction or the motor constant"
+        )
+    run: Callable[..., Fit] = identify_coast if method is Method.coast else identify_torque_step
+    return run(records, **common)
+
+
+@app.command()
+def validate(
+    model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
+    record: Annotated[Path, typer.Argument(help="A record that it was not fitted to.")],
+    out: Out,
+    current_hold: CurrentHold = Hold.zero_order,
+    columns: Columns = None,
+    units: Units = None,
+    unsigned_current: Unsigned = False,
+    json_output: Json = False,
+) -> None:
+    """Predict a record with a known wheel: validation.json and validation.html."""
+    from gyrostat.files import check_writable, write_whole
+    from gyrostat.identify import validate as predict
+    from gyrostat.report.page import validation_page
+    from gyrostat.units import RPM
+    from gyrostat.wheel import read_model
+
+    check_writable(out)
+    wheel = read_model(model)
+    wheel.wheel()
+    measured = load(record, columns, units, unsigned_current)
+    result = predict(wheel.friction, dict(wheel.values), measured, current_hold=current_hold.value)
+    text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
+    write_whole(out / "validation.html", validation_page(result, command=command_line()))
+    write_whole(out / "validation.json", text + "\n")
+    say(
+        f"residual {result.rms_speed:.4g} rad/s rms ({result.rms_speed / RPM:.4g} rpm), tachometer "
+        f"noise {result.noise:.4g} rad/s, over {result.samples} samples and {result.crossings} "
+        "zero crossings"
+    )
+    if json_output:
+        print(text)
+
+
+@app.command()
+def bench(
+    model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
+    out: Annotated[Path, typer.Option(help="Record to write, .csv or .parquet.")],
+    profile: Annotated[str, typer.Option(help="steps, sines or ramps.")] = "steps",
+    duration: Annotated[str, typer.Option(help="s or with a unit.")] = "300",
+    rate: Annotated[float, typer.Option(help="Samples per second.")] = 10.0,
+    low: Annotated[str | None, typer.Option(help="Smallest current amplitude, A.")] = None,
+    high: Annotated[str | None, typer.Option(help="Largest current amplitude, A.")] = None,
+    period: Annotated[str | None, typer.Option(help="Of one step, cycle or ramp, s.")] = None,
+    initial_speed: Annotated[str, typer.Option(help="rad/s or with a unit.")] = "0",
+    speed_sigma: Annotated[str, typer.Option(help="Tachometer noise, rad/s or unit.")] = "0",
+    speed_quantum: Annotated[str, typer.Option(help="Tachometer step, rad/s or unit.")] = "0",
+    jitter: Annotated[float, typer.Option(help="Of sample times, share of interval.")] = 0.0,
+    dropouts: Annotated[float, typer.Option(help="Share of missing speeds.")] = 0.0,
+    seed: Annotated[int, typer.Option(help="Same seed, same record.")] = 0,
+) -> None:
+    """Make the record that a test bench would have taken of a known wheel."""
+    from gyrostat.files import check_writable
+    from gyrostat.simulate import CurrentRange, Telemetry, bench_record, default_range
+    from gyrostat.telemetry import write_record
+    from gyrostat.units import parse_quantity
+
+    check_writable(out.parent)
+    wheel = read_wheel(model)
+    usual = default_range(wheel)
+    record = bench_record(
+        wheel,
+        profile,
+        duration=parse_quantity(duration, "time", "--duration"),
+        telemetry=Telemetry(
+            rate=rate,
+            speed_sigma=parse_quantity(speed_sigma, "speed", "--speed-sigma"),
+            speed_quantum=parse_quantity(speed_quantum, "speed", "--speed-quantum"),
+            jitter=jitter,
+            dropouts=dropouts,
+        ),
+        amplitudes=CurrentRange(
+            parse_quantity(low, "current", "--low") if low else usual.low,
+            parse_quantity(high, "current", "--high") if high else usual.high,
+        ),
+        initial_speed=parse_quantity(initial_speed, "speed", "--initial-speed"),
+        period=parse_quantity(period, "time", "--period") if period else None,
+        seed=seed,
+        name=out.name,
+    )
+    write_record(record, out)
+    say(f"written: {out}, {len(record.time)} samples, wheel of {model}")
+
+
+def read_wheel(path: Path) -> Any:
+    """The wheel of a model file."""
+    from gyrostat.wheel import read_model
+
+    return read_model(path).wheel()
+
+
+@app.command()
+def reproduce(
+    paper: Annotated[str, typer.Argument(help="carrara-kuga")],
+    out: Out,
+    quick: Annotated[bool, typer.Option(help="Fewer seeds, within two minutes.")] = False,
+    json_output: Json = False,
+) -> None:
+    """Rebuild a paper's experiment and judge each of its claims: claims.json and report.html."""
+    from gyrostat.files import check_writable, write_whole
+    from gyrostat.papers import paper_named
+
+    experiment = paper_named(paper)
+    check_writable(out)
+    result = experiment.reproduce(quick=quick, say=say)
+    text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
+    write_whole(out / "report.html", result.page(command=command_line()))
+    write_whole(out / "claims.json", text + "\n")
+    for line in result.lines():
+        say(line)
+    if json_output:
+        print(text)
+
+
+def _use_compilation_cache() -> None:
+    """Keep compiled code between runs; JAX reads these when it is first imported."""
+    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(root / "gyrostat" / "jax"))
+    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.05")
+
+
+def main() -> None:
+    """Run the command line: 0 done, 1 no valid result, 2 wrong usage or bad input."""
+    _use_compilation_cache()
+    try:
+        app()
+    except InputError as error:
+        say(f"error: {error}")
+        sys.exit(2)
+    except KeyboardInterrupt:
+        say("interrupted: nothing half-written was left behind")
+        sys.exit(130)

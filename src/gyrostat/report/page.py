@@ -1,0 +1,91 @@
+"""Self-contained HTML pages: nothing in them is fetched from anywhere."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from importlib.metadata import version
+
+import jinja2
+
+from gyrostat.identify import Fit
+from gyrostat.identify.comparison import Candidate
+from gyrostat.identify.temperature import TemperatureTrend
+from gyrostat.identify.validation import Validation
+from gyrostat.report import figures
+from gyrostat.report.text import measured, parameter_rows, plain, summary
+from gyrostat.units import RPM
+
+
+@lru_cache
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("gyrostat.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"plain": plain, "rpm": lambda v: plain(v / RPM)}
+    return environment
+
+
+def render(template: str, **content: object) -> str:
+    """Fill a template of this package.
+
+    Args:
+        template: file name under templates/.
+        content: its variables.
+    """
+    return _environment().get_template(template).render(version=version("gyrostat"), **content)
+
+
+def fit_page(
+    fit: Fit,
+    *,
+    command: str,
+    comparison: Sequence[Candidate] = (),
+    temperatures: Sequence[TemperatureTrend] = (),
+) -> str:
+    """The report of an identification.
+
+    Args:
+        fit: the result.
+        command: what produced it, to run it again.
+        comparison: candidates, best first; may be empty.
+        temperatures: trends over temperature; may be empty.
+    """
+    drawn = [
+        (record.name, figures.svg(figures.record_figure(record, speed, sigma, fit.speed_sigma)))
+        for record, speed, sigma in zip(
+            fit.records, fit.predicted, fit.predicted_sigma, strict=False
+        )
+    ]
+    friction_known = all(n in fit.parameters for n in fit.model.dimensions())
+    return render(
+        "fit.html",
+        fit=fit,
+        command=command,
+        summary=summary(fit),
+        rows=list(parameter_rows(fit)),
+        records=drawn,
+        friction=figures.svg(figures.friction_figure(fit)) if friction_known else None,
+        residuals=figures.svg(figures.residual_figure(fit)) if fit.predicted else None,
+        correlation=list(zip(fit.names, fit.correlation.tolist(), strict=True)),
+        comparison=comparison,
+        temperatures=[
+            (t, measured(t.slope, t.slope_sigma), abs(t.slope) > 2.0 * t.slope_sigma)
+            for t in temperatures
+        ],
+    )
+
+
+def validation_page(validation: Validation, *, command: str) -> str:
+    """The report of a validation.
+
+    Args:
+        validation: the result.
+        command: what produced it.
+    """
+    figure = figures.record_figure(validation.record, validation.predicted, None, validation.noise)
+    return render(
+        "validation.html", validation=validation, command=command, figure=figures.svg(figure)
+    )

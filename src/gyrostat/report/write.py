@@ -1,0 +1,70 @@
+"""The files of an identification, and what a person reads of it in the terminal."""
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from gyrostat.files import write_whole
+from gyrostat.identify import Candidate, Fit, TemperatureTrend
+from gyrostat.report.page import fit_page
+from gyrostat.report.text import aligned, measured, parameter_rows, summary
+from gyrostat.wheel import write_model
+
+
+def write_fit(
+    fit: Fit,
+    out: Path,
+    *,
+    command: str,
+    say: Callable[[str], None],
+    comparison: Sequence[Candidate] = (),
+    temperatures: Sequence[TemperatureTrend] = (),
+) -> str:
+    """Write fit.json, report.html and, where there is a wheel model, model.toml.
+
+    Args:
+        fit: the result.
+        out: folder for the files.
+        command: what produced it.
+        say: takes each line for a person.
+        comparison: of friction models; may be empty.
+        temperatures: trends over temperature; may be empty.
+
+    Returns:
+        The text of fit.json.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    content = fit.to_dict()
+    if comparison:
+        content["comparison"] = [row.to_dict() for row in comparison]
+    if temperatures:
+        content["temperature"] = [trend.to_dict() for trend in temperatures]
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+    page = fit_page(fit, command=command, comparison=comparison, temperatures=temperatures)
+    model = fit.wheel_model()
+    results = [out / "report.html", out / "fit.json"]
+    write_whole(results[0], page)
+    write_whole(results[1], text + "\n")
+    if model is not None and fit.converged:
+        results.append(out / "model.toml")
+        write_model(results[-1], model)
+    elif (out / "model.toml").exists():
+        say(f"warning: {out / 'model.toml'} is of an earlier run: this one gives no wheel model")
+
+    for line in summary(fit):
+        say(line)
+    header = ("parameter", "value ± sigma", "unit", "observable?")
+    for line in aligned(list(parameter_rows(fit)), header):
+        say("  " + line)
+    for trend in temperatures:
+        slope = measured(trend.slope, trend.slope_sigma)
+        say(f"  {trend.name} changes by {slope} {trend.unit} per °C")
+    for warning in fit.warnings:
+        say(f"warning: {warning}")
+    if fit.converged:
+        say(f"written: {', '.join(str(path) for path in results)}")
+    else:
+        say(f"no valid result; what there is stands in {out / 'fit.json'}")
+    return text

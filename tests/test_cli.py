@@ -1,0 +1,320 @@
+"""The command line as its users meet it: results, exit codes, one clear line for bad input."""
+
+import json
+import os
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gyrostat.cli import main
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "wheel_profile2.csv"
+MODEL = """
+[wheel]
+inertia = 1.5e-3
+motor_constant = 0.0228
+[friction]
+model = "stribeck"
+viscous = 4.83e-6
+coulomb = 0.8795e-3
+static = 0.9055e-3
+stribeck_speed = 0.418879
+"""
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run the command line in this process: exit code, stdout, stderr."""
+
+    def call(*words):
+        monkeypatch.setattr(sys, "argv", ["gyrostat", *map(str, words)])
+        code = 0
+        try:
+            main()
+        except SystemExit as stop:
+            code = stop.code or 0
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return call
+
+
+@pytest.fixture
+def refused(run, tmp_path):
+    """Run `identify` on a record text that must be refused; the line that says why."""
+
+    def call(text, *options, name="bad.csv"):
+        record = tmp_path / name
+        record.write_text(text)
+        out = tmp_path / "out"
+        code, stdout, stderr = run("identify", record, "--out", out, *options)
+        assert code == 2
+        assert stdout == ""
+        assert not out.exists()
+        lines = [line for line in stderr.splitlines() if line.startswith("error: ")]
+        assert len(lines) == 1
+        assert "Traceback" not in stderr
+        return lines[0]
+
+    return call
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory):
+    """Results of the example record, made by the installed command."""
+    out = tmp_path_factory.mktemp("fit")
+    done = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            "from gyrostat.cli import main; main()",
+            "identify",
+            str(EXAMPLE),
+            *("--inertia", "1.5e-3", "--speed-sigma", "5rpm", "--out", str(out), "--json"),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return out, done
+
+
+def header_and_rows(count=40):
+    time = np.arange(count) * 0.1
+    current = np.where(time < 2.0, 0.1, -0.1)
+    speed = np.cumsum(current)
+    rows = [f"{t:.2f},{i:.3f},{w:.4f}" for t, i, w in zip(time, current, speed, strict=True)]
+    return "time_s,current_A,speed_rpm", rows
+
+
+def text_with(row=None, line=None, header=None):
+    first, rows = header_and_rows()
+    if row is not None:
+        rows[row] = line
+    return "\n".join([header or first, *rows]) + "\n"
+
+
+def test_help_names_every_verb(run):
+    code, out, _ = run("--help")
+    assert code == 0
+    for verb in ("identify", "validate", "bench", "reproduce"):
+        assert verb in out
+
+
+def test_identify_writes_its_three_files_and_prints_only_json(fitted):
+    out, done = fitted
+    assert sorted(p.name for p in out.iterdir()) == ["fit.json", "model.toml", "report.html"]
+    printed = json.loads(done.stdout)
+    assert printed == json.loads((out / "fit.json").read_text())
+    assert "coulomb" in done.stderr
+
+
+def test_fit_json_keeps_its_contract(fitted):
+    fit = json.loads((fitted[0] / "fit.json").read_text())
+    assert {
+        *("model", "converged", "iterations", "samples", "crossings", "rms_speed"),
+        *("parameters", "correlation", "held", "warnings"),
+    } <= set(fit)
+    assert fit["model"] == "stribeck"
+    assert fit["converged"] is True
+    assert fit["samples"] == 3001
+    assert fit["crossings"] == 9
+    for name in ("motor_constant", "viscous", "coulomb", "static"):
+        assert {"value", "sigma", "unit", "observable"} <= set(fit["parameters"][name])
+    assert fit["parameters"]["coulomb"]["unit"] == "N·m"
+    assert fit["parameters"]["coulomb"]["value"] == pytest.approx(0.8795e-3, rel=0.02)
+    assert fit["parameters"]["static"]["observable"] is False
+    assert fit["held"]["stribeck_speed"] == pytest.approx(0.418879)
+    assert fit["held"]["inertia"] == 1.5e-3
+    count = len(fit["correlation"]["names"])
+    assert np.shape(fit["correlation"]["matrix"]) == (count, count)
+
+
+def test_model_file_holds_the_fit(fitted):
+    out, _ = fitted
+    fit = json.loads((out / "fit.json").read_text())
+    model = tomllib.loads((out / "model.toml").read_text())
+    assert model["friction"]["coulomb"] == fit["parameters"]["coulomb"]["value"]
+    assert model["wheel"]["inertia"] == 1.5e-3
+    assert model["sigma"]["coulomb"] == fit["parameters"]["coulomb"]["sigma"]
+
+
+def test_report_is_self_contained(fitted):
+    page = (fitted[0] / "report.html").read_text()
+    assert page.count("<svg") == 3
+    assert "not observable" in page
+    for outside in ('src="http', 'href="http', "@import", "<script"):
+        assert outside not in page.replace("http://www.w3.org", "")
+
+
+def test_bench_identify_validate_is_a_closed_circle(run, tmp_path):
+    model = tmp_path / "truth.toml"
+    model.write_text(MODEL)
+    for seed, profile in ((1, "steps"), (2, "sines")):
+        record = tmp_path / f"{profile}.csv"
+        options = ("--speed-sigma", "5rpm", "--seed", seed, "--out", record)
+        assert run("bench", model, "--profile", profile, *options)[0] == 0
+    out = tmp_path / "fit"
+    assert run("identify", tmp_path / "steps.csv", "--inertia", "1.5e-3", "--out", out)[0] == 0
+    check = tmp_path / "check"
+    code, stdout, _ = run(
+        "validate", out / "model.toml", tmp_path / "sines.csv", "--out", check, "--json"
+    )
+    assert code == 0
+    assert json.loads(stdout) == json.loads((check / "validation.json").read_text())
+    assert json.loads(stdout)["rms_speed"] == pytest.approx(0.5236, rel=0.08)
+    assert "<svg" in (check / "validation.html").read_text()
+
+
+def test_bench_gives_the_same_record_for_the_same_seed(run, tmp_path):
+    model = tmp_path / "truth.toml"
+    model.write_text(MODEL)
+    texts = []
+    for name, seed in (("a.csv", 3), ("b.csv", 3), ("c.csv", 4)):
+        options = ("--duration", "60", "--jitter", "0.1", "--dropouts", "0.05", "--seed", seed)
+        assert run("bench", model, "--out", tmp_path / name, *options)[0] == 0
+        texts.append((tmp_path / name).read_text())
+    assert texts[0] == texts[1] != texts[2]
+
+
+def test_comparison_ranks_models_and_does_not_change_the_answer(run, fitted, tmp_path):
+    common = ("identify", EXAMPLE, "--inertia", "1.5e-3", "--speed-sigma", "5rpm", "--json")
+    code, out, _ = run(*common, "--compare", "--held-out", EXAMPLE, "--out", tmp_path / "ranked")
+    ranked = json.loads(out)
+    assert code == 0
+    models = [row["model"] for row in ranked["comparison"]]
+    assert sorted(models) == ["directional", "stribeck", "viscous-coulomb"]
+    # the record cannot show T_s - c, so the criterion must not pay for it
+    assert models[0] == "viscous-coulomb"
+    assert all(row["held_out_rms"] > 0.0 for row in ranked["comparison"])
+    assert ranked["parameters"] == json.loads(fitted[1].stdout)["parameters"]
+
+
+def test_units_on_the_command_line(run, tmp_path):
+    words = ("identify", EXAMPLE, "--inertia", "15 kg·cm²", "--hold", "stribeck_speed=4rpm")
+    code, out, _ = run(*words, "--speed-sigma", "5 rpm", "--json", "--out", tmp_path)
+    held = json.loads(out)["held"]
+    assert code == 0
+    assert held["inertia"] == pytest.approx(1.5e-3)
+    assert held["stribeck_speed"] == pytest.approx(0.418879, rel=1e-6)
+
+
+def test_a_fit_that_does_not_converge_exits_1_and_leaves_no_model(run, tmp_path, monkeypatch):
+    import gyrostat.identify.batch as batch
+
+    monkeypatch.setattr(batch, "DEFAULT_ITERATIONS", 3)
+    code, out, err = run(
+        "identify", EXAMPLE, "--inertia", "1.5e-3", "--json", "--out", tmp_path / "fit"
+    )
+    assert code == 1
+    assert json.loads(out)["converged"] is False
+    assert "no valid result" in err
+    assert not (tmp_path / "fit" / "model.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (text_with(header="time_s,current_A,velo_rpm"), "speed"),
+        (text_with(header="time_s,speed_rpm,speed_rpm"), "speed"),
+        (text_with(header="time_s,current_A,speed_furlong"), "furlong"),
+        (text_with(7, "0.70,abc,1.0"), "abc"),
+        (text_with(7, "0.70,0.1,nan"), "row 9"),
+        (text_with(7, "0.70,inf,1.0"), "row 9"),
+        (text_with(7, "0.30,0.1,1.0"), "time"),
+        (text_with(7, "0.60,0.1,1.0"), "time"),
+        ("", "bad.csv"),
+        ("time_s,current_A,speed_rpm\n", "bad.csv"),
+    ],
+)
+def test_bad_records_are_refused_with_one_line(refused, text, expected):
+    line = refused(text, "--inertia", "1.5e-3")
+    assert "bad.csv" in line
+    assert expected in line
+    assert "expected" in line
+
+
+def test_missing_zero_and_negative_inertia(refused):
+    good = EXAMPLE.read_text()
+    assert "inertia" in refused(good)
+    for value in ("0", "-1.5e-3", "nan", "fast", "1.5e-3 A"):
+        assert "inertia" in refused(good, f"--inertia={value}")
+
+
+def test_wheel_that_never_moves_and_constant_current(refused):
+    _, rows = header_and_rows(400)
+    still = [f"{k * 0.1:.1f},{row.split(',')[1]},0" for k, row in enumerate(rows)]
+    header = "time_s,current_A,speed_rpm"
+    assert "never moves" in refused("\n".join([header, *still]), "--inertia", "1.5e-3")
+    constant = [f"{k * 0.1:.1f},0.1,{k}" for k in range(400)]
+    assert "constant" in refused("\n".join([header, *constant]), "--inertia", "1.5e-3")
+
+
+def test_unwritable_output_folder(run, tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    code, _, err = run("identify", EXAMPLE, "--inertia", "1.5e-3", "--out", blocked / "out")
+    assert code == 2
+    assert "expected a writable folder" in err
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_read_only_output_folder(run, tmp_path):
+    tmp_path.chmod(0o500)
+    code, _, err = run("identify", EXAMPLE, "--inertia", "1.5e-3", "--out", tmp_path)
+    assert code == 2
+    assert "Permission denied" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (("reproduce", "carrara"), "carrara-kuga"),
+        (("bench", "MODEL", "--profile", "square"), "profile"),
+        (("bench", "MODEL", "--rate", "-1"), "rate"),
+        (("bench", "MODEL", "--low", "2", "--high", "1"), "current range"),
+        (("bench", "MODEL", "--duration", "5 kg"), "--duration"),
+        (
+            (
+                "bench",
+                "absent.toml",
+            ),
+            "absent.toml",
+        ),
+        (("validate", "MODEL", "absent.csv"), "absent.csv"),
+    ],
+)
+def test_wrong_usage_is_one_line_and_exit_2(run, tmp_path, words, expected):
+    model = tmp_path / "m.toml"
+    model.write_text(MODEL)
+    code, out, err = run(*(model if w == "MODEL" else w for w in words), "--out", tmp_path / "o")
+    assert code == 2
+    assert out == ""
+    assert expected in err
+    assert len(err.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (("inertia = 1.5e-3", "inertia = 0"), "wheel.inertia"),
+        (("inertia = 1.5e-3", "intertia = 1.5e-3"), "did you mean wheel.inertia"),
+        (("coulomb = 0.8795e-3", 'coulomb = "much"'), "friction.coulomb"),
+        (("viscous = 4.83e-6\n", ""), "friction.viscous"),
+        (('"stribeck"', '"dahl"'), "friction.model"),
+        (("[wheel]", "[wheel"), "invalid TOML"),
+        (("inertia = 1.5e-3\n", ""), "inertia"),
+    ],
+)
+def test_bad_model_files_name_the_key(run, tmp_path, change, expected):
+    model = tmp_path / "m.toml"
+    model.write_text(MODEL.replace(*change))
+    code, _, err = run("bench", model, "--out", tmp_path / "r.csv")
+    assert code == 2
+    assert expected in err
+    assert not (tmp_path / "r.csv").exists()
