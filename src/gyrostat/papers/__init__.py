@@ -1,0 +1,36 @@
+"""Papers rebuilt with the public interface, and a verdict on each of their claims."""
+
+import difflib
+
+from gyrostat.errors import InputError
+from gyrostat.papers.carrara_kuga import CARRARA_KUGA
+from gyrostat.papers.claims import Claim, Verdict
+from gyrostat.papers.reproduction import Drawing, Paper, Part, Reproduction
+
+PAPERS: dict[str, Paper] = {paper.name: paper for paper in (CARRARA_KUGA,)}
+"""Papers that can be reproduced, by name."""
+
+
+def paper_named(name: str) -> Paper:
+    """Look a paper up.
+
+    Raises:
+        InputError: no paper that can be reproduced has this name.
+    """
+    if name in PAPERS:
+        return PAPERS[name]
+    near = difflib.get_close_matches(name.strip().casefold().replace("_", "-"), PAPERS, n=1)
+    hint = f" (did you mean {near[0]}?)" if near else ""
+    raise InputError(f"paper: found {name!r}{hint}, expected one of {', '.join(PAPERS)}")
+
+
+__all__ = [
+    "PAPERS",
+    "Claim",
+    "Drawing",
+    "Paper",
+    "Part",
+    "Reproduction",
+    "Verdict",
+    "paper_named",
+]
