@@ -88,3 +88,48 @@ def test_what_cannot_be_met_is_said(record):
     with pytest.raises(InputError) as caught:
         identify_coast(record("viscous-coulomb", "steps"), inertia=INERTIA)
     assert "found no coast" in str(caught.value)
+
+
+def coasting_record(record, changed, current_noise, friction="viscous-coulomb", seed=0):
+    ramps = record(friction, "ramps", seed=seed)
+    noise = current_noise * np.random.default_rng(seed).standard_normal(len(ramps.time))
+    return changed(ramps, current=ramps.current + noise)
+
+
+def test_noise_of_the_current_does_not_hide_the_coasts(record, changed):
+    ramps = record("viscous-coulomb", "ramps")
+    noisy = coasting_record(record, changed, 1e-3)
+    rounded = changed(noisy, current=5e-4 * np.round(noisy.current / 5e-4))
+    fits = [identify_coast(r, inertia=INERTIA) for r in (ramps, noisy, rounded)]
+    for fit in fits[1:]:
+        assert fit.samples > 0.9 * fits[0].samples
+        assert np.all(np.abs(fit.values - TRUE) < 4.0 * fit.sigma)
+
+
+def test_a_stribeck_rise_before_the_stop_does_not_bias_the_friction(record):
+    relative = []
+    for seed in range(12):
+        fit = identify_coast(record("sticky", "ramps", seed=seed), inertia=INERTIA)
+        relative.append((fit.values - TRUE) / fit.sigma)
+    assert np.all(np.abs(np.mean(relative, axis=0)) < 4.0 / np.sqrt(12.0))
+
+
+def test_small_currents_are_no_coast(record, changed):
+    steps = record("viscous-coulomb", "steps")
+    # the motor still pulls, by less than the noise of a single current
+    rng = np.random.default_rng(0)
+    current = 0.01 + 0.01 * rng.standard_normal(len(steps.time))
+    speed = np.linspace(40.0, 20.0, len(steps.time)) + rng.standard_normal(len(steps.time))
+    weak = changed(steps, current=current, speed=speed, valid=np.isfinite(speed))
+    with pytest.raises(InputError, match="found no coast"):
+        identify_coast(weak, inertia=INERTIA)
+
+
+def test_it_identifies_no_motor_constant_and_says_so(record):
+    ramps = record("viscous-coulomb", "ramps")
+    fit = identify_coast(ramps, inertia=INERTIA)
+    assert fit.rms_speed is None
+    with pytest.raises(InputError, match="coast does not identify the motor constant"):
+        fit.wheel()
+    whole = identify_coast(ramps, inertia=INERTIA, hold={"motor_constant": 0.0228}).wheel()
+    assert whole.motor_constant == 0.0228

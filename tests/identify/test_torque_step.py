@@ -3,10 +3,16 @@
 import numpy as np
 import pytest
 
+from gyrostat._jax import jax, jnp
 from gyrostat.errors import InputError
+from gyrostat.friction import ViscousCoulomb
 from gyrostat.identify import identify_torque_step
+from gyrostat.telemetry import Record
+from gyrostat.wheel import Wheel, speed_response
 
 INERTIA = 1.5e-3
+
+respond = jax.jit(speed_response)
 
 
 @pytest.mark.parametrize("friction", ["viscous-coulomb", "directional"])
@@ -54,3 +60,33 @@ def test_what_cannot_be_met_is_said(record):
     with pytest.raises(InputError) as caught:
         identify_torque_step(record("viscous-coulomb", "sines"), inertia=INERTIA)
     assert "found no step" in str(caught.value)
+
+
+def staircase(seed):
+    """A wheel that keeps its sense, its current now above and now below the friction."""
+    wheel = Wheel(
+        inertia=INERTIA,
+        motor_constant=0.0228,
+        friction=ViscousCoulomb(viscous=4.83e-6, coulomb=0.8795e-3),
+    )
+    time = 0.1 * np.arange(2400)
+    current = np.where((time // 10.0) % 2, 0.03, 0.08)
+    speed, _ = respond(wheel, jnp.array(time), jnp.array(current), 40.0)
+    noise = 0.5 * np.random.default_rng(seed).standard_normal(len(time))
+    return Record("staircase", time, current, np.asarray(speed) + noise, np.ones(2400, bool))
+
+
+def test_no_speed_counts_twice_where_the_sense_never_changes():
+    fits = [identify_torque_step(staircase(seed), inertia=INERTIA) for seed in range(40)]
+    assert fits[0].samples <= 2400
+    relative = [(f.values[0] - 0.0228) / f.sigma[0] for f in fits]
+    assert abs(np.mean(relative)) < 4.0 / np.sqrt(40.0)
+    assert 0.65 < np.std(relative) < 1.2
+
+
+def test_a_record_without_speeds_is_refused(record, changed):
+    steps = record("viscous-coulomb")
+    nothing = np.full(len(steps.time), np.nan)
+    blind = changed(steps, speed=nothing, valid=np.isfinite(nothing))
+    with pytest.raises(InputError, match="found 0 samples"):
+        identify_torque_step(blind, inertia=INERTIA)

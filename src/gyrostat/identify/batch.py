@@ -27,7 +27,7 @@ from gyrostat.telemetry import Record
 
 Progress = Callable[[str, int, float], None]
 
-STAGE_TOLERANCE = 10.0
+STAGE_TOLERANCE = 50.0
 """Standard deviations: the first stage only has to come this close."""
 
 DEFAULT_ITERATIONS = 50

@@ -10,6 +10,7 @@ from scipy.ndimage import median_filter
 from gyrostat._types import Matrix, Vector
 from gyrostat.errors import InputError
 from gyrostat.friction import ViscousCoulomb
+from gyrostat.identify.checks import check_signals
 from gyrostat.identify.dedicated import (
     as_records,
     check_sigma,
@@ -18,6 +19,7 @@ from gyrostat.identify.dedicated import (
     relaxed_time,
     required,
     result,
+    serial_sigma,
 )
 from gyrostat.identify.fit import Fit
 from gyrostat.identify.least_squares import Prior, minimise
@@ -35,6 +37,9 @@ SLOW = 0.05
 """Share of its first speed below which a coast is left out: friction may rise again there."""
 TURNING = 5.0
 """Standard deviations of the speed that a coast must lose for its slope to mean anything."""
+
+FINEST = 1e-9
+"""Smallest level of the whitened residuals."""
 
 
 @dataclass(frozen=True)
@@ -161,6 +166,7 @@ def identify_coast(
     """
     records = as_records(records)
     check_sigma(speed_sigma)
+    check_signals(records)
     held = held_values(ViscousCoulomb, inertia, hold, ("inertia", "motor_constant"))
     scale = required(held, "inertia", "a coast shows friction only as a multiple of it (kg·m²)")
     seen = max(noise_level(r.speed[r.valid]) for r in records)
@@ -190,7 +196,7 @@ def identify_coast(
     freedom = max(len(solution.residual) - len(start), 1)
     spread = 1.0
     if speed_sigma is None:
-        spread = float(np.sqrt(solution.residual @ solution.residual / freedom))
+        spread = max(float(np.sqrt(solution.residual @ solution.residual / freedom)), FINEST)
     covariance = (scale * spread) ** 2 * solution.covariance()[:2, :2]
     cure = "record longer coasts from a higher speed"
     return result(
@@ -200,6 +206,7 @@ def identify_coast(
         covariance,
         held,
         {"viscous": cure, "coulomb": cure},
+        serial_sigma=scale * serial_sigma(solution, [len(s.time) for s in coasts])[:2],
         converged=solution.converged,
         iterations=solution.iterations,
         samples=len(solution.residual),

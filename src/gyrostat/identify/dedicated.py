@@ -6,6 +6,7 @@ has an experiment of its own that makes it stand out.
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -13,8 +14,10 @@ from gyrostat._types import Matrix, Vector
 from gyrostat.errors import InputError
 from gyrostat.friction import Friction
 from gyrostat.identify.fit import Fit
+from gyrostat.identify.least_squares import Solution
 from gyrostat.identify.observability import CLEAR, Observability
 from gyrostat.identify.prediction import wheel_dimensions
+from gyrostat.identify.statistics import correlation_length, serial_meat
 from gyrostat.telemetry import Record
 from gyrostat.units import SI_UNIT
 
@@ -112,6 +115,22 @@ def relaxed_time(time: Vector, viscous: float) -> tuple[Vector, Vector]:
     value = np.where(small, time - 0.5 * viscous * time**2, -np.expm1(-rate * time) / rate)
     bend = np.where(small, -0.5 * time**2, (time * np.exp(-rate * time) - value) / rate)
     return value, bend
+
+
+def serial_sigma(solution: Solution, counts: Sequence[int]) -> Vector:
+    """Standard deviations, (n,), that allow for residuals correlated in time.
+
+    Args:
+        solution: of a least-squares problem without a-priori.
+        counts: numbers of residuals in each stretch of time, in order.
+    """
+    bread = np.linalg.inv(solution.jacobian.T @ solution.jacobian)
+    scores = solution.residual[:, None] * solution.jacobian
+    meat = np.zeros_like(bread)
+    for first, last in pairwise(np.cumsum([0, *counts]).tolist()):
+        lags = correlation_length(solution.residual[first:last])
+        meat += serial_meat(scores[first:last], lags)
+    return np.sqrt(np.diag(bread @ meat @ bread))
 
 
 def verdicts(

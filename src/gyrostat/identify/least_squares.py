@@ -92,7 +92,7 @@ def minimise(
     prior: Prior,
     loss: Loss,
     *,
-    tolerance: float = 1e-3,
+    tolerance: float = 1e-2,
     max_iterations: int = 50,
     on_iteration: Callable[[int, float], None] | None = None,
 ) -> Solution | None:

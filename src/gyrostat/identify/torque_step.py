@@ -4,10 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat._types import Matrix, Vector
 from gyrostat.errors import InputError
 from gyrostat.friction import ViscousCoulomb
+from gyrostat.identify.checks import check_signals
 from gyrostat.identify.dedicated import (
     as_records,
     check_sigma,
@@ -16,6 +18,7 @@ from gyrostat.identify.dedicated import (
     relaxed_time,
     required,
     result,
+    serial_sigma,
 )
 from gyrostat.identify.fit import Fit
 from gyrostat.identify.least_squares import Prior, minimise
@@ -33,6 +36,9 @@ SMALLEST_STEP = 0.05
 """Share of the range of the current below which a change is not taken for a step."""
 STEADY = 0.2
 """Share of a step by which the current may vary on either side of it."""
+
+FINEST = 1e-9
+"""Smallest level of the whitened residuals."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +59,8 @@ class Step:
 def find_steps(record: Record, noise: float) -> list[Step]:
     """Find steps of a current that is otherwise steady, with the speeds around them.
 
+    No speed belongs to two steps: what two of them share is divided in its middle.
+
     Args:
         record: of one wheel.
         noise: standard deviation of a measured speed, rad/s.
@@ -65,7 +73,7 @@ def find_steps(record: Record, noise: float) -> list[Step]:
     speed = np.interp(record.time, record.time[record.valid], record.speed[record.valid])
     smooth = np.convolve(speed, np.full(SMOOTHING, 1.0 / SMOOTHING), mode="same")
     sense = np.where(np.abs(smooth) > CLEAR * noise, np.sign(smooth), 0.0)
-    steps = []
+    found: list[tuple[int, float, NDArray[np.intp]]] = []
     for before, at, after in zip(edges[:-2], edges[1:-1], edges[2:], strict=True):
         sides = [np.arange(before, at), np.arange(at, after)]
         levels = [float(np.mean(record.current[side])) for side in sides]
@@ -84,9 +92,17 @@ def find_steps(record: Record, noise: float) -> list[Step]:
                 near[1][np.logical_and.accumulate(same[1])],
             ]
         )
-        if min(int(np.sum(kept < at)), int(np.sum(kept >= at))) >= MIN_SAMPLES:
-            steps.append(Step(record.time[kept] - record.time[at], record.speed[kept], change))
-    return steps
+        if min(int(np.sum(kept < at)), int(np.sum(kept >= at))) < MIN_SAMPLES:
+            continue
+        if found and found[-1][2][-1] >= kept[0]:
+            middle = (found[-1][2][-1] + kept[0]) // 2
+            found[-1] = (*found[-1][:2], found[-1][2][found[-1][2] < middle])
+            kept = kept[kept >= middle]
+        found.append((at, change, kept))
+    return [
+        Step(record.time[kept] - record.time[at], record.speed[kept], change)
+        for at, change, kept in found
+    ]
 
 
 def identify_torque_step(
@@ -119,6 +135,7 @@ def identify_torque_step(
     """
     records = as_records(records)
     check_sigma(speed_sigma)
+    check_signals(records)
     held = held_values(ViscousCoulomb, inertia, hold, ("inertia",))
     scale = required(held, "inertia", "a step shows the motor constant only as a multiple (kg·m²)")
     seen = max(noise_level(r.speed[r.valid]) for r in records)
@@ -155,7 +172,7 @@ def identify_torque_step(
     freedom = max(len(solution.residual) - len(start), 1)
     spread = 1.0
     if speed_sigma is None:
-        spread = float(np.sqrt(solution.residual @ solution.residual / freedom))
+        spread = max(float(np.sqrt(solution.residual @ solution.residual / freedom)), FINEST)
     return result(
         ViscousCoulomb,
         "torque-step",
@@ -163,6 +180,7 @@ def identify_torque_step(
         (scale * spread) ** 2 * solution.covariance()[1:2, 1:2],
         held,
         {"motor_constant": "record more and larger steps of current at speed"},
+        serial_sigma=scale * serial_sigma(solution, [len(s.time) for s in steps])[1:2],
         converged=solution.converged,
         iterations=solution.iterations,
         samples=len(solution.residual),

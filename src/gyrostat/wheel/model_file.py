@@ -19,6 +19,7 @@ method = "batch"
 import difflib
 import json
 import math
+import sys
 import tomllib
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
@@ -89,8 +90,7 @@ def write_model(path: Path, model: WheelModel) -> None:
         text += ["", "[sigma]  # standard deviations", *lines(dimensions, model.sigma)]
     if model.origin:
         text += ["", "[origin]"]
-        # a JSON string is a TOML basic string
-        text += [f"{k} = {json.dumps(v, ensure_ascii=False)}" for k, v in model.origin.items()]
+        text += [f"{name} = {_quoted(value)}" for name, value in model.origin.items()]
     write_whole(path, "\n".join(text) + "\n")
 
 
@@ -102,11 +102,12 @@ def read_model(path: Path) -> WheelModel:
             value that no wheel has.
     """
     try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
         reason = (error.strerror or "an error").lower()
         raise InputError(f"{path}: found {reason}, expected a model file") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
+        # not only TOMLDecodeError: Python has its own limits on digits and on nesting
         raise InputError(f"{path}: found invalid TOML ({error}), expected a model file") from error
     _refuse_unknown(path, "", table, ("wheel", "friction", "sigma", "origin"))
     for section in table:
@@ -114,7 +115,7 @@ def read_model(path: Path) -> WheelModel:
             raise InputError(f"{path}: key {section}: found a value, expected a table")
     friction = dict(table.get("friction", {}))
     name = friction.pop("model", None)
-    if name not in FRICTION_MODELS:
+    if not isinstance(name, str) or name not in FRICTION_MODELS:
         found = "none" if name is None else repr(name)
         raise InputError(
             f"{path}: key friction.model: found {found}, expected one of "
@@ -147,10 +148,15 @@ def read_model(path: Path) -> WheelModel:
     )
 
 
+def _quoted(text: str) -> str:
+    """A TOML basic string: a JSON string, but for the one control character that JSON allows."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
 def _number(path: Path, key: str, value: object, *, positive: bool) -> float:
     number = math.nan
     if isinstance(value, int | float) and not isinstance(value, bool):
-        number = float(value)
+        number = float(value) if abs(value) <= sys.float_info.max else math.inf
     if not math.isfinite(number) or (positive and number <= 0.0):
         wanted = "a number above 0" if positive else "a finite number"
         raise InputError(f"{path}: key {key}: found {value!r}, expected {wanted}")
