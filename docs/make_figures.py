@@ -1,0 +1,33 @@
+"""Draw the figures that the README and the pages show: python docs/make_figures.py."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+
+from gyrostat.identify import identify
+from gyrostat.report.figures import STYLE, friction_figure, record_figure
+from gyrostat.telemetry import read_record
+from gyrostat.units import RPM
+
+ROOT = Path(__file__).parents[1]
+
+
+def main():
+    """Identify the example record and save its two figures."""
+    record = read_record(ROOT / "examples" / "wheel_profile2.csv")
+    fit = identify(record, inertia=1.5e-3, speed_sigma=5.0 * RPM)
+    drawn = {
+        "wheel_profile2": record_figure(
+            record, fit.predicted[0], fit.predicted_sigma[0], fit.speed_sigma
+        ),
+        "wheel_friction": friction_figure(fit),
+    }
+    folder = ROOT / "docs" / "images"
+    folder.mkdir(exist_ok=True)
+    with mpl.rc_context(STYLE):
+        for name, figure in drawn.items():
+            figure.savefig(folder / f"{name}.png", dpi=110, metadata={"Software": None})
+
+
+if __name__ == "__main__":
+    main()
