@@ -36,7 +36,7 @@ def response():
 
     def call(wheel, time, current, initial=0.0, hold="zero-order"):
         count = len(time)
-        padding = (0, 64 * 8 ** int(np.ceil(np.log(max(count / 64, 1)) / np.log(8))) - count)
+        padding = (0, (512 if count <= 512 else 32768) - count)
         time, current = (
             np.pad(np.asarray(v, float), padding, mode="edge") for v in (time, current)
         )
