@@ -1,5 +1,6 @@
 """The command line. Heavy imports are made inside the verbs, so that --help answers at once."""
 
+import gc
 import json
 import os
 import sys
@@ -282,6 +283,9 @@ def _use_compilation_cache() -> None:
 def main() -> None:
     """Run the command line: 0 done, 1 no valid result, 2 wrong usage or bad input."""
     _use_compilation_cache()
+    # imports and tracing make many objects that all stay: looking through them again and again
+    # takes a tenth of a short command
+    gc.set_threshold(200_000)
     try:
         app()
     except InputError as error:

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from gyrostat._types import Matrix, Vector
 from gyrostat.errors import InputError
@@ -112,6 +111,8 @@ def find_coasts(record: Record, noise: float) -> list[Coast]:
         stretch = stretch[record.valid[stretch]]
         if len(stretch) < MIN_SAMPLES:
             continue
+        from scipy.ndimage import median_filter  # slow to import, and rarely needed
+
         # noise must not choose where the coast ends: medians over neighbours tell
         smooth = median_filter(record.speed[stretch], MIN_SAMPLES // 2, mode="nearest")
         sense = np.sign(smooth[0])

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from gyrostat._types import Matrix, Vector
 from gyrostat.identify.loss import Loss
@@ -66,7 +65,7 @@ class Solution:
 
     def covariance(self) -> Matrix:
         """Formal covariance of the parameters for unit measurement noise, (n, n)."""
-        inverse = solve_triangular(self.triangle, np.eye(len(self.x)))
+        inverse = np.linalg.inv(self.triangle)
         return inverse @ inverse.T
 
 
@@ -137,7 +136,7 @@ def minimise(
             iterations += 1
             damped = np.vstack([rows, np.sqrt(damping) * np.diag(size)])
             h1, y1 = triangularise(damped, np.concatenate([right, np.zeros(len(x))]))
-            correction = solve_triangular(h1, y1)
+            correction = np.linalg.solve(h1, y1)
             in_sigmas = float(np.linalg.norm(triangle @ correction))
             trial = x + correction
             trial_point = evaluate(trial)
