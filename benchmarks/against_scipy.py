@@ -1,11 +1,12 @@
 """One 3000-sample record: gyrostat against scipy and lmfit through solve_ivp, from several starts.
 
-    python benchmarks/against_scipy.py [--seeds 3]
+    python benchmarks/against_scipy.py [--seeds 3] [--settings default events]
 
 The peers do what an engineer would write: LSODA over the record with the model as printed, finite
-differences for the Jacobian. With default settings, and with settings that an expert needs to reach
-the minimum: tight tolerances, a step cap so that no current step or Stribeck band is jumped over,
-and a difference step above the integrator's noise. All start from the same values; the cost is the
+differences for the Jacobian, in three ways. "default": one solve_ivp call with its default settings.
+"expert": tight tolerances, a step cap so that no current step or Stribeck band is jumped over, and a
+difference step above the integrator's noise. "events": what it takes to reach the minimum: a call
+of its own for each constant current, ended by an event at every zero crossing. All start from the same values; the cost is the
 sum of squared residuals over the stated noise, by the event-exact model for everyone.
 """
 
@@ -32,10 +33,6 @@ NAMES = ("motor_constant", "viscous", "coulomb", "static")
 STARTS = {
     "the paper's (15), T_s = 0": np.array([18.0, 0.00344, 0.5863, 0.0]) * INERTIA,
     "the paper's (15), T_s = c": np.array([18.0, 0.00344, 0.5863, 0.5863]) * INERTIA,
-}
-SETTINGS = {
-    "default": ({}, None),
-    "expert": ({"rtol": 1e-7, "atol": 1e-8, "max_step": 0.1}, 1e-4),
 }
 
 
@@ -71,18 +68,72 @@ def peer_residual(record, options):
     return residual
 
 
-def run_scipy(record, start, options, step):
+def peer_residual_with_events(record, options):
+    """The same, each smooth piece integrated by itself: constant current, one sense of rotation."""
+    starts = np.flatnonzero(np.diff(record.current, prepend=np.nan))
+    bounds = [*record.time[starts], record.time[-1]]
+
+    def crossing(_, speed, *__):
+        return speed[0]
+
+    crossing.terminal = True
+
+    def rate(_, speed, drive, sense, theta):
+        _, viscous, coulomb, static = theta
+        friction = coulomb + (static - coulomb) * np.exp(-((speed / STRIBECK_SPEED) ** 2))
+        return drive - viscous * speed - sense * friction
+
+    def residual(scaled):
+        theta = scaled * TRUE / INERTIA
+        modelled, speed = np.zeros(len(record.time)), 0.0
+        for k, first in enumerate(starts):
+            now, end = bounds[k], bounds[k + 1]
+            drive = theta[0] * record.current[first]
+            while now < end:
+                sense = np.sign(speed) or np.sign(drive)
+                if speed == 0.0 and abs(drive) <= theta[3]:
+                    break
+                inside = (record.time >= now) & (record.time <= end)
+                at = record.time[inside]
+                done = solve_ivp(
+                    rate,
+                    (now, end),
+                    [speed],
+                    method="LSODA",
+                    t_eval=at,
+                    # a piece that starts at zero is not ended there
+                    events=None if speed == 0.0 else crossing,
+                    args=(drive, sense, theta),
+                    **options,
+                )
+                modelled[np.flatnonzero(inside)[: len(done.t)]] = done.y[0]
+                stopped = done.status == 1
+                now = done.t_events[0][0] if stopped else end
+                speed = 0.0 if stopped else done.y[0][-1]
+        return (record.speed - modelled) / SIGMA
+
+    return residual
+
+
+SETTINGS = {
+    "default": (peer_residual, {}, None),
+    "expert": (peer_residual, {"rtol": 1e-7, "atol": 1e-8, "max_step": 0.1}, 1e-4),
+    "events": (peer_residual_with_events, {"rtol": 1e-9, "atol": 1e-9}, 1e-5),
+}
+
+
+def run_scipy(record, start, model, options, step):
     """scipy.optimize.least_squares with finite differences."""
-    done = least_squares(peer_residual(record, options), start / TRUE, diff_step=step)
+    done = least_squares(model(record, options), start / TRUE, diff_step=step)
     return done.x * TRUE, bool(done.success)
 
 
-def run_lmfit(record, start, options, step):
+def run_lmfit(record, start, model, options, step):
     """lmfit.minimize, Levenberg-Marquardt with finite differences."""
     parameters = lmfit.Parameters()
     for name, value in zip(NAMES, start / TRUE, strict=True):
         parameters.add(name, value=value)
-    residual = peer_residual(record, options)
+    residual = model(record, options)
     done = lmfit.minimize(
         lambda p: residual(np.array([p[n].value for n in NAMES])),
         parameters,
@@ -124,14 +175,15 @@ def main():
     """Print one row per record, start, solver and setting."""
     arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     arguments.add_argument("--seeds", type=int, default=3)
-    seeds = arguments.parse_args().seeds
+    arguments.add_argument("--settings", nargs="*", choices=SETTINGS, default=list(SETTINGS))
+    chosen = arguments.parse_args()
     run_gyrostat(record_of(0), STARTS["the paper's (15), T_s = c"])
     peers = [("scipy", run_scipy), ("lmfit", run_lmfit)]
     runs = [("gyrostat", "default", run_gyrostat)]
-    runs += [(name, setting, run) for setting in SETTINGS for name, run in peers]
+    runs += [(name, setting, run) for setting in chosen.settings for name, run in peers]
     print("| record | start | solver | settings | time (s) | ratio | cost | says success |")
     print("|---|---|---|---|---|---|---|---|")
-    for seed in range(seeds):
+    for seed in range(chosen.seeds):
         record = record_of(seed)
         for start_name, start in STARTS.items():
             ours = None
