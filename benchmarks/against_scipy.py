@@ -3,11 +3,12 @@
     python benchmarks/against_scipy.py [--seeds 3] [--settings default events]
 
 The peers do what an engineer would write: LSODA over the record with the model as printed, finite
-differences for the Jacobian, in three ways. "default": one solve_ivp call with its default settings.
-"expert": tight tolerances, a step cap so that no current step or Stribeck band is jumped over, and a
-difference step above the integrator's noise. "events": what it takes to reach the minimum: a call
-of its own for each constant current, ended by an event at every zero crossing. All start from the same values; the cost is the
-sum of squared residuals over the stated noise, by the event-exact model for everyone.
+differences for the Jacobian, in three ways. "default": one solve_ivp call with its default
+settings. "expert": tight tolerances, a step cap so that no current step or Stribeck band is jumped
+over, and a difference step above the integrator's noise. "events": what it takes to reach the
+minimum: a call of its own for each constant current, ended by an event at every zero crossing. All
+start from the same values; the cost is the sum of squared residuals over the stated noise, by the
+event-exact model for everyone.
 """
 
 import argparse
