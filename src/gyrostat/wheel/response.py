@@ -1,13 +1,69 @@
-"""The speed of a wheel driven by a sampled current."""
+"""The speed of a wheel on a fixed bench, driven by a sampled current."""
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from jaxtyping import Array, Bool, Float
 
 from gyrostat._jax import jax, jnp
-from gyrostat.friction import Scalar
-from gyrostat.wheel.stepping import advance
+from gyrostat.friction import Friction, Scalar
+from gyrostat.wheel.contact import Contact, Motion
+from gyrostat.wheel.stepping import slide
 from gyrostat.wheel.wheel import Wheel
+
+
+class WheelStep(NamedTuple):
+    """Where one interval ends.
+
+    Attributes:
+        speed: rad/s; exactly zero while the wheel rests.
+        resolved: False when the interval needed too many segments.
+    """
+
+    speed: Float[Array, ""]
+    resolved: Bool[Array, ""]
+
+
+class _FixedBench(Contact):
+    """A wheel whose carrier does not move, with a current on a straight line in time."""
+
+    friction: Friction
+    wheel: Wheel
+    current: Scalar
+    slope: Scalar
+
+    def inertia(self) -> Scalar:
+        return self.wheel.inertia
+
+    def load(self, carrier: tuple[()], time: Scalar) -> Scalar:
+        return self.wheel.motor_constant * (self.current + self.slope * time)
+
+    def carrier_rate(
+        self, carrier: tuple[()], speed: Scalar, friction: Scalar, time: Scalar
+    ) -> tuple[()]:
+        return ()
+
+    def longest_segment(self, time: Scalar) -> Scalar:
+        return jnp.inf
+
+
+def advance(
+    wheel: Wheel, speed: Scalar, current: Scalar, slope: Scalar, duration: Scalar
+) -> WheelStep:
+    """Carry a wheel over one interval in which its current is a straight line in time.
+
+    Args:
+        wheel: the wheel.
+        speed: at the start, rad/s; exactly zero is at rest.
+        current: at the start, A.
+        slope: of the current, A/s; zero for a held current.
+        duration: s.
+
+    Returns:
+        The speed at the end. Differentiable in forward mode in every argument and parameter.
+    """
+    bench = _FixedBench(wheel.friction, wheel, current, slope)
+    motion, resolved = slide(bench, Motion(jnp.asarray(speed, dtype=float), ()), duration)
+    return WheelStep(motion.speed, resolved)
 
 
 def speed_response(

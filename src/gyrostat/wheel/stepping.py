@@ -1,9 +1,9 @@
 """Exact stepping of a wheel with dry friction: sticking, breakaway and crossings at their times.
 
-Between two samples the current is a straight line in time. The interval is cut into segments in
-which the wheel either rests or turns in one sense, so that the right-hand side is smooth and a
-fourth-order Runge-Kutta step is fourth order. A segment ends where the speed reaches zero (located
-on the Runge-Kutta flow itself) or where a rising motor torque breaks the wheel away.
+Over one interval the drive is smooth. The interval is cut into segments in which the wheel either
+rests or turns in one sense, so that the right-hand side is smooth and a fourth-order Runge-Kutta
+step is fourth order. A segment ends where the speed reaches zero or where the load on a resting
+wheel reaches its breakaway torque; both are located on the Runge-Kutta flow itself.
 
 The derivative of a located time comes from the last Newton step: differentiating through it gives
 the factor f+/f- by which a sensitivity jumps when the speed passes zero, and no sensitivity at all
@@ -16,7 +16,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from gyrostat._jax import jax, jnp
 from gyrostat.friction import Scalar
-from gyrostat.wheel.wheel import Wheel
+from gyrostat.wheel.contact import Contact, Motion
 
 MAX_SEGMENTS = 1000
 BAND = 6.0
@@ -29,96 +29,122 @@ NEWTON_STEPS = 3
 """After which a zero is good to 1e-14 of the segment; to 1e-8 where the speed only touches it."""
 
 
-class WheelStep(NamedTuple):
-    """Where one interval ends.
-
-    Attributes:
-        speed: rad/s; exactly zero while the wheel rests.
-        resolved: False when the interval needed more than `MAX_SEGMENTS` segments.
-    """
-
-    speed: Float[Array, ""]
-    resolved: Bool[Array, ""]
-
-
 class _Segment(NamedTuple):
-    speed: Float[Array, ""]
+    motion: Motion
     elapsed: Float[Array, ""]
     released: Float[Array, ""]
-    """Sense (±1) in which the torque has just reached the breakaway level, else 0."""
+    """Sense (±1) in which the load has just reached the breakaway level, else 0."""
     landed: Bool[Array, ""]
     """Whether the speed has just come to zero."""
     number: Int[Array, ""]
 
 
 @jax.jit  # a function of its own in the trace: traced once, not at every use
-def _runge_kutta(wheel: Wheel, speed, current, slope, direction, duration):
-    """One classical fourth-order step of the smooth field of one sense of rotation."""
+def _runge_kutta(contact: Contact, motion: Motion, direction, start, duration) -> Motion:
+    """One classical fourth-order step of the smooth field of one mode of motion."""
 
-    def rate(time, speed):
-        return wheel.acceleration(speed, current + slope * time, direction)
+    def ahead(rate, share):
+        return jax.tree.map(lambda y, k: y + share * k, motion, rate)
 
     half = 0.5 * duration
-    k1 = rate(0.0, speed)
-    k2 = rate(half, speed + half * k1)
-    k3 = rate(half, speed + half * k2)
-    k4 = rate(duration, speed + duration * k3)
-    return speed + duration / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    k1 = contact.rate(motion, direction, start)
+    k2 = contact.rate(ahead(k1, half), direction, start + half)
+    k3 = contact.rate(ahead(k2, half), direction, start + half)
+    k4 = contact.rate(ahead(k3, duration), direction, start + duration)
+    return jax.tree.map(
+        lambda y, a, b, c, d: y + duration / 6.0 * (a + 2.0 * b + 2.0 * c + d),
+        motion,
+        k1,
+        k2,
+        k3,
+        k4,
+    )
 
 
-def _segment_limit(wheel: Wheel, speed, current, slope, direction, remaining):
+@jax.jit
+def _height(contact: Contact, motion: Motion, direction, rising, time):
+    """What is left before a mode of motion ends, and how fast it changes.
+
+    For a turning wheel the speed in its sense; for a wheel at rest what the load lacks to the
+    breakaway torque in the sense `rising` in which it grows.
+    """
+    rate = contact.rate(motion, direction, time)
+    along = (rate.carrier, jnp.ones_like(time))
+    load, change = jax.jvp(contact.load, (motion.carrier, time), along)
+    lacks = contact.friction.breakaway_torque(rising) - rising * load
+    held = direction == 0.0
+    return (
+        jnp.where(held, jnp.where(rising == 0.0, 1.0, lacks), direction * motion.speed),
+        jnp.where(held, -rising * change, direction * rate.speed),
+    )
+
+
+@jax.jit
+def _segment_limit(contact: Contact, motion: Motion, direction, start, remaining):
     """Longest segment that resolves the friction curve where the wheel is and where it goes."""
-    tiny = jnp.finfo(speed.dtype).tiny
-    scale = wheel.friction.speed_scale()
-    rate = jnp.abs(wheel.acceleration(speed, current, direction))
+    tiny = jnp.finfo(motion.speed.dtype).tiny
+    speed, friction, inertia = motion.speed, contact.friction, contact.inertia()
+    scale = friction.speed_scale()
+    whole_rate = contact.rate(motion, direction, start)
+    rate = jnp.abs(whole_rate.speed)
     # The error of a step goes with the depth of the bend and with step^4: a shallow bend, as in the
     # paper, is taken in larger steps. Batches, where some lane is always inside, gain most.
     edge = jnp.where(jnp.isinf(scale), 0.0, BAND * scale)
-    far = wheel.friction.torque(direction * edge, direction)
-    depth = jnp.abs(far - wheel.friction.torque(0.0, direction)) / wheel.inertia
+    far = friction.torque(direction * edge, direction)
+    depth = jnp.abs(far - friction.torque(0.0, direction)) / inertia
     larger = jnp.sqrt(jnp.sqrt((rate + depth) / jnp.where(depth > 0.0, depth, 1.0)))
     larger = jnp.where(depth > BAND_STEP**4 * (rate + depth), larger, 1.0 / BAND_STEP)
     reach = jnp.maximum(jnp.abs(speed) - BAND * scale, 0.0) + BAND_STEP * larger * scale
-    rate_change = jnp.abs(wheel.motor_constant * slope / wheel.inertia)
+    along = (whole_rate.carrier, jnp.ones_like(start))
+    rate_change = jnp.abs(jax.jvp(contact.load, (motion.carrier, start), along)[1]) / inertia
     # root of rate t + rate_change t²/2 = reach, in a form that allows an infinite reach
     frequency = rate / reach
     frequency += jnp.sqrt(frequency**2 + 2.0 * rate_change / reach)
     limit = jnp.minimum(remaining, 2.0 / jnp.maximum(frequency, tiny))
 
     def eigenvalue(speed):
-        bend = jax.jvp(lambda w: wheel.friction.torque(w, direction), (speed,), (1.0,))[1]
-        return bend / wheel.inertia
+        bend = jax.jvp(lambda w: friction.torque(w, direction), (speed,), (1.0,))[1]
+        return bend / inertia
 
     here, curvature = jax.jvp(eigenvalue, (speed,), (1.0,))
     limit = jnp.minimum(limit, RATE_STEP / jnp.maximum(jnp.abs(here), tiny))
     # the curve is flat at zero speed: what counts there is how steep it is a segment later
     steepening = jnp.abs(curvature) * (rate + rate_change * limit)
-    return jnp.minimum(limit, jnp.sqrt(RATE_STEP / jnp.maximum(steepening, tiny)))
+    limit = jnp.minimum(limit, jnp.sqrt(RATE_STEP / jnp.maximum(steepening, tiny)))
+    limit = jnp.where(direction == 0.0, remaining, limit)
+    return jnp.minimum(limit, contact.longest_segment(start))
 
 
-def _zero_time(wheel: Wheel, speed, current, slope, direction, low, guess, high):
-    """Time in [low, high] at which the speed reaches zero, differentiable."""
+def _event_time(flow, height, low, guess, high):
+    """Time in [low, high] at which a height above zero runs out, differentiable.
 
-    def newton(wheel, speed, current, slope, time):
-        end = _runge_kutta(wheel, speed, current, slope, direction, time)
-        rate = jax.lax.stop_gradient(wheel.acceleration(end, current + slope * time, direction))
-        return end, time - end / jnp.where(rate == 0.0, -direction, rate)
+    Args:
+        flow: duration -> motion.
+        height: (motion, duration) -> height and its rate.
+        low: a duration, s, at which the height is not yet below zero.
+        guess: first duration tried.
+        high: a duration at which it is.
+    """
 
-    frozen = jax.lax.stop_gradient((wheel, speed, current, slope))
+    def newton(time):
+        end, rate = height(flow(time), time)
+        rate = jax.lax.stop_gradient(rate)
+        return end, time - end / jnp.where(rate == 0.0, -1.0, rate)
 
     def narrow(_, bracket):
         low, high, time = bracket
-        end, step = newton(*frozen, time)
-        above = direction * end > 0.0
+        end, step = jax.lax.stop_gradient(newton(time))
+        above = end > 0.0
         low, high = jnp.where(above, time, low), jnp.where(above, high, time)
         # a root at the edge of the bracket is a root: a strict test would bisect away from it
         slack = 1e-12 * (high - low)
         inside = (step >= low - slack) & (step <= high + slack)
         return low, high, jnp.where(inside, step, 0.5 * (low + high))
 
-    _, _, time = jax.lax.fori_loop(0, NEWTON_STEPS, narrow, (low, high, guess))
-    _, time = newton(wheel, speed, current, slope, time)
-    return time
+    _, _, time = jax.lax.stop_gradient(
+        jax.lax.fori_loop(0, NEWTON_STEPS, narrow, (low, high, guess))
+    )
+    return newton(time)[1]
 
 
 def _falls_through_zero(height, start_rate, end_rate, length):
@@ -134,71 +160,86 @@ def _falls_through_zero(height, start_rate, end_rate, length):
     )
 
 
-def _turn(wheel: Wheel, speed, current, slope, direction, remaining):
-    """Turn in one sense until the interval, the segment limit or the speed runs out.
+class _Travel(NamedTuple):
+    motion: Motion
+    time: Float[Array, ""]
+    finished: Bool[Array, ""]
+    """Whether this ends the interval."""
+    ran_out: Bool[Array, ""]
+    """Whether the height ran out: a turning wheel came to zero, a held one breaks away."""
+
+
+def _travel(contact: Contact, motion: Motion, direction, start, remaining):
+    """Move in one mode until the interval, the segment limit or the mode itself runs out.
 
     Returns:
-        Speed at the end; time taken; whether this ends the interval; whether the speed ran out.
+        Where it ends, and the sense in which the load on a wheel at rest grows.
     """
-    frozen = jax.lax.stop_gradient((wheel, speed, current, slope, direction))
+    frozen = jax.lax.stop_gradient((contact, motion, direction, start))
     limit = _segment_limit(*frozen, jax.lax.stop_gradient(remaining))
     last = limit >= remaining
     duration = jnp.where(last, remaining, limit)
-    end = _runge_kutta(wheel, speed, current, slope, direction, duration)
+    held = direction == 0.0
 
-    # what happens is decided on values alone; heights and rates are along the sense of rotation
-    length, height, end_height = jax.lax.stop_gradient(
-        (duration, direction * speed, direction * end)
-    )
-    start_rate = direction * wheel.acceleration(speed, current, direction)
-    end_rate = direction * wheel.acceleration(end, current + slope * duration, direction)
-    start_rate, end_rate = jax.lax.stop_gradient((start_rate, end_rate))
+    def flow(duration):
+        return _runge_kutta(contact, motion, direction, start, duration)
+
+    end = flow(duration)
+    grown = contact.load(end.carrier, start + duration) - contact.load(motion.carrier, start)
+    rising = jax.lax.stop_gradient(jnp.sign(grown))
+
+    def height(motion, duration):
+        return _height(contact, motion, direction, rising, start + duration)
+
+    # what happens is decided on values alone
+    length = jax.lax.stop_gradient(duration)
+    first, start_rate = jax.lax.stop_gradient(height(motion, jnp.zeros_like(duration)))
+    final, end_rate = jax.lax.stop_gradient(height(end, duration))
     turns = start_rate * end_rate < 0.0
     turning = length * start_rate / jnp.where(turns, start_rate - end_rate, 1.0)
     # a wheel that starts at zero comes to zero only after it has risen
-    from_zero = height == 0.0
+    from_zero = ~held & (first == 0.0)
     rises = turns & (start_rate > 0.0)
-    past_zero = (end_height <= 0.0) & (~from_zero | rises)
-    # a parabola through both ends, at its turning point: does the speed dip below zero?
-    lowest = height + 0.5 * start_rate * turning
+    past_zero = (final <= 0.0) & (~from_zero | rises)
+    # a parabola through both ends, at its turning point: does the height dip below zero?
+    lowest = first + 0.5 * start_rate * turning
     dips = turns & (start_rate < 0.0) & (lowest <= 0.0) & ~from_zero
 
     def go_on(_):
         # just at the breakaway level, rounding may turn the wheel back: it stays at zero
-        stays = from_zero & ~rises & (end_height < 0.0)
-        return jnp.where(stays, 0.0, end), duration, last, jnp.array(False)
+        stays = from_zero & ~rises & (final < 0.0)
+        speed = jnp.where(stays, 0.0, end.speed)
+        return _Travel(end._replace(speed=speed), duration, last, jnp.array(False))
 
     def locate(_):
         low = jnp.where(rises & from_zero, turning, 0.0)
         high = jnp.where(past_zero, length, turning)
-        guess = jnp.clip(_falls_through_zero(height, start_rate, end_rate, length), low, high)
-        time = _zero_time(wheel, speed, current, slope, direction, low, guess, high)
+        guess = jnp.clip(_falls_through_zero(first, start_rate, end_rate, length), low, high)
+        time = _event_time(flow, height, low, guess, high)
         # where the speed only touches zero, the last Newton step may lead anywhere
         time += jax.lax.stop_gradient(jnp.clip(time, 0.0, remaining) - time)
         # the parabola that found a dip is only an estimate: the flow itself decides
-        deepest = direction * _runge_kutta(*frozen, high)
-        stops = (jnp.zeros_like(speed), time, jnp.array(False), jnp.array(True))
+        deepest = jax.lax.stop_gradient(height(flow(high), high)[0])
+        there = flow(time)._replace(speed=jnp.zeros_like(end.speed))
+        stops = _Travel(there, time, jnp.array(False), jnp.array(True))
         return jax.tree.map(lambda a, b: jnp.where(deepest <= 0.0, a, b), stops, go_on(None))
 
-    return jax.lax.cond(past_zero | dips, locate, go_on, None)
+    return jax.lax.cond(past_zero | dips, locate, go_on, None), rising
 
 
-def advance(
-    wheel: Wheel, speed: Scalar, current: Scalar, slope: Scalar, duration: Scalar
-) -> WheelStep:
-    """Carry a wheel over one interval in which its current is a straight line in time.
+def slide(contact: Contact, motion: Motion, duration: Scalar) -> tuple[Motion, Bool[Array, ""]]:
+    """Carry a wheel and its carrier over one interval.
 
     Args:
-        wheel: the wheel.
-        speed: at the start, rad/s; exactly zero is at rest.
-        current: at the start, A.
-        slope: of the current, A/s; zero for a held current.
+        contact: the equations of motion.
+        motion: at the start.
         duration: s.
 
     Returns:
-        The speed at the end. Differentiable in forward mode in every argument and parameter.
+        The motion at the end, and whether the interval was resolved: False when it needed more than
+        `MAX_SEGMENTS` segments. Differentiable in forward mode in every argument and parameter.
     """
-    speed = jnp.asarray(speed, dtype=float)
+    motion = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), motion)
     duration = jnp.asarray(duration, dtype=float)
 
     def unfinished(segment: _Segment):
@@ -208,44 +249,24 @@ def advance(
         return more & (segment.number < MAX_SEGMENTS)
 
     def go(segment: _Segment) -> _Segment:
-        speed, elapsed = segment.speed, segment.elapsed
-        remaining = duration - elapsed
-        now = current + slope * elapsed
-        torque = wheel.motor_constant * now
-        at_rest = speed == 0.0
-        free = jnp.where(segment.released != 0.0, segment.released, jnp.sign(torque))
-        direction = jnp.where(at_rest, free, jnp.sign(speed))
-        holds = (
-            at_rest
-            & (segment.released == 0.0)
-            & (jnp.abs(torque) <= wheel.friction.breakaway_torque(free))
-        ) | (direction == 0.0)
+        motion, elapsed = segment.motion, segment.elapsed
+        load = contact.load(motion.carrier, elapsed)
+        at_rest = motion.speed == 0.0
+        free = jnp.where(segment.released != 0.0, segment.released, jnp.sign(load))
+        within = jnp.abs(load) <= contact.friction.breakaway_torque(free)
+        holds = at_rest & (segment.released == 0.0) & within
+        direction = jnp.where(at_rest, jnp.where(holds, 0.0, free), jnp.sign(motion.speed))
+        travel, rising = _travel(contact, motion, direction, elapsed, duration - elapsed)
+        breaks_away = travel.ran_out & (direction == 0.0)
+        return _Segment(
+            motion=travel.motion,
+            elapsed=jnp.where(travel.finished, duration, elapsed + travel.time),
+            released=jnp.where(breaks_away, rising, 0.0),
+            landed=travel.ran_out & ~breaks_away,
+            number=segment.number + 1,
+        )
 
-        def rest(_):
-            rising = jnp.sign(wheel.motor_constant * slope)
-            level = rising * wheel.friction.breakaway_torque(rising)
-            climb = wheel.motor_constant * slope
-            wait = (level - torque) / jnp.where(climb == 0.0, 1.0, climb)
-            # the level is passed already where a fit tries a static torque below zero
-            wait = jnp.where(wait < 0.0, 0.0, wait)
-            leaves = (climb != 0.0) & (wait < remaining)
-            return (
-                jnp.zeros_like(speed),
-                jnp.where(leaves, elapsed + wait, duration),
-                jnp.where(leaves, rising, 0.0),
-                jnp.array(False),
-            )
-
-        def turn(_):
-            # a direction of zero only reaches here when it is not selected
-            end, time, finished, landed = _turn(wheel, speed, now, slope, direction, remaining)
-            reached = jnp.where(finished, duration, elapsed + time)
-            return end, reached, jnp.zeros_like(direction), landed
-
-        speed, elapsed, released, landed = jax.lax.cond(holds, rest, turn, None)
-        return _Segment(speed, elapsed, released, landed, segment.number + 1)
-
-    zero = jnp.zeros_like(speed)
-    start = _Segment(speed, jnp.zeros_like(duration), zero, jnp.array(False), jnp.array(0))
+    nothing = jnp.zeros_like(duration)
+    start = _Segment(motion, nothing, nothing, jnp.array(False), jnp.array(0))
     last = jax.lax.while_loop(unfinished, go, start)
-    return WheelStep(last.speed, last.elapsed >= duration)
+    return last.motion, last.elapsed >= duration
