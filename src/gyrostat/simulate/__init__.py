@@ -1,5 +1,20 @@
-"""Running models: so far the virtual bench."""
+"""Running models: the closed loop, and the virtual bench."""
 
 from gyrostat.simulate.bench import CurrentRange, Telemetry, bench_record, default_range
+from gyrostat.simulate.loop import Controller, Histories, Plant, Sensor, Status, run
+from gyrostat.simulate.simulation import simulate, stack
 
-__all__ = ["CurrentRange", "Telemetry", "bench_record", "default_range"]
+__all__ = [
+    "Controller",
+    "CurrentRange",
+    "Histories",
+    "Plant",
+    "Sensor",
+    "Status",
+    "Telemetry",
+    "bench_record",
+    "default_range",
+    "run",
+    "simulate",
+    "stack",
+]

@@ -1,14 +1,21 @@
 """A reaction wheel with true dry friction, how it answers a current, and its model file."""
 
 from gyrostat.wheel.contact import Contact, Motion
+from gyrostat.wheel.driver import Driver
 from gyrostat.wheel.model_file import WheelModel, read_model, write_model
 from gyrostat.wheel.response import WheelStep, advance, speed_response
 from gyrostat.wheel.stepping import slide
+from gyrostat.wheel.tachometer import Delayed, LowPass, PulseTachometer, Tachometer
 from gyrostat.wheel.wheel import Wheel
 
 __all__ = [
     "Contact",
+    "Delayed",
+    "Driver",
+    "LowPass",
     "Motion",
+    "PulseTachometer",
+    "Tachometer",
     "Wheel",
     "WheelModel",
     "WheelStep",

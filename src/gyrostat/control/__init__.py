@@ -1,0 +1,14 @@
+"""Controllers of the loop: from a measurement to a motor current."""
+
+from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
+from gyrostat.control.command import CurrentCommand
+from gyrostat.control.model_compensator import DynamicModelCompensator
+from gyrostat.control.speed_mode import SpeedMode
+
+__all__ = [
+    "AttitudePID",
+    "CurrentCommand",
+    "CurrentMode",
+    "DynamicModelCompensator",
+    "SpeedMode",
+]

@@ -1,0 +1,92 @@
+"""Proportional, integral and derivative action on the attitude of one axis."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from gyrostat._jax import jnp
+from gyrostat.control.command import CurrentCommand
+from gyrostat.friction import Scalar
+
+
+class PIDMemory(NamedTuple):
+    """Between two samples.
+
+    Attributes:
+        integral: of the attitude error, rad·s.
+        period: control period, s.
+    """
+
+    integral: Float[Array, ""]
+    period: Scalar
+
+
+class AttitudePID(eqx.Module):
+    """Wheel torque K_p e + K_i (sum of e T) + K_d Ω, with e the attitude minus its reference.
+
+    A positive wheel torque pushes the table back, so positive gains are stable. The derivative is
+    the measured rate; the sum includes the present sample. The sum stands still while the torque is
+    beyond its limit and the error would drive it further (anti-windup).
+
+    Attributes:
+        proportional: K_p, N·m/rad.
+        integral: K_i, N·m/(rad·s).
+        derivative: K_d, N·m·s/rad.
+        torque_limit: N·m.
+        reference: attitude to hold, rad.
+    """
+
+    proportional: Scalar
+    integral: Scalar
+    derivative: Scalar
+    torque_limit: Scalar = np.inf
+    reference: Scalar = 0.0
+
+    def start(self, period: Scalar) -> PIDMemory:
+        """Nothing summed up yet."""
+        return PIDMemory(jnp.array(0.0), period)
+
+    def __call__(self, memory: PIDMemory, measurement: Any) -> tuple[PIDMemory, Float[Array, ""]]:
+        """The demanded wheel torque, N·m.
+
+        Args:
+            memory: from the last sample.
+            measurement: has `attitude`, rad, and `rate`, rad/s.
+        """
+        error = measurement.attitude - self.reference
+        summed = memory.integral + error * memory.period
+        rest = self.proportional * error + self.derivative * measurement.rate
+        torque = rest + self.integral * summed
+        winds_up = (jnp.abs(torque) > self.torque_limit) & (torque * self.integral * error > 0.0)
+        summed = jnp.where(winds_up, memory.integral, summed)
+        torque = jnp.clip(rest + self.integral * summed, -self.torque_limit, self.torque_limit)
+        return PIDMemory(summed, memory.period), torque
+
+
+class CurrentMode(eqx.Module):
+    """The attitude law alone: demanded torque over motor constant.
+
+    Carrara and Kuga, section "Torque mode control".
+
+    Attributes:
+        law: gives the demanded wheel torque.
+        motor_constant: as the controller knows it, N·m/A.
+        current_limit: A.
+    """
+
+    law: AttitudePID
+    motor_constant: Scalar
+    current_limit: Scalar = np.inf
+
+    def start(self, period: Scalar) -> PIDMemory:
+        """Memory of the law."""
+        return self.law.start(period)
+
+    def __call__(self, memory: PIDMemory, measurement: Any) -> tuple[PIDMemory, CurrentCommand]:
+        """Command a current."""
+        memory, torque = self.law(memory, measurement)
+        current = torque / self.motor_constant
+        limited = jnp.clip(current, -self.current_limit, self.current_limit)
+        return memory, CurrentCommand(limited, current, jnp.zeros_like(current))

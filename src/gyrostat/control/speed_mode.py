@@ -1,0 +1,83 @@
+"""Speed mode: the attitude law sets the speed of the wheel, a loop of its own holds it there."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from gyrostat._jax import jnp
+from gyrostat.control.attitude_pid import AttitudePID, PIDMemory
+from gyrostat.control.command import CurrentCommand
+from gyrostat.friction import Scalar
+
+
+class SpeedModeMemory(NamedTuple):
+    """Between two samples.
+
+    Attributes:
+        law: memory of the attitude law.
+        reference: speed that the wheel should have, rad/s.
+        integral: of the speed error, rad.
+        started: whether the first speed has been seen.
+    """
+
+    law: PIDMemory
+    reference: Float[Array, ""]
+    integral: Float[Array, ""]
+    started: Bool[Array, ""]
+
+
+class SpeedMode(eqx.Module):
+    """Outer attitude loop, inner speed loop.
+
+    The demanded torque, integrated over the wheel's inertia, is the reference of a proportional and
+    integral speed loop with natural frequency w_n and damping ratio z: gains 2 z w_n J_w and
+    w_n^2 J_w. Friction is a disturbance that the loop has to see in the speed first.
+
+    Attributes:
+        law: gives the demanded wheel torque.
+        inertia: of the wheel as the controller knows it, kg·m².
+        motor_constant: as the controller knows it, N·m/A.
+        natural_frequency: rad/s; well below the control rate.
+        damping_ratio: of the speed loop.
+        current_limit: A.
+    """
+
+    law: AttitudePID
+    inertia: Scalar
+    motor_constant: Scalar
+    natural_frequency: Scalar = 2.0
+    damping_ratio: Scalar = 1.0
+    current_limit: Scalar = np.inf
+
+    def start(self, period: Scalar) -> SpeedModeMemory:
+        """Nothing seen yet."""
+        zero = jnp.array(0.0)
+        return SpeedModeMemory(self.law.start(period), zero, zero, jnp.array(False))
+
+    def __call__(
+        self, memory: SpeedModeMemory, measurement: Any
+    ) -> tuple[SpeedModeMemory, CurrentCommand]:
+        """Command a current.
+
+        Args:
+            memory: from the last sample.
+            measurement: has attitude, rate and the wheel's `speed`, rad/s.
+        """
+        law, torque = self.law(memory.law, measurement)
+        period = law.period
+        before = jnp.where(memory.started, memory.reference, measurement.speed)
+        reference = before + torque / self.inertia * period
+        error = reference - measurement.speed
+        integral = memory.integral + error * period
+        w_n = self.natural_frequency
+        proportional = 2.0 * self.damping_ratio * w_n * self.inertia
+        demanded = proportional * error + w_n**2 * self.inertia * integral
+        current = demanded / self.motor_constant
+        limited = jnp.clip(current, -self.current_limit, self.current_limit)
+        # what is beyond the limit is not summed up
+        integral = jnp.where(limited == current, integral, memory.integral)
+        wished = torque / self.motor_constant
+        command = CurrentCommand(limited, wished, current - wished)
+        return SpeedModeMemory(law, reference, integral, jnp.array(True)), command

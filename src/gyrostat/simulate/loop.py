@@ -1,0 +1,148 @@
+"""The one loop: a continuous plant, a sampled sensor and a sampled controller, as one scan."""
+
+from enum import IntEnum
+from typing import Any, NamedTuple, Protocol
+
+from jaxtyping import Array, Bool, Int, PRNGKeyArray
+
+from gyrostat._jax import jax, jnp
+from gyrostat.friction import Scalar
+
+
+class Plant(Protocol):
+    """What is controlled. It owns its physics and its dry friction."""
+
+    def __call__(self, state: Any, command: Any, time: Scalar, duration: Scalar) -> tuple[Any, Any]:
+        """Carry the state over an interval of held command: the new state; whether resolved."""
+        ...
+
+    def diverged(self, state: Any) -> Any:
+        """Whether the state is beyond what any controller could mean."""
+        ...
+
+    def record(self, state: Any, command: Any) -> Any:
+        """What is worth recording beside state and command."""
+        ...
+
+    def check(self) -> None:
+        """Refuse parameters that no plant has, by `InputError`."""
+        ...
+
+
+class Sensor(Protocol):
+    """What measures the plant, once in each control period."""
+
+    def start(self, state: Any, period: Scalar) -> Any:
+        """Memory before the first sample."""
+        ...
+
+    def __call__(self, memory: Any, state: Any, key: PRNGKeyArray) -> tuple[Any, Any]:
+        """Measure: the new memory; the measurement, a named tuple."""
+        ...
+
+
+class Controller(Protocol):
+    """What turns measurements into commands, once in each control period."""
+
+    def start(self, period: Scalar) -> Any:
+        """Memory before the first measurement."""
+        ...
+
+    def __call__(self, memory: Any, measurement: Any) -> tuple[Any, Any]:
+        """Command: the new memory; the command, a named tuple whose other fields are recorded."""
+        ...
+
+
+class Status(IntEnum):
+    """How a run ended."""
+
+    COMPLETE = 0
+    DIVERGED = 1
+    UNRESOLVED = 2
+    BAD_COMMAND = 3
+
+
+class Histories(NamedTuple):
+    """Signals of one run at the control times, first axis time.
+
+    Attributes:
+        state: of the plant.
+        measurement: of the sensor.
+        command: of the controller, held from each time on.
+        record: of the plant.
+        status: of the run up to each time.
+    """
+
+    state: Any
+    measurement: Any
+    command: Any
+    record: Any
+    status: Int[Array, " time"]
+
+
+def _finite(tree: Any) -> Bool[Array, ""]:
+    leaves = [jnp.all(jnp.isfinite(leaf)) for leaf in jax.tree.leaves(tree)]
+    return jnp.all(jnp.stack(leaves)) if leaves else jnp.array(True)
+
+
+def run(
+    plant: Plant,
+    controller: Controller,
+    sensor: Sensor,
+    state: Any,
+    key: PRNGKeyArray,
+    period: Scalar,
+    *,
+    count: int,
+    substeps: int = 1,
+) -> Histories:
+    """Run the loop for `count` control periods; pure, for `jit`, `vmap` and `jvp`.
+
+    Args:
+        plant: what is controlled.
+        controller: gives the commands.
+        sensor: gives the measurements.
+        state: of the plant at time 0.
+        key: of the noise.
+        period: control period, s.
+        count: of control periods.
+        substeps: integration steps in each.
+
+    Returns:
+        Histories of `count` + 1 samples. After a run has failed its state is frozen.
+    """
+    step = period / substeps
+
+    def carry_over(state, command, time):
+        def substep(carry, k):
+            state, resolved = carry
+            state, fine = plant(state, command, time + k * step, step)
+            return (state, resolved & fine), None
+
+        if substeps == 1:  # one scan less to compile
+            return plant(state, command, time, period)
+        return jax.lax.scan(substep, (state, jnp.array(True)), jnp.arange(substeps))[0]
+
+    def tick(carry, now):
+        state, sensor_memory, memory, status = carry
+        k, draw = now
+        diverged = ~_finite(state) | plant.diverged(state)
+        status = jnp.where((status == 0) & diverged, int(Status.DIVERGED), status)
+        sensor_memory, measurement = sensor(sensor_memory, state, draw)
+        memory, command = controller(memory, measurement)
+        status = jnp.where((status == 0) & ~_finite(command), int(Status.BAD_COMMAND), status)
+        after, resolved = carry_over(state, command, k * period)
+        row = Histories(state, measurement, command, plant.record(state, command), status)
+        goes_on = status == 0
+        state = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), after, state)
+        status = jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status)
+        return (state, sensor_memory, memory, status), row
+
+    start = (
+        state,
+        sensor.start(state, period),
+        controller.start(period),
+        jnp.array(int(Status.COMPLETE)),
+    )
+    keys = jax.random.split(key, count + 1)
+    return jax.lax.scan(tick, start, (jnp.arange(count + 1), keys))[1]

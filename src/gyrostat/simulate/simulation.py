@@ -1,0 +1,186 @@
+"""Runs of the loop as labelled histories."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import equinox as eqx
+import numpy as np
+
+from gyrostat._jax import jax, jnp
+from gyrostat.errors import InputError
+from gyrostat.simulate.loop import Controller, Histories, Plant, Sensor, Status, run
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LANES = 64
+"""Runs that are carried together: more do not run faster, and progress is told between them."""
+
+
+def stack(items: Sequence[Any]) -> Any:
+    """Join plants, controllers, sensors or states of several runs into one.
+
+    Args:
+        items: of one kind; one for each run.
+
+    Returns:
+        The same kind, each of its arrays with a leading axis of runs.
+    """
+    return jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *items)
+
+
+def _as_array(leaf: Any) -> Any:
+    # numbers left as they are would be compiled in, and every new value compiled again
+    return jnp.asarray(leaf) if isinstance(leaf, float | np.ndarray | np.generic) else leaf
+
+
+def _is_stacked(item: Any, runs: int) -> bool:
+    shapes = [leaf.shape for leaf in jax.tree.leaves(item) if eqx.is_array(leaf)]
+    return bool(shapes) and all(shape[:1] == (runs,) for shape in shapes)
+
+
+@eqx.filter_jit
+def _one(plant, controller, sensor, state, key, period, count, substeps) -> Histories:
+    return run(plant, controller, sensor, state, key, period, count=count, substeps=substeps)
+
+
+@eqx.filter_jit
+def _many(items, stacked, keys, period, count, substeps) -> Histories:
+    axes = tuple(eqx.if_array(0) if each else None for each in stacked)
+
+    def single(items, key):
+        return run(*items, key, period, count=count, substeps=substeps)
+
+    return eqx.filter_vmap(single, in_axes=(axes, 0))(items, keys)
+
+
+def _whole(value: float, part: float, names: tuple[str, str]) -> int:
+    """How often a part goes into a value, which must be a whole number of times."""
+    for name, number in zip(names, (value, part), strict=True):
+        if not (np.isfinite(number) and number > 0.0):
+            raise InputError(f"{name}: found {number:g} s, expected more than 0 s")
+    times = round(value / part)
+    if times < 1 or abs(value / part - times) > 1e-6 * times:
+        raise InputError(
+            f"{names[0]}: found {value:g} s, expected a whole multiple of the {names[1]} {part:g} s"
+        )
+    return times
+
+
+def simulate(
+    plant: Plant,
+    controller: Controller,
+    sensor: Sensor,
+    *,
+    start: Any,
+    duration: float,
+    control_period: float,
+    step: float | None = None,
+    seed: int = 0,
+    runs: int | None = None,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> "xr.Dataset":
+    """Run a plant in closed loop.
+
+    The sensor measures and the controller commands once in each control period; the command is held
+    through it. Every run draws its own noise.
+
+    Args:
+        plant: what is controlled.
+        controller: gives the commands.
+        sensor: gives the measurements.
+        start: state of the plant at time 0.
+        duration: s, a whole number of control periods.
+        control_period: s.
+        step: longest integration step, s, of which the control period is a multiple; by default the
+            control period itself.
+        seed: of the noise.
+        runs: number of runs; None for a single one. Of plant, controller, sensor and start each may
+            be one for all, or one for each as `stack` joins them.
+        on_progress: called with the runs done and the runs in all.
+
+    Returns:
+        Histories over `time` (and `run`): every field of state, measurement, command and record
+        under its own name (measured_, commanded_ before a name that the state has too), with units.
+        `status` says how a run ended, `valid_until` when; later values are NaN, never numbers.
+
+    Raises:
+        InputError: a duration or step that does not fit, parameters that no plant has, or a command
+            that is not finite: the message names the controller and the time.
+    """
+    count = _whole(duration, control_period, ("duration", "control period"))
+    substeps = 1 if step is None else _whole(control_period, step, ("control period", "step"))
+    if runs is not None and runs < 1:
+        raise InputError(f"runs: found {runs}, expected 1 or more")
+    plant.check()
+    items = jax.tree.map(_as_array, (plant, controller, sensor, start))
+    if runs is None:
+        found = _one(*items, jax.random.key(seed), control_period, count, substeps)
+        histories = jax.tree.map(lambda x: np.asarray(x)[None], found)
+    else:
+        stacked = tuple(_is_stacked(item, runs) for item in items)
+        keys = jax.random.split(jax.random.key(seed), runs)
+        blocks = []
+        for first in range(0, runs, LANES):
+            # the last block is filled up with its last run, so that one size is compiled
+            rows = np.minimum(np.arange(first, first + min(LANES, runs)), runs - 1)
+            picked = tuple(
+                jax.tree.map(lambda x: x[rows] if eqx.is_array(x) else x, item) if each else item  # noqa: B023
+                for item, each in zip(items, stacked, strict=True)
+            )
+            block = _many(picked, stacked, keys[rows], control_period, count, substeps)
+            kept = min(LANES, runs - first)
+            blocks.append(jax.tree.map(lambda x: np.asarray(x)[:kept], block))  # noqa: B023
+            if on_progress is not None:
+                on_progress(first + kept, runs)
+        histories = jax.tree.map(lambda *x: np.concatenate(x), *blocks)
+    _refuse_bad_commands(histories, controller, control_period, runs)
+    dataset = _labelled(histories, control_period)
+    return dataset if runs is not None else dataset.isel(run=0)
+
+
+def _refuse_bad_commands(histories: Histories, controller: Any, period: float, runs: int | None):
+    bad = histories.status == Status.BAD_COMMAND
+    if not np.any(bad):
+        return
+    number = int(np.argmax(np.any(bad, axis=1)))
+    where = int(np.argmax(bad[number]))
+    which = "" if runs is None else f" of run {number}"
+    raise InputError(
+        f"{type(controller).__name__}: found a command that is not finite at {where * period:g} s"
+        f"{which}, expected finite numbers"
+    )
+
+
+def _labelled(histories: Histories, period: float) -> "xr.Dataset":
+    import xarray as xr
+
+    count = histories.status.shape[1]
+    fine = histories.status == Status.COMPLETE
+    variables: dict[str, Any] = {}
+    for prefix, signals in (
+        ("", histories.state),
+        ("measured_", histories.measurement),
+        ("commanded_", histories.command),
+        ("recorded_", histories.record),
+    ):
+        units = getattr(signals, "UNITS", {})
+        for name, values in signals._asdict().items():
+            label = prefix + name if name in variables else name
+            extra = [f"{label}_{k}" for k in range(1, values.ndim - 1)]
+            if values.dtype == bool:
+                values = values & fine
+            else:
+                mask = fine.reshape(*fine.shape, *(1,) * len(extra))
+                values = np.where(mask, values, np.nan)
+            attributes = {"units": units[name]} if name in units else {}
+            variables[label] = (("run", "time", *extra), values, attributes)
+    last = np.where(fine.all(axis=1), count, np.argmin(fine, axis=1)) - 1
+    meanings = {
+        "flag_values": [int(s) for s in Status],
+        "flag_meanings": " ".join(s.name.lower() for s in Status),
+    }
+    variables["status"] = ("run", histories.status.max(axis=1).astype(np.int8), meanings)
+    variables["valid_until"] = ("run", last * period, {"units": "s"})
+    time = ("time", np.arange(count) * period, {"units": "s"})
+    return xr.Dataset(variables, coords={"time": time, "run": np.arange(len(fine))})

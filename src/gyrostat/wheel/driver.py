@@ -1,0 +1,113 @@
+"""The electronics between a commanded current and the motor of a wheel."""
+
+import equinox as eqx
+import numpy as np
+
+from gyrostat._jax import jnp
+from gyrostat.errors import InputError
+from gyrostat.friction import Scalar
+
+SETTLED = 40.0
+"""Time constants after which exp(-t/tau) is below rounding."""
+LAG_STEP = 0.1
+"""Share of its time constant in which a lag that has just begun is resolved."""
+
+
+class Driver(eqx.Module):
+    """A current loop: limits and quantisation once a control period, then a first-order lag.
+
+    The current that the supply allows falls with speed: V = R I + k_m w, with the back-EMF constant
+    equal to the motor constant in SI. It is taken at the start of a control period.
+
+    Attributes:
+        time_constant: of the current loop, s; zero for none.
+        current_limit: A.
+        torque_limit: of the motor, N·m.
+        current_quantum: step of the commanded current, A; zero for none.
+        bus_voltage: V.
+        resistance: of the winding, Ω.
+    """
+
+    time_constant: Scalar = 0.0
+    current_limit: Scalar = np.inf
+    torque_limit: Scalar = np.inf
+    current_quantum: Scalar = 0.0
+    bus_voltage: Scalar = np.inf
+    resistance: Scalar = 0.0
+
+    def check(self) -> None:
+        """Refuse values that no drive has.
+
+        Raises:
+            InputError: a negative or NaN value, or a finite bus voltage without a resistance.
+        """
+        for name in self.__dataclass_fields__:
+            value = np.asarray(getattr(self, name))
+            if not np.all(value >= 0.0):
+                raise InputError(f"driver {name}: found {np.min(value):g}, expected 0 or more")
+        limited = np.isfinite(np.asarray(self.bus_voltage))
+        if np.any(limited & (np.asarray(self.resistance) == 0.0)):
+            raise InputError(
+                "driver resistance: found 0 Ω, expected more: the bus voltage limits the current "
+                "through it"
+            )
+
+    def set_point(self, command: Scalar, speed: Scalar, motor_constant: Scalar) -> Scalar:
+        """The current that the loop goes to, A, within its limits and on its steps.
+
+        Args:
+            command: A.
+            speed: of the wheel, rad/s.
+            motor_constant: N·m/A.
+        """
+        limit = jnp.minimum(self.current_limit, self.torque_limit / jnp.abs(motor_constant))
+        sense = jnp.sign(command)
+        supply = self.bus_voltage - sense * motor_constant * speed
+        unlimited = jnp.isinf(self.bus_voltage)
+        ahead = supply / jnp.where(unlimited, 1.0, self.resistance)
+        limit = jnp.minimum(limit, jnp.where(unlimited, jnp.inf, jnp.maximum(ahead, 0.0)))
+        quantised = self.current_quantum > 0.0
+        quantum = jnp.where(quantised, self.current_quantum, 1.0)
+        size = jnp.abs(command)
+        size = jnp.where(quantised, quantum * jnp.round(size / quantum), size)
+        # the largest step that is still within the limit
+        whole = jnp.where(
+            quantised & jnp.isfinite(limit),
+            quantum * jnp.floor(jnp.where(jnp.isfinite(limit), limit, 0.0) / quantum),
+            limit,
+        )
+        return sense * jnp.minimum(size, whole)
+
+    def limited(self, command: Scalar, set_point: Scalar) -> Scalar:
+        """Whether a limit, rather than the quantisation, kept the current from its command."""
+        return jnp.abs(command) - jnp.abs(set_point) > 0.5 * self.current_quantum * (1.0 + 1e-9)
+
+    def current(self, start: Scalar, set_point: Scalar, time: Scalar) -> Scalar:
+        """Current of the lag, A, a time after its start.
+
+        Args:
+            start: current then, A.
+            set_point: A.
+            time: s.
+        """
+        lags = self.time_constant > 0.0
+        decay = jnp.exp(-time / jnp.where(lags, self.time_constant, 1.0))
+        return set_point + jnp.where(lags, start - set_point, 0.0) * decay
+
+    def longest_segment(self, time: Scalar) -> Scalar:
+        """Longest integration step that resolves the lag a time after its start, s."""
+        lags = self.time_constant > 0.0
+        tau = jnp.where(lags, self.time_constant, 1.0)
+        # the error of a fourth-order step falls with the fifth root of what is left of the lag
+        step = LAG_STEP * tau * jnp.exp(jnp.minimum(time / (5.0 * tau), SETTLED))
+        return jnp.where(lags & (time < SETTLED * tau), step, jnp.inf)
+
+    def power(self, current: Scalar, speed: Scalar, motor_constant: Scalar) -> Scalar:
+        """Electrical power drawn, W; negative while the motor brakes and feeds back.
+
+        Args:
+            current: A.
+            speed: rad/s.
+            motor_constant: N·m/A.
+        """
+        return self.resistance * current**2 + motor_constant * current * speed

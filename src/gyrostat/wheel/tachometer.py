@@ -1,0 +1,119 @@
+"""Sensors of the speed of a wheel, and what may stand behind any sensor.
+
+A sensor has `start(state, period) -> memory` and `sensor(memory, state, key) -> memory, value`. It
+is sampled once in each control period.
+"""
+
+from typing import Any
+
+import equinox as eqx
+from jaxtyping import Array, Float, PRNGKeyArray
+
+from gyrostat._jax import jax, jnp
+from gyrostat.friction import Scalar
+
+
+class Tachometer(eqx.Module):
+    """The speed with white noise.
+
+    Attributes:
+        sigma: standard deviation of a sample, rad/s.
+    """
+
+    sigma: Scalar = 0.0
+
+    def start(self, state: Any, period: Scalar) -> tuple[()]:
+        """It has no memory."""
+        return ()
+
+    def __call__(
+        self, memory: tuple[()], state: Any, key: PRNGKeyArray
+    ) -> tuple[tuple[()], Float[Array, ""]]:
+        """Measure `state.speed`, rad/s."""
+        return memory, state.speed + self.sigma * jax.random.normal(key, jnp.shape(state.speed))
+
+
+class PulseTachometer(eqx.Module):
+    """Pulses counted over a gate time, with the sense of rotation (two channels, or Hall sensors).
+
+    One pulse more or less is a speed of 2 pi / (N gate).
+
+    Attributes:
+        pulses: N, in one revolution.
+        gate_periods: gate time in control periods, a whole number.
+    """
+
+    pulses: Scalar
+    gate_periods: int = eqx.field(static=True, default=1)
+
+    def _count(self, state: Any) -> Float[Array, ""]:
+        return jnp.floor(state.wheel_angle * self.pulses / (2.0 * jnp.pi))
+
+    def start(self, state: Any, period: Scalar) -> tuple[Array, Scalar]:
+        """Counts at the last samples, as if the wheel had turned evenly before, and the gate."""
+        back = jnp.arange(self.gate_periods, 0, -1) * period
+        before = (state.wheel_angle - back * state.speed) * self.pulses / (2.0 * jnp.pi)
+        return jnp.floor(before), self.gate_periods * period
+
+    def __call__(
+        self, memory: tuple[Array, Scalar], state: Any, key: PRNGKeyArray
+    ) -> tuple[tuple[Array, Scalar], Float[Array, ""]]:
+        """Count the pulses of the last gate time; the speed, rad/s."""
+        counts, gate = memory
+        count = self._count(state)
+        speed = (count - counts[0]) * 2.0 * jnp.pi / (self.pulses * gate)
+        return (jnp.append(counts[1:], count), gate), speed
+
+
+class LowPass(eqx.Module):
+    """A sensor behind a first-order low pass, exact for its samples.
+
+    Attributes:
+        sensor: what it filters.
+        time_constant: s.
+    """
+
+    sensor: Any
+    time_constant: Scalar
+
+    def start(self, state: Any, period: Scalar) -> tuple[Any, Array, Array, Scalar]:
+        """Memory of the sensor, the filtered value, whether there is one, and its decay."""
+        decay = jnp.exp(-period / self.time_constant)
+        return self.sensor.start(state, period), jnp.array(0.0), jnp.array(False), decay
+
+    def __call__(self, memory: Any, state: Any, key: PRNGKeyArray) -> tuple[Any, Array]:
+        """Measure and filter; the first sample starts the filter."""
+        inner, filtered, started, decay = memory
+        inner, value = self.sensor(inner, state, key)
+        filtered = jnp.where(started, decay * filtered + (1.0 - decay) * value, value)
+        return (inner, filtered, jnp.array(True), decay), filtered
+
+
+class Delayed(eqx.Module):
+    """A sensor whose samples arrive late; until the first arrives it stands for all.
+
+    Attributes:
+        sensor: what is delayed.
+        periods: delay in control periods, a whole number of 1 or more.
+    """
+
+    sensor: Any
+    periods: int = eqx.field(static=True)
+
+    def start(self, state: Any, period: Scalar) -> Any:
+        """Memory of the sensor, and the samples under way (none yet)."""
+        memory = self.sensor.start(state, period)
+        sample = jax.eval_shape(self.sensor, memory, state, jax.random.key(0))[1]
+        under_way = jax.tree.map(lambda s: jnp.zeros((self.periods, *s.shape), s.dtype), sample)
+        return memory, under_way, jnp.array(False)
+
+    def __call__(self, memory: Any, state: Any, key: PRNGKeyArray) -> tuple[Any, Any]:
+        """Measure now, return what was measured `periods` ago."""
+        inner, under_way, started = memory
+        inner, sample = self.sensor(inner, state, key)
+        under_way = jax.tree.map(lambda u, s: jnp.where(started, u, s), under_way, sample)
+        arrived = jax.tree.map(lambda u: u[0], under_way)
+        moved = jax.tree.map(
+            lambda u, s: jnp.concatenate([u[1:], jnp.asarray(s)[None]]), under_way, sample
+        )
+        return (inner, moved, jnp.array(True)), arrived
