@@ -59,8 +59,8 @@ class DriveRecord(NamedTuple):
         power: drawn from the bus, W.
     """
 
-    saturated: Bool[Array, ""]
-    power: Float[Array, ""]
+    saturated: Scalar
+    power: Scalar
 
     UNITS = {"saturated": "1", "power": "W"}  # noqa: RUF012
 

@@ -2,6 +2,7 @@
 
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.command import CurrentCommand
+from gyrostat.control.estimating_compensator import EstimatingCompensator
 from gyrostat.control.model_compensator import DynamicModelCompensator
 from gyrostat.control.speed_mode import SpeedMode
 
@@ -10,5 +11,6 @@ __all__ = [
     "CurrentCommand",
     "CurrentMode",
     "DynamicModelCompensator",
+    "EstimatingCompensator",
     "SpeedMode",
 ]

@@ -112,7 +112,7 @@ def friction_figure(fit: Fit) -> Figure:
             inside = speeds[np.abs(speeds) <= limit] / RPM
             # one outline: sixty bars of their own take longer than the rest of the figure
             grid[1, column].stairs(
-                *np.histogram(inside, bins=60, range=(-limit, limit) / np.array(RPM)),
+                *np.histogram(inside, bins=60, range=(-limit / RPM, limit / RPM)),
                 fill=True,
                 color=MEASURED,
             )

@@ -68,7 +68,7 @@ class Histories(NamedTuple):
     Attributes:
         state: of the plant.
         measurement: of the sensor.
-        command: of the controller, held from each time on.
+        command: that acts from each time on.
         record: of the plant.
         status: of the run up to each time.
     """
@@ -95,6 +95,7 @@ def run(
     *,
     count: int,
     substeps: int = 1,
+    command_delay: int = 0,
 ) -> Histories:
     """Run the loop for `count` control periods; pure, for `jit`, `vmap` and `jvp`.
 
@@ -107,6 +108,8 @@ def run(
         period: control period, s.
         count: of control periods.
         substeps: integration steps in each.
+        command_delay: control periods from a sample to the start of the command made from it; until
+            the first arrives the command is zero.
 
     Returns:
         Histories of `count` + 1 samples. After a run has failed its state is frozen.
@@ -124,25 +127,27 @@ def run(
         return jax.lax.scan(substep, (state, jnp.array(True)), jnp.arange(substeps))[0]
 
     def tick(carry, now):
-        state, sensor_memory, memory, status = carry
+        state, sensor_memory, memory, under_way, status = carry
         k, draw = now
         diverged = ~_finite(state) | plant.diverged(state)
         status = jnp.where((status == 0) & diverged, int(Status.DIVERGED), status)
         sensor_memory, measurement = sensor(sensor_memory, state, draw)
         memory, command = controller(memory, measurement)
         status = jnp.where((status == 0) & ~_finite(command), int(Status.BAD_COMMAND), status)
+        queue = jax.tree.map(lambda q, c: jnp.concatenate([q, c[None]]), under_way, command)
+        command = jax.tree.map(lambda q: q[0], queue)
+        under_way = jax.tree.map(lambda q: q[1:], queue)
         after, resolved = carry_over(state, command, k * period)
         row = Histories(state, measurement, command, plant.record(state, command), status)
         goes_on = status == 0
         state = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), after, state)
         status = jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status)
-        return (state, sensor_memory, memory, status), row
+        return (state, sensor_memory, memory, under_way, status), row
 
-    start = (
-        state,
-        sensor.start(state, period),
-        controller.start(period),
-        jnp.array(int(Status.COMPLETE)),
-    )
     keys = jax.random.split(key, count + 1)
+    sensor_memory, memory = sensor.start(state, period), controller.start(period)
+    _, measurement = jax.eval_shape(sensor, sensor_memory, state, keys[0])
+    _, command = jax.eval_shape(controller, memory, measurement)
+    under_way = jax.tree.map(lambda c: jnp.zeros((command_delay, *c.shape), c.dtype), command)
+    start = (state, sensor_memory, memory, under_way, jnp.array(int(Status.COMPLETE)))
     return jax.lax.scan(tick, start, (jnp.arange(count + 1), keys))[1]

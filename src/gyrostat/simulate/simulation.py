@@ -40,16 +40,18 @@ def _is_stacked(item: Any, runs: int) -> bool:
 
 
 @eqx.filter_jit
-def _one(plant, controller, sensor, state, key, period, count, substeps) -> Histories:
-    return run(plant, controller, sensor, state, key, period, count=count, substeps=substeps)
+def _one(items, key, period, counts) -> Histories:
+    plant, controller, sensor, start = items
+    return run(plant, controller, sensor, start, key, period, **counts)
 
 
 @eqx.filter_jit
-def _many(items, stacked, keys, period, count, substeps) -> Histories:
+def _many(items, stacked, keys, period, counts) -> Histories:
     axes = tuple(eqx.if_array(0) if each else None for each in stacked)
 
     def single(items, key):
-        return run(*items, key, period, count=count, substeps=substeps)
+        plant, controller, sensor, start = items
+        return run(plant, controller, sensor, start, key, period, **counts)
 
     return eqx.filter_vmap(single, in_axes=(axes, 0))(items, keys)
 
@@ -76,6 +78,7 @@ def simulate(
     duration: float,
     control_period: float,
     step: float | None = None,
+    command_delay: int = 0,
     seed: int = 0,
     runs: int | None = None,
     on_progress: Callable[[int, int], None] | None = None,
@@ -94,6 +97,7 @@ def simulate(
         control_period: s.
         step: longest integration step, s, of which the control period is a multiple; by default the
             control period itself.
+        command_delay: control periods from a sample to the start of the command made from it.
         seed: of the noise.
         runs: number of runs; None for a single one. Of plant, controller, sensor and start each may
             be one for all, or one for each as `stack` joins them.
@@ -112,10 +116,13 @@ def simulate(
     substeps = 1 if step is None else _whole(control_period, step, ("control period", "step"))
     if runs is not None and runs < 1:
         raise InputError(f"runs: found {runs}, expected 1 or more")
+    if command_delay < 0:
+        raise InputError(f"command delay: found {command_delay} periods, expected 0 or more")
+    counts = {"count": count, "substeps": substeps, "command_delay": command_delay}
     plant.check()
     items = jax.tree.map(_as_array, (plant, controller, sensor, start))
     if runs is None:
-        found = _one(*items, jax.random.key(seed), control_period, count, substeps)
+        found = _one(items, jax.random.key(seed), control_period, counts)
         histories = jax.tree.map(lambda x: np.asarray(x)[None], found)
     else:
         stacked = tuple(_is_stacked(item, runs) for item in items)
@@ -128,7 +135,7 @@ def simulate(
                 jax.tree.map(lambda x: x[rows] if eqx.is_array(x) else x, item) if each else item  # noqa: B023
                 for item, each in zip(items, stacked, strict=True)
             )
-            block = _many(picked, stacked, keys[rows], control_period, count, substeps)
+            block = _many(picked, stacked, keys[rows], control_period, counts)
             kept = min(LANES, runs - first)
             blocks.append(jax.tree.map(lambda x: np.asarray(x)[:kept], block))  # noqa: B023
             if on_progress is not None:

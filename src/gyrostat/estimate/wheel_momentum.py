@@ -1,0 +1,107 @@
+"""Speed of a wheel from the momentum of wheel and table: what friction cannot disturb."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+
+from gyrostat._jax import jnp
+from gyrostat.friction import Scalar
+
+UNKNOWN_TORQUE = 10.0
+"""First standard deviation of the external torque over what the tachometer can tell in a second."""
+
+
+class MomentumEstimate(NamedTuple):
+    """Momentum of table and wheel, and the external torque that changes it.
+
+    Attributes:
+        momentum: h, N·m·s.
+        torque: external torque T_d, N·m.
+        momentum_variance: (N·m·s)².
+        covariance: of momentum and torque, N²·m²·s.
+        torque_variance: (N·m)².
+        started: 1 once a measurement has been taken, else 0.
+    """
+
+    momentum: Scalar
+    torque: Scalar
+    momentum_variance: Scalar
+    covariance: Scalar
+    torque_variance: Scalar
+    started: Scalar
+
+
+class WheelMomentumFilter(eqx.Module):
+    """Kalman filter on h = J_w w + (J + J_w) Ω, which only the external torque changes.
+
+    Friction is internal: it does not appear, so that no error of a friction model can bias the
+    estimate. The gyro tells (J + J_w) Ω far better than the tachometer tells J_w w; their sum is
+    the measurement of h, with the noise of the tachometer. The torque is a random walk. The speed
+    follows as w = (h - (J + J_w) Ω) / J_w, as quick as the gyro and as calm as the momentum.
+
+    Attributes:
+        wheel_inertia: J_w, kg·m².
+        table_inertia: J, without the rotor, kg·m².
+        speed_sigma: noise of a sample of the tachometer, rad/s.
+        torque_drift: of the external torque in the square root of a second, N·m/√s.
+    """
+
+    wheel_inertia: Scalar
+    table_inertia: Scalar
+    speed_sigma: Scalar
+    torque_drift: Scalar
+
+    def start(self) -> MomentumEstimate:
+        """Nothing known."""
+        zero = jnp.array(0.0)
+        return MomentumEstimate(zero, zero, zero, zero, zero, zero)
+
+    def predict(self, estimate: MomentumEstimate, period: Scalar) -> MomentumEstimate:
+        """Carry an estimate over a period, s."""
+        drift = self.torque_drift**2 * period
+        own, both, torque = estimate[2:5]
+        return estimate._replace(
+            momentum=estimate.momentum + period * estimate.torque,
+            momentum_variance=own + period * (2.0 * both + period * (torque + drift / 3.0)),
+            covariance=both + period * (torque + 0.5 * drift),
+            torque_variance=torque + drift,
+        )
+
+    def correct(self, estimate: MomentumEstimate, speed: Scalar, rate: Scalar) -> MomentumEstimate:
+        """Take in a sample of tachometer and gyro.
+
+        Args:
+            estimate: predicted to the time of the sample.
+            speed: of the wheel, rad/s.
+            rate: of the table, rad/s.
+        """
+        measured = self.wheel_inertia * speed + (self.table_inertia + self.wheel_inertia) * rate
+        noise = (self.wheel_inertia * self.speed_sigma) ** 2
+        own, both, torque = estimate[2:5]
+        total = own + noise
+        first, second = own / total, both / total
+        innovation = measured - estimate.momentum
+        keeps = noise / total  # 1 - first without its cancellation
+        # scalar measurement: this is the Joseph form, term by term
+        corrected = MomentumEstimate(
+            momentum=estimate.momentum + first * innovation,
+            torque=estimate.torque + second * innovation,
+            momentum_variance=first * noise,
+            covariance=keeps * both,
+            torque_variance=torque - second * both,
+            started=jnp.ones_like(total),
+        )
+        unknown = UNKNOWN_TORQUE**2 * noise
+        first_one = MomentumEstimate(
+            measured, jnp.zeros_like(measured), noise, 0.0 * noise, unknown, jnp.ones_like(total)
+        )
+        begins = estimate.started == 0.0
+        return MomentumEstimate(
+            *(jnp.where(begins, a, b) for a, b in zip(first_one, corrected, strict=True))
+        )
+
+    def speed(self, estimate: MomentumEstimate, rate: Scalar) -> tuple[Scalar, Scalar]:
+        """Wheel speed at a table rate, rad/s, and its standard deviation."""
+        whole = self.table_inertia + self.wheel_inertia
+        speed = (estimate.momentum - whole * rate) / self.wheel_inertia
+        return speed, jnp.sqrt(estimate.momentum_variance) / self.wheel_inertia
