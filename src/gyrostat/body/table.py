@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool
 
 from gyrostat._jax import jnp
 from gyrostat.errors import InputError
@@ -24,11 +24,11 @@ class TableState(NamedTuple):
         current: in the motor, A.
     """
 
-    attitude: Float[Array, ""]
-    rate: Float[Array, ""]
-    speed: Float[Array, ""]
-    wheel_angle: Float[Array, ""]
-    current: Float[Array, ""]
+    attitude: Scalar
+    rate: Scalar
+    speed: Scalar
+    wheel_angle: Scalar
+    current: Scalar
 
     UNITS = {  # noqa: RUF012
         "attitude": "rad",
@@ -46,7 +46,7 @@ class TableCommand(NamedTuple):
         current: of the motor, A.
     """
 
-    current: Float[Array, ""]
+    current: Scalar
 
     UNITS = {"current": "A"}  # noqa: RUF012
 

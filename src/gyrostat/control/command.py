@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from jaxtyping import Array, Float
+from gyrostat.friction import Scalar
 
 
 class CurrentCommand(NamedTuple):
@@ -14,8 +14,8 @@ class CurrentCommand(NamedTuple):
         friction_current: for the friction that is expected, A.
     """
 
-    current: Float[Array, ""]
-    attitude_current: Float[Array, ""]
-    friction_current: Float[Array, ""]
+    current: Scalar
+    attitude_current: Scalar
+    friction_current: Scalar
 
     UNITS = {"current": "A", "attitude_current": "A", "friction_current": "A"}  # noqa: RUF012

@@ -48,12 +48,12 @@ class EstimatingCommand(NamedTuple):
         friction_scale: friction of the wheel over friction of the model.
     """
 
-    current: Float[Array, ""]
-    attitude_current: Float[Array, ""]
-    friction_current: Float[Array, ""]
-    estimated_speed: Float[Array, ""]
-    estimated_torque: Float[Array, ""]
-    friction_scale: Float[Array, ""]
+    current: Scalar
+    attitude_current: Scalar
+    friction_current: Scalar
+    estimated_speed: Scalar
+    estimated_torque: Scalar
+    friction_scale: Scalar
 
     UNITS = {  # noqa: RUF012
         "current": "A",
