@@ -39,7 +39,7 @@ class SpeedMode(eqx.Module):
         law: gives the demanded wheel torque.
         inertia: of the wheel as the controller knows it, kg·m².
         motor_constant: as the controller knows it, N·m/A.
-        natural_frequency: rad/s; well below the control rate.
+        natural_frequency: rad/s; the tachometer's noise in the current grows with it.
         damping_ratio: of the speed loop.
         current_limit: A.
     """
@@ -47,7 +47,7 @@ class SpeedMode(eqx.Module):
     law: AttitudePID
     inertia: Scalar
     motor_constant: Scalar
-    natural_frequency: Scalar = 2.0
+    natural_frequency: Scalar = 1.0
     damping_ratio: Scalar = 1.0
     current_limit: Scalar = np.inf
 

@@ -1,9 +1,10 @@
-"""Carrara and Kuga: friction of a real reaction wheel by batch least squares.
+"""Carrara and Kuga: friction of a real reaction wheel, and its compensation on a table.
 
 V. Carrara and H. K. Kuga, "Estimating friction parameters in reaction wheels for attitude control".
-Here the part on the wheel, up to the section "Estimation of friction parameters".
 """
 
+from gyrostat.papers.carrara_kuga.crossing_zero import crossing_zero
+from gyrostat.papers.carrara_kuga.goals import goals
 from gyrostat.papers.carrara_kuga.printed import CITATION, NAME
 from gyrostat.papers.carrara_kuga.recovery import recovery
 from gyrostat.papers.carrara_kuga.residuals import residuals
@@ -32,10 +33,10 @@ SETTINGS = (
 
 
 def reproduce(*, quick: bool, say: Say) -> Reproduction:
-    """Rebuild the estimation of the friction parameters and judge each claim.
+    """Rebuild the paper and judge each claim.
 
     Args:
-        quick: fewer records.
+        quick: fewer records and noise seeds, no dispersed runs.
         say: told about the progress.
     """
     count, varied = (QUICK_RECORDS, QUICK_VARIED) if quick else (RECORDS, VARIED)
@@ -52,6 +53,8 @@ def reproduce(*, quick: bool, say: Say) -> Reproduction:
             stribeck_speed(trials[:varied], say),
             residuals(trials),
             Part(claims=(), settings=SETTINGS),
+            crossing_zero(say, quick=quick),
+            goals(say, quick=quick),
         ),
         complete=not quick,
     )
