@@ -5,6 +5,7 @@ from pathlib import Path
 import matplotlib as mpl
 
 from gyrostat.identify import identify
+from gyrostat.papers.carrara_kuga.side_by_side import crossing_figure
 from gyrostat.report.figures import STYLE, friction_figure, record_figure
 from gyrostat.telemetry import read_record
 from gyrostat.units import RPM
@@ -13,7 +14,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def main():
-    """Identify the example record and save its two figures."""
+    """Identify the example record, cross zero once, and save the figures."""
     record = read_record(ROOT / "examples" / "wheel_profile2.csv")
     fit = identify(record, inertia=1.5e-3, speed_sigma=5.0 * RPM)
     drawn = {
@@ -21,6 +22,7 @@ def main():
             record, fit.predicted[0], fit.predicted_sigma[0], fit.speed_sigma
         ),
         "wheel_friction": friction_figure(fit),
+        "crossing_zero": crossing_figure(),
     }
     folder = ROOT / "docs" / "images"
     folder.mkdir(exist_ok=True)

@@ -10,6 +10,13 @@ from gyrostat.friction import Scalar
 UNKNOWN_TORQUE = 10.0
 """First standard deviation of the external torque over what the tachometer can tell in a second."""
 
+MEMORY = 20.0
+"""Samples in the running mean of the innovations."""
+SURPRISE = 4.0
+"""Standard deviations of that mean at which the external torque is taken to have jumped."""
+JUMP = 0.3
+"""Standard deviation of such a jump over what the tachometer can tell in a second."""
+
 
 class MomentumEstimate(NamedTuple):
     """Momentum of table and wheel, and the external torque that changes it.
@@ -20,6 +27,7 @@ class MomentumEstimate(NamedTuple):
         momentum_variance: (N·m·s)².
         covariance: of momentum and torque, N²·m²·s.
         torque_variance: (N·m)².
+        surprise: running mean of the innovations over their standard deviation.
         started: 1 once a measurement has been taken, else 0.
     """
 
@@ -28,6 +36,7 @@ class MomentumEstimate(NamedTuple):
     momentum_variance: Scalar
     covariance: Scalar
     torque_variance: Scalar
+    surprise: Scalar
     started: Scalar
 
 
@@ -54,7 +63,7 @@ class WheelMomentumFilter(eqx.Module):
     def start(self) -> MomentumEstimate:
         """Nothing known."""
         zero = jnp.array(0.0)
-        return MomentumEstimate(zero, zero, zero, zero, zero, zero)
+        return MomentumEstimate(*(zero,) * len(MomentumEstimate._fields))
 
     def predict(self, estimate: MomentumEstimate, period: Scalar) -> MomentumEstimate:
         """Carry an estimate over a period, s."""
@@ -82,19 +91,22 @@ class WheelMomentumFilter(eqx.Module):
         first, second = own / total, both / total
         innovation = measured - estimate.momentum
         keeps = noise / total  # 1 - first without its cancellation
+        mean = estimate.surprise + (innovation / jnp.sqrt(total) - estimate.surprise) / MEMORY
+        # a mean of white innovations over this memory has this variance
+        surprised = mean**2 > SURPRISE**2 / (2.0 * MEMORY - 1.0)
         # scalar measurement: this is the Joseph form, term by term
         corrected = MomentumEstimate(
             momentum=estimate.momentum + first * innovation,
             torque=estimate.torque + second * innovation,
             momentum_variance=first * noise,
             covariance=keeps * both,
-            torque_variance=torque - second * both,
+            torque_variance=torque - second * both + jnp.where(surprised, JUMP**2 * noise, 0.0),
+            surprise=jnp.where(surprised, 0.0, mean),
             started=jnp.ones_like(total),
         )
+        zero = jnp.zeros_like(total)
         unknown = UNKNOWN_TORQUE**2 * noise
-        first_one = MomentumEstimate(
-            measured, jnp.zeros_like(measured), noise, 0.0 * noise, unknown, jnp.ones_like(total)
-        )
+        first_one = MomentumEstimate(measured, zero, noise, zero, unknown, zero, zero + 1.0)
         begins = estimate.started == 0.0
         return MomentumEstimate(
             *(jnp.where(begins, a, b) for a, b in zip(first_one, corrected, strict=True))

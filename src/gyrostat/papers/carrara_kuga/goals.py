@@ -13,6 +13,7 @@ from gyrostat.papers.carrara_kuga.dispersed import (
     Outcome,
     evaluate,
 )
+from gyrostat.papers.carrara_kuga.side_by_side import side_by_side
 from gyrostat.papers.carrara_kuga.table_drawings import peaks_drawing
 from gyrostat.papers.claims import Claim
 from gyrostat.papers.reproduction import Part, Say
@@ -96,9 +97,13 @@ QUANTITIES: dict[str, tuple[str, str, float | None, Read]] = {
 
 
 def goals(say: Say, *, quick: bool) -> Part:
-    """Fly every controller through the dispersed runs; not at all when `quick`."""
+    """Fly every controller through the dispersed runs; when `quick`, only once for the figure."""
+    together = side_by_side()
     if quick:
-        return Part(claims=tuple(claim for c in CONTENDERS for claim in _not_computed(c)))
+        return Part(
+            drawings=(together,),
+            claims=tuple(claim for c in CONTENDERS for claim in _not_computed(c)),
+        )
     outcomes = {}
     for contender in CONTENDERS:
         say(f"carrara-kuga: {RUNS} dispersed runs in each case, {contender.name}")
@@ -109,7 +114,7 @@ def goals(say: Say, *, quick: bool) -> Part:
     }
     return Part(
         claims=tuple(claim for c, o in outcomes.items() for claim in _claims(c, o)),
-        drawings=(peaks_drawing(peaks, GOAL),),
+        drawings=(together, peaks_drawing(peaks, GOAL)),
         settings=SETTINGS,
     )
 
