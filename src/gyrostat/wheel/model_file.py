@@ -19,6 +19,7 @@ method = "batch"
 import difflib
 import json
 import math
+import os
 import sys
 import tomllib
 from collections.abc import Collection, Mapping
@@ -67,7 +68,7 @@ class WheelModel:
         )
 
 
-def write_model(path: Path, model: WheelModel) -> None:
+def write_model(path: str | os.PathLike[str], model: WheelModel) -> None:
     """Write a model file; numbers are read back bit by bit.
 
     Raises:
@@ -91,18 +92,19 @@ def write_model(path: Path, model: WheelModel) -> None:
     if model.origin:
         text += ["", "[origin]"]
         text += [f"{name} = {_quoted(value)}" for name, value in model.origin.items()]
-    write_whole(path, "\n".join(text) + "\n")
+    write_whole(Path(path), "\n".join(text) + "\n")
 
 
-def read_model(path: Path) -> WheelModel:
+def read_model(path: str | os.PathLike[str]) -> WheelModel:
     """Read a model file.
 
     Raises:
         InputError: the file cannot be read, is not TOML, or a key is unknown, missing or has a
             value that no wheel has.
     """
+    path = Path(path)
     try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         reason = (error.strerror or "an error").lower()
         raise InputError(f"{path}: found {reason}, expected a model file") from error
