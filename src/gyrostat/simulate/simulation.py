@@ -105,7 +105,8 @@ def simulate(
 
     Returns:
         Histories over `time` (and `run`): every field of state, measurement, command and record
-        under its own name (measured_, commanded_ before a name that the state has too), with units.
+        under its own name, with units; a measurement or command with the name of a state has
+        `measured_` or `commanded_` before it.
         `status` says how a run ended, `valid_until` when; later values are NaN, never numbers.
 
     Raises:
