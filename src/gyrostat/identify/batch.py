@@ -18,7 +18,7 @@ from gyrostat.identify.checks import check_excitation, check_signals
 from gyrostat.identify.conclude import conclude
 from gyrostat.identify.deterministic import integral_regression
 from gyrostat.identify.fit import Fit
-from gyrostat.identify.least_squares import Evaluation, Prior, Solution, minimise
+from gyrostat.identify.least_squares import WALL, Evaluation, Prior, Solution, minimise
 from gyrostat.identify.loss import Loss, Quadratic, loss_named
 from gyrostat.identify.prediction import CurrentHold, SpeedPrediction, friction_model
 from gyrostat.identify.selection import Selection, select
@@ -171,13 +171,13 @@ def _refined(
     index = selection.index(measure.prediction)
     again = minimise(_restricted(measure, values, index), values[index], selection.prior, loss)
     if again is None:
-        return values, replace(last, converged=False)
+        return values, replace(last, reason=WALL)
     values = values.copy()
     values[index] = again.x
     return values, replace(
         again,
         iterations=last.iterations + again.iterations,
-        converged=last.converged and again.converged,
+        reason=last.reason or again.reason,
     )
 
 
