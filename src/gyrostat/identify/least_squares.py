@@ -19,9 +19,11 @@ Evaluation = tuple[Vector, Matrix]
 FIRST_DAMPING, DAMPING_STEP = 0.01, 30.0
 """Share of the squared column norms that damps a correction after a full one has failed, and the
 factor by which it grows with every further failure and falls with success."""
-KINK = 0.1
-"""Standard deviations. A sample that falls on a zero crossing puts a kink into the cost, on which
-the minimum may sit: where a full correction this small does not lower the cost, it has arrived."""
+KINK, CORNER = 0.1, 2.0
+"""Standard deviations. A sample that falls on a zero crossing, or a start from rest, puts a kink
+into the cost, on which the minimum may sit: damped corrections down to the first value that do not
+lower the cost have arrived, provided that the undamped one is below the second. Only that one tells
+an arrival from a failure: damping makes any correction small."""
 
 UNFINISHED = "the iterations ran out"
 WALL = "every smaller correction led to parameters that are not admissible"
@@ -168,9 +170,9 @@ def minimise(
                 damping = 0.0 if damping <= FIRST_DAMPING else damping / DAMPING_STEP
                 break
             if in_sigmas < KINK:
-                # damping makes any correction small: only the full one tells an arrival
-                arrived = np.linalg.norm(full) < KINK
-                reason = "" if arrived else WALL if trial_point is None else STALLED
+                blocked = WALL if trial_point is None else STALLED
+                near = KINK if trial_point is None else CORNER
+                reason = "" if np.linalg.norm(full) < near else blocked
                 break
             damping = max(DAMPING_STEP * damping, FIRST_DAMPING)
         if on_iteration is not None:
