@@ -74,21 +74,24 @@ class StartValues:
             first |= {"inertia": inertia, "motor_constant": self.motor * inertia}
         return first
 
-    def size(self, name: str, dimension: str, inertia: float) -> float:
+    def size(self, name: str, dimension: str, inertia: float, motor_constant: float) -> float:
         """Size, SI, that a parameter would have if it mattered as much as the motor torque does.
 
         Args:
             name: of the parameter.
             dimension: of the parameter.
             inertia: kg·m².
+            motor_constant: N·m/A.
         """
         torque = inertia * max(abs(self.motor) * self.current_level, self.speed_level / self.span)
+        # without a current, one that would do what friction does
+        current = self.current_level or torque / (abs(motor_constant) or 1.0)
         sizes = {
             "torque": torque,
             "viscous": torque / self.speed_level if self.speed_level > 0.0 else 0.0,
-            "motor_constant": torque / self.current_level if self.current_level > 0.0 else 0.0,
+            "motor_constant": torque / current,
             "inertia": inertia,
-            "current": self.current_level,
+            "current": current,
             "speed": self.speed_level if name.startswith("initial_speed") else 0.0,
         }
         return sizes.get(dimension, 0.0)
@@ -128,8 +131,8 @@ def integral_regression(records: Sequence[Record]) -> StartValues:
     Returns:
         Start values, with c/J kept below the largest drive so that the modelled wheel turns.
     """
-    blocks, rights, speeds, currents, initial, owners = [], [], [], [], [], []
-    for k, record in enumerate(records):
+    blocks, rights, speeds, currents, initial = [], [], [], [], []
+    for record in records:
         time = record.time - record.time[0]
         speed = np.interp(time, time[record.valid], record.speed[record.valid])
         noise = noise_level(record.speed[record.valid])
@@ -142,8 +145,7 @@ def integral_regression(records: Sequence[Record]) -> StartValues:
             own = integrals[used] - integrals[first]
             blocks.append(np.column_stack([own, -sense * (time[used] - time[first])]))
             rights.append(speed[used])
-        first, last = stretches[0]
-        initial.append((len(blocks) - len(stretches), first))
+        initial.append((len(blocks) - len(stretches), stretches[0][0]))
         speeds.append(speed)
         currents.append(record.current)
     offsets = np.repeat(np.eye(len(blocks)), [len(b) for b in blocks], axis=0)

@@ -6,8 +6,9 @@ Hanson, "Solving Least Squares Problems" (1974); here iterated on the correction
 residual always taken relative to the original a-priori.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 
@@ -32,19 +33,39 @@ STALLED = "no correction lowered the cost"
 
 @dataclass(frozen=True)
 class Prior:
-    """Independent a-priori knowledge of the parameters.
+    """A-priori knowledge of parameters, or of differences between them, each independent.
 
     Attributes:
         mean: (n,) in the units of the parameters.
         sigma: (n,) standard deviations; infinite where nothing is known.
+        differences: place of a parameter -> place of the one that it is known relative to: its
+            sigma is then that of the difference, and so is its mean less the other's.
     """
 
     mean: Vector
     sigma: Vector
+    differences: Mapping[int, int] = field(default_factory=dict)
+
+    @classmethod
+    def unknown(cls, count: int) -> Self:
+        """No knowledge of so many parameters."""
+        return cls(np.zeros(count), np.full(count, np.inf))
+
+    def rows(self) -> Matrix:
+        """Whitened rows of what is known, (k, n)."""
+        rows = np.diag(1.0 / self.sigma)
+        for place, reference in self.differences.items():
+            rows[place, reference] = -rows[place, place]
+        return rows[np.isfinite(self.sigma)]
 
     def residual(self, x: Vector) -> Vector:
-        """Whitened distance from the a-priori, (n,)."""
-        return (x - self.mean) / self.sigma
+        """Whitened distance from the a-priori, (k,)."""
+        return self.rows() @ (x - self.mean)
+
+    def information(self) -> Matrix:
+        """Information matrix, (n, n)."""
+        rows = self.rows()
+        return rows.T @ rows
 
 
 @dataclass(frozen=True)
@@ -105,17 +126,15 @@ class _Problem:
 
     def cost(self, x: Vector, residual: Vector) -> float:
         """Half the sum of the loss of measurements and a-priori."""
-        known = np.isfinite(self.prior.sigma)
-        misfit = np.sum(self.prior.residual(x)[known] ** 2)
+        misfit = np.sum(self.prior.residual(x) ** 2)
         return 0.5 * float(misfit) + float(np.sum(self.loss.value(residual)))
 
     def stack(self, x: Vector, point: Evaluation) -> tuple[Matrix, Vector]:
         """Rows and right-hand side of the linear problem for a correction of x."""
         residual, jacobian = point
-        known = np.isfinite(self.prior.sigma)
         weight = np.sqrt(self.loss.weight(residual))
-        rows = np.vstack([np.diag(1.0 / self.prior.sigma)[known], weight[:, None] * jacobian])
-        return rows, np.concatenate([-self.prior.residual(x)[known], weight * residual])
+        rows = np.vstack([self.prior.rows(), weight[:, None] * jacobian])
+        return rows, np.concatenate([-self.prior.residual(x), weight * residual])
 
 
 def minimise(

@@ -1,5 +1,6 @@
 """How well a known wheel predicts a record that it was not fitted to."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,13 +8,24 @@ import numpy as np
 from gyrostat._types import Vector
 from gyrostat.errors import InputError
 from gyrostat.friction import Friction
-from gyrostat.identify.batch import identify
-from gyrostat.identify.prediction import CurrentHold
-from gyrostat.identify.statistics import Whiteness, crossing_times, noise_level
+from gyrostat.identify.checks import check_signals
+from gyrostat.identify.least_squares import STALLED, Evaluation, Prior, minimise
+from gyrostat.identify.loss import Quadratic
+from gyrostat.identify.prediction import CurrentHold, SpeedPrediction
+from gyrostat.identify.selection import WEAK
+from gyrostat.identify.statistics import (
+    NUMERICAL_NOISE,
+    Whiteness,
+    crossing_times,
+    noise_level,
+    whiteness,
+)
 from gyrostat.telemetry import Record
 
 NEAR_CROSSING = 2.0
 """s on either side of a zero crossing that count as near it."""
+FIRST_SPEEDS = 5
+"""Speeds whose median is the first value of the initial speed."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +44,7 @@ class Validation:
         samples: speeds used.
         crossings: sign changes of the modelled speed.
         whiteness: of the residuals.
+        converged: whether the initial speed was found.
     """
 
     record: Record
@@ -45,11 +58,13 @@ class Validation:
     samples: int
     crossings: int
     whiteness: Whiteness | None
+    converged: bool
 
     def to_dict(self) -> dict[str, object]:
         """The content of validation.json."""
         return {
             "record": self.record.name,
+            "converged": self.converged,
             "rms_speed": self.rms_speed,
             "mean": self.mean,
             "largest": self.largest,
@@ -65,7 +80,7 @@ class Validation:
 
 def validate(
     model: type[Friction],
-    values: dict[str, float],
+    values: Mapping[str, float],
     record: Record,
     *,
     current_hold: CurrentHold = "zero-order",
@@ -74,33 +89,64 @@ def validate(
 
     Args:
         model: friction model.
-        values: all parameters of the wheel, SI.
+        values: all parameters of the wheel, SI; current_bias, A, where the drive has one.
         record: not used to find them.
         current_hold: the current between samples.
 
     Raises:
-        InputError: the record cannot be predicted.
+        InputError: a parameter is missing, or the record cannot be predicted.
     """
-    fit = identify(record, model=model.name, hold=dict(values), current_hold=current_hold)
-    residual = fit.residuals[0]
+    check_signals([record])
+    prediction = SpeedPrediction([record], model, current_hold)
+    told = {"current_bias": 0.0, **values}
+    missing = [n for n in prediction.names[:-1] if n not in told]
+    if missing:
+        raise InputError(f"wheel model: found no {missing[0]}, expected its value")
+    base = np.array([*(told[n] for n in prediction.names[:-1]), 0.0], dtype=float)
+    speeds = record.speed[record.valid]
+    first = float(np.median(speeds[:FIRST_SPEEDS]))
+    level = float(np.max(np.abs(speeds))) or 1.0
+    noise = noise_level(speeds)
+    sigma = max(noise, NUMERICAL_NOISE * level)
+
+    def evaluate(x: Vector) -> Evaluation | None:
+        # a wheel that sticks is a bad model, and its residuals shall say how bad
+        predicted = prediction(np.append(base[:-1], x))
+        if predicted is None:
+            return None
+        speed, rows = predicted[0]
+        residual = (record.speed - speed)[record.valid]
+        return residual / sigma, rows[record.valid, -1:] / sigma
+
+    # the level of all speeds keeps the problem regular where the first sample is missing
+    weak = Prior(np.array([first]), np.array([WEAK * level]))
+    solution = minimise(evaluate, weak.mean, weak, Quadratic())
+    predicted = None if solution is None else prediction(np.append(base[:-1], solution.x))
+    if solution is None or predicted is None:
+        raise InputError(
+            f"{record.name}: found no speed that this wheel could have had, expected finite "
+            "parameters, positive scales and a friction curve no sharper than the samples resolve"
+        )
+    speed = predicted[0][0]
+    residual = record.speed - speed
     used = residual[record.valid]
-    if not np.all(np.isfinite(used)):
-        raise InputError(f"{record.name}: found no finite prediction, expected a wheel that turns")
-    changes = crossing_times(record.time, fit.predicted[0], fit.speed_sigma)
+    changes = crossing_times(record.time, speed, noise)
     near = np.zeros(len(record.time), dtype=bool)
     for change in changes:
         near |= np.abs(record.time - change) <= NEAR_CROSSING
     close = residual[near & record.valid]
     return Validation(
         record=record,
-        predicted=fit.predicted[0],
-        initial_speed=fit.parameters["initial_speed"],
+        predicted=speed,
+        initial_speed=float(solution.x[0]),
         rms_speed=float(np.sqrt(np.mean(used**2))),
         mean=float(np.mean(used)),
         largest=float(np.max(np.abs(used))),
         rms_near_crossings=float(np.sqrt(np.mean(close**2))) if len(close) else None,
-        noise=noise_level(record.speed[record.valid]),
+        noise=noise,
         samples=len(used),
-        crossings=fit.crossings,
-        whiteness=fit.whiteness,
+        crossings=len(changes),
+        whiteness=whiteness(used) if len(used) >= 10 else None,
+        # of one parameter, where no correction lowers the cost there is its minimum
+        converged=solution.reason in ("", STALLED),
     )
