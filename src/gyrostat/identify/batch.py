@@ -14,11 +14,12 @@ from gyrostat.identify.checks import as_records, check_excitation, check_sigma, 
 from gyrostat.identify.conclude import conclude
 from gyrostat.identify.deterministic import integral_regression
 from gyrostat.identify.fit import Fit
-from gyrostat.identify.loss import Loss, Quadratic, loss_named
+from gyrostat.identify.loss import Loss, loss_named
 from gyrostat.identify.prediction import CurrentHold, SpeedPrediction, friction_model
 from gyrostat.identify.selection import Selection, select
 from gyrostat.identify.stages import Measurements, Outcome, Progress, refine, run_stages
-from gyrostat.identify.statistics import NORMAL_MAD, NUMERICAL_NOISE, noise_level, whiteness
+from gyrostat.identify.statistics import NUMERICAL_NOISE, noise_level, whiteness
+from gyrostat.identify.uncertainty import FEW, residual_levels
 from gyrostat.telemetry import Record
 
 DEFAULT_ITERATIONS = 50
@@ -31,8 +32,6 @@ EXPLAINED = 0.7
 """Residuals, over the noise that the records show, below which no pattern in them matters."""
 CHANCE = 1e-4
 """Probability below which a pattern in the residuals is none of chance."""
-FEW = 30
-"""Samples below which a record does not show a noise of its own."""
 
 
 def _given_sigmas(
@@ -49,23 +48,10 @@ def _given_sigmas(
     return tuple(given * count if len(given) == 1 else given)
 
 
-def _levels(outcome: Outcome, measure: Measurements, loss: Loss) -> list[float]:
-    """Level of the whitened residuals of each record."""
-    residual = outcome.solution.residual
-    share = max(1.0 - len(outcome.solution.x) / len(residual), 1.0 / len(residual))
-
-    def level(own) -> float:
-        if isinstance(loss, Quadratic):
-            return float(np.sqrt(np.mean(own**2) / share))
-        return NORMAL_MAD * float(np.median(np.abs(own)))
-
-    everything = level(residual)
-    return [level(r) if len(r) >= FEW else everything for r in measure.by_record(residual)]
-
-
 def _explains(outcome: Outcome, measure: Measurements, loss: Loss, noise: Sequence[float]) -> bool:
     """Whether a result leaves nothing but noise, as the records themselves show it (rad/s)."""
-    levels = _levels(outcome, measure, loss)
+    parts = measure.by_record(outcome.solution.residual)
+    levels = residual_levels(parts, len(outcome.solution.x), loss)
     if not outcome.solution.converged or max(levels) > EXCESS:
         return False
     left = [k * sigma / n for k, sigma, n in zip(levels, measure.sigmas, noise, strict=True) if n]
@@ -170,7 +156,9 @@ def identify(
     # of two minima that are as good as each other, the one that was reached
     best = min(ended, key=lambda o: o.solution.cost + (not o.solution.converged))
     if given is None:
-        seen = zip(_levels(best, measure, chosen_loss), measure.sigmas, strict=True)
+        parts = measure.by_record(best.solution.residual)
+        levels = residual_levels(parts, len(best.solution.x), chosen_loss)
+        seen = zip(levels, measure.sigmas, strict=True)
         shown = Measurements(prediction, [max(level * s, smallest) for level, s in seen])
         again = refine(selection, shown, best.values, chosen_loss, most, best.solution.iterations)
         if again is not None:

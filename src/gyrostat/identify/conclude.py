@@ -14,7 +14,7 @@ from gyrostat.identify.prediction import SpeedPrediction
 from gyrostat.identify.selection import Selection
 from gyrostat.identify.stages import Outcome
 from gyrostat.identify.statistics import crossing_times, whiteness
-from gyrostat.identify.uncertainty import covariance, serial_sigma
+from gyrostat.identify.uncertainty import covariance, residual_levels, serial_sigma
 
 
 def conclude(
@@ -81,13 +81,15 @@ def conclude(
         predicted_sigma=spread,
         whiteness=whiteness(solution.residual) if len(solution.residual) >= 10 else None,
     )
+    left = [residual[r.valid] for r, residual in zip(records, fit.residuals, strict=True)]
     scatter = [
-        Scatter(
-            name=r.name,
-            rms=float(np.sqrt(np.nanmean(left**2))),
-            stated=sigma if sigma_given else None,
-            noise=own,
+        Scatter(r.name, level, sigma if sigma_given else None, own)
+        for r, level, sigma, own in zip(
+            records,
+            residual_levels(left, len(fit.names), loss),
+            speed_sigmas,
+            noise,
+            strict=True,
         )
-        for r, left, sigma, own in zip(records, fit.residuals, speed_sigmas, noise, strict=True)
     ]
     return replace(fit, warnings=tuple(fit_warnings(fit, solution.reason, scatter)))

@@ -31,13 +31,13 @@ class Scatter:
 
     Attributes:
         name: of the record.
-        rms: root mean square distance, rad/s.
+        level: standard deviation of the distance, rad/s, outliers apart that a loss forgives.
         stated: noise that the user stated, rad/s, or None.
         noise: that the speeds alone show, rad/s; None where the method does not tell.
     """
 
     name: str
-    rms: float
+    level: float
     stated: float | None
     noise: float | None = None
 
@@ -107,15 +107,15 @@ def _scatter_warnings(scatter: Sequence[Scatter]) -> list[str]:
     for record in scatter:
         if record.stated is not None:
             low, high = STATED
-            if not low < record.rms / record.stated < high:
+            if not low < record.level / record.stated < high:
                 found.append(
-                    f"{record.name}: the residuals are {record.rms:.3g} rad/s where the stated "
+                    f"{record.name}: the residuals are {record.level:.3g} rad/s where the stated "
                     f"speed sigma is {record.stated:.3g} rad/s: one of the two is wrong"
                 )
-        elif record.noise and record.rms > UNEXPLAINED * record.noise:
+        elif record.noise and record.level > UNEXPLAINED * record.noise:
             found.append(
-                f"{record.name}: the residuals are {record.rms:.3g} rad/s, "
-                f"{record.rms / record.noise:.1f} times the noise that the record itself shows: "
+                f"{record.name}: the residuals are {record.level:.3g} rad/s, "
+                f"{record.level / record.noise:.1f} times the noise that the record itself shows: "
                 "the model misses something, or no start led to the right minimum"
             )
     return found

@@ -8,7 +8,30 @@ import numpy as np
 from gyrostat._types import Matrix, Vector
 from gyrostat.identify.least_squares import Prior, Solution
 from gyrostat.identify.loss import Loss, Quadratic
-from gyrostat.identify.statistics import correlation_length, serial_meat
+from gyrostat.identify.statistics import NORMAL_MAD, correlation_length, serial_meat
+
+FEW = 30
+"""Samples below which a record does not show a noise of its own."""
+
+
+def residual_levels(parts: Sequence[Vector], parameters: int, loss: Loss) -> list[float]:
+    """Level of the residuals of each record; under a robust loss that of all but the outliers.
+
+    Args:
+        parts: residuals of each record, all of one unit.
+        parameters: estimated from them.
+        loss: that the estimate made small.
+    """
+    total = sum(len(part) for part in parts)
+    share = max(1.0 - parameters / total, 1.0 / total)
+
+    def level(own: Vector) -> float:
+        if isinstance(loss, Quadratic):
+            return float(np.sqrt(np.mean(own**2) / share))
+        return NORMAL_MAD * float(np.median(np.abs(own)))
+
+    everything = level(np.concatenate(parts))
+    return [level(part) if len(part) >= FEW else everything for part in parts]
 
 
 def _bread(solution: Solution, loss: Loss, prior: Prior) -> Matrix:
