@@ -9,10 +9,9 @@ from gyrostat._types import Vector
 from gyrostat.errors import InputError
 from gyrostat.friction import Friction
 from gyrostat.identify.checks import check_signals
-from gyrostat.identify.least_squares import STALLED, Evaluation, Prior, minimise
+from gyrostat.identify.least_squares import UNFINISHED, Evaluation, Prior, minimise
 from gyrostat.identify.loss import Quadratic
 from gyrostat.identify.prediction import CurrentHold, SpeedPrediction
-from gyrostat.identify.selection import WEAK
 from gyrostat.identify.statistics import (
     NUMERICAL_NOISE,
     Whiteness,
@@ -25,7 +24,10 @@ from gyrostat.telemetry import Record
 NEAR_CROSSING = 2.0
 """s on either side of a zero crossing that count as near it."""
 FIRST_SPEEDS = 5
-"""Speeds whose median is the first value of the initial speed."""
+"""Speeds that tell where the initial one lies."""
+REACH = 5.0
+"""Standard deviations, beyond the range of the first speeds, within which the initial one is taken:
+one further away would only hide how bad a wheel is."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,46 @@ class Validation:
         }
 
 
+def _best_prediction(
+    prediction: SpeedPrediction, values: Mapping[str, float], noise: float
+) -> tuple[float, Vector, bool]:
+    """Initial speed that suits a record best, the speed that follows, and whether it was found."""
+    record = prediction.records[0]
+    told = {"current_bias": 0.0, **values}
+    missing = [n for n in prediction.names[:-1] if n not in told]
+    if missing:
+        raise InputError(f"wheel model: found no {missing[0]}, expected its value")
+    base = np.array([*(told[n] for n in prediction.names[:-1]), 0.0], dtype=float)
+    speeds = record.speed[record.valid]
+    sigma = max(noise, NUMERICAL_NOISE * float(np.max(np.abs(speeds)))) or 1.0
+    first = float(np.median(speeds[:FIRST_SPEEDS]))
+    reach = REACH * sigma + float(np.ptp(speeds[:FIRST_SPEEDS]))
+
+    def evaluate(x: Vector) -> Evaluation | None:
+        # a wheel that sticks is a bad model, and its residuals shall say how bad
+        predicted = prediction(np.append(base[:-1], x))
+        if predicted is None:
+            return None
+        speed, rows = predicted[0]
+        residual = (record.speed - speed)[record.valid]
+        return residual / sigma, rows[record.valid, -1:] / sigma
+
+    # keeps the problem regular where the wheel rests and nothing shows how it started
+    weak = Prior(np.array([first]), np.array([reach]))
+    solution = minimise(evaluate, weak.mean, weak, Quadratic())
+    unlike = f"{record.name}: found no speed that this wheel could have had, expected finite "
+    unlike += "parameters, positive scales and a friction curve that the samples resolve"
+    if solution is None:
+        raise InputError(unlike)
+    initial = float(np.clip(solution.x[0], first - reach, first + reach))
+    predicted = prediction(np.append(base[:-1], initial))
+    if predicted is None:
+        raise InputError(unlike)
+    # one parameter between two ends has its minimum there, or where no correction lowers the cost
+    found = solution.reason != UNFINISHED or initial != solution.x[0]
+    return initial, predicted[0][0], found
+
+
 def validate(
     model: type[Friction],
     values: Mapping[str, float],
@@ -97,37 +139,9 @@ def validate(
         InputError: a parameter is missing, or the record cannot be predicted.
     """
     check_signals([record])
+    noise = noise_level(record.speed[record.valid])
     prediction = SpeedPrediction([record], model, current_hold)
-    told = {"current_bias": 0.0, **values}
-    missing = [n for n in prediction.names[:-1] if n not in told]
-    if missing:
-        raise InputError(f"wheel model: found no {missing[0]}, expected its value")
-    base = np.array([*(told[n] for n in prediction.names[:-1]), 0.0], dtype=float)
-    speeds = record.speed[record.valid]
-    first = float(np.median(speeds[:FIRST_SPEEDS]))
-    level = float(np.max(np.abs(speeds))) or 1.0
-    noise = noise_level(speeds)
-    sigma = max(noise, NUMERICAL_NOISE * level)
-
-    def evaluate(x: Vector) -> Evaluation | None:
-        # a wheel that sticks is a bad model, and its residuals shall say how bad
-        predicted = prediction(np.append(base[:-1], x))
-        if predicted is None:
-            return None
-        speed, rows = predicted[0]
-        residual = (record.speed - speed)[record.valid]
-        return residual / sigma, rows[record.valid, -1:] / sigma
-
-    # the level of all speeds keeps the problem regular where the first sample is missing
-    weak = Prior(np.array([first]), np.array([WEAK * level]))
-    solution = minimise(evaluate, weak.mean, weak, Quadratic())
-    predicted = None if solution is None else prediction(np.append(base[:-1], solution.x))
-    if solution is None or predicted is None:
-        raise InputError(
-            f"{record.name}: found no speed that this wheel could have had, expected finite "
-            "parameters, positive scales and a friction curve no sharper than the samples resolve"
-        )
-    speed = predicted[0][0]
+    initial, speed, found = _best_prediction(prediction, values, noise)
     residual = record.speed - speed
     used = residual[record.valid]
     changes = crossing_times(record.time, speed, noise)
@@ -138,7 +152,7 @@ def validate(
     return Validation(
         record=record,
         predicted=speed,
-        initial_speed=float(solution.x[0]),
+        initial_speed=initial,
         rms_speed=float(np.sqrt(np.mean(used**2))),
         mean=float(np.mean(used)),
         largest=float(np.max(np.abs(used))),
@@ -147,6 +161,5 @@ def validate(
         samples=len(used),
         crossings=len(changes),
         whiteness=whiteness(used) if len(used) >= 10 else None,
-        # of one parameter, where no correction lowers the cost there is its minimum
-        converged=solution.reason in ("", STALLED),
+        converged=found,
     )
