@@ -76,6 +76,26 @@ def _starts(selection: Selection, prediction: SpeedPrediction) -> Iterator[Selec
         yield replace(selection, values=selection.fallback * factors)
 
 
+def _search(
+    selection: Selection,
+    measure: Measurements,
+    loss: Loss,
+    max_iterations: int,
+    noise: Sequence[float],
+    on_progress: Progress | None,
+) -> Outcome | None:
+    """The best end of all starts tried, or None where the modelled wheel sticks in each."""
+    ended: list[Outcome] = []
+    for first in _starts(selection, measure.prediction):
+        outcome = run_stages(first, measure, loss, max_iterations, on_progress)
+        if outcome is not None:
+            ended.append(outcome)
+            if _explains(outcome, measure, loss, noise):
+                break
+    # of two minima that are as good as each other, the one that was reached
+    return min(ended, key=lambda o: o.solution.cost + (not o.solution.converged), default=None)
+
+
 def identify(
     records: Record | Sequence[Record],
     *,
@@ -141,20 +161,12 @@ def identify(
     measure = Measurements(prediction, given or [max(n, smallest) for n in noise])
     most = DEFAULT_ITERATIONS if max_iterations is None else max_iterations
 
-    ended: list[Outcome] = []
-    for first in _starts(selection, prediction):
-        outcome = run_stages(first, measure, chosen_loss, most, on_progress)
-        if outcome is not None:
-            ended.append(outcome)
-            if _explains(outcome, measure, chosen_loss, noise):
-                break
-    if not ended:
+    best = _search(selection, measure, chosen_loss, most, noise, on_progress)
+    if best is None:
         raise InputError(
             f"{place(records)}: found no start from which the modelled wheel turns as the record "
             "does, expected start or held values closer to this wheel"
         )
-    # of two minima that are as good as each other, the one that was reached
-    best = min(ended, key=lambda o: o.solution.cost + (not o.solution.converged))
     if given is None:
         parts = measure.by_record(best.solution.residual)
         levels = residual_levels(parts, len(best.solution.x), chosen_loss)

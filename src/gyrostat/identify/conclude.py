@@ -82,14 +82,8 @@ def conclude(
         whiteness=whiteness(solution.residual) if len(solution.residual) >= 10 else None,
     )
     left = [residual[r.valid] for r, residual in zip(records, fit.residuals, strict=True)]
-    scatter = [
-        Scatter(r.name, level, sigma if sigma_given else None, own)
-        for r, level, sigma, own in zip(
-            records,
-            residual_levels(left, len(fit.names), loss),
-            speed_sigmas,
-            noise,
-            strict=True,
-        )
-    ]
+    levels = residual_levels(left, len(fit.names), loss)
+    stated = speed_sigmas if sigma_given else [None] * len(records)
+    parts = zip(records, levels, stated, noise, strict=True)
+    scatter = [Scatter(r.name, level, given, own) for r, level, given, own in parts]
     return replace(fit, warnings=tuple(fit_warnings(fit, solution.reason, scatter)))

@@ -109,7 +109,8 @@ def _stretches(record: Record, speed: Vector, noise: float) -> list[tuple[int, i
     The whole record where there is none.
     """
     # single noisy speeds would cut a stretch: a running mean tells
-    smooth = np.convolve(speed, np.full(SMOOTHING, 1.0 / SMOOTHING), mode="same")
+    width = min(SMOOTHING, len(speed))
+    smooth = np.convolve(speed, np.full(width, 1.0 / width), mode="same")
     sense = np.where(np.abs(smooth) > CLEAR * noise, np.sign(smooth), 0.0)
     edges = [0, *(np.flatnonzero(np.diff(sense)) + 1).tolist(), len(speed)]
     turning = [
@@ -131,7 +132,7 @@ def integral_regression(records: Sequence[Record]) -> StartValues:
     Returns:
         Start values, with c/J kept below the largest drive so that the modelled wheel turns.
     """
-    blocks, rights, speeds, currents, initial = [], [], [], [], []
+    blocks, rights, speeds, firsts = [], [], [], []
     for record in records:
         time = record.time - record.time[0]
         speed = np.interp(time, time[record.valid], record.speed[record.valid])
@@ -139,22 +140,29 @@ def integral_regression(records: Sequence[Record]) -> StartValues:
         held = np.concatenate([[0.0], np.cumsum(record.current[:-1] * np.diff(time))])
         integrals = np.column_stack([held, -_trapezoidal(speed, time)])
         stretches = _stretches(record, speed, noise)
+        firsts.append((len(blocks), stretches[0][0]))
         for first, last in stretches:
             used = first + np.flatnonzero(record.valid[first:last])
             sense = np.sign(np.mean(speed[first:last]))
             own = integrals[used] - integrals[first]
             blocks.append(np.column_stack([own, -sense * (time[used] - time[first])]))
             rights.append(speed[used])
-        initial.append((len(blocks) - len(stretches), stretches[0][0]))
         speeds.append(speed)
-        currents.append(record.current)
-    offsets = np.repeat(np.eye(len(blocks)), [len(b) for b in blocks], axis=0)
-    rows, right = np.hstack([np.vstack(blocks), offsets]), np.concatenate(rights)
+    # each stretch starts at a speed of its own, which its means take out
+    rows = np.vstack([block - block.mean(axis=0) for block in blocks])
+    right = np.concatenate([part - part.mean() for part in rights])
     size = np.linalg.norm(rows, axis=0)
     size = np.where(size > 0.0, size, 1.0)
     ratio = np.linalg.lstsq(rows / size, right, rcond=1e-10)[0] / size
-    motor, viscous, coulomb = (float(v) for v in ratio[:3])
+    motor, viscous, coulomb = (float(v) for v in ratio)
+    initial = [
+        np.mean(rights[k]) - blocks[k].mean(axis=0) @ ratio
+        if first == 0
+        else np.mean(speed[: min(first, SMOOTHING)])
+        for (k, first), speed in zip(firsts, speeds, strict=True)
+    ]
 
+    currents = [record.current for record in records]
     current_level = float(np.sqrt(np.mean(np.concatenate(currents) ** 2)))
     speed_level = float(np.sqrt(np.mean(np.concatenate(speeds) ** 2)))
     drive = abs(motor) * max(float(np.max(np.abs(c))) for c in currents)
@@ -164,12 +172,7 @@ def integral_regression(records: Sequence[Record]) -> StartValues:
         motor=motor,
         viscous=max(viscous, 0.0),
         coulomb=coulomb,
-        initial_speeds=np.array(
-            [
-                ratio[3 + block] if first == 0 else np.mean(speed[: min(first, SMOOTHING)])
-                for (block, first), speed in zip(initial, speeds, strict=True)
-            ]
-        ),
+        initial_speeds=np.array(initial),
         speed_level=speed_level,
         current_level=current_level,
         span=span,

@@ -114,6 +114,16 @@ def find_steps(record: Record, noise: float) -> list[Step]:
     ]
 
 
+def _start(steps: Sequence[Step]) -> tuple[float, list[Vector]]:
+    """k_m/J, and speed and acceleration at each step, as straight lines on both sides give them."""
+    first = []
+    for step in steps:
+        kick = step.change * np.maximum(step.time, 0.0)
+        rows = np.column_stack([kick, np.ones(len(kick)), step.time])
+        first.append(np.linalg.lstsq(rows, step.speed, rcond=None)[0])
+    return float(np.median([own[0] for own in first])), [own[1:] for own in first]
+
+
 def identify_torque_step(
     records: Record | Sequence[Record],
     *,
@@ -156,19 +166,7 @@ def identify_torque_step(
             "speeds of the same sense on either side and a steady current there"
         )
     senses = sorted({step.sense for step in steps})
-    # without viscous friction each step is linear: there the bend starts
-    first = np.array(
-        [
-            np.linalg.lstsq(
-                np.column_stack(
-                    [step.change * np.maximum(step.time, 0.0), np.ones(len(step.time)), step.time]
-                ),
-                step.speed,
-                rcond=None,
-            )[0]
-            for step in steps
-        ]
-    )
+    motor, own = _start(steps)
 
     def model(k: int, common: Vector, own: Vector) -> tuple[Vector, Matrix]:
         step = steps[k]
@@ -185,8 +183,8 @@ def identify_torque_step(
     fitted = fit_stretches(
         [step.speed for step in steps],
         model,
-        np.array([float(np.median(first[:, 0])), *[0.0] * len(senses)]),
-        list(first[:, 1:]),
+        np.array([motor, *[0.0] * len(senses)]),
+        own,
         speed_sigma,
         seen,
     )
