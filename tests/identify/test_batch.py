@@ -293,6 +293,20 @@ def test_the_start_does_not_move_the_result(record):
     assert np.all(np.abs(moved.values - plain.values) < 1e-2 * plain.sigma)
 
 
+def test_a_start_of_the_static_torque_is_heeded(record, truth):
+    """From the truth there is nothing left to iterate, which holds for T_s as for the others."""
+    known = {n: v for n, v in truth["sticky"].items() if n not in ("inertia", "stribeck_speed")}
+    costs = {}
+    identify(
+        record("sticky", sigma_rpm=0.1),
+        inertia=INERTIA,
+        hold={"stribeck_speed": 2.0},
+        start=known,
+        on_progress=lambda stage, count, cost: costs.setdefault(stage, cost),
+    )
+    assert costs["all parameters"] < 0.5 * 1.2 * 3001
+
+
 def test_corrections_are_limited_over_all_stages(record):
     fit = identify(record(), inertia=INERTIA, max_iterations=6)
     assert fit.iterations <= 6

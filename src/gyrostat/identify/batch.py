@@ -65,15 +65,16 @@ def _explains(outcome: Outcome, measure: Measurements, loss: Loss, noise: Sequen
 def _starts(selection: Selection, prediction: SpeedPrediction) -> Iterator[Selection]:
     """The start asked for, the one that the records give, and others around it."""
     yield selection
-    if not np.array_equal(selection.values, selection.fallback):
-        yield replace(selection, values=selection.fallback)
+    own = replace(selection, values=selection.fallback, told=frozenset())
+    if not np.array_equal(selection.values, own.values):
+        yield own
     for motor, torque in RESTARTS:
         factor = {"motor_constant": motor, "torque": torque}
         factors = [
             factor.get(dimension, 1.0) if name in selection.free else 1.0
             for name, dimension in prediction.dimensions.items()
         ]
-        yield replace(selection, values=selection.fallback * factors)
+        yield replace(own, values=own.values * factors)
 
 
 def _search(

@@ -28,6 +28,7 @@ class Selection:
         values: (n,) held values and starts of all parameters of the prediction.
         fallback: the same with the records' own starts in place of the user's.
         prior: of the free parameters.
+        told: free names whose start the user gave.
         scale: (free,) weak a-priori sigmas, whatever the user knows: the size that each parameter
             could have.
     """
@@ -36,6 +37,7 @@ class Selection:
     values: Vector
     fallback: Vector
     prior: Prior
+    told: frozenset[str]
     scale: Vector
 
     def index(self, prediction: SpeedPrediction) -> list[int]:
@@ -196,5 +198,6 @@ def select(
             np.array([prior[n][1] if n in prior else s for n, s in zip(names, scale, strict=True)]),
             differences,
         ),
+        told=frozenset(start),
         scale=np.array(scale),
     )

@@ -133,7 +133,7 @@ def run_stages(
     max_iterations: int,
     on_progress: Progress | None,
 ) -> Outcome | None:
-    """Run both stages.
+    """Run both stages, or the last one alone from a static torque that the user gave.
 
     Args:
         selection: what is estimated, from where.
@@ -149,6 +149,10 @@ def run_stages(
     def report(stage: str):
         return None if on_progress is None else partial(on_progress, stage)
 
+    final = report("all parameters")
+    if selection.told & set(measure.prediction.model.vanishing_at):
+        # the first stage would throw the user's static torque away
+        return refine(selection, measure, selection.values, loss, max_iterations, 0, final)
     stage = _CoulombStage(measure.prediction, selection)
 
     def coulomb(x: Vector) -> Evaluation | None:
@@ -166,15 +170,8 @@ def run_stages(
     )
     if first is None:
         return None
-    return refine(
-        selection,
-        measure,
-        stage.final_start(first.x),
-        loss,
-        max_iterations,
-        first.iterations,
-        report("all parameters"),
-    )
+    values = stage.final_start(first.x)
+    return refine(selection, measure, values, loss, max_iterations, first.iterations, final)
 
 
 def refine(
