@@ -195,6 +195,95 @@ def test_comparison_ranks_models_and_does_not_change_the_answer(run, fitted, tmp
     assert ranked["parameters"] == json.loads(fitted[1].stdout)["parameters"]
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--start", "static=9e-4"),
+        ("--free", "stribeck_speed"),
+        ("--prior", "static=9e-4:1e-4"),
+    ],
+)
+def test_comparison_leaves_out_what_a_model_does_not_have(run, tmp_path, options):
+    words = ("identify", EXAMPLE, "--inertia", "1.5e-3", "--speed-sigma", "5rpm", "--compare")
+    code, out, err = run(*words, *options, "--json", "--out", tmp_path)
+    assert code == 0, err
+    ranked = json.loads(out)["comparison"]
+    assert {row["model"] for row in ranked} == {"directional", "stribeck", "viscous-coulomb"}
+    assert ranked[0]["bic"] == 0.0
+    page = (tmp_path / "report.html").read_text()
+    for row in ranked:
+        assert (row["bic"] is not None) or (row["failure"] and row["failure"] in page)
+
+
+def warm(path, temperature):
+    """The example record with a column of temperature."""
+    first, *rows = EXAMPLE.read_text().splitlines()
+    lines = [f"{first},temperature_degC", *(f"{row},{temperature}" for row in rows)]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_temperatures_do_not_spoil_a_fit_of_several_records(run, tmp_path):
+    pair = (warm(tmp_path / "cold.csv", 10.0), warm(tmp_path / "warm.csv", 30.0))
+    words = ("identify", *pair, "--inertia", "1.5e-3", "--hold", "initial_speed_1=0")
+    code, out, err = run(*words, "--speed-sigma", "5rpm,5rpm", "--json", "--out", tmp_path / "fit")
+    assert code == 0, err
+    result = json.loads(out)
+    assert {row["parameter"] for row in result["temperature"]} >= {"viscous", "coulomb"}
+    assert result["speed_sigmas"] == pytest.approx([0.5236, 0.5236], rel=1e-3)
+
+
+@pytest.mark.parametrize("method", ["steady", "torque-step", "coast"])
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (("--loss", "huber"), "--loss"),
+        (("--held-out", EXAMPLE), "--held-out"),
+        (("--current-hold", "linear"), "--current-hold"),
+        (("--free", "inertia"), "--free"),
+        (("--speed-sigma", "5rpm,1rpm"), "more than one --speed-sigma"),
+    ],
+)
+def test_options_without_effect_are_refused(run, tmp_path, method, options, named):
+    words = (
+        "identify",
+        EXAMPLE,
+        "--inertia",
+        "1.5e-3",
+        "--method",
+        method,
+        "--out",
+        tmp_path / "o",
+    )
+    code, out, err = run(*words, *options)
+    assert code == 2
+    assert out == ""
+    assert f"--method {method}: found {named}, expected these with --method batch only" in err
+
+
+def test_the_offset_of_a_drive_is_told_to_the_validation(run, tmp_path):
+    model = tmp_path / "m.toml"
+    model.write_text(MODEL)
+    record = tmp_path / "r.csv"
+    assert run("bench", model, "--speed-sigma", "5rpm", "--out", record)[0] == 0
+    first, *rows = record.read_text().splitlines()
+    place = first.split(",").index("current_A")
+    cells = [row.split(",") for row in rows]
+    shifted = [[*c[:place], repr(float(c[place]) - 0.005), *c[place + 1 :]] for c in cells]
+    record.write_text("\n".join([first, *map(",".join, shifted)]) + "\n")
+    rms = []
+    for hold in ((), ("--hold", "current_bias=5mA")):
+        code, out, err = run("validate", model, record, *hold, "--json", "--out", tmp_path / "v")
+        assert code == 0, err
+        rms.append(json.loads(out)["rms_speed"])
+    assert rms[1] == pytest.approx(0.5236, rel=0.08)
+    assert rms[0] > 1.5 * rms[1]
+    for hold in ("coulomb=1e-3", "current_bias"):
+        code, _, err = run("validate", model, record, "--hold", hold, "--out", tmp_path / "v")
+        assert code == 2
+        assert "--hold" in err
+
+
 def test_units_on_the_command_line(run, tmp_path):
     words = ("identify", EXAMPLE, "--inertia", "15 kg·cm²", "--hold", "stribeck_speed=4rpm")
     code, out, _ = run(*words, "--speed-sigma", "5 rpm", "--json", "--out", tmp_path)

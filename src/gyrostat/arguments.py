@@ -2,7 +2,7 @@
 
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -63,6 +63,47 @@ def quantity(text: str, name: str, model: str, option: str) -> float:
 
     dimension = parameter_dimension(friction_model(model), name, option)
     return parse_quantity(text, dimension, f"{option} {name}")
+
+
+def quantities(text: str | None, dimension: str, option: str) -> list[float]:
+    """Values of an option that takes one or several, separated by commas, SI."""
+    from gyrostat.units import parse_quantity
+
+    parts = text.split(",") if text else []
+    return [parse_quantity(part.strip(), dimension, option) for part in parts]
+
+
+def refuse_given(options: Mapping[str, object], where: str, expected: str) -> None:
+    """Refuse options that would have no effect.
+
+    Args:
+        options: name -> what the user gave, empty where nothing.
+        where: what has no use for them.
+        expected: what has.
+
+    Raises:
+        InputError: one was given.
+    """
+    given = [option for option, value in options.items() if value]
+    if given:
+        raise InputError(f"{where}: found {', '.join(given)}, expected these with {expected} only")
+
+
+def drive(items: Sequence[str], model: str) -> dict[str, float]:
+    """What `validate --hold` tells of the drive: current_bias=VALUE, A.
+
+    Raises:
+        InputError: another name, which the model file holds, or no value.
+    """
+    told = held(items, model)
+    for name, value in told.items():
+        if name != "current_bias":
+            raise InputError(
+                f"--hold: found {name}, expected current_bias: the model file holds the wheel"
+            )
+        if value is None:
+            raise InputError("--hold current_bias: found no value, expected one in A")
+    return {name: value for name, value in told.items() if value is not None}
 
 
 def held(items: Sequence[str], model: str) -> dict[str, float | None]:

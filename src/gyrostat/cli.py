@@ -4,19 +4,18 @@ import gc
 import json
 import os
 import sys
-from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gyrostat.arguments import command_line, held, load, priors, progress, say, starts
+from gyrostat import arguments as words
+from gyrostat.arguments import command_line, load, say
 from gyrostat.errors import InputError
 
 if TYPE_CHECKING:
     from gyrostat.identify import Fit
-    from gyrostat.telemetry import Record
 
 app = typer.Typer(
     help="Reaction wheels: from a bench record to a friction model and beyond.",
@@ -73,10 +72,17 @@ def identify(
     prior: Annotated[list[str] | None, typer.Option(help="NAME=MEAN:SIGMA known before.")] = None,
     start: Annotated[list[str] | None, typer.Option(help="NAME=VALUE to start from.")] = None,
     speed_sigma: Annotated[
-        str | None, typer.Option(help="Noise of the speed, 1 sigma, rad/s or with a unit.")
+        str | None,
+        typer.Option(
+            help="Noise of the speed, 1 sigma, rad/s or with a unit; A,B for two records."
+        ),
     ] = None,
-    loss: Annotated[str, typer.Option(help="quadratic, huber or student.")] = "quadratic",
-    current_hold: CurrentHold = Hold.zero_order,
+    loss: Annotated[
+        str | None, typer.Option(help="quadratic, huber or student [default: quadratic].")
+    ] = None,
+    current_hold: Annotated[
+        Hold | None, typer.Option(help="The current between samples [default: zero-order].")
+    ] = None,
     compare: Annotated[bool, typer.Option(help="Rank the other friction models too.")] = False,
     held_out: Annotated[
         list[Path] | None, typer.Option(help="Record for the ranking only, never fitted.")
@@ -91,39 +97,49 @@ def identify(
     from gyrostat.units import parse_quantity
 
     check_writable(out)
-    inertia_value = parse_quantity(inertia, "inertia", "--inertia") if inertia else None
-    sigma = parse_quantity(speed_sigma, "speed", "--speed-sigma") if speed_sigma else None
-    loaded = [load(path, columns, units, unsigned_current) for path in records]
     name = model or "stribeck"
     common: dict[str, Any] = {
-        "inertia": inertia_value,
-        "hold": held(hold or [], name),
-        "speed_sigma": sigma,
+        "inertia": parse_quantity(inertia, "inertia", "--inertia") if inertia else None,
+        "hold": words.held(hold or [], name),
     }
+    sigmas = words.quantities(speed_sigma, "speed", "--speed-sigma")
+    batch_only = {
+        "--free": free,
+        "--prior": prior,
+        "--start": start,
+        "--loss": loss,
+        "--current-hold": current_hold,
+        "--compare": compare,
+        "--held-out": held_out,
+        "more than one --speed-sigma": sigmas[1:],
+    }
+    loaded = [load(path, columns, units, unsigned_current) for path in records]
     if method is not Method.batch:
-        fit = _deterministic(method, loaded, model, common, [free, prior, start, compare])
-        _finish(fit, out, json_output)
+        from gyrostat.identify import identify_dedicated
+
+        words.refuse_given(batch_only, f"--method {method.value}", "--method batch")
+        common["speed_sigma"] = sigmas[0] if sigmas else None
+        _finish(identify_dedicated(method.value, loaded, model=model, **common), out, json_output)
         return
-    from gyrostat.identify import compare as rank
-    from gyrostat.identify import identify as identify_batch
-    from gyrostat.identify import temperature_trends
+    from gyrostat import identify as stage
 
     say(f"identifying {name} friction from {', '.join(r.name for r in loaded)}")
     options: dict[str, Any] = {
         **common,
         "free": free or [],
-        "prior": priors(prior or [], name),
-        "start": starts(start or [], name),
-        "loss": loss,
-        "current_hold": current_hold.value,
+        "prior": words.priors(prior or [], name),
+        "start": words.starts(start or [], name),
+        "speed_sigma": sigmas or None,
+        "loss": loss or "quadratic",
+        "current_hold": (current_hold or Hold.zero_order).value,
     }
-    fit = identify_batch(loaded, model=name, on_progress=progress, **options)
-    trends = temperature_trends(loaded, model=name, **options) if len(loaded) > 1 else []
+    fit = stage.identify(loaded, model=name, on_progress=words.progress, **options)
+    trends = stage.temperature_trends(loaded, model=name, on_left_out=say, **options)
     rows = []
     if compare or held_out:
         others = [load(path, columns, units, unsigned_current) for path in held_out or []]
         say("ranking the other friction models")
-        rows = rank(loaded, others, **options)
+        rows = stage.compare(loaded, others, known=fit, **options)
     _finish(fit, out, json_output, comparison=rows, temperatures=trends)
 
 
@@ -137,32 +153,15 @@ def _finish(fit: "Fit", out: Path, json_output: bool, **tables: Any) -> None:
         raise typer.Exit(1)
 
 
-def _deterministic(
-    method: Method, records: "list[Record]", model: str | None, common: dict[str, Any], unused: list
-) -> "Fit":
-    from gyrostat.identify import identify_coast, identify_steady, identify_torque_step
-
-    if any(unused):
-        raise InputError(
-            f"--method {method.value}: found --free, --prior, --start or --compare, expected these "
-            "with --method batch only"
-        )
-    if method is Method.steady:
-        return identify_steady(records, model=model, **common)
-    if model is not None:
-        raise InputError(
-            f"--method {method.value}: found --model {model}, expected no model: this method "
-            "identifies viscous and Coulomb friction or the motor constant"
-        )
-    run: Callable[..., Fit] = identify_coast if method is Method.coast else identify_torque_step
-    return run(records, **common)
-
-
 @app.command()
 def validate(
     model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
     record: Annotated[Path, typer.Argument(help="A record that it was not fitted to.")],
     out: Out,
+    hold: Annotated[
+        list[str] | None,
+        typer.Option(help="current_bias=VALUE, offset of the drive, which no model.toml has."),
+    ] = None,
     current_hold: CurrentHold = Hold.zero_order,
     columns: Columns = None,
     units: Units = None,
@@ -179,8 +178,9 @@ def validate(
     check_writable(out)
     wheel = read_model(model)
     wheel.wheel()
+    values = {**wheel.values, **words.drive(hold or [], wheel.friction.name)}
     measured = load(record, columns, units, unsigned_current)
-    result = predict(wheel.friction, dict(wheel.values), measured, current_hold=current_hold.value)
+    result = predict(wheel.friction, values, measured, current_hold=current_hold.value)
     text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
     write_whole(out / "validation.html", validation_page(result, command=command_line()))
     write_whole(out / "validation.json", text + "\n")
@@ -191,6 +191,9 @@ def validate(
     )
     if json_output:
         print(text)
+    if not result.converged:
+        say("no valid result: found no initial speed that fits the record best")
+        raise typer.Exit(1)
 
 
 @app.command()

@@ -4,11 +4,17 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from gyrostat._jax import jax, jnp
 from gyrostat.errors import InputError
+from gyrostat.friction import Stribeck
 from gyrostat.identify import identify
+from gyrostat.simulate import CurrentRange, Telemetry, bench_record
+from gyrostat.telemetry import Record
 from gyrostat.units import RPM
+from gyrostat.wheel import Wheel, speed_response
 
 INERTIA = 1.5e-3
+TRUE = {"viscous": 4.83e-6, "coulomb": 0.8795e-3, "static": 0.9055e-3, "stribeck_speed": 0.4189}
 PAPER_START = {
     "inertia": INERTIA,
     "hold": {"initial_speed": 0.0},
@@ -20,6 +26,9 @@ PAPER_START = {
     },
     "speed_sigma": 5.0 * RPM,
 }
+
+
+respond = jax.jit(speed_response)
 
 
 def errors(fit, truth):
@@ -222,6 +231,22 @@ def test_opposite_senses_of_current_and_speed_are_said(record, changed):
         ({"inertia": INERTIA, "speed_sigma": 0.0}, "speed sigma"),
         ({"inertia": INERTIA, "loss": "cauchy"}, "loss: found 'cauchy'"),
         ({"inertia": INERTIA, "hold": {"stribeck_speed": 0.0}}, "held stribeck_speed"),
+        ({"inertia": INERTIA, "prior": {"coulomb": (1e-3, np.inf)}}, "a-priori sigma of coulomb"),
+        ({"inertia": INERTIA, "hold": {"inertia": 2e-3}}, "found 0.0015 and, held, 0.002"),
+        ({"inertia": INERTIA, "hold": {"motor_constant": None}}, "held motor_constant: found no"),
+        ({"inertia": INERTIA, "hold": {"static": None}}, "held static: found no value"),
+        ({"inertia": INERTIA, "start": {"stribeck_speed": 1.0}}, "start of stribeck_speed"),
+        ({"inertia": INERTIA, "start": {"static": 1e-3}, "hold": {"static": 1e-3}}, "that is held"),
+        (
+            {"inertia": INERTIA, "prior": {"static": (1e-3, 1e-4)}, "hold": {"static": 1e-3}},
+            "both held and with an a-priori",
+        ),
+        (
+            {"free": ["inertia"], "hold": {"viscous": 0.0}, "model": "viscous-coulomb"},
+            "only their ratios",
+        ),
+        ({"inertia": INERTIA, "speed_sigma": [0.5, 0.05]}, "found 2 values, expected 1"),
+        ({"inertia": INERTIA, "speed_sigma": [-0.5]}, "speed sigma: found -0.5"),
     ],
 )
 def test_requests_that_cannot_be_met_say_why(record, options, message):
@@ -249,3 +274,171 @@ def test_records_that_show_nothing_say_why(record, changed):
     )
     with pytest.raises(InputError, match="more than the 5 parameters"):
         identify(few, inertia=INERTIA)
+    with pytest.raises(InputError, match="found none"):
+        identify([], inertia=INERTIA)
+
+
+def test_an_a_priori_frees_its_parameter(record):
+    fit = identify(record(), inertia=INERTIA, prior={"stribeck_speed": (0.84, 0.1)})
+    k = fit.names.index("stribeck_speed")
+    assert fit.sigma[k] < 0.11
+
+
+def test_the_start_does_not_move_the_result(record):
+    """Nothing but the a-priori of the records themselves may pull at an estimate."""
+    plain = identify(record(), inertia=INERTIA, speed_sigma=5.0 * RPM)
+    moved = identify(
+        record(), inertia=INERTIA, speed_sigma=5.0 * RPM, start={"static": 1.0, "viscous": 1e-4}
+    )
+    assert np.all(np.abs(moved.values - plain.values) < 1e-2 * plain.sigma)
+
+
+def test_a_start_of_the_static_torque_is_heeded(record, truth):
+    """From the truth there is nothing left to iterate, which holds for T_s as for the others."""
+    known = {n: v for n, v in truth["sticky"].items() if n not in ("inertia", "stribeck_speed")}
+    costs = {}
+    identify(
+        record("sticky", sigma_rpm=0.1),
+        inertia=INERTIA,
+        hold={"stribeck_speed": 2.0},
+        start=known,
+        on_progress=lambda stage, count, cost: costs.setdefault(stage, cost),
+    )
+    assert costs["all parameters"] < 0.5 * 1.2 * 3001
+
+
+def test_corrections_are_limited_over_all_stages(record):
+    fit = identify(record(), inertia=INERTIA, max_iterations=6)
+    assert fit.iterations <= 6
+
+
+def constant_current(current, initial_speed=0.0, seed=0, **fields):
+    """A wheel under a constant current, 60 s, noise of 0.1 rad/s."""
+    wheel = Wheel(inertia=INERTIA, motor_constant=0.0228, friction=Stribeck(**TRUE))
+    time = 0.1 * np.arange(600)
+    speed, _ = respond(wheel, jnp.asarray(time), jnp.full(600, current), initial_speed)
+    noise = 0.1 * np.random.default_rng(seed).standard_normal(600)
+    steady = np.full(600, current)
+    name = f"constant {current}"
+    return Record(name, time, steady, np.asarray(speed) + noise, np.ones(600, bool), **fields)
+
+
+def test_constant_currents_that_differ_show_the_motor_constant():
+    pair = [constant_current(0.1), constant_current(-0.14, seed=1)]
+    fit = identify(pair, inertia=INERTIA)
+    assert fit.converged
+    assert abs(fit.parameters["motor_constant"] - 0.0228) < 4.0 * fit.sigma[0]
+
+
+def test_one_constant_current_shows_the_motor_constant_where_coulomb_friction_is_known():
+    fit = identify(
+        constant_current(0.1), inertia=INERTIA, model="viscous-coulomb", hold={"coulomb": 0.8795e-3}
+    )
+    assert abs(fit.parameters["motor_constant"] - 0.0228) < 4.0 * fit.sigma[0]
+
+
+def test_a_current_that_is_equal_in_both_senses_does_not():
+    pair = [constant_current(0.1), constant_current(-0.1, seed=1)]
+    with pytest.raises(InputError, match="cannot tell the motor constant"):
+        identify(pair, inertia=INERTIA)
+
+
+def test_a_current_bias_has_a_finite_sigma_where_no_current_flows():
+    coast = constant_current(0.0, initial_speed=50.0)
+    fit = identify(coast, inertia=INERTIA, hold={"motor_constant": 0.0228}, free=["current_bias"])
+    assert np.all(np.isfinite(fit.sigma))
+    assert not fit.observability["current_bias"].observable
+
+
+def test_a_current_bias_is_said_to_belong_to_the_bench(record, changed):
+    biased = changed(record(), current=record().current - 0.004)
+    fit = identify(biased, inertia=INERTIA, free=["current_bias"])
+    assert any("validate --hold current_bias=0.00" in w for w in fit.warnings)
+
+
+def weak_record(profile, seed, ratio, stribeck_speed, sigma, reach):
+    """A wheel that starts from rest under currents up to `reach` times its breakaway."""
+    static = ratio * TRUE["coulomb"]
+    friction = Stribeck(**{**TRUE, "static": static, "stribeck_speed": stribeck_speed})
+    wheel = Wheel(inertia=INERTIA, motor_constant=0.0228, friction=friction)
+    breakaway = static / 0.0228
+    return wheel, bench_record(
+        wheel,
+        profile,
+        duration=300.0,
+        telemetry=Telemetry(speed_sigma=sigma),
+        amplitudes=CurrentRange(1.1 * breakaway, reach * breakaway),
+        seed=seed,
+    )
+
+
+@pytest.mark.parametrize(
+    ("profile", "seed", "ratio", "stribeck_speed", "sigma"),
+    [
+        ("ramps", 51, 1.0, 0.4189, 0.01),
+        ("ramps", 136, 1.03, 0.4189, 0.01),
+        ("ramps", 170, 1.3, 2.0, 0.01),
+        ("ramps", 252, 1.0, 0.4189, 0.1),
+        ("ramps", 258, 2.0, 2.0, 0.1),
+        ("ramps", 259, 1.0, 5.0, 0.01),
+        # the first start of this one ends at a wall
+        ("sines", 64, 1.03, 2.0, 0.1),
+    ],
+)
+def test_starts_from_rest_lead_to_the_right_minimum(profile, seed, ratio, stribeck_speed, sigma):
+    wheel, weak = weak_record(profile, seed, ratio, stribeck_speed, sigma, 1.5)
+    hold = {"stribeck_speed": stribeck_speed}
+    fit = identify(weak, inertia=INERTIA, hold=hold, speed_sigma=sigma)
+    assert fit.converged
+    true_speed, _ = respond(wheel, jnp.asarray(weak.time), jnp.asarray(weak.current), 0.0)
+    at_truth = 0.5 * np.sum(((weak.speed - np.asarray(true_speed)) / sigma) ** 2)
+    assert 0.5 * np.sum((fit.residuals[0] / sigma) ** 2) < at_truth + 3.0
+
+
+def test_a_good_first_result_costs_no_second_start(record):
+    stages = []
+    identify(
+        record(),
+        inertia=INERTIA,
+        on_progress=lambda stage, count, cost: stages.append((stage, count)),
+    )
+    assert stages.count(("viscous and Coulomb", 1)) == 1
+
+
+def test_what_no_start_explains_is_said(record, changed):
+    whole = record()
+    disturbed = changed(whole, speed=whole.speed + 8.0 * np.sin(0.7 * whole.time))
+    fit = identify(disturbed, inertia=INERTIA)
+    assert any("times the noise that the record itself shows" in w for w in fit.warnings)
+    assert not any("times the noise" in w for w in identify(whole, inertia=INERTIA).warnings)
+
+
+def test_each_record_has_its_own_noise(record, truth):
+    """Sigmas are honest where a noisy and a quiet record are fitted together."""
+    distances = []
+    for seed in range(12):
+        pair = [record(seed=seed), record("stribeck", "ramps", 100 + seed, 0.5)]
+        fit = identify(pair, inertia=INERTIA)
+        np.testing.assert_allclose(fit.speed_sigmas, [5.0 * RPM, 0.5 * RPM], rtol=0.1)
+        error = np.array(list(errors(fit, truth["stribeck"]).values()))
+        covariance = fit.covariance[: len(error), : len(error)]
+        distances.append(error @ np.linalg.solve(covariance, error))
+    low, high = chi2.ppf([0.001, 0.999], 4 * 12)
+    assert low < sum(distances) < high
+
+
+def test_noise_is_given_for_each_record(record):
+    pair = [record(seed=3), record("stribeck", "ramps", 103, 0.5)]
+    given = identify(pair, inertia=INERTIA, speed_sigma=[5.0 * RPM, 0.5 * RPM])
+    seen = identify(pair, inertia=INERTIA)
+    np.testing.assert_allclose(given.sigma, seen.sigma, rtol=0.1)
+    pooled = np.sqrt((25.0 + 0.25) / 2.0) * RPM
+    assert given.speed_sigma == pytest.approx(pooled, rel=1e-3)
+    assert given.to_dict()["speed_sigmas"] == [5.0 * RPM, 0.5 * RPM]
+
+
+def test_sigma_that_allows_for_correlation_is_never_the_smaller_one(record):
+    for seed in range(10):
+        for options in ({}, {"loss": "huber"}):
+            fit = identify(record(seed=seed), inertia=INERTIA, **options)
+            assert np.all(fit.serial_sigma >= fit.sigma)

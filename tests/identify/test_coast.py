@@ -133,3 +133,24 @@ def test_it_identifies_no_motor_constant_and_says_so(record):
         fit.wheel()
     whole = identify_coast(ramps, inertia=INERTIA, hold={"motor_constant": 0.0228}).wheel()
     assert whole.motor_constant == 0.0228
+
+
+def test_a_wrong_noise_and_impossible_speeds_are_suspected(record, changed):
+    ramps = record("viscous-coulomb", "ramps")
+    stated = identify_coast(ramps, inertia=INERTIA, speed_sigma=0.05)
+    assert any("stated speed sigma is 0.05" in w for w in stated.warnings)
+    fast = changed(ramps, speed=ramps.speed * 1000.0)
+    assert any("units" in w for w in identify_coast(fast, inertia=INERTIA).warnings)
+    assert identify_coast(ramps, inertia=INERTIA).warnings == ()
+
+
+def test_sigma_that_allows_for_correlation_is_never_the_smaller_one(record):
+    for seed in range(10):
+        fit = identify_coast(record("viscous-coulomb", "ramps", seed=seed), inertia=INERTIA)
+        assert np.all(fit.serial_sigma >= fit.sigma)
+
+
+def test_crossings_are_those_of_the_measured_speed(record):
+    """Ramps of alternating sign, one a minute: the sense changes between them."""
+    ramps = record("viscous-coulomb", "ramps")
+    assert identify_coast(ramps, inertia=INERTIA).crossings == 4

@@ -92,6 +92,49 @@ def test_inadmissible_start_and_trials():
     assert solution.x[0] == pytest.approx(1.0, abs=1e-3)
 
 
+def test_a_wall_far_from_the_optimum_is_no_arrival():
+    def up_to_one(x):
+        return None if x[0] > 1.0 else (100.0 * (5.0 - x), np.array([[100.0]]))
+
+    solution = minimise(up_to_one, np.array([0.0]), nothing_known(1), Quadratic())
+    assert solution.x[0] < 1.0
+    assert not solution.converged
+    assert "not admissible" in solution.reason
+
+
+def test_a_jacobian_that_points_uphill_is_no_arrival():
+    solution = minimise(
+        lambda x: (10.0 * (x - 5.0), np.array([[10.0]])),
+        np.array([0.0]),
+        nothing_known(1),
+        Quadratic(),
+    )
+    assert not solution.converged
+    assert "no correction lowered the cost" in solution.reason
+
+
+def test_a_minimum_on_a_kink_is_an_arrival():
+    """The cost (1 + |x|)²/2 falls towards zero from both sides with a slope that never vanishes."""
+
+    def evaluate(x):
+        return np.array([-1.0 - abs(x[0])]), np.array([[np.sign(x[0])]])
+
+    solution = minimise(evaluate, np.array([-0.7]), nothing_known(1), Quadratic())
+    assert solution.converged
+    assert abs(solution.x[0]) < 0.1
+
+
+def test_knowledge_of_a_difference_is_that_of_a_measured_one():
+    random = np.random.default_rng(4)
+    rows, right = random.standard_normal((9, 2)), random.standard_normal(9)
+    prior = Prior(np.array([0.0, 0.3]), np.array([np.inf, 0.05]), {1: 0})
+    solution = minimise(linear(rows, right), np.zeros(2), prior, Quadratic())
+    whole = np.vstack([rows, np.array([-1.0, 1.0]) / 0.05])
+    expected = np.linalg.lstsq(whole, np.append(right, 0.3 / 0.05), rcond=None)[0]
+    np.testing.assert_allclose(solution.x, expected, atol=1e-10)
+    np.testing.assert_allclose(solution.covariance(), np.linalg.inv(whole.T @ whole), rtol=1e-9)
+
+
 def test_out_of_iterations_is_said():
     def evaluate(x):
         return np.array([np.exp(x[0])]), np.array([[-np.exp(x[0])]])

@@ -90,3 +90,39 @@ def test_a_record_without_speeds_is_refused(record, changed):
     blind = changed(steps, speed=nothing, valid=np.isfinite(nothing))
     with pytest.raises(InputError, match="found 0 samples"):
         identify_torque_step(blind, inertia=INERTIA)
+
+
+def test_a_step_that_the_drive_spreads_over_two_samples_is_one_step(record, changed):
+    """The rise is part of the current that the wheel saw, so the truth is known."""
+    wheel = Wheel(
+        inertia=INERTIA,
+        motor_constant=0.0228,
+        friction=ViscousCoulomb(viscous=4.83e-6, coulomb=0.8795e-3),
+    )
+    time = 0.1 * np.arange(2400)
+    current = np.where((time // 20.0) % 2, 0.03, 0.08)
+    edges = np.flatnonzero(np.diff(current)) + 1
+    current[edges] = 0.3 * current[edges - 1] + 0.7 * current[edges]
+    speed, _ = respond(wheel, jnp.array(time), jnp.array(current), 40.0)
+    spread = Record("spread", time, current, np.asarray(speed), np.ones(2400, bool))
+    fit = identify_torque_step(spread, inertia=INERTIA)
+    assert fit.samples > 2000
+    assert fit.values[0] == pytest.approx(0.0228, rel=1e-4)
+
+
+def test_each_sense_of_rotation_has_its_own_viscous_friction(record):
+    """Over seeds, quiet records of a wheel whose friction depends on the sense."""
+    relative = []
+    for seed in range(12):
+        fit = identify_torque_step(record("directional", seed=seed, sigma_rpm=0.1), inertia=INERTIA)
+        relative.append((fit.values[0] - 0.0228) / fit.sigma[0])
+    assert 0.4 < np.sqrt(np.mean(np.square(relative))) < 1.6
+
+
+def test_wrong_units_and_a_wrong_noise_are_suspected(record, changed):
+    steps = record("viscous-coulomb")
+    mixed = changed(steps, speed=steps.speed * 30.0 / np.pi)
+    assert any("units" in w for w in identify_torque_step(mixed, inertia=INERTIA).warnings)
+    stated = identify_torque_step(steps, inertia=INERTIA, speed_sigma=0.05)
+    assert any("stated speed sigma is 0.05" in w for w in stated.warnings)
+    assert identify_torque_step(steps, inertia=INERTIA).warnings == ()

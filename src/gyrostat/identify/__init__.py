@@ -4,6 +4,7 @@ from gyrostat.identify.batch import identify
 from gyrostat.identify.coast import identify_coast
 from gyrostat.identify.comparison import Candidate, compare
 from gyrostat.identify.fit import Fit
+from gyrostat.identify.methods import identify_dedicated
 from gyrostat.identify.observability import Observability
 from gyrostat.identify.steady import identify_steady
 from gyrostat.identify.temperature import TemperatureTrend, temperature_trends
@@ -19,6 +20,7 @@ __all__ = [
     "compare",
     "identify",
     "identify_coast",
+    "identify_dedicated",
     "identify_steady",
     "identify_torque_step",
     "temperature_trends",

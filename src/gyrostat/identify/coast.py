@@ -9,21 +9,11 @@ from numpy.typing import NDArray
 from gyrostat._types import Matrix, Vector
 from gyrostat.errors import InputError
 from gyrostat.friction import ViscousCoulomb
-from gyrostat.identify.checks import check_signals
-from gyrostat.identify.dedicated import (
-    as_records,
-    check_sigma,
-    held_values,
-    place,
-    relaxed_time,
-    required,
-    result,
-    serial_sigma,
-)
+from gyrostat.identify.checks import as_records, check_sigma, check_signals, place
+from gyrostat.identify.dedicated import held_values, relaxed_time, required, result
 from gyrostat.identify.fit import Fit
-from gyrostat.identify.least_squares import Prior, minimise
-from gyrostat.identify.loss import Quadratic
-from gyrostat.identify.statistics import NORMAL_MAD, noise_level, quantum, whiteness
+from gyrostat.identify.statistics import NORMAL_MAD, noise_level, quantum
+from gyrostat.identify.stretches import fit_stretches
 from gyrostat.telemetry import Record
 
 MIN_SAMPLES = 10
@@ -36,9 +26,6 @@ SLOW = 0.05
 """Share of its first speed below which a coast is left out: friction may rise again there."""
 TURNING = 5.0
 """Standard deviations of the speed that a coast must lose for its slope to mean anything."""
-
-FINEST = 1e-9
-"""Smallest level of the whitened residuals."""
 
 
 @dataclass(frozen=True)
@@ -177,43 +164,23 @@ def identify_coast(
             f"{place(records)}: found no coast, expected {MIN_SAMPLES} or more samples without "
             "current in which the wheel slows down"
         )
-    level = max(float(np.max(c.speed)) for c in coasts)
-    sigma = speed_sigma or max(seen, 1e-6 * level)
-
-    def evaluate(x: Vector) -> tuple[Vector, Matrix]:
-        residuals, rows = [], []
-        for k, coast in enumerate(coasts):
-            speed, slopes = coasting_speed(coast.time, float(x[2 + k]), float(x[0]), float(x[1]))
-            block = np.zeros((len(speed), len(x)))
-            block[:, [0, 1, 2 + k]] = slopes
-            residuals.append((coast.speed - speed) / sigma)
-            rows.append(block / sigma)
-        return np.concatenate(residuals), np.vstack(rows)
-
     start = _start(coasts)
-    unknown = Prior(np.zeros(len(start)), np.full(len(start), np.inf))
-    solution = minimise(evaluate, start, unknown, Quadratic())
-    assert solution is not None  # every start is admissible here
-    freedom = max(len(solution.residual) - len(start), 1)
-    spread = 1.0
-    if speed_sigma is None:
-        spread = max(float(np.sqrt(solution.residual @ solution.residual / freedom)), FINEST)
-    covariance = (scale * spread) ** 2 * solution.covariance()[:2, :2]
+    fitted = fit_stretches(
+        [c.speed for c in coasts],
+        lambda k, common, own: coasting_speed(coasts[k].time, own[0], common[0], common[1]),
+        start[:2],
+        list(start[2:, None]),
+        speed_sigma,
+        seen,
+    )
+    viscous, coulomb = scale * fitted.solution.x[:2]
     cure = "record longer coasts from a higher speed"
     return result(
         ViscousCoulomb,
         "coast",
-        {"viscous": scale * float(solution.x[0]), "coulomb": scale * float(solution.x[1])},
-        covariance,
+        {"viscous": float(viscous), "coulomb": float(coulomb)},
         held,
         {"viscous": cure, "coulomb": cure},
-        serial_sigma=scale * serial_sigma(solution, [len(s.time) for s in coasts])[:2],
-        converged=solution.converged,
-        iterations=solution.iterations,
-        samples=len(solution.residual),
-        speed_sigma=speed_sigma or spread * sigma,
         records=records,
-        predicted=(),
-        predicted_sigma=(),
-        whiteness=whiteness(solution.residual),
+        **fitted.outcome(scale, [0, 1], speed_sigma, seen, place(records)),
     )

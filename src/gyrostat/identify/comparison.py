@@ -1,6 +1,6 @@
 """Which friction model a record supports: candidates fitted, ranked, tried on another record."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +9,10 @@ import numpy as np
 from gyrostat.errors import InputError
 from gyrostat.friction import FRICTION_MODELS
 from gyrostat.identify.batch import identify
+from gyrostat.identify.checks import as_records
 from gyrostat.identify.fit import Fit
+from gyrostat.identify.loss import Loss, loss_named
+from gyrostat.identify.prediction import CurrentHold, friction_model
 from gyrostat.identify.validation import validate
 from gyrostat.telemetry import Record
 
@@ -19,36 +22,48 @@ class Candidate:
     """One friction model in a comparison.
 
     Attributes:
-        fit: of this model.
-        aic: Akaike's information criterion, relative to the best of the comparison.
+        model: name of the friction model.
+        fit: of this model; None where the records or the request do not allow one.
+        aic: Akaike's information criterion, relative to the best of the comparison; None without a
+            valid fit, like the next two.
         bic: Schwarz's, relative to the best.
-        held_out_rms: residual on the records held out, rad/s; None without any.
+        held_out_rms: residual on the records held out, rad/s; None also without any.
+        failure: why there is no valid fit, or none of the records held out; empty otherwise.
     """
 
-    fit: Fit
-    aic: float
-    bic: float
+    model: str
+    fit: Fit | None
+    aic: float | None
+    bic: float | None
     held_out_rms: float | None
+    failure: str = ""
 
     def to_dict(self) -> dict[str, object]:
         """A row of the comparison in fit.json."""
         return {
-            "model": self.fit.model.name,
-            "parameters": len(self.fit.names),
-            "converged": self.fit.converged,
-            "rms_speed": self.fit.rms_speed,
+            "model": self.model,
+            "parameters": None if self.fit is None else len(self.fit.names),
+            "converged": self.fit is not None and self.fit.converged,
+            "rms_speed": None if self.fit is None else self.fit.rms_speed,
             "aic": self.aic,
             "bic": self.bic,
             "held_out_rms": self.held_out_rms,
+            "failure": self.failure,
         }
 
 
 def compare(
-    records: Sequence[Record],
+    records: Record | Sequence[Record],
     held_out: Sequence[Record] = (),
     *,
     models: Sequence[str] | None = None,
+    known: Fit | None = None,
     hold: Mapping[str, float | None] | None = None,
+    free: Collection[str] = (),
+    prior: Mapping[str, tuple[float, float]] | None = None,
+    start: Mapping[str, float] | None = None,
+    loss: str = "quadratic",
+    current_hold: CurrentHold = "zero-order",
     **options: Any,
 ) -> list[Candidate]:
     """Fit candidate friction models to the same records and rank them by BIC.
@@ -57,45 +72,79 @@ def compare(
         records: fitted together.
         held_out: predicted by every candidate, never fitted.
         models: names; all known ones by default.
-        hold: as for `identify`; names that a candidate does not have are left out for it.
+        known: a fit of one of the models with these very arguments, not to be made again.
+        hold: as for `identify`; like the next three, what a candidate does not have is left out
+            for it.
+        free: as for `identify`.
+        prior: as for `identify`.
+        start: as for `identify`.
+        loss: as for `identify`; the criteria rest on the same one.
+        current_hold: as for `identify`, also where records held out are predicted.
         options: further arguments of `identify`, the same for all.
 
     Returns:
-        The candidates, best BIC first. The criteria take the noise of the best fit as known, which
-        makes them comparable under every loss.
+        The candidates, best BIC first, those without a valid fit last. The criteria take the noise
+        of the best fit as known, which makes them comparable.
 
     Raises:
-        InputError: an unknown model or a record that cannot be fitted.
+        InputError: an unknown model or loss, or no record.
     """
-    names = list(models or FRICTION_MODELS)
-    fits = []
-    for name in names:
-        if name not in FRICTION_MODELS:
-            raise InputError(f"model: found {name!r}, expected one of {', '.join(FRICTION_MODELS)}")
-        others = {p for m in FRICTION_MODELS.values() for p in m.dimensions()}
-        absent = others - set(FRICTION_MODELS[name].dimensions())
-        kept = {n: v for n, v in (hold or {}).items() if n not in absent}
-        fits.append(identify(records, model=name, hold=kept, **options))
-    noise = options.get("speed_sigma") or min(f.speed_sigma for f in fits)
-    deviance = np.array(
-        [sum(float(np.nansum((r / noise) ** 2)) for r in f.residuals) for f in fits]
-    )
-    count = np.array([len(f.names) for f in fits])
-    aic = deviance + 2.0 * count
-    bic = deviance + count * np.log(fits[0].samples)
-    rows = [
-        Candidate(fit, float(a - aic.min()), float(b - bic.min()), _held_out(fit, held_out))
-        for fit, a, b in zip(fits, aic, bic, strict=True)
-    ]
-    return sorted(rows, key=lambda row: row.bic)
+    records = as_records(records)
+    chosen_loss = loss_named(loss)
+    every = {p for m in FRICTION_MODELS.values() for p in m.dimensions()}
+    ended: list[tuple[str, Fit | None, str]] = []
+    for name in models or FRICTION_MODELS:
+        absent = every - set(friction_model(name).dimensions())
+        if known is not None and known.model.name == name:
+            ended.append((name, known, ""))
+            continue
+        try:
+            fit = identify(
+                records,
+                model=name,
+                hold={n: v for n, v in (hold or {}).items() if n not in absent},
+                free=[n for n in free if n not in absent],
+                prior={n: v for n, v in (prior or {}).items() if n not in absent},
+                start={n: v for n, v in (start or {}).items() if n not in absent},
+                loss=loss,
+                current_hold=current_hold,
+                **options,
+            )
+            ended.append((name, fit, ""))
+        except InputError as error:
+            ended.append((name, None, str(error)))
+    valid = [fit for _, fit, _ in ended if fit is not None and fit.converged]
+    if not valid:
+        return [Candidate(name, fit, None, None, None, why) for name, fit, why in ended]
+    noise = min(valid, key=lambda f: f.speed_sigma).speed_sigmas
+    size = {id(f): (_deviance(f, noise, chosen_loss), len(f.names)) for f in valid}
+    aic = {key: deviance + 2.0 * count for key, (deviance, count) in size.items()}
+    bic = {key: d + count * np.log(valid[0].samples) for key, (d, count) in size.items()}
+    rows = []
+    for name, fit, why in ended:
+        if fit is None or not fit.converged:
+            rows.append(Candidate(name, fit, None, None, None, why or "did not converge"))
+            continue
+        held_out_rms = None
+        try:
+            held_out_rms = _held_out(fit, held_out, current_hold)
+        except InputError as error:
+            why = str(error)
+        relative = [float(c[id(fit)] - min(c.values())) for c in (aic, bic)]
+        rows.append(Candidate(name, fit, relative[0], relative[1], held_out_rms, why))
+    return sorted(rows, key=lambda row: np.inf if row.bic is None else row.bic)
 
 
-def _held_out(fit: Fit, records: Sequence[Record]) -> float | None:
+def _deviance(fit: Fit, noise: Sequence[float], loss: Loss) -> float:
+    """Twice the loss of all residuals: what the fit itself made small."""
+    parts = zip(fit.records, fit.residuals, noise, strict=True)
+    return 2.0 * sum(float(np.sum(loss.value(r[record.valid] / n))) for record, r, n in parts)
+
+
+def _held_out(fit: Fit, records: Sequence[Record], current_hold: CurrentHold) -> float | None:
     if not records:
         return None
     wheel = {n: v for n, v in fit.parameters.items() if not n.startswith("initial_speed")}
-    squares = [
-        (v.rms_speed**2, v.samples) for v in (validate(fit.model, wheel, r) for r in records)
-    ]
-    total = sum(n for _, n in squares)
-    return float(np.sqrt(sum(s * n for s, n in squares) / total))
+    seen = [validate(fit.model, wheel, r, current_hold=current_hold) for r in records]
+    total = sum(v.samples for v in seen)
+    return float(np.sqrt(sum(v.rms_speed**2 * v.samples for v in seen) / total))

@@ -6,50 +6,24 @@ has an experiment of its own that makes it stand out.
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
 from gyrostat._types import Matrix, Vector
 from gyrostat.errors import InputError
 from gyrostat.friction import Friction
+from gyrostat.identify.checks import MOTION
 from gyrostat.identify.fit import Fit
-from gyrostat.identify.least_squares import Solution
-from gyrostat.identify.observability import CLEAR, Observability
+from gyrostat.identify.observability import judge
+from gyrostat.identify.plausibility import Scatter, fit_warnings
 from gyrostat.identify.prediction import wheel_dimensions
-from gyrostat.identify.statistics import correlation_length, serial_meat
+from gyrostat.identify.statistics import crossing_times
+from gyrostat.identify.uncertainty import square_root
 from gyrostat.telemetry import Record
 from gyrostat.units import SI_UNIT
 
 POSITIVE = ("inertia", "motor_constant", "stribeck_speed")
 """Parameters that are more than zero in every wheel."""
-
-
-def as_records(records: Record | Sequence[Record]) -> tuple[Record, ...]:
-    """One record or several as a tuple.
-
-    Raises:
-        InputError: there is none.
-    """
-    every = (records,) if isinstance(records, Record) else tuple(records)
-    if not every:
-        raise InputError("records: found none, expected at least one")
-    return every
-
-
-def place(records: Sequence[Record]) -> str:
-    """The names of records, for a message."""
-    return ", ".join(record.name for record in records)
-
-
-def check_sigma(speed_sigma: float | None) -> None:
-    """Refuse a standard deviation of the speed, rad/s, that is not positive.
-
-    Raises:
-        InputError: as said.
-    """
-    if speed_sigma is not None and not (np.isfinite(speed_sigma) and speed_sigma > 0.0):
-        raise InputError(f"speed sigma: found {speed_sigma}, expected more than 0 rad/s")
 
 
 def held_values(
@@ -117,104 +91,48 @@ def relaxed_time(time: Vector, viscous: float) -> tuple[Vector, Vector]:
     return value, bend
 
 
-def serial_sigma(solution: Solution, counts: Sequence[int]) -> Vector:
-    """Standard deviations, (n,), that allow for residuals correlated in time.
-
-    Args:
-        solution: of a least-squares problem without a-priori.
-        counts: numbers of residuals in each stretch of time, in order.
-    """
-    bread = np.linalg.inv(solution.jacobian.T @ solution.jacobian)
-    scores = solution.residual[:, None] * solution.jacobian
-    meat = np.zeros_like(bread)
-    for first, last in pairwise(np.cumsum([0, *counts]).tolist()):
-        lags = correlation_length(solution.residual[first:last])
-        meat += serial_meat(scores[first:last], lags)
-    return np.sqrt(np.diag(bread @ meat @ bread))
-
-
-def verdicts(
-    model: type[Friction],
-    values: Mapping[str, float],
-    names: Sequence[str],
-    covariance: Matrix,
-    cures: Mapping[str, str],
-) -> dict[str, Observability]:
-    """Judge each estimate by its effect over its standard deviation.
-
-    Args:
-        model: friction model.
-        values: name -> value of estimated and held parameters, SI.
-        names: of the estimates.
-        covariance: of the estimates, SI.
-        cures: name of an estimate -> what would show it better.
-    """
-    judged = {}
-    for k, name in enumerate(names):
-        effect, variance, label = abs(values[name]), covariance[k, k], name
-        reference = model.vanishing_at.get(name)
-        if reference is not None:
-            effect, label = abs(values[name] - values[reference]), f"{name} - {reference}"
-            if reference in names:
-                other = names.index(reference)
-                variance += covariance[other, other] - 2.0 * covariance[k, other]
-        significance = float(effect / np.sqrt(max(variance, np.finfo(float).tiny)))
-        advice = (
-            f"{name}: not observable in this record ({label} is {significance:.1f} sigma): "
-            f"hold it at a known value, or {cures[name]}"
-        )
-        clear = significance > CLEAR
-        judged[name] = Observability(clear, significance, "" if clear else advice)
-    return judged
-
-
-def _warnings(fit: Fit) -> list[str]:
-    found = []
-    if not fit.converged:
-        found.append(f"did not converge in {fit.iterations} iterations: not a valid result")
-    for name, value, sigma in zip(fit.names, fit.values, fit.sigma, strict=True):
-        signed = fit.dimensions[name] in ("motor_constant", "torque", "viscous")
-        if signed and value < -2.0 * sigma:
-            found.append(
-                f"{name} is negative ({value:.3g}): no wheel has this; do current and speed have "
-                "opposite senses?"
-            )
-    found += [o.advice for o in fit.observability.values() if not o.observable]
-    if fit.whiteness is not None and not fit.whiteness.white:
-        found.append(
-            "the residuals are correlated in time: the model misses something, and sigma is too "
-            "small (sigma_serial allows for it)"
-        )
-    return found
-
-
 def result(
     model: type[Friction],
     method: str,
     estimates: Mapping[str, float],
-    covariance: Matrix,
     held: Mapping[str, float],
     cures: Mapping[str, str],
     *,
+    covariance: Matrix,
+    records: tuple[Record, ...],
+    speed_sigma: float,
+    scatter: Sequence[Scatter],
+    reason: str,
     serial_sigma: Vector | None = None,
     warnings: Sequence[str] = (),
     **rest,
 ) -> Fit:
-    """The result of a dedicated experiment.
+    """The result of a dedicated experiment, which models no whole record.
 
     Args:
         model: friction model.
         method: its name.
         estimates: name -> value, SI.
-        covariance: of the estimates, SI.
         held: name -> value that was not estimated, SI.
         cures: name of an estimate -> what would show it better.
+        covariance: of the estimates, SI.
+        records: what was used.
+        speed_sigma: standard deviation of a measured speed, rad/s.
+        scatter: of the speeds about what was fitted.
+        reason: why the iteration did not converge; empty where it did.
         serial_sigma: standard deviations that allow for correlated residuals; by default those of
             `covariance`.
         warnings: of the method itself, after those that every fit may have.
         rest: the other fields of `Fit`.
     """
     names = tuple(estimates)
+    seen = judge(
+        model,
+        {**held, **estimates},
+        names,
+        square_root(covariance),
+        lambda name, _: f"hold it at a known value, or {cures[name]}",
+    )
     fit = Fit(
         model=model,
         method=method,
@@ -224,8 +142,17 @@ def result(
         covariance=covariance,
         serial_sigma=np.sqrt(np.diag(covariance)) if serial_sigma is None else serial_sigma,
         held=dict(held),
-        observability=verdicts(model, {**held, **estimates}, names, covariance, cures),
-        crossings=0,
+        observability=seen,
+        converged=not reason,
+        crossings=sum(
+            len(crossing_times(r.time[r.valid], r.speed[r.valid], MOTION * speed_sigma))
+            for r in records
+        ),
+        speed_sigma=speed_sigma,
+        speed_sigmas=(speed_sigma,) * len(records),
+        records=records,
+        predicted=(),
+        predicted_sigma=(),
         **rest,
     )
-    return replace(fit, warnings=(*_warnings(fit), *warnings))
+    return replace(fit, warnings=(*fit_warnings(fit, reason, scatter), *warnings))

@@ -63,9 +63,11 @@ class Fit:
         converged: whether the iteration ended at a minimum.
         iterations: corrections tried.
         samples: speeds used.
-        crossings: sign changes of the modelled speed.
-        speed_sigma: standard deviation of the measured speed, rad/s: given, or from the residuals.
-        records: what was fitted; for "coast" the coasting stretches, each a record.
+        crossings: sign changes of the modelled speed; of the measured one where none is modelled.
+        speed_sigma: standard deviation of the measured speed, rad/s: given, or from the residuals;
+            the mean square of those of all samples where the records differ.
+        speed_sigmas: the same for each record.
+        records: what was fitted.
         predicted: modelled speed at the samples of each record, rad/s; empty where the method
             models no speed.
         predicted_sigma: its standard deviation from the parameters alone, rad/s.
@@ -89,6 +91,7 @@ class Fit:
     samples: int
     crossings: int
     speed_sigma: float
+    speed_sigmas: tuple[float, ...]
     records: tuple[Record, ...]
     predicted: tuple[Vector, ...]
     predicted_sigma: tuple[Vector, ...]
@@ -197,6 +200,7 @@ class Fit:
             "crossings": self.crossings,
             "rms_speed": self.rms_speed,
             "speed_sigma": self.speed_sigma,
+            "speed_sigmas": list(self.speed_sigmas),
             "parameters": {
                 name: {
                     "value": float(self.values[k]),

@@ -9,10 +9,11 @@ import numpy as np
 from gyrostat._jax import jax, jnp
 from gyrostat._types import Matrix, Vector
 from gyrostat.friction import Friction
-from gyrostat.identify.dedicated import verdicts
 from gyrostat.identify.least_squares import Prior, Solution, minimise
 from gyrostat.identify.loss import Quadratic
+from gyrostat.identify.observability import judge
 from gyrostat.identify.plateaus import MIN_SAMPLES, Plateau
+from gyrostat.identify.uncertainty import square_root
 
 CLEAR_SUPPORT = 10.0
 """Difference of the Bayesian criterion that is very strong evidence (Kass and Raftery 1995)."""
@@ -193,12 +194,11 @@ def _bends(curve: FrictionCurve, held: Mapping[str, float], speed: Vector) -> bo
         size.min() <= NEAR_ENOUGH * curve.values[n] and curve.values[n] <= LOW_SPEEDS * size.max()
         for n in bend_speeds(curve.model, held)
     )
-    covariance = curve.excess**2 * curve.solution.covariance()
-    cures = dict.fromkeys(curve.names, "")
-    seen = verdicts(curve.model, {**held, **curve.values}, curve.names, covariance, cures)
+    root = square_root(curve.excess**2 * curve.solution.covariance())
+    seen = judge(curve.model, {**held, **curve.values}, curve.names, root, lambda *_: "")
     falls = [
-        seen[n].observable and curve.values[n] > curve.values[reference]
-        for n, reference in curve.model.vanishing_at.items()
+        seen[n].observable and seen[n].significance > 0.0
+        for n in curve.model.vanishing_at
         if n in curve.names
     ]
     return low and curve.freedom > 0 and curve.solution.converged and any(falls)

@@ -6,8 +6,9 @@ Hanson, "Solving Least Squares Problems" (1974); here iterated on the correction
 residual always taken relative to the original a-priori.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 
@@ -19,26 +20,52 @@ Evaluation = tuple[Vector, Matrix]
 FIRST_DAMPING, DAMPING_STEP = 0.01, 30.0
 """Share of the squared column norms that damps a correction after a full one has failed, and the
 factor by which it grows with every further failure and falls with success."""
-KINK = 0.1
-"""Standard deviations. A sample that falls on a zero crossing puts a kink into the cost, on which
-the minimum may sit: a correction this small that does not lower the cost has arrived."""
+KINK, CORNER = 0.1, 2.0
+"""Standard deviations. A sample that falls on a zero crossing, or a start from rest, puts a kink
+into the cost, on which the minimum may sit: damped corrections down to the first value that do not
+lower the cost have arrived, provided that the undamped one is below the second. Only that one tells
+an arrival from a failure: damping makes any correction small."""
+
+UNFINISHED = "the iterations ran out"
+WALL = "every smaller correction led to parameters that are not admissible"
+STALLED = "no correction lowered the cost"
 
 
 @dataclass(frozen=True)
 class Prior:
-    """Independent a-priori knowledge of the parameters.
+    """A-priori knowledge of parameters, or of differences between them, each independent.
 
     Attributes:
         mean: (n,) in the units of the parameters.
         sigma: (n,) standard deviations; infinite where nothing is known.
+        differences: place of a parameter -> place of the one that it is known relative to: its
+            sigma is then that of the difference, and so is its mean less the other's.
     """
 
     mean: Vector
     sigma: Vector
+    differences: Mapping[int, int] = field(default_factory=dict)
+
+    @classmethod
+    def unknown(cls, count: int) -> Self:
+        """No knowledge of so many parameters."""
+        return cls(np.zeros(count), np.full(count, np.inf))
+
+    def rows(self) -> Matrix:
+        """Whitened rows of what is known, (k, n)."""
+        rows = np.diag(1.0 / self.sigma)
+        for place, reference in self.differences.items():
+            rows[place, reference] = -rows[place, place]
+        return rows[np.isfinite(self.sigma)]
 
     def residual(self, x: Vector) -> Vector:
-        """Whitened distance from the a-priori, (n,)."""
-        return (x - self.mean) / self.sigma
+        """Whitened distance from the a-priori, (k,)."""
+        return self.rows() @ (x - self.mean)
+
+    def information(self) -> Matrix:
+        """Information matrix, (n, n)."""
+        rows = self.rows()
+        return rows.T @ rows
 
 
 @dataclass(frozen=True)
@@ -47,7 +74,7 @@ class Solution:
 
     Attributes:
         x: (n,) parameters.
-        converged: whether the last correction was negligible against the uncertainty.
+        reason: why it did not converge; empty where it did.
         iterations: corrections tried, rejected ones included.
         cost: half the sum of the loss of measurements and a-priori.
         residual: (m,) whitened measurement residuals, measured minus modelled.
@@ -56,12 +83,17 @@ class Solution:
     """
 
     x: Vector
-    converged: bool
+    reason: str
     iterations: int
     cost: float
     residual: Vector
     jacobian: Matrix
     triangle: Matrix
+
+    @property
+    def converged(self) -> bool:
+        """Whether a full correction at the end was negligible against the uncertainty."""
+        return not self.reason
 
     def covariance(self) -> Matrix:
         """Formal covariance of the parameters for unit measurement noise, (n, n)."""
@@ -83,6 +115,26 @@ def triangularise(rows: Matrix, right: Vector) -> tuple[Matrix, Vector]:
     # LAPACK's Householder triangle of the system with its right-hand side as a last column
     triangle: Matrix = np.linalg.qr(np.column_stack([rows, right]), mode="r")  # pyright: ignore[reportAssignmentType]
     return triangle[:count, :count], triangle[:count, count]
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """Measurements and a-priori as one cost, and as one stack of whitened rows."""
+
+    prior: Prior
+    loss: Loss
+
+    def cost(self, x: Vector, residual: Vector) -> float:
+        """Half the sum of the loss of measurements and a-priori."""
+        misfit = np.sum(self.prior.residual(x) ** 2)
+        return 0.5 * float(misfit) + float(np.sum(self.loss.value(residual)))
+
+    def stack(self, x: Vector, point: Evaluation) -> tuple[Matrix, Vector]:
+        """Rows and right-hand side of the linear problem for a correction of x."""
+        residual, jacobian = point
+        weight = np.sqrt(self.loss.weight(residual))
+        rows = np.vstack([self.prior.rows(), weight[:, None] * jacobian])
+        return rows, np.concatenate([-self.prior.residual(x), weight * residual])
 
 
 def minimise(
@@ -111,27 +163,16 @@ def minimise(
     Returns:
         The solution, or None where the start itself is not admissible.
     """
-    known = np.isfinite(prior.sigma)
-    prior_rows = np.diag(1.0 / prior.sigma)[known]
-
-    def cost_of(x: Vector, residual: Vector) -> float:
-        misfit = np.sum(prior.residual(x)[known] ** 2)
-        return 0.5 * float(misfit) + float(np.sum(loss.value(residual)))
-
-    def stack(x: Vector, point: Evaluation) -> tuple[Matrix, Vector]:
-        residual, jacobian = point
-        weight = np.sqrt(loss.weight(residual))
-        rows = np.vstack([prior_rows, weight[:, None] * jacobian])
-        return rows, np.concatenate([-prior.residual(x)[known], weight * residual])
-
+    problem = _Problem(prior, loss)
     point = evaluate(start)
     if point is None:
         return None
-    x, cost, iterations, damping, converged = start, cost_of(start, point[0]), 0, 0.0, False
-    while iterations < max_iterations and not converged:
-        rows, right = stack(x, point)
+    x, cost, iterations, damping = start, problem.cost(start, point[0]), 0, 0.0
+    reason = UNFINISHED
+    while iterations < max_iterations and reason == UNFINISHED:
+        rows, right = problem.stack(x, point)
         size = np.linalg.norm(rows, axis=0)
-        triangle, _ = triangularise(rows, right)
+        triangle, full = triangularise(rows, right)
         while iterations < max_iterations:
             iterations += 1
             damped = np.vstack([rows, np.sqrt(damping) * np.diag(size)])
@@ -140,18 +181,20 @@ def minimise(
             in_sigmas = float(np.linalg.norm(triangle @ correction))
             trial = x + correction
             trial_point = evaluate(trial)
-            trial_cost = np.inf if trial_point is None else cost_of(trial, trial_point[0])
+            trial_cost = np.inf if trial_point is None else problem.cost(trial, trial_point[0])
             # near the optimum the cost moves by less than its rounding
             if trial_point is not None and trial_cost <= cost + 1e-12 * abs(cost) + 1e-12:
                 x, point, cost = trial, trial_point, trial_cost
-                converged = in_sigmas < tolerance and damping == 0.0
+                reason = "" if in_sigmas < tolerance and damping == 0.0 else UNFINISHED
                 damping = 0.0 if damping <= FIRST_DAMPING else damping / DAMPING_STEP
                 break
             if in_sigmas < KINK:
-                converged = True
+                blocked = WALL if trial_point is None else STALLED
+                near = KINK if trial_point is None else CORNER
+                reason = "" if np.linalg.norm(full) < near else blocked
                 break
             damping = max(DAMPING_STEP * damping, FIRST_DAMPING)
         if on_iteration is not None:
             on_iteration(iterations, cost)
-    triangle, _ = triangularise(*stack(x, point))
-    return Solution(x, converged, iterations, cost, point[0], point[1], triangle)
+    triangle, _ = triangularise(*problem.stack(x, point))
+    return Solution(x, reason, iterations, cost, point[0], point[1], triangle)

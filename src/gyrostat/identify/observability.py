@@ -1,11 +1,12 @@
 """Whether a record shows a parameter at all, and what would."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from gyrostat._types import Matrix
+from gyrostat.friction import Friction
 from gyrostat.identify.deterministic import StartValues
 from gyrostat.identify.least_squares import Solution
 from gyrostat.identify.prediction import SpeedPrediction
@@ -15,6 +16,10 @@ CLEAR = 2.0
 """Standard deviations by which an effect must differ from none to count as seen."""
 SILENT = 1e-6
 """A-priori information, relative to the weak one, that keeps every variance finite."""
+UNSEEN = 1e-10
+"""Singular value, relative to the largest, below which a direction shows nothing but rounding."""
+DECIDED = 3.0
+"""Ratio of the sigmas without and with the a-priori from which it is the a-priori that decides."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +28,8 @@ class Observability:
 
     Attributes:
         observable: whether its effect exceeds `CLEAR` standard deviations.
-        significance: the effect over its standard deviation, from the measurements alone.
+        significance: the effect over its standard deviation, from the measurements alone; negative
+            where a static torque lies below its Coulomb torque.
         advice: what would show it; empty where it is observable.
     """
 
@@ -32,26 +38,56 @@ class Observability:
     advice: str = ""
 
 
-def _measured_covariance(solution: Solution, selection: Selection) -> Matrix:
-    """Covariance of the parameters without their a-priori, (n, n)."""
-    scale = selection.prior.sigma
-    rows = solution.jacobian * scale
-    information = rows.T @ rows + SILENT**2 * np.eye(len(scale))
-    return np.linalg.inv(information) * np.outer(scale, scale)
+def judge(
+    model: type[Friction],
+    values: Mapping[str, float],
+    names: Sequence[str],
+    root: Matrix,
+    cure: Callable[[str, float], str],
+    sizes: Mapping[str, float] | None = None,
+) -> dict[str, Observability]:
+    """Judge each estimate by its effect over its standard deviation.
+
+    A static torque is judged by its difference from the Coulomb torque, everything else against
+    zero, unless `sizes` says otherwise.
+
+    Args:
+        model: friction model.
+        values: name -> value of estimated and held parameters, SI.
+        names: of the n estimates.
+        root: (n, k) square root of their covariance, SI.
+        cure: name and significance -> what would show it better.
+        sizes: name -> effect to take in place of the value, SI.
+
+    Returns:
+        Name -> verdict.
+    """
+    judged = {}
+    for k, name in enumerate(names):
+        effect, spread, label = abs(values[name]), root[k], name
+        reference = model.vanishing_at.get(name)
+        if reference is not None:
+            effect, label = values[name] - values[reference], f"{name} - {reference}"
+            if reference in names:
+                spread = spread - root[names.index(reference)]
+        elif sizes and name in sizes:
+            effect, label = sizes[name], "its range"
+        sigma = max(float(np.linalg.norm(spread)), np.sqrt(np.finfo(float).tiny))
+        significance = float(effect / sigma)
+        clear = abs(significance) > CLEAR
+        text = f"{name}: not observable in this record ({label} is {significance:.1f} sigma)"
+        advice = "" if clear else f"{text}: {cure(name, significance)}"
+        judged[name] = Observability(clear, significance, advice)
+    return judged
 
 
-def _advice(name: str, effect: str, significance: float, crossings: int, breakaway: bool) -> str:
-    text = f"{name}: not observable in this record ({effect} is {significance:.1f} sigma)"
-    if breakaway:
-        cure = "slow current ramps from rest (bench --profile ramps) show the breakaway directly"
-        if crossings == 0:
-            return f"{text}: the speed never crosses zero; {cure}"
-        times = (3.0 / max(significance, 0.05)) ** 2
-        return (
-            f"{text}: for 3 sigma record about {times:.0f} times as many zero crossings or use a "
-            f"tachometer {np.sqrt(times):.1f} times quieter; {cure}"
-        )
-    return f"{text}: hold it at a known value, or record with more varied currents and speeds"
+def _measured_root(solution: Solution, selection: Selection) -> Matrix:
+    """Square root of the covariance of the parameters without their a-priori, (n, n)."""
+    scale = selection.scale
+    # not from the normal equations: they square the condition
+    _, seen, directions = np.linalg.svd(solution.jacobian * scale, full_matrices=False)
+    seen = np.where(seen > UNSEEN * seen.max(initial=0.0), seen, 0.0)
+    return scale[:, None] * directions.T / np.hypot(seen, SILENT)
 
 
 def observability(
@@ -64,8 +100,7 @@ def observability(
 ) -> dict[str, Observability]:
     """Judge every estimated parameter by the measurements alone.
 
-    A static torque is judged by its difference from the Coulomb torque, an initial speed or a
-    current bias by its sigma against the level of the signal, everything else against zero.
+    An initial speed or a current bias is judged by its sigma against the level of the signal.
 
     Args:
         prediction: records and friction model.
@@ -78,22 +113,30 @@ def observability(
     Returns:
         Name -> verdict.
     """
-    covariance = _measured_covariance(solution, selection)
-    verdicts = {}
-    for k, name in enumerate(selection.free):
-        effect, variance, label = abs(values[name]), covariance[k, k], name
-        reference = prediction.model.vanishing_at.get(name)
-        if reference is not None:
-            effect, label = abs(values[name] - values[reference]), f"{name} - {reference}"
-            if reference in selection.free:
-                other = selection.free.index(reference)
-                variance += covariance[other, other] - 2.0 * covariance[k, other]
-        elif name == "current_bias" or name.startswith("initial_speed"):
-            effect, label = deterministic.size(name, prediction.dimensions[name], 0.0), "its range"
-        significance = float(effect / np.sqrt(max(variance, np.finfo(float).tiny)))
-        if significance > CLEAR:
-            verdicts[name] = Observability(True, significance)
-        else:
-            advice = _advice(name, label, significance, crossings, reference is not None)
-            verdicts[name] = Observability(False, significance, advice)
-    return verdicts
+    root = _measured_root(solution, selection)
+    alone = np.linalg.norm(root, axis=1)
+    informed = np.sqrt(np.diag(solution.covariance()))
+
+    told = bool(np.any(selection.prior.sigma < selection.scale))
+
+    def cure(name: str, significance: float) -> str:
+        place = selection.free.index(name)
+        if told and alone[place] > DECIDED * informed[place]:
+            return "its value rests on what was known before, not on the record"
+        if name not in prediction.model.vanishing_at:
+            return "hold it at a known value, or record with more varied currents and speeds"
+        ramps = "slow current ramps from rest (bench --profile ramps) show the breakaway directly"
+        if crossings == 0:
+            return f"the speed never crosses zero; {ramps}"
+        times = (3.0 / max(abs(significance), 0.05)) ** 2
+        return (
+            f"for 3 sigma record about {times:.0f} times as many zero crossings or use a "
+            f"tachometer {np.sqrt(times):.1f} times quieter; {ramps}"
+        )
+
+    sizes = {
+        name: deterministic.size(name, dimension, values["inertia"], values["motor_constant"])
+        for name, dimension in prediction.dimensions.items()
+        if name == "current_bias" or name in prediction.initial_speeds
+    }
+    return judge(prediction.model, values, selection.free, root, cure, sizes)

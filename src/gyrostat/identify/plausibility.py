@@ -1,6 +1,7 @@
 """What a reader must know before using a fit, from statistics and from the physics of wheels."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,9 +19,33 @@ MOTOR_CONSTANTS = (5e-4, 0.14)
 """N·m/A: from the smallest cubesat wheels to motors that a 28 V bus stops at 2000 rpm."""
 
 
+STATED = (0.8, 1.25)
+"""Scatter over the stated noise between which the two agree."""
+UNEXPLAINED = 1.5
+"""Scatter over the noise that a record itself shows from which something is wrong."""
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """How far the speeds of a record lie from what was fitted to them.
+
+    Attributes:
+        name: of the record.
+        level: standard deviation of the distance, rad/s, outliers apart that a loss forgives.
+        stated: noise that the user stated, rad/s, or None.
+        noise: that the speeds alone show, rad/s; None where the method does not tell.
+    """
+
+    name: str
+    level: float
+    stated: float | None
+    noise: float | None = None
+
+
 def _unit_warnings(fit: Fit) -> list[str]:
     """Signs that a column does not have the unit that its header says."""
-    motor = fit.parameters["motor_constant"]
+    # not every dedicated method knows the motor
+    motor = fit.parameters.get("motor_constant", 0.0)
     speed = max(float(np.nanmax(np.abs(r.speed))) for r in fit.records)
     current = max(float(np.max(np.abs(r.current))) for r in fit.records)
     found = []
@@ -51,8 +76,15 @@ def _sign_warnings(fit: Fit) -> list[str]:
         wheel = fit.dimensions[name] in ("motor_constant", "torque", "viscous")
         if wheel and value < -2.0 * sigma:
             found.append(f"{name} is negative ({value:.3g}): no wheel has this")
-    if fit.parameters["motor_constant"] < 0.0:
+    if fit.parameters.get("motor_constant", 0.0) < 0.0:
         found.append("current and speed have opposite senses: turn the sign of one of them")
+    for name, seen in fit.observability.items():
+        if seen.observable and seen.significance < 0.0:
+            reference = fit.model.vanishing_at[name]
+            found.append(
+                f"{name} lies {-seen.significance:.1f} sigma below {reference}: the model "
+                "contradicts the record (no friction rises as a wheel starts to turn)"
+            )
     return found
 
 
@@ -70,27 +102,48 @@ def _record_warnings(records: Sequence[Record]) -> list[str]:
     return found
 
 
-def fit_warnings(fit: Fit, sigma_given: bool) -> list[str]:
+def _scatter_warnings(scatter: Sequence[Scatter]) -> list[str]:
+    found = []
+    for record in scatter:
+        if record.stated is not None:
+            low, high = STATED
+            if not low < record.level / record.stated < high:
+                found.append(
+                    f"{record.name}: the residuals are {record.level:.3g} rad/s where the stated "
+                    f"speed sigma is {record.stated:.3g} rad/s: one of the two is wrong"
+                )
+        elif record.noise and record.level > UNEXPLAINED * record.noise:
+            found.append(
+                f"{record.name}: the residuals are {record.level:.3g} rad/s, "
+                f"{record.level / record.noise:.1f} times the noise that the record itself shows: "
+                "the model misses something, or no start led to the right minimum"
+            )
+    return found
+
+
+def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]:
     """List what a reader should know, most serious first.
 
     Args:
         fit: the result.
-        sigma_given: whether the user stated the noise of the speed.
+        reason: why the iteration did not converge; empty where it did.
+        scatter: of the records about the fit.
     """
     warnings = []
-    if not fit.converged:
-        warnings.append(f"did not converge in {fit.iterations} iterations: not a valid result")
+    if reason:
+        text = f"did not converge in {fit.iterations} iterations ({reason})"
+        warnings.append(f"{text}: not a valid result")
     warnings += _unit_warnings(fit) + _sign_warnings(fit) + _record_warnings(fit.records)
+    if "current_bias" in fit.names:
+        bias = fit.parameters["current_bias"]
+        warnings.append(
+            f"current_bias = {bias:.3g} A belongs to the bench and is not in model.toml: to "
+            f"validate with the same drive, hold it there (validate --hold current_bias={bias:.6g})"
+        )
     warnings += [o.advice for o in fit.observability.values() if not o.observable]
     if fit.whiteness is not None and not fit.whiteness.white:
         warnings.append(
             "the residuals are correlated in time: the model misses something, and sigma is too "
             "small (sigma_serial allows for it)"
         )
-    rms = fit.rms_speed
-    if sigma_given and rms is not None and not 0.8 < rms / fit.speed_sigma < 1.25:
-        warnings.append(
-            f"the residuals are {rms:.3g} rad/s where the stated speed sigma is "
-            f"{fit.speed_sigma:.3g} rad/s: one of the two is wrong"
-        )
-    return warnings
+    return warnings + _scatter_warnings(scatter)

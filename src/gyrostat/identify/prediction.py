@@ -152,16 +152,16 @@ class SpeedPrediction:
             predicted.append((speed, jacobian))
         return predicted
 
-    def stuck(self, predicted: Sequence[tuple[Vector, Matrix]], noise: float) -> bool:
+    def stuck(self, predicted: Sequence[tuple[Vector, Matrix]], noise: Sequence[float]) -> bool:
         """Whether the model rests where the wheel is seen turning: no gradient leads out of that.
 
         Args:
             predicted: from a call of this object.
-            noise: standard deviation of the measured speeds, rad/s.
+            noise: standard deviation of the measured speed of each record, rad/s.
         """
         turning = resting = 0
-        for record, (speed, _) in zip(self.records, predicted, strict=True):
-            moves = record.valid & (np.abs(np.nan_to_num(record.speed)) > 5.0 * noise)
+        for record, (speed, _), level in zip(self.records, predicted, noise, strict=True):
+            moves = record.valid & (np.abs(np.nan_to_num(record.speed)) > 5.0 * level)
             turning += int(moves.sum())
             resting += int((moves & (speed == 0.0)).sum())
         return resting > BLOCKED_SHARE * turning

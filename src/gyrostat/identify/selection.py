@@ -28,14 +28,17 @@ class Selection:
         values: (n,) held values and starts of all parameters of the prediction.
         fallback: the same with the records' own starts in place of the user's.
         prior: of the free parameters.
-        informed: names of the free parameters whose a-priori the user gave.
+        told: free names whose start the user gave.
+        scale: (free,) weak a-priori sigmas, whatever the user knows: the size that each parameter
+            could have.
     """
 
     free: tuple[str, ...]
     values: Vector
     fallback: Vector
     prior: Prior
-    informed: frozenset[str]
+    told: frozenset[str]
+    scale: Vector
 
     def index(self, prediction: SpeedPrediction) -> list[int]:
         """Places of the free parameters among all of the prediction."""
@@ -51,20 +54,60 @@ def _known(names: Collection[str], prediction: SpeedPrediction, what: str) -> No
 
 
 def _free_names(
-    prediction: SpeedPrediction, hold: Mapping[str, float | None], free: Collection[str]
+    prediction: SpeedPrediction,
+    hold: Collection[str],
+    free: Collection[str],
+    prior: Collection[str],
+    start: Collection[str],
 ) -> tuple[str, ...]:
-    both = sorted(set(hold) & set(free))
-    if both:
-        raise InputError(f"{both[0]}: found both held and free, expected one of the two")
-    held = {"inertia", "current_bias", *prediction.model.held_by_default, *hold} - set(free)
+    """Names to estimate: the usual ones, those asked for, and those known beforehand."""
+    for asked, what in ((free, "free"), (prior, "with an a-priori")):
+        both = sorted(set(hold) & set(asked))
+        if both:
+            raise InputError(f"{both[0]}: found both held and {what}, expected one of the two")
+    held = {"inertia", "current_bias", *prediction.model.held_by_default, *hold}
+    held -= {*free, *prior}
+    idle = [name for name in start if name in held]
+    if idle:
+        raise InputError(
+            f"start of {idle[0]}: found a parameter that is held, expected one that is estimated "
+            f"(free {idle[0]}, or hold it at this value)"
+        )
     return tuple(name for name in prediction.names if name not in held)
 
 
-def _check_scale(prediction: SpeedPrediction, free: Collection[str], prior: Collection[str]):
+def _held_values(
+    prediction: SpeedPrediction, hold: Mapping[str, float | None], inertia: float | None
+) -> dict[str, float]:
+    """Values that are told: name -> SI; a default is only taken where one is documented."""
+    told = {} if inertia is None else {"inertia": inertia}
+    default = {"current_bias", *prediction.model.held_by_default, *told}
+    for name, value in hold.items():
+        if value is None:
+            if name not in default:
+                unit = SI_UNIT[prediction.dimensions[name]]
+                raise InputError(f"held {name}: found no value, expected one in {unit}")
+        elif told.get(name, value) != value:
+            raise InputError(
+                f"inertia: found {told[name]:g} and, held, {value:g} kg·m², expected one of the two"
+            )
+        else:
+            told[name] = value
+    return told
+
+
+def _check_scale(
+    prediction: SpeedPrediction,
+    free: Collection[str],
+    prior: Collection[str],
+    held: Mapping[str, float],
+) -> None:
     """Currents and speeds give torques only relative to the inertia: one of them must be known."""
     torques = [n for n, d in prediction.model.dimensions().items() if d in ("torque", "viscous")]
     scale = {"inertia", "motor_constant", *torques}
-    if scale <= set(free) and not scale & set(prior):
+    # a torque of zero stays zero at every scale
+    known = {name for name in scale - set(free) if held.get(name) != 0.0}
+    if not known and not scale & set(prior):
         raise InputError(
             "inertia: found free together with motor_constant and all friction torques, expected "
             "one of them held or with an a-priori: a record of current and speed shows only their "
@@ -105,52 +148,56 @@ def select(
         inertia: kg·m², held unless "inertia" is in `free`.
         hold: name -> held value, SI, or None for the default.
         free: names estimated in addition to the default ones.
-        prior: name -> a-priori mean and sigma, SI.
+        prior: name -> a-priori mean and sigma, SI; names that are estimated as well.
         start: name -> first value, SI; otherwise the a-priori mean, otherwise `deterministic`.
 
     Raises:
-        InputError: unknown names, values that no wheel can have, no inertia, or a torque scale
-            that is left entirely free.
+        InputError: unknown names, values that no wheel can have, requests that contradict each
+            other, no inertia, or a torque scale that is left entirely free.
     """
     for what, names in (("hold", hold), ("free", free), ("prior", prior), ("start", start)):
         _known(names, prediction, what)
-    given_hold = {n: v for n, v in hold.items() if v is not None}
-    if inertia is not None:
-        _check_values(prediction, {"inertia": inertia}, "parameter")
-    _check_values(prediction, given_hold, "held")
+    fixed = _held_values(prediction, hold, inertia)
+    _check_values(prediction, {n: v for n, v in fixed.items() if n not in hold}, "parameter")
+    _check_values(prediction, {n: v for n, v in fixed.items() if n in hold}, "held")
     _check_values(prediction, {n: m for n, (m, _) in prior.items()}, "a-priori mean of")
     _check_values(prediction, start, "start of")
     for name, (_, sigma) in prior.items():
-        if not sigma > 0.0:
-            raise InputError(f"a-priori sigma of {name}: found {sigma:g}, expected more than 0")
-    names = _free_names(prediction, hold, free)
-    _check_scale(prediction, names, prior)
+        if not (np.isfinite(sigma) and sigma > 0.0):
+            text = f"found {sigma:g}, expected a finite number more than 0"
+            raise InputError(f"a-priori sigma of {name}: {text}")
+    names = _free_names(prediction, hold, free, prior, start)
+    _check_scale(prediction, names, prior, fixed)
 
     means = {n: mean for n, (mean, _) in prior.items()}
-    fixed = {**({} if inertia is None else {"inertia": inertia}), **given_hold}
-    known = {**fixed, **means, **start}
-    first = deterministic.parameters(prediction, known)
-    if "inertia" not in first:
+    own = deterministic.parameters(prediction, {**start, **means, **fixed}) | fixed
+    if "inertia" not in own:
         raise InputError(
             "inertia: found none, expected the wheel's inertia in kg·m² (--inertia), or "
             "motor_constant held and inertia free"
         )
-    values = {**first, **known, **fixed}
-    own = {**first, **fixed}
-    sizes = prediction.dimensions
-    mean = {n: means.get(n, values[n]) for n in names}
-    sigma = {
-        n: prior[n][1]
-        if n in prior
-        else WEAK * max(abs(first[n]), deterministic.size(n, sizes[n], first["inertia"]))
-        for n in names
-    }
+    values = {**own, **means, **start}
+    mean, scale, differences = {**own, **means}, [], {}
+    for place, name in enumerate(names):
+        size = deterministic.size(
+            name, prediction.dimensions[name], own["inertia"], own["motor_constant"]
+        )
+        scale.append(WEAK * max(abs(own[name]), size))
+        reference = prediction.model.vanishing_at.get(name)
+        if reference is not None and name not in prior:
+            # where nothing shows it, it has no effect: it stays with its reference
+            mean[name] = mean[reference]
+            if reference in names:
+                differences[place] = names.index(reference)
     return Selection(
         free=names,
         values=np.array([values[n] for n in prediction.names], dtype=float),
         fallback=np.array([own[n] for n in prediction.names], dtype=float),
         prior=Prior(
-            np.array([mean[n] for n in names]), np.array([sigma[n] for n in names], dtype=float)
+            np.array([mean[n] for n in names], dtype=float),
+            np.array([prior[n][1] if n in prior else s for n, s in zip(names, scale, strict=True)]),
+            differences,
         ),
-        informed=frozenset(prior),
+        told=frozenset(start),
+        scale=np.array(scale),
     )

@@ -9,6 +9,8 @@ from gyrostat._types import Matrix, Vector
 
 NORMAL_MAD = 1.482602218505602
 """Standard deviation of a normal variable over its median absolute deviation."""
+NUMERICAL_NOISE = 1e-6
+"""Of a modelled speed, as a share of its level: no record is taken to be more exact."""
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,8 @@ import numpy as np
 
 from gyrostat.errors import InputError
 from gyrostat.friction import Friction, Stribeck, ViscousCoulomb
-from gyrostat.identify.checks import check_signals
-from gyrostat.identify.dedicated import (
-    as_records,
-    check_sigma,
-    held_values,
-    place,
-    required,
-    result,
-)
+from gyrostat.identify.checks import as_records, check_sigma, check_signals, place
+from gyrostat.identify.dedicated import held_values, required, result
 from gyrostat.identify.fit import Fit, FrictionPoints
 from gyrostat.identify.friction_curve import (
     FrictionCurve,
@@ -24,6 +17,7 @@ from gyrostat.identify.friction_curve import (
     preferred,
 )
 from gyrostat.identify.plateaus import MIN_SAMPLES, Plateau, find_plateaus
+from gyrostat.identify.plausibility import Scatter
 from gyrostat.identify.prediction import friction_model, wheel_dimensions
 from gyrostat.telemetry import Record
 
@@ -135,17 +129,16 @@ def identify_steady(
         curve.model,
         "steady",
         {n: curve.values[n] for n in curve.names},
-        curve.excess**2 * curve.solution.covariance(),
         held | by_default,
         {n: _cure(n) for n in curve.names},
+        covariance=curve.excess**2 * curve.solution.covariance(),
+        reason=curve.solution.reason,
+        scatter=[Scatter(place(records), seen, speed_sigma)],
         warnings=_warnings(curve, plateaus),
-        converged=curve.solution.converged,
         iterations=curve.solution.iterations,
         samples=int(count.sum()),
         speed_sigma=speed_sigma or seen,
         records=records,
-        predicted=(),
-        predicted_sigma=(),
         whiteness=None,
         friction_points=FrictionPoints(
             speed=speed,

@@ -9,21 +9,11 @@ from numpy.typing import NDArray
 from gyrostat._types import Matrix, Vector
 from gyrostat.errors import InputError
 from gyrostat.friction import ViscousCoulomb
-from gyrostat.identify.checks import check_signals
-from gyrostat.identify.dedicated import (
-    as_records,
-    check_sigma,
-    held_values,
-    place,
-    relaxed_time,
-    required,
-    result,
-    serial_sigma,
-)
+from gyrostat.identify.checks import as_records, check_sigma, check_signals, place
+from gyrostat.identify.dedicated import held_values, relaxed_time, required, result
 from gyrostat.identify.fit import Fit
-from gyrostat.identify.least_squares import Prior, minimise
-from gyrostat.identify.loss import Quadratic
-from gyrostat.identify.statistics import NORMAL_MAD, noise_level, whiteness
+from gyrostat.identify.statistics import NORMAL_MAD, noise_level
+from gyrostat.identify.stretches import fit_stretches
 from gyrostat.telemetry import Record
 
 MIN_SAMPLES = 5
@@ -36,9 +26,8 @@ SMALLEST_STEP = 0.05
 """Share of the range of the current below which a change is not taken for a step."""
 STEADY = 0.2
 """Share of a step by which the current may vary on either side of it."""
-
-FINEST = 1e-9
-"""Smallest level of the whitened residuals."""
+RISE = 3
+"""Samples over which a drive may spread a step of current."""
 
 
 @dataclass(frozen=True)
@@ -49,11 +38,31 @@ class Step:
         time: (m,) s from the step.
         speed: (m,) measured, rad/s.
         change: of the current, A.
+        sense: of rotation, +1 or -1.
     """
 
     time: Vector
     speed: Vector
     change: float
+    sense: float
+
+
+def _edges(current: Vector) -> list[tuple[int, int]]:
+    """Steps of a current: first sample that differs from before, and first that is as after.
+
+    Jumps of one sign that follow each other closely are one step, which a drive has spread.
+    """
+    jump = np.diff(current)
+    quiet = NORMAL_MAD * float(np.median(np.abs(jump)))
+    large = max(SMALLEST_STEP * float(np.ptp(current)), 6.0 * quiet)
+    edges: list[tuple[int, int]] = []
+    for at in (np.flatnonzero(np.abs(jump) > large) + 1).tolist():
+        spread = edges and at - edges[-1][0] < RISE and jump[at - 1] * jump[edges[-1][1] - 1] > 0.0
+        if spread:
+            edges[-1] = (edges[-1][0], at)
+        else:
+            edges.append((at, at))
+    return edges
 
 
 def find_steps(record: Record, noise: float) -> list[Step]:
@@ -65,17 +74,14 @@ def find_steps(record: Record, noise: float) -> list[Step]:
         record: of one wheel.
         noise: standard deviation of a measured speed, rad/s.
     """
-    jump = np.diff(record.current)
-    quiet = NORMAL_MAD * float(np.median(np.abs(jump)))
-    large = max(SMALLEST_STEP * float(np.ptp(record.current)), 6.0 * quiet)
-    edges = [0, *(np.flatnonzero(np.abs(jump) > large) + 1), len(record.time)]
+    edges = [(0, 0), *_edges(record.current), (len(record.time),) * 2]
     # cut by single noisy speeds, the last ones kept would all err one way: a running mean tells
     speed = np.interp(record.time, record.time[record.valid], record.speed[record.valid])
     smooth = np.convolve(speed, np.full(SMOOTHING, 1.0 / SMOOTHING), mode="same")
     sense = np.where(np.abs(smooth) > CLEAR * noise, np.sign(smooth), 0.0)
-    found: list[tuple[int, float, NDArray[np.intp]]] = []
-    for before, at, after in zip(edges[:-2], edges[1:-1], edges[2:], strict=True):
-        sides = [np.arange(before, at), np.arange(at, after)]
+    found: list[tuple[float, float, float, NDArray[np.intp]]] = []
+    for (_, before), (first, at), (after, _) in zip(edges, edges[1:], edges[2:], strict=False):
+        sides = [np.arange(before, first), np.arange(at, after)]
         levels = [float(np.mean(record.current[side])) for side in sides]
         change = levels[1] - levels[0]
         swing = max(float(np.ptp(record.current[side])) for side in sides)
@@ -86,7 +92,7 @@ def find_steps(record: Record, noise: float) -> list[Step]:
         # a mean is only clear of a change of sense where its neighbours' means are
         unclear = np.convolve(sense != turning, np.ones(SMOOTHING), mode="same") > 0.5
         same = [~unclear[side] for side in near]
-        kept = np.concatenate(
+        kept: NDArray[np.intp] = np.concatenate(
             [
                 near[0][np.logical_and.accumulate(same[0][::-1])[::-1]],
                 near[1][np.logical_and.accumulate(same[1])],
@@ -94,15 +100,28 @@ def find_steps(record: Record, noise: float) -> list[Step]:
         )
         if min(int(np.sum(kept < at)), int(np.sum(kept >= at))) < MIN_SAMPLES:
             continue
-        if found and found[-1][2][-1] >= kept[0]:
-            middle = (found[-1][2][-1] + kept[0]) // 2
-            found[-1] = (*found[-1][:2], found[-1][2][found[-1][2] < middle])
+        if found and found[-1][-1][-1] >= kept[0]:
+            middle = (found[-1][-1][-1] + kept[0]) // 2
+            found[-1] = (*found[-1][:-1], found[-1][-1][found[-1][-1] < middle])
             kept = kept[kept >= middle]
-        found.append((at, change, kept))
+        # a step that is spread acts like one at once at the time that gives the same impulse
+        part = (record.current[first:at] - levels[0]) / change
+        moment = float(record.time[at]) - float(part @ np.diff(record.time[first : at + 1]))
+        found.append((moment, change, float(turning), kept))
     return [
-        Step(record.time[kept] - record.time[at], record.speed[kept], change)
-        for at, change, kept in found
+        Step(record.time[kept] - moment, record.speed[kept], change, turning)
+        for moment, change, turning, kept in found
     ]
+
+
+def _start(steps: Sequence[Step]) -> tuple[float, list[Vector]]:
+    """k_m/J, and speed and acceleration at each step, as straight lines on both sides give them."""
+    first = []
+    for step in steps:
+        kick = step.change * np.maximum(step.time, 0.0)
+        rows = np.column_stack([kick, np.ones(len(kick)), step.time])
+        first.append(np.linalg.lstsq(rows, step.speed, rcond=None)[0])
+    return float(np.median([own[0] for own in first])), [own[1:] for own in first]
 
 
 def identify_torque_step(
@@ -118,7 +137,8 @@ def identify_torque_step(
     which does not jump. One of the dedicated experiments that Carrara and Kuga, "Estimating
     friction parameters in reaction wheels for attitude control", compare with as deterministic
     methods. Each step has its own speed and acceleration; the bend that viscous friction puts into
-    the speed on both sides is common and estimated with them, so that long stretches may be used.
+    the speed on both sides is common to all steps of one sense of rotation and estimated with them,
+    so that long stretches may be used.
 
     Args:
         records: of one wheel.
@@ -145,48 +165,35 @@ def identify_torque_step(
             f"{place(records)}: found no step of current, expected one with {MIN_SAMPLES} or more "
             "speeds of the same sense on either side and a steady current there"
         )
-    sigma = speed_sigma or max(seen, 1e-6 * max(float(np.max(np.abs(s.speed))) for s in steps))
+    senses = sorted({step.sense for step in steps})
+    motor, own = _start(steps)
 
-    def evaluate(x: Vector) -> tuple[Vector, Matrix]:
-        residuals, rows = [], []
-        for k, step in enumerate(steps):
-            place_of = [0, 1, 2 + 2 * k, 3 + 2 * k]
-            relaxed, bend = relaxed_time(step.time, float(x[0]))
-            kick = step.change * (step.time >= 0.0)
-            rate = x[3 + 2 * k] + x[1] * kick
-            block = np.zeros((len(step.time), len(x)))
-            block[:, place_of] = np.column_stack(
-                [rate * bend, kick * relaxed, np.ones_like(relaxed), relaxed]
-            )
-            residuals.append((step.speed - x[2 + 2 * k] - rate * relaxed) / sigma)
-            rows.append(block / sigma)
-        return np.concatenate(residuals), np.vstack(rows)
+    def model(k: int, common: Vector, own: Vector) -> tuple[Vector, Matrix]:
+        step = steps[k]
+        viscous = 1 + senses.index(step.sense)
+        relaxed, bend = relaxed_time(step.time, float(common[viscous]))
+        kick = step.change * (step.time >= 0.0)
+        rate = own[1] + common[0] * kick
+        slopes = np.zeros((len(relaxed), len(common) + 2))
+        slopes[:, 0] = kick * relaxed
+        slopes[:, viscous] = rate * bend
+        slopes[:, -2:] = np.column_stack([np.ones_like(relaxed), relaxed])
+        return own[0] + rate * relaxed, slopes
 
-    start = np.zeros(2 + 2 * len(steps))
-    unknown = Prior(np.zeros(len(start)), np.full(len(start), np.inf))
-    # without viscous friction the problem is linear: its solution is where the bend starts
-    residual, rows = evaluate(start)
-    start[1:] = np.linalg.lstsq(rows[:, 1:], residual, rcond=None)[0]
-    solution = minimise(evaluate, start, unknown, Quadratic())
-    assert solution is not None  # every start is admissible here
-    freedom = max(len(solution.residual) - len(start), 1)
-    spread = 1.0
-    if speed_sigma is None:
-        spread = max(float(np.sqrt(solution.residual @ solution.residual / freedom)), FINEST)
+    fitted = fit_stretches(
+        [step.speed for step in steps],
+        model,
+        np.array([motor, *[0.0] * len(senses)]),
+        own,
+        speed_sigma,
+        seen,
+    )
     return result(
         ViscousCoulomb,
         "torque-step",
-        {"motor_constant": scale * float(solution.x[1])},
-        (scale * spread) ** 2 * solution.covariance()[1:2, 1:2],
+        {"motor_constant": scale * float(fitted.solution.x[0])},
         held,
         {"motor_constant": "record more and larger steps of current at speed"},
-        serial_sigma=scale * serial_sigma(solution, [len(s.time) for s in steps])[1:2],
-        converged=solution.converged,
-        iterations=solution.iterations,
-        samples=len(solution.residual),
-        speed_sigma=speed_sigma or spread * sigma,
         records=records,
-        predicted=(),
-        predicted_sigma=(),
-        whiteness=whiteness(solution.residual),
+        **fitted.outcome(scale, [0], speed_sigma, seen, place(records)),
     )

@@ -1,5 +1,6 @@
 """How well a known wheel predicts a record that it was not fitted to."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,13 +8,26 @@ import numpy as np
 from gyrostat._types import Vector
 from gyrostat.errors import InputError
 from gyrostat.friction import Friction
-from gyrostat.identify.batch import identify
-from gyrostat.identify.prediction import CurrentHold
-from gyrostat.identify.statistics import Whiteness, crossing_times, noise_level
+from gyrostat.identify.checks import check_signals
+from gyrostat.identify.least_squares import UNFINISHED, Evaluation, Prior, minimise
+from gyrostat.identify.loss import Quadratic
+from gyrostat.identify.prediction import CurrentHold, SpeedPrediction
+from gyrostat.identify.statistics import (
+    NUMERICAL_NOISE,
+    Whiteness,
+    crossing_times,
+    noise_level,
+    whiteness,
+)
 from gyrostat.telemetry import Record
 
 NEAR_CROSSING = 2.0
 """s on either side of a zero crossing that count as near it."""
+FIRST_SPEEDS = 5
+"""Speeds that tell where the initial one lies."""
+REACH = 5.0
+"""Standard deviations, beyond the range of the first speeds, within which the initial one is taken:
+one further away would only hide how bad a wheel is."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +46,7 @@ class Validation:
         samples: speeds used.
         crossings: sign changes of the modelled speed.
         whiteness: of the residuals.
+        converged: whether the initial speed was found.
     """
 
     record: Record
@@ -45,11 +60,13 @@ class Validation:
     samples: int
     crossings: int
     whiteness: Whiteness | None
+    converged: bool
 
     def to_dict(self) -> dict[str, object]:
         """The content of validation.json."""
         return {
             "record": self.record.name,
+            "converged": self.converged,
             "rms_speed": self.rms_speed,
             "mean": self.mean,
             "largest": self.largest,
@@ -63,9 +80,49 @@ class Validation:
         }
 
 
+def _best_prediction(
+    prediction: SpeedPrediction, values: Mapping[str, float], noise: float
+) -> tuple[float, Vector, bool]:
+    """Initial speed that suits a record best, the speed that follows, and whether it was found."""
+    record = prediction.records[0]
+    told = {"current_bias": 0.0, **values}
+    missing = [n for n in prediction.names[:-1] if n not in told]
+    if missing:
+        raise InputError(f"wheel model: found no {missing[0]}, expected its value")
+    base = np.array([*(told[n] for n in prediction.names[:-1]), 0.0], dtype=float)
+    speeds = record.speed[record.valid]
+    sigma = max(noise, NUMERICAL_NOISE * float(np.max(np.abs(speeds)))) or 1.0
+    first = float(np.median(speeds[:FIRST_SPEEDS]))
+    reach = REACH * sigma + float(np.ptp(speeds[:FIRST_SPEEDS]))
+
+    def evaluate(x: Vector) -> Evaluation | None:
+        # a wheel that sticks is a bad model, and its residuals shall say how bad
+        predicted = prediction(np.append(base[:-1], x))
+        if predicted is None:
+            return None
+        speed, rows = predicted[0]
+        residual = (record.speed - speed)[record.valid]
+        return residual / sigma, rows[record.valid, -1:] / sigma
+
+    # keeps the problem regular where the wheel rests and nothing shows how it started
+    weak = Prior(np.array([first]), np.array([reach]))
+    solution = minimise(evaluate, weak.mean, weak, Quadratic())
+    unlike = f"{record.name}: found no speed that this wheel could have had, expected finite "
+    unlike += "parameters, positive scales and a friction curve that the samples resolve"
+    if solution is None:
+        raise InputError(unlike)
+    initial = float(np.clip(solution.x[0], first - reach, first + reach))
+    predicted = prediction(np.append(base[:-1], initial))
+    if predicted is None:
+        raise InputError(unlike)
+    # one parameter between two ends has its minimum there, or where no correction lowers the cost
+    found = solution.reason != UNFINISHED or initial != solution.x[0]
+    return initial, predicted[0][0], found
+
+
 def validate(
     model: type[Friction],
-    values: dict[str, float],
+    values: Mapping[str, float],
     record: Record,
     *,
     current_hold: CurrentHold = "zero-order",
@@ -74,33 +131,35 @@ def validate(
 
     Args:
         model: friction model.
-        values: all parameters of the wheel, SI.
+        values: all parameters of the wheel, SI; current_bias, A, where the drive has one.
         record: not used to find them.
         current_hold: the current between samples.
 
     Raises:
-        InputError: the record cannot be predicted.
+        InputError: a parameter is missing, or the record cannot be predicted.
     """
-    fit = identify(record, model=model.name, hold=dict(values), current_hold=current_hold)
-    residual = fit.residuals[0]
+    check_signals([record])
+    noise = noise_level(record.speed[record.valid])
+    prediction = SpeedPrediction([record], model, current_hold)
+    initial, speed, found = _best_prediction(prediction, values, noise)
+    residual = record.speed - speed
     used = residual[record.valid]
-    if not np.all(np.isfinite(used)):
-        raise InputError(f"{record.name}: found no finite prediction, expected a wheel that turns")
-    changes = crossing_times(record.time, fit.predicted[0], fit.speed_sigma)
+    changes = crossing_times(record.time, speed, noise)
     near = np.zeros(len(record.time), dtype=bool)
     for change in changes:
         near |= np.abs(record.time - change) <= NEAR_CROSSING
     close = residual[near & record.valid]
     return Validation(
         record=record,
-        predicted=fit.predicted[0],
-        initial_speed=fit.parameters["initial_speed"],
+        predicted=speed,
+        initial_speed=initial,
         rms_speed=float(np.sqrt(np.mean(used**2))),
         mean=float(np.mean(used)),
         largest=float(np.max(np.abs(used))),
         rms_near_crossings=float(np.sqrt(np.mean(close**2))) if len(close) else None,
-        noise=noise_level(record.speed[record.valid]),
+        noise=noise,
         samples=len(used),
-        crossings=fit.crossings,
-        whiteness=fit.whiteness,
+        crossings=len(changes),
+        whiteness=whiteness(used) if len(used) >= 10 else None,
+        converged=found,
     )

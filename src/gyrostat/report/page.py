@@ -54,9 +54,9 @@ def fit_page(
         temperatures: trends over temperature; may be empty.
     """
     drawn = [
-        (record.name, figures.svg(figures.record_figure(record, speed, sigma, fit.speed_sigma)))
-        for record, speed, sigma in zip(
-            fit.records, fit.predicted, fit.predicted_sigma, strict=False
+        (record.name, figures.svg(figures.record_figure(record, speed, sigma, noise)))
+        for record, speed, sigma, noise in zip(
+            fit.records, fit.predicted, fit.predicted_sigma, fit.speed_sigmas, strict=False
         )
     ]
     friction_known = all(n in fit.parameters for n in fit.model.dimensions())

@@ -1,0 +1,50 @@
+"""The dedicated experiments by name."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from gyrostat.errors import InputError
+from gyrostat.identify.coast import identify_coast
+from gyrostat.identify.fit import Fit
+from gyrostat.identify.steady import identify_steady
+from gyrostat.identify.torque_step import identify_torque_step
+from gyrostat.telemetry import Record
+
+WITHOUT_MODEL: dict[str, Callable[..., Fit]] = {
+    "coast": identify_coast,
+    "torque-step": identify_torque_step,
+}
+"""Experiments that know their friction model themselves."""
+
+
+def identify_dedicated(
+    method: str,
+    records: Sequence[Record],
+    *,
+    model: str | None,
+    inertia: float | None,
+    hold: Mapping[str, float | None],
+    speed_sigma: float | None,
+) -> Fit:
+    """Identify by one of the dedicated experiments.
+
+    Args:
+        method: "steady", "torque-step" or "coast".
+        records: of one wheel.
+        model: friction model, with "steady" only.
+        inertia: kg·m².
+        hold: name -> value, SI, or None for its default.
+        speed_sigma: standard deviation of the measured speed, rad/s.
+
+    Raises:
+        InputError: a model where the experiment has its own, and as the experiments say.
+    """
+    if method not in WITHOUT_MODEL:
+        return identify_steady(
+            records, model=model, inertia=inertia, hold=hold, speed_sigma=speed_sigma
+        )
+    if model is not None:
+        raise InputError(
+            f"--method {method}: found --model {model}, expected no model: this method identifies "
+            "viscous and Coulomb friction or the motor constant"
+        )
+    return WITHOUT_MODEL[method](records, inertia=inertia, hold=hold, speed_sigma=speed_sigma)
