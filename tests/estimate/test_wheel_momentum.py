@@ -31,9 +31,7 @@ def make(sigma, drift, wheel=WHEEL, table=TABLE):
 
 def walk_covariance(drift, period):
     """Of momentum and torque after a period of a random walk in torque."""
-    return drift**2 * np.array(
-        [[period**3 / 3.0, period**2 / 2.0], [period**2 / 2.0, period]]
-    )
+    return drift**2 * np.array([[period**3 / 3.0, period**2 / 2.0], [period**2 / 2.0, period]])
 
 
 def textbook(measured, noise, drift, period):
