@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import equinox as eqx
 import numpy as np
 import pytest
 import xarray as xr
@@ -251,6 +252,37 @@ def test_nan_of_a_controller_names_it_and_the_time(delay):
     message = r"^Pushing: found a command that is not finite at 0\.3 s of run 2, expected"
     with pytest.raises(InputError, match=message):
         simulate(Cart(), control, Sight(), start=starts, runs=3, **options)
+
+
+def test_values_of_another_kind_are_not_compiled_again():
+    """Plain numbers, numpy's and JAX's; stacked, and one for all."""
+    traced = []
+
+    class ModuleCart(Cart, eqx.Module):
+        pass
+
+    class ModuleSight(Sight, eqx.Module):
+        pass
+
+    class Push(eqx.Module):
+        current: float
+
+        def start(self, period):
+            return ()
+
+        def __call__(self, memory, measurement):
+            traced.append(1)
+            return memory, TableCommand(self.current)
+
+    for runs in (None, 2):
+        counts = []
+        for kind in (float, np.float64, jnp.asarray, lambda x: jnp.asarray(x, float)):
+            control, start = Push(kind(0.5)), Position(kind(0.0), kind(1.0))
+            if runs:
+                control, start = stack([control] * runs), stack([start] * runs)
+            simulate(ModuleCart(), control, ModuleSight(), start=start, runs=runs, **OWN)
+            counts.append(len(traced))
+        assert counts[0] == counts[-1]
 
 
 def test_more_runs_than_are_carried_together_keep_their_order():

@@ -26,7 +26,13 @@ def stack(items: Sequence[Any]) -> Any:
     Returns:
         The same kind, each of its arrays with a leading axis of runs.
     """
-    return jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *items)
+    return jax.tree.map(lambda *leaves: jnp.stack([_as_array(x) for x in leaves]), *items)
+
+
+def _as_array(leaf: Any) -> Any:
+    # an array made of a plain number has a weak type, and would be compiled for anew
+    array = jnp.asarray(leaf)
+    return jax.lax.convert_element_type(array, array.dtype) if array.weak_type else array
 
 
 class _TracedAnew:
@@ -48,8 +54,8 @@ class _TracedAnew:
 
 def _as_leaf(leaf: Any) -> Any:
     # numbers left as they are would be compiled in, and every new value compiled again
-    if isinstance(leaf, float | np.ndarray | np.generic):
-        return jnp.asarray(leaf)
+    if isinstance(leaf, float | np.ndarray | np.generic | jax.Array):
+        return _as_array(leaf)
     return _TracedAnew(leaf) if callable(leaf) else leaf
 
 
