@@ -254,6 +254,13 @@ def test_nan_of_a_controller_names_it_and_the_time(delay):
         simulate(Cart(), control, Sight(), start=starts, runs=3, **options)
 
 
+def test_a_run_that_starts_beyond_all_bounds_was_never_valid():
+    data = simulate(Cart(), Pushing(0.5), Sight(), start=Position(2e6, 0.0), **OWN)
+    assert data.status == Status.DIVERGED
+    assert np.isnan(data.valid_until)
+    assert np.all(np.isnan(data.attitude))
+
+
 def test_values_of_another_kind_are_not_compiled_again():
     """Plain numbers, numpy's and JAX's; stacked, and one for all."""
     traced = []

@@ -184,7 +184,7 @@ class AirBearingTable(eqx.Module):
         target = self.driver.set_point(command.current, state.speed, self.wheel.motor_constant)
         contact = _OnTable(self.wheel.friction, self, state.current, target, time)
         carrier = _Carrier(state.attitude, state.rate, state.wheel_angle)
-        motion, resolved = slide(contact, Motion(state.speed, carrier), duration)
+        motion, resolved = slide(contact, Motion(jnp.asarray(state.speed), carrier), duration)
         return (
             TableState(
                 attitude=motion.carrier.attitude,

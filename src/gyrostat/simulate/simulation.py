@@ -213,6 +213,8 @@ def _labelled(histories: Histories, period: float) -> "xr.Dataset":
         "flag_meanings": " ".join(s.name.lower() for s in Status),
     }
     variables["status"] = ("run", histories.status.max(axis=1).astype(np.int8), meanings)
-    variables["valid_until"] = ("run", last * period, {"units": "s"})
+    # a run that is beyond all bounds from the start was never valid
+    until = np.where(last >= 0, last * period, np.nan)
+    variables["valid_until"] = ("run", until, {"units": "s"})
     time = ("time", np.arange(count) * period, {"units": "s"})
     return xr.Dataset(variables, coords={"time": time, "run": np.arange(len(fine))})
