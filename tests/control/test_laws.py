@@ -109,7 +109,7 @@ def test_compensation_is_that_of_18_and_19(attitude, rate, speed):
     values = (4.83e-6, 0.8795e-3, 0.9055e-3, 0.418879)
     torque = demanded(attitude, rate)
     # compiled code takes the smallest numbers for zero
-    assume(torque == 0.0 or abs(torque) > 1e-290)
+    assume(all(x == 0.0 or abs(x) > 1e-290 for x in (torque, speed)))
     found = command(DynamicModelCompensator(LAW, Stribeck(*values), MOTOR), attitude, rate, speed)
     if speed != 0.0:
         friction = stribeck(speed, np.sign(speed), *values)
