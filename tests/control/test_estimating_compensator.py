@@ -6,10 +6,10 @@ import equinox as eqx
 import numpy as np
 import pytest
 
-from gyrostat._jax import jnp
-from gyrostat.body import AirBearingTable, Gyro, TableSensors
+from gyrostat._jax import jax, jnp
+from gyrostat.body import AirBearingTable, Gyro, TableMeasurement, TableSensors
 from gyrostat.control import CurrentMode, DynamicModelCompensator, EstimatingCompensator
-from gyrostat.friction import Stribeck
+from gyrostat.friction import Stribeck, ViscousCoulomb
 from gyrostat.simulate import simulate, stack
 from gyrostat.units import RPM
 from gyrostat.wheel import PulseTachometer, Tachometer, Wheel
@@ -161,3 +161,30 @@ def test_without_external_torque_nothing_hunts_about_rest(loop, compensator):
     late = np.rad2deg(data.attitude.values[:, 1000:])
     assert np.max(np.abs(late - late.mean(axis=1, keepdims=True))) < 0.02
     assert np.max(np.abs(late)) < 0.1
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_knows_which_of_its_commands_acts_now(g2, delay):
+    """Busy commands and a model without error: the observer finds nothing once it has settled."""
+    coulomb, motor, inertia, rotor = 9e-4, 0.0228, g2.inertia, g2.wheel.inertia
+    wheel = Wheel(rotor, motor, ViscousCoulomb(0.0, coulomb))
+    control = EstimatingCompensator.tuned(g2.law, wheel, inertia, 0.1, PERIOD, delay=delay)
+    # the friction that acts before the first command would be learned, and forgotten slowly
+    control = eqx.tree_at(lambda own: own.learning_rate, control, 0.0)
+
+    def tick(carry, k):
+        memory, rate, speed, under_way = carry
+        # what the attitude does is the law's affair alone
+        seen = TableMeasurement(0.02 * jnp.sin(0.31 * k), rate, speed)
+        memory, command = control(memory, seen)
+        queue = jnp.append(under_way, command.current)
+        net = motor * queue[0] - coulomb
+        after = rate - PERIOD * net / inertia
+        speed = speed + PERIOD * net / rotor - (after - rate)
+        return (memory, after, speed, queue[1:]), (memory.rate.torque, command.current, speed)
+
+    start = (control.start(PERIOD), 0.0, 30.0, jnp.zeros(delay))
+    found, current, speed = jax.lax.scan(tick, start, jnp.arange(400.0))[1]
+    assert np.min(speed) > 15.0
+    assert np.ptp(current[200:]) > 0.02
+    assert np.max(np.abs(found[200:])) < 1e-9
