@@ -1,7 +1,10 @@
 """What every test shares: one thread for each worker, and patience for compilation."""
 
+import importlib.util
 import os
+from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 # Before numpy or jax is loaded: the workers of pytest-xdist already use the cores.
@@ -21,3 +24,39 @@ settings.register_profile(
 # Where the result decides whether a change goes in, the examples are the same each time.
 settings.register_profile("ci", settings.get_profile("gyrostat"), derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "gyrostat")
+
+
+@pytest.fixture(scope="session")
+def table_reference():
+    """The independent wheel on a table of table_reference.py beside this file."""
+    path = Path(__file__).with_name("table_reference.py")
+    spec = importlib.util.spec_from_file_location("table_reference", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.TableReference
+
+
+@pytest.fixture(scope="session")
+def g2():
+    """The closed loop "G2" of Carrara and Kuga: table, wheel and gains, SI units."""
+    from types import SimpleNamespace
+
+    from gyrostat.body import AirBearingTable
+    from gyrostat.control import AttitudePID
+    from gyrostat.friction import Stribeck
+    from gyrostat.units import RPM
+    from gyrostat.wheel import Wheel
+
+    friction = (4.83e-6, 0.8795e-3, 0.9055e-3, 0.418879)
+    wheel = Wheel(1.5e-3, 0.0228, Stribeck(*friction))
+    gains = (0.0571, 0.00234, 0.3126)
+    return SimpleNamespace(
+        friction=friction,
+        gains=gains,
+        law=AttitudePID(*gains),
+        wheel=wheel,
+        inertia=0.495,
+        fan=0.46e-3,
+        speed=-673.5 * RPM,
+        table=AirBearingTable(0.495, wheel, external_torque=0.46e-3),
+    )

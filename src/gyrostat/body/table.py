@@ -119,7 +119,8 @@ class AirBearingTable(eqx.Module):
         driver: of the wheel's motor.
         external_torque: constant torque on the table, N·m, as of a fan.
         torque_history: external torque over time, s -> N·m, added to the constant; a function of
-            JAX arrays, smooth within a control period.
+            JAX arrays. It is sampled only thrice in an integration step, so it must be smooth and
+            slow there: a peak inside a step may pass unseen. Choose `step` of `simulate` by it.
     """
 
     inertia: Scalar

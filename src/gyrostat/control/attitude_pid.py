@@ -28,7 +28,8 @@ class AttitudePID(eqx.Module):
 
     A positive wheel torque pushes the table back, so positive gains are stable. The derivative is
     the measured rate; the sum includes the present sample. The sum stands still while the torque is
-    beyond its limit and the error would drive it further (anti-windup).
+    beyond its limit and the error would drive it further (anti-windup); a controller with a limit
+    of its own behind the law tells it by `within_limit`.
 
     Attributes:
         proportional: K_p, N·m/rad.
@@ -64,6 +65,17 @@ class AttitudePID(eqx.Module):
         torque = jnp.clip(rest + self.integral * summed, -self.torque_limit, self.torque_limit)
         return PIDMemory(summed, memory.period), torque
 
+    def within_limit(self, before: PIDMemory, after: PIDMemory, cut: Scalar) -> PIDMemory:
+        """Take back a step of the sum that drives further what a limit behind the law cuts off.
+
+        Args:
+            before: memory before the sample.
+            after: memory after it.
+            cut: what the limit took from the command, in any unit.
+        """
+        further = cut * self.integral * (after.integral - before.integral) > 0.0
+        return after._replace(integral=jnp.where(further, before.integral, after.integral))
+
 
 class CurrentMode(eqx.Module):
     """The attitude law alone: demanded torque over motor constant.
@@ -86,7 +98,8 @@ class CurrentMode(eqx.Module):
 
     def __call__(self, memory: PIDMemory, measurement: Any) -> tuple[PIDMemory, CurrentCommand]:
         """Command a current."""
-        memory, torque = self.law(memory, measurement)
+        after, torque = self.law(memory, measurement)
         current = torque / self.motor_constant
         limited = jnp.clip(current, -self.current_limit, self.current_limit)
+        memory = self.law.within_limit(memory, after, current - limited)
         return memory, CurrentCommand(limited, current, jnp.zeros_like(current))

@@ -180,7 +180,9 @@ class EstimatingCompensator(eqx.Module):
         scale = self._learned(memory.scale, rate, momentum, speed, sigma, period)
         friction = scale * self._expected_friction(speed, sigma, demanded)
         parts = demanded / self.motor_constant, friction / self.motor_constant
-        current = jnp.clip(parts[0] + parts[1], -self.current_limit, self.current_limit)
+        wished = parts[0] + parts[1]
+        current = jnp.clip(wished, -self.current_limit, self.current_limit)
+        law = self.law.within_limit(memory.law, law, wished - current)
         known = friction - self.motor_constant * current
         queue = jnp.append(memory.under_way, known)
         memory = EstimatingMemory(

@@ -40,12 +40,14 @@ class DynamicModelCompensator(eqx.Module):
             memory: of the law.
             measurement: has attitude, rate and the wheel's `speed`, rad/s.
         """
-        memory, torque = self.law(memory, measurement)
+        after, torque = self.law(memory, measurement)
         speed = measurement.speed
         at_rest = speed == 0.0
         direction = jnp.where(at_rest, jnp.sign(torque), jnp.sign(speed))
         # at rest the curve in the demanded sense is the breakaway torque
         friction = jnp.where(direction == 0.0, 0.0, self.friction.torque(speed, direction))
         parts = torque / self.motor_constant, friction / self.motor_constant
-        current = jnp.clip(parts[0] + parts[1], -self.current_limit, self.current_limit)
+        wished = parts[0] + parts[1]
+        current = jnp.clip(wished, -self.current_limit, self.current_limit)
+        memory = self.law.within_limit(memory, after, wished - current)
         return memory, CurrentCommand(current, *parts)

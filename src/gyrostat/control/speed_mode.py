@@ -76,8 +76,11 @@ class SpeedMode(eqx.Module):
         demanded = proportional * error + w_n**2 * self.inertia * integral
         current = demanded / self.motor_constant
         limited = jnp.clip(current, -self.current_limit, self.current_limit)
-        # what is beyond the limit is not summed up
-        integral = jnp.where(limited == current, integral, memory.integral)
+        # what drives further beyond the limit is not summed up
+        cut = current - limited
+        law = self.law.within_limit(memory.law, law, cut)
+        integral = jnp.where(cut * error > 0.0, memory.integral, integral)
+        reference = jnp.where(cut * torque > 0.0, before, reference)
         wished = torque / self.motor_constant
         command = CurrentCommand(limited, wished, current - wished)
         return SpeedModeMemory(law, reference, integral, jnp.array(True)), command

@@ -126,13 +126,18 @@ def run(
             return plant(state, command, time, period)
         return jax.lax.scan(substep, (state, jnp.array(True)), jnp.arange(substeps))[0]
 
+    def commanded(memory, measurement):
+        memory, command = controller(memory, measurement)
+        # a controller may command plain numbers
+        return memory, jax.tree.map(jnp.asarray, command)
+
     def tick(carry, now):
         state, sensor_memory, memory, under_way, status = carry
         k, draw = now
         diverged = ~_finite(state) | plant.diverged(state)
         status = jnp.where((status == 0) & diverged, int(Status.DIVERGED), status)
         sensor_memory, measurement = sensor(sensor_memory, state, draw)
-        memory, command = controller(memory, measurement)
+        memory, command = commanded(memory, measurement)
         status = jnp.where((status == 0) & ~_finite(command), int(Status.BAD_COMMAND), status)
         queue = jax.tree.map(lambda q, c: jnp.concatenate([q, c[None]]), under_way, command)
         command = jax.tree.map(lambda q: q[0], queue)
@@ -147,7 +152,7 @@ def run(
     keys = jax.random.split(key, count + 1)
     sensor_memory, memory = sensor.start(state, period), controller.start(period)
     _, measurement = jax.eval_shape(sensor, sensor_memory, state, keys[0])
-    _, command = jax.eval_shape(controller, memory, measurement)
+    _, command = jax.eval_shape(commanded, memory, measurement)
     under_way = jax.tree.map(lambda c: jnp.zeros((command_delay, *c.shape), c.dtype), command)
     start = (state, sensor_memory, memory, under_way, jnp.array(int(Status.COMPLETE)))
     return jax.lax.scan(tick, start, (jnp.arange(count + 1), keys))[1]

@@ -26,12 +26,37 @@ def stack(items: Sequence[Any]) -> Any:
     Returns:
         The same kind, each of its arrays with a leading axis of runs.
     """
-    return jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *items)
+    return jax.tree.map(lambda *leaves: jnp.stack([_as_array(x) for x in leaves]), *items)
 
 
 def _as_array(leaf: Any) -> Any:
+    # an array made of a plain number has a weak type, and would be compiled for anew
+    array = jnp.asarray(leaf)
+    return jax.lax.convert_element_type(array, array.dtype) if array.weak_type else array
+
+
+class _TracedAnew:
+    """A user's own object, which JAX cannot look into.
+
+    Compiled code is kept for objects that compare equal. A plain object may have changed its
+    attributes since, or not be hashable; this stands for it in one call of `simulate`.
+    """
+
+    def __init__(self, own: Any):
+        self._own = own
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._own, name)
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self._own(*arguments)
+
+
+def _as_leaf(leaf: Any) -> Any:
     # numbers left as they are would be compiled in, and every new value compiled again
-    return jnp.asarray(leaf) if isinstance(leaf, float | np.ndarray | np.generic) else leaf
+    if isinstance(leaf, float | np.ndarray | np.generic | jax.Array):
+        return _as_array(leaf)
+    return _TracedAnew(leaf) if callable(leaf) else leaf
 
 
 def _is_stacked(item: Any, runs: int) -> bool:
@@ -121,7 +146,7 @@ def simulate(
         raise InputError(f"command delay: found {command_delay} periods, expected 0 or more")
     counts = {"count": count, "substeps": substeps, "command_delay": command_delay}
     plant.check()
-    items = jax.tree.map(_as_array, (plant, controller, sensor, start))
+    items = jax.tree.map(_as_leaf, (plant, controller, sensor, start))
     if runs is None:
         found = _one(items, jax.random.key(seed), control_period, counts)
         histories = jax.tree.map(lambda x: np.asarray(x)[None], found)
@@ -189,6 +214,8 @@ def _labelled(histories: Histories, period: float) -> "xr.Dataset":
         "flag_meanings": " ".join(s.name.lower() for s in Status),
     }
     variables["status"] = ("run", histories.status.max(axis=1).astype(np.int8), meanings)
-    variables["valid_until"] = ("run", last * period, {"units": "s"})
+    # a run that is beyond all bounds from the start was never valid
+    until = np.where(last >= 0, last * period, np.nan)
+    variables["valid_until"] = ("run", until, {"units": "s"})
     time = ("time", np.arange(count) * period, {"units": "s"})
     return xr.Dataset(variables, coords={"time": time, "run": np.arange(len(fine))})

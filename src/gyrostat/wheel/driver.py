@@ -60,7 +60,10 @@ class Driver(eqx.Module):
             speed: of the wheel, rad/s.
             motor_constant: N·m/A.
         """
-        limit = jnp.minimum(self.current_limit, self.torque_limit / jnp.abs(motor_constant))
+        # no limit on the torque must not become one by division: its derivative would be NaN
+        endless = jnp.isinf(self.torque_limit)
+        torque_limit = jnp.where(endless, 0.0, self.torque_limit) / jnp.abs(motor_constant)
+        limit = jnp.minimum(self.current_limit, jnp.where(endless, jnp.inf, torque_limit))
         sense = jnp.sign(command)
         supply = self.bus_voltage - sense * motor_constant * speed
         unlimited = jnp.isinf(self.bus_voltage)
@@ -70,10 +73,11 @@ class Driver(eqx.Module):
         quantum = jnp.where(quantised, self.current_quantum, 1.0)
         size = jnp.abs(command)
         size = jnp.where(quantised, quantum * jnp.round(size / quantum), size)
-        # the largest step that is still within the limit
+        # the largest step that is still within the limit, also where rounding leaves 2.9999 of 3
         whole = jnp.where(
             quantised & jnp.isfinite(limit),
-            quantum * jnp.floor(jnp.where(jnp.isfinite(limit), limit, 0.0) / quantum),
+            quantum
+            * jnp.floor(jnp.where(jnp.isfinite(limit), limit, 0.0) / quantum * (1.0 + 1e-12)),
             limit,
         )
         return sense * jnp.minimum(size, whole)
