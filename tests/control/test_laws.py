@@ -163,7 +163,7 @@ def test_speed_mode_holds_its_speed_against_friction_as_its_poles_say():
 
 def test_speed_mode_gives_the_table_the_demanded_torque():
     """A constant demand is a ramp of the wheel: acceleration times inertia, friction or not."""
-    control = SpeedMode(AttitudePID(0.5, 0.0, 0.0), 1.5e-3, MOTOR)
+    control = SpeedMode(AttitudePID(0.5, 0.0, 0.0), 1.5e-3, MOTOR, natural_frequency=2.0)
     speed, current = speed_loop(control, 9e-4, np.full(1000, 2e-3), -3.0)
     slope = np.diff(speed[-100:]) / 0.01
     np.testing.assert_allclose(slope, 1e-3 / 1.5e-3, rtol=1e-5)

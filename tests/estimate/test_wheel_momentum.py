@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from gyrostat._jax import jax, jnp
 from gyrostat.estimate import WheelMomentumFilter
-from gyrostat.estimate.wheel_momentum import UNKNOWN_TORQUE
+from gyrostat.estimate.wheel_momentum import JUMP, MEMORY, SURPRISE, UNKNOWN_TORQUE
 
 COUNT = 400
 WHEEL, TABLE = 1.5e-3, 0.495
@@ -34,20 +34,27 @@ def walk_covariance(drift, period):
     return drift**2 * np.array([[period**3 / 3.0, period**2 / 2.0], [period**2 / 2.0, period]])
 
 
-def textbook(measured, noise, drift, period):
-    """Predict and correct with matrices, the correction in Joseph form."""
+def textbook(measured, noise, drift, period, jump=JUMP):
+    """Predict and correct with matrices, the correction in Joseph form, restarts included."""
     transition = np.array([[1.0, period], [0.0, 1.0]])
     observe = np.array([[1.0, 0.0]])
     x = np.array([measured[0], 0.0])
     p = np.diag([noise, UNKNOWN_TORQUE**2 * noise])
-    states, covariances = [x], [p]
+    states, covariances, mean = [x], [p], 0.0
     for z in measured[1:]:
         x = transition @ x
         p = transition @ p @ transition.T + walk_covariance(drift, period)
-        gain = p @ observe.T / (observe @ p @ observe.T + noise)
-        x = x + gain[:, 0] * (z - observe @ x)
+        total = (observe @ p @ observe.T).item() + noise
+        gain = p @ observe.T / total
+        innovation = z - (observe @ x).item()
+        x = x + gain[:, 0] * innovation
         keeps = np.eye(2) - gain @ observe
         p = keeps @ p @ keeps.T + noise * gain @ gain.T
+        mean = (1.0 - 1.0 / MEMORY) * mean + innovation / np.sqrt(total) / MEMORY
+        # variance of an exponential mean with forgetting factor 1 - 1/N: 1 / (2 N - 1)
+        if abs(mean) > SURPRISE / np.sqrt(2.0 * MEMORY - 1.0):
+            p[1, 1] += (jump * np.sqrt(noise)) ** 2
+            mean = 0.0
         states.append(x)
         covariances.append(p)
     return np.array(states), np.array(covariances)
@@ -71,6 +78,22 @@ def test_equals_the_matrix_form_on_random_data(sigma, drift, period):
         (found.torque_variance, covariances[:, 1, 1]),
     ):
         np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9 * np.max(np.abs(theirs)))
+
+
+def test_a_torque_that_jumps_is_found_again():
+    sigma, drift, period = 0.5, 6e-7, 0.1
+    random = np.random.default_rng(3)
+    time = period * np.arange(4000)
+    momentum = 0.46e-3 * time + 0.1e-3 * np.maximum(time - 200.0, 0.0)
+    speed = momentum / WHEEL + sigma * random.standard_normal(len(time))
+    found = filtered(make(sigma, drift), speed, np.zeros(len(time)), period)
+    plain, _ = textbook(WHEEL * speed, (WHEEL * sigma) ** 2, drift, period, jump=0.0)
+    after = time > 230.0
+    ours = np.max(np.abs(np.asarray(found.torque)[after] - 0.56e-3))
+    assert ours < 0.5 * np.max(np.abs(plain[after, 1] - 0.56e-3))
+    assert ours < 0.03e-3
+    late = np.abs(np.asarray(found.momentum) - momentum)[after]
+    assert np.max(late) < 5.0 * np.sqrt(np.max(np.asarray(found.momentum_variance)[after]))
 
 
 @given(

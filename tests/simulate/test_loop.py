@@ -10,11 +10,11 @@ import xarray as xr
 
 from gyrostat._jax import jnp
 from gyrostat.body import AirBearingTable, Gyro, TableCommand, TableSensors
-from gyrostat.control import AttitudePID, CurrentMode
+from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
 from gyrostat.errors import InputError
 from gyrostat.friction import ViscousCoulomb
 from gyrostat.simulate import Status, simulate, stack
-from gyrostat.wheel import Driver, Tachometer, Wheel
+from gyrostat.wheel import Driver, LowPass, PulseTachometer, Tachometer, Wheel
 
 PERIOD, COUNT = 0.1, 100
 NOISY = TableSensors(Gyro(1e-4), Tachometer(0.3))
@@ -355,3 +355,25 @@ def test_refuses_an_inertia_that_is_none(loop, g2, inertia):
     good = AirBearingTable(0.5, g2.wheel)
     with pytest.raises(InputError, match=r"^table inertia: found"):
         loop(stack([good, AirBearingTable(inertia, g2.wheel), good]), runs=3)
+
+
+@pytest.mark.parametrize(
+    ("sensors", "message"),
+    [
+        (TableSensors(tachometer=Tachometer(np.nan)), "tachometer sigma: found nan"),
+        (TableSensors(tachometer=PulseTachometer(0.0)), "tachometer pulses: found 0"),
+        (TableSensors(tachometer=LowPass(Tachometer(), 0.0)), "low pass time constant: found 0"),
+        (TableSensors(gyro=Gyro(sigma=-1.0)), "gyro sigma: found -1"),
+    ],
+)
+def test_a_bad_sensor_is_named_and_not_the_controller(loop, sensors, message):
+    with pytest.raises(InputError, match=message):
+        loop(sensor=sensors)
+
+
+def test_a_start_or_a_tuning_that_is_no_number_is_refused(loop, g2):
+    with pytest.raises(InputError, match="start: found"):
+        loop(start=g2.table.start(speed=np.nan))
+    silent = EstimatingCompensator.tuned(g2.law, g2.wheel, 0.495, 0.0, PERIOD)
+    with pytest.raises(InputError, match="compensator speed sigma: found 0"):
+        loop(control=silent)

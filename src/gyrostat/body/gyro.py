@@ -3,11 +3,13 @@
 from typing import Any, NamedTuple
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from gyrostat._jax import jax, jnp
 from gyrostat.friction import Scalar
 from gyrostat.wheel import Tachometer
+from gyrostat.wheel.tachometer import require
 
 
 class Turn(NamedTuple):
@@ -24,6 +26,9 @@ class Turn(NamedTuple):
 
 class TrueTurn(eqx.Module):
     """Attitude and rate as they are."""
+
+    def check(self) -> None:
+        """Nothing to refuse."""
 
     def start(self, state: Any, period: Scalar) -> tuple[()]:
         """It has no memory."""
@@ -44,6 +49,11 @@ class Gyro(eqx.Module):
 
     sigma: Scalar = 0.0
     bias: Scalar = 0.0
+
+    def check(self) -> None:
+        """Refuse a noise or bias that is no number, by `InputError`."""
+        require("gyro sigma", self.sigma, "rad/s")
+        require("gyro bias", np.abs(self.bias), "rad/s")
 
     def start(self, state: Any, period: Scalar) -> tuple[Array, Array, Scalar]:
         """True attitude a period before, integrated attitude, period."""
@@ -86,6 +96,12 @@ class TableSensors(eqx.Module):
 
     gyro: Any = TrueTurn()
     tachometer: Any = Tachometer()
+
+    def check(self) -> None:
+        """Refuse what either refuses; a sensor of the user's own need not check anything."""
+        for sensor in (self.gyro, self.tachometer):
+            if hasattr(sensor, "check"):
+                sensor.check()
 
     def start(self, state: Any, period: Scalar) -> tuple[Any, Any]:
         """Memories of both."""

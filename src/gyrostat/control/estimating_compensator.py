@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from gyrostat._jax import jnp
 from gyrostat.control.attitude_pid import AttitudePID, PIDMemory
+from gyrostat.errors import InputError
 from gyrostat.estimate import MomentumEstimate, RateEstimate, RateObserver, WheelMomentumFilter
 from gyrostat.friction import Friction, Scalar
 from gyrostat.wheel import Wheel
@@ -142,6 +143,22 @@ class EstimatingCompensator(eqx.Module):
             current_limit=current_limit,
             delay=delay,
         )
+
+    def check(self) -> None:
+        """Refuse what leaves nothing to estimate with.
+
+        Raises:
+            InputError: an inertia, the noise of the tachometer or the observer's bandwidth is not
+                above zero.
+        """
+        for name, value in (
+            ("compensator wheel inertia", self.momentum.wheel_inertia),
+            ("compensator table inertia", self.momentum.table_inertia),
+            ("compensator speed sigma", self.momentum.speed_sigma),
+            ("compensator bandwidth", self.observer.bandwidth),
+        ):
+            if not np.all(np.asarray(value) > 0.0):
+                raise InputError(f"{name}: found {np.min(np.asarray(value)):g}, expected above 0")
 
     def start(self, period: Scalar) -> EstimatingMemory:
         """Nothing seen yet."""

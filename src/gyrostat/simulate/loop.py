@@ -10,7 +10,10 @@ from gyrostat.friction import Scalar
 
 
 class Plant(Protocol):
-    """What is controlled. It owns its physics and its dry friction."""
+    """What is controlled. It owns its physics and its dry friction.
+
+    A plant, sensor or controller may have `check()`, which refuses parameters by `InputError`.
+    """
 
     def __call__(self, state: Any, command: Any, time: Scalar, duration: Scalar) -> tuple[Any, Any]:
         """Carry the state over an interval of held command: the new state; whether resolved."""
@@ -22,10 +25,6 @@ class Plant(Protocol):
 
     def record(self, state: Any, command: Any) -> Any:
         """What is worth recording beside state and command."""
-        ...
-
-    def check(self) -> None:
-        """Refuse parameters that no plant has, by `InputError`."""
         ...
 
 

@@ -145,7 +145,12 @@ def simulate(
     if command_delay < 0:
         raise InputError(f"command delay: found {command_delay} periods, expected 0 or more")
     counts = {"count": count, "substeps": substeps, "command_delay": command_delay}
-    plant.check()
+    for part in (plant, controller, sensor):
+        check = getattr(part, "check", None)
+        if check is not None:
+            check()
+    if not all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(start)):
+        raise InputError(f"start: found {start}, expected finite numbers")
     items = jax.tree.map(_as_leaf, (plant, controller, sensor, start))
     if runs is None:
         found = _one(items, jax.random.key(seed), control_period, counts)

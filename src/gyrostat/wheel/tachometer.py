@@ -7,10 +7,33 @@ is sampled once in each control period.
 from typing import Any
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from gyrostat._jax import jax, jnp
+from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
+
+
+def require(name: str, value: Any, unit: str, *, positive: bool = False) -> None:
+    """Refuse a parameter of a sensor that is negative or not finite.
+
+    Args:
+        name: for the message.
+        value: one, or one for each run.
+        unit: for the message.
+        positive: whether zero is refused too.
+
+    Raises:
+        InputError: as said.
+    """
+    every = np.asarray(value, dtype=float)
+    bad = ~(np.isfinite(every) & (every >= 0.0)) | (positive & (every == 0.0))
+    if np.any(bad):
+        least = "above 0" if positive else "of 0 or more"
+        raise InputError(
+            f"{name}: found {every[bad].flat[0]:g}, expected a finite value {least} {unit}".rstrip()
+        )
 
 
 class Tachometer(eqx.Module):
@@ -21,6 +44,10 @@ class Tachometer(eqx.Module):
     """
 
     sigma: Scalar = 0.0
+
+    def check(self) -> None:
+        """Refuse a noise that is no number, by `InputError`."""
+        require("tachometer sigma", self.sigma, "rad/s")
 
     def start(self, state: Any, period: Scalar) -> tuple[()]:
         """It has no memory."""
@@ -45,6 +72,11 @@ class PulseTachometer(eqx.Module):
 
     pulses: Scalar
     gate_periods: int = eqx.field(static=True, default=1)
+
+    def check(self) -> None:
+        """Refuse a count that is not positive, by `InputError`."""
+        require("tachometer pulses", self.pulses, "", positive=True)
+        require("tachometer gate", self.gate_periods, "periods", positive=True)
 
     def _count(self, state: Any) -> Float[Array, ""]:
         return jnp.floor(state.wheel_angle * self.pulses / (2.0 * jnp.pi))
@@ -76,6 +108,11 @@ class LowPass(eqx.Module):
     sensor: Any
     time_constant: Scalar
 
+    def check(self) -> None:
+        """Refuse a time constant that is not positive, by `InputError`."""
+        require("low pass time constant", self.time_constant, "s", positive=True)
+        self.sensor.check()
+
     def start(self, state: Any, period: Scalar) -> tuple[Any, Array, Array, Scalar]:
         """Memory of the sensor, the filtered value, whether there is one, and its decay."""
         decay = jnp.exp(-period / self.time_constant)
@@ -99,6 +136,11 @@ class Delayed(eqx.Module):
 
     sensor: Any
     periods: int = eqx.field(static=True)
+
+    def check(self) -> None:
+        """Refuse a delay of less than one period, by `InputError`."""
+        require("sensor delay", self.periods, "periods", positive=True)
+        self.sensor.check()
 
     def start(self, state: Any, period: Scalar) -> Any:
         """Memory of the sensor, and the samples under way (none yet)."""
