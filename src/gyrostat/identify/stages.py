@@ -126,6 +126,13 @@ class _CoulombStage:
         return np.where(held, self.selection.values, self.values(reduced))
 
 
+def _rises_at_rest(selection: Selection, prediction: SpeedPrediction) -> bool:
+    """Whether the user gave a static torque above the Coulomb torque, as that of a wheel is."""
+    value = dict(zip(prediction.names, selection.values, strict=True))
+    vanishing = prediction.model.vanishing_at.items()
+    return any(n in selection.told and value[n] > value[other] for n, other in vanishing)
+
+
 def run_stages(
     selection: Selection,
     measure: Measurements,
@@ -150,7 +157,7 @@ def run_stages(
         return None if on_progress is None else partial(on_progress, stage)
 
     final = report("all parameters")
-    if selection.told & set(measure.prediction.model.vanishing_at):
+    if _rises_at_rest(selection, measure.prediction):
         # the first stage would throw the user's static torque away
         return refine(selection, measure, selection.values, loss, max_iterations, 0, final)
     stage = _CoulombStage(measure.prediction, selection)
