@@ -73,6 +73,7 @@ GOAL_IDS = {
         "peak95_hall_deg",
         "peak_max_hall_deg",
         "peak95_step30_deg",
+        "peak95_lugre_deg",
         "true_peak95_white_deg",
         "true_peak95_hall_deg",
         "chatter95_A",

@@ -9,8 +9,8 @@ from jaxtyping import Array, Bool
 
 from gyrostat._jax import jnp
 from gyrostat.errors import InputError
-from gyrostat.friction import Friction, Scalar
-from gyrostat.wheel import Contact, Driver, Motion, Wheel, slide
+from gyrostat.friction import LuGre, Scalar
+from gyrostat.wheel import Contact, Driver, Motion, Wheel, bend, slide
 
 
 class TableState(NamedTuple):
@@ -22,6 +22,7 @@ class TableState(NamedTuple):
         speed: of the wheel relative to the table, rad/s; exactly zero while it sticks.
         wheel_angle: turned by the wheel relative to the table, rad.
         current: in the motor, A.
+        bristle: deflection of the bristles, rad; zero where the friction has none.
     """
 
     attitude: Scalar
@@ -29,6 +30,7 @@ class TableState(NamedTuple):
     speed: Scalar
     wheel_angle: Scalar
     current: Scalar
+    bristle: Scalar
 
     UNITS = {  # noqa: RUF012
         "attitude": "rad",
@@ -36,6 +38,7 @@ class TableState(NamedTuple):
         "speed": "rad/s",
         "wheel_angle": "rad",
         "current": "A",
+        "bristle": "rad",
     }
 
 
@@ -74,7 +77,7 @@ class _Carrier(NamedTuple):
 class _OnTable(Contact):
     """Wheel and table over one interval of held command."""
 
-    friction: Friction
+    friction: Any
     table: "AirBearingTable"
     started_current: Scalar
     set_point: Scalar
@@ -165,7 +168,7 @@ class AirBearingTable(eqx.Module):
             rate: rad/s.
             speed: of the wheel relative to the table, rad/s.
         """
-        values = (attitude, rate, speed, 0.0, 0.0)
+        values = (attitude, rate, speed, 0.0, 0.0, 0.0)
         return TableState(*(jnp.asarray(value, dtype=float) for value in values))
 
     def __call__(
@@ -185,7 +188,11 @@ class AirBearingTable(eqx.Module):
         target = self.driver.set_point(command.current, state.speed, self.wheel.motor_constant)
         contact = _OnTable(self.wheel.friction, self, state.current, target, time)
         carrier = _Carrier(state.attitude, state.rate, state.wheel_angle)
-        motion, resolved = slide(contact, Motion(jnp.asarray(state.speed), carrier), duration)
+        motion, bristle = Motion(jnp.asarray(state.speed), carrier), state.bristle
+        if isinstance(self.wheel.friction, LuGre):
+            motion, bristle, resolved = bend(contact, motion, bristle, duration)
+        else:
+            motion, resolved = slide(contact, motion, duration)
         return (
             TableState(
                 attitude=motion.carrier.attitude,
@@ -193,6 +200,7 @@ class AirBearingTable(eqx.Module):
                 speed=motion.speed,
                 wheel_angle=motion.carrier.wheel_angle,
                 current=self.driver.current(state.current, target, duration),
+                bristle=bristle,
             ),
             resolved,
         )

@@ -10,7 +10,7 @@ from gyrostat._jax import jnp
 from gyrostat.control.attitude_pid import AttitudePID, PIDMemory
 from gyrostat.errors import InputError
 from gyrostat.estimate import MomentumEstimate, RateEstimate, RateObserver, WheelMomentumFilter
-from gyrostat.friction import Friction, Scalar
+from gyrostat.friction import Friction, Scalar, static_curve
 from gyrostat.wheel import Wheel
 
 MOMENTUM_FREQUENCY = 0.05
@@ -136,7 +136,7 @@ class EstimatingCompensator(eqx.Module):
         drift = MOMENTUM_FREQUENCY**2 * wheel.inertia * speed_sigma * jnp.sqrt(period)
         return cls(
             law=law,
-            friction=wheel.friction,
+            friction=static_curve(wheel.friction),
             motor_constant=wheel.motor_constant,
             momentum=WheelMomentumFilter(wheel.inertia, table_inertia, speed_sigma, drift),
             observer=RateObserver(table_inertia, bandwidth),

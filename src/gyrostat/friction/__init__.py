@@ -1,10 +1,11 @@
-"""Static friction models, one short file each; a new file is a new model, known everywhere."""
+"""Friction models, one short file each; a new static model is known everywhere by its file."""
 
 import importlib
 import pkgutil
 
 from gyrostat.friction.base import Friction, Scalar, parameter
 from gyrostat.friction.directional import DirectionalStribeck
+from gyrostat.friction.lugre import LuGre, static_curve
 from gyrostat.friction.stribeck import DEFAULT_STRIBECK_SPEED, Stribeck, stribeck_torque
 from gyrostat.friction.viscous_coulomb import ViscousCoulomb
 
@@ -21,9 +22,11 @@ __all__ = [
     "FRICTION_MODELS",
     "DirectionalStribeck",
     "Friction",
+    "LuGre",
     "Scalar",
     "Stribeck",
     "ViscousCoulomb",
     "parameter",
+    "static_curve",
     "stribeck_torque",
 ]

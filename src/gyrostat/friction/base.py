@@ -51,6 +51,10 @@ class Friction(eqx.Module):
             Torque, N·m, scalar.
         """
 
+    def viscous_torque(self, speed: Scalar, direction: Scalar) -> Scalar:
+        """The part of `torque` that bristles have no share in, N·m: none unless a model says so."""
+        return 0.0 * speed
+
     @abc.abstractmethod
     def speed_scale(self) -> Scalar:
         """Smallest speed over which the curve bends, rad/s; infinite for a straight line."""

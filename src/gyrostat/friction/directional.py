@@ -43,6 +43,10 @@ class DirectionalStribeck(Friction):
             self.stribeck_speed,
         )
 
+    def viscous_torque(self, speed: Scalar, direction: Scalar) -> Scalar:
+        """See `Friction.viscous_torque`."""
+        return jnp.where(direction > 0, self.viscous_positive, self.viscous_negative) * speed
+
     def speed_scale(self) -> Scalar:
         """See `Friction.speed_scale`."""
         return self.stribeck_speed

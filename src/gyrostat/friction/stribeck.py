@@ -46,6 +46,10 @@ class Stribeck(Friction):
             speed, direction, self.viscous, self.coulomb, self.static, self.stribeck_speed
         )
 
+    def viscous_torque(self, speed: Scalar, direction: Scalar) -> Scalar:
+        """See `Friction.viscous_torque`."""
+        return self.viscous * speed
+
     def speed_scale(self) -> Scalar:
         """See `Friction.speed_scale`."""
         return self.stribeck_speed

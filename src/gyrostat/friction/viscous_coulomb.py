@@ -22,6 +22,10 @@ class ViscousCoulomb(Friction):
         """See `Friction.torque`."""
         return self.viscous * speed + direction * self.coulomb
 
+    def viscous_torque(self, speed: Scalar, direction: Scalar) -> Scalar:
+        """See `Friction.viscous_torque`."""
+        return self.viscous * speed
+
     def speed_scale(self) -> Scalar:
         """See `Friction.speed_scale`: a straight line has none."""
         return float("inf")

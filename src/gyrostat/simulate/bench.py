@@ -8,6 +8,7 @@ import numpy as np
 from gyrostat._jax import jax, jnp
 from gyrostat._types import Vector
 from gyrostat.errors import InputError
+from gyrostat.friction import static_curve
 from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel, speed_response
 
@@ -33,7 +34,7 @@ class CurrentRange:
 
 def default_range(wheel: Wheel) -> CurrentRange:
     """Amplitudes that turn this wheel at low speed: 1.5 to 4 times its breakaway current."""
-    levels = [wheel.friction.breakaway_torque(sense) for sense in (1.0, -1.0)]
+    levels = [static_curve(wheel.friction).breakaway_torque(sense) for sense in (1.0, -1.0)]
     breakaway = float(max(levels)) / abs(float(wheel.motor_constant))
     return CurrentRange(1.5 * breakaway, 4.0 * breakaway)
 

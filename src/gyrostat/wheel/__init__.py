@@ -1,5 +1,6 @@
 """A reaction wheel with true dry friction, how it answers a current, and its model file."""
 
+from gyrostat.wheel.bristles import bend
 from gyrostat.wheel.contact import Contact, Motion
 from gyrostat.wheel.driver import Driver
 from gyrostat.wheel.model_file import WheelModel, read_model, write_model
@@ -20,6 +21,7 @@ __all__ = [
     "WheelModel",
     "WheelStep",
     "advance",
+    "bend",
     "read_model",
     "slide",
     "speed_response",

@@ -7,7 +7,7 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from gyrostat._jax import jnp
-from gyrostat.friction import Friction, Scalar
+from gyrostat.friction import Scalar
 
 
 class Motion(NamedTuple):
@@ -30,7 +30,8 @@ class Contact(eqx.Module):
     that F feels. L is the torque that friction must balance to hold the wheel at rest: F = L there.
     """
 
-    friction: eqx.AbstractVar[Friction]
+    friction: eqx.AbstractVar[Any]
+    """A static `Friction` for `slide`, a `LuGre` for `bend`."""
 
     @abc.abstractmethod
     def inertia(self) -> Scalar:

@@ -1,11 +1,11 @@
 """The speed of a wheel on a fixed bench, driven by a sampled current."""
 
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from jaxtyping import Array, Bool, Float
 
 from gyrostat._jax import jax, jnp
-from gyrostat.friction import Friction, Scalar
+from gyrostat.friction import Scalar
 from gyrostat.wheel.contact import Contact, Motion
 from gyrostat.wheel.stepping import slide
 from gyrostat.wheel.wheel import Wheel
@@ -26,7 +26,7 @@ class WheelStep(NamedTuple):
 class _FixedBench(Contact):
     """A wheel whose carrier does not move, with a current on a straight line in time."""
 
-    friction: Friction
+    friction: Any
     wheel: Wheel
     current: Scalar
     slope: Scalar

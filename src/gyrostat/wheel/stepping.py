@@ -15,7 +15,7 @@ from typing import NamedTuple
 from jaxtyping import Array, Bool, Float, Int
 
 from gyrostat._jax import jax, jnp
-from gyrostat.friction import Scalar
+from gyrostat.friction import Friction, Scalar
 from gyrostat.wheel.contact import Contact, Motion
 
 MAX_SEGMENTS = 1000
@@ -238,7 +238,12 @@ def slide(contact: Contact, motion: Motion, duration: Scalar) -> tuple[Motion, B
     Returns:
         The motion at the end, and whether the interval was resolved: False when it needed more than
         `MAX_SEGMENTS` segments. Differentiable in forward mode in every argument and parameter.
+
+    Raises:
+        TypeError: the friction is not static: bristles are for `bend`.
     """
+    if not isinstance(contact.friction, Friction):
+        raise TypeError(f"friction: found {type(contact.friction).__name__}, expected a static one")
     motion = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), motion)
     duration = jnp.asarray(duration, dtype=float)
 

@@ -2,7 +2,7 @@
 
 import equinox as eqx
 
-from gyrostat.friction import Friction, Scalar
+from gyrostat.friction import Friction, LuGre, Scalar
 
 
 class Wheel(eqx.Module):
@@ -19,7 +19,7 @@ class Wheel(eqx.Module):
 
     inertia: Scalar
     motor_constant: Scalar
-    friction: Friction
+    friction: Friction | LuGre
 
     def acceleration(self, speed: Scalar, current: Scalar, direction: Scalar) -> Scalar:
         """Angular acceleration of the turning rotor, rad/s².

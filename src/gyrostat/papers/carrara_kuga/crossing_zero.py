@@ -4,13 +4,12 @@ import numpy as np
 
 from gyrostat._jax import jax, jnp
 from gyrostat.body import TableCommand, TableSensors, TableState
-from gyrostat.papers.carrara_kuga.printed import SPEED_SIGMA
+from gyrostat.papers.carrara_kuga.printed import SPEED_SIGMA, STATISTICAL
 from gyrostat.papers.carrara_kuga.table import (
     PERIOD,
     PID,
     SPEED_MODE,
     TABLE,
-    WHEEL,
     TableRun,
     compensator,
     fly,
@@ -49,12 +48,12 @@ def crossing_zero(say: Say, *, quick: bool) -> Part:
     """
     say("carrara-kuga: the table crosses zero under PID, compensator and speed mode")
     pid, speed_mode = fly(PID, LONG), fly(SPEED_MODE, DURATION)
-    exact = fly(compensator(WHEEL.friction), DURATION)
+    exact = fly(compensator(STATISTICAL.friction()), DURATION)
     late = TableSensors(tachometer=Delayed(Tachometer(), LATE_SAMPLES))
-    delayed = fly(compensator(WHEEL.friction), DURATION, sensors=late)
+    delayed = fly(compensator(STATISTICAL.friction()), DURATION, sensors=late)
     seeds = QUICK_SEEDS if quick else SEEDS
     noisy = fly(
-        compensator(WHEEL.friction),
+        compensator(STATISTICAL.friction()),
         DURATION,
         sensors=TableSensors(tachometer=Tachometer(SPEED_SIGMA)),
         runs=seeds,

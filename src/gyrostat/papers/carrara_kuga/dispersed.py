@@ -4,6 +4,7 @@ Every run has the controller's model at a corner of c, b ±10 %, k_m ±2 %, T_s 
 ±3 %, a wheel that starts within ±40 rpm, one period of command delay and a noisy gyro.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -19,8 +20,8 @@ from gyrostat.control import (
     EstimatingCompensator,
     SpeedMode,
 )
-from gyrostat.friction import DirectionalStribeck, Friction
-from gyrostat.papers.carrara_kuga.printed import SPEED_SIGMA, STATISTICAL
+from gyrostat.friction import DirectionalStribeck, Friction, LuGre
+from gyrostat.papers.carrara_kuga.printed import INERTIA, SPEED_SIGMA, STATISTICAL, STRIBECK_SPEED
 from gyrostat.papers.carrara_kuga.table import (
     FAN_TORQUE,
     INITIAL_SPEED,
@@ -49,6 +50,10 @@ SPEED_SPREAD = 40.0 * RPM
 PULSES = 24.0
 STEP = 0.3
 """Share by which the friction changes at the crossing."""
+BRISTLE_LENGTH = 0.1
+"""rad: deflection at which bristles under the Coulomb torque slip."""
+BRISTLE_DAMPING = 0.3
+"""Damping ratio of the rotor on its bristles."""
 FILTER_TIME = 0.5
 """s: of the filtered tachometer."""
 GYRO = Gyro(sigma=np.radians(0.002))
@@ -68,6 +73,8 @@ SETTINGS = (
     "before to 20 s after.",
     "Hunting: no fan, wheel at rest, from 0.5 deg, c and T_s over-estimated by 10 %, 5 rpm noise; "
     "largest deviation from the mean over 600 s after the first 100 s.",
+    "Presliding: LuGre friction whose bristles bend by 0.1 rad under the Coulomb torque, damping "
+    "ratio 0.3.",
     "The compensator has one tuning for all cases: that of EstimatingCompensator.tuned for 5 rpm.",
 )
 
@@ -163,9 +170,19 @@ def _stepped(factor: float) -> AirBearingTable:
         coulomb_negative=STATISTICAL.coulomb,
         static_positive=STATISTICAL.static * factor,
         static_negative=STATISTICAL.static,
-        stribeck_speed=WHEEL.friction.parameters()["stribeck_speed"],
+        stribeck_speed=STRIBECK_SPEED,
     )
     wheel = Wheel(WHEEL.inertia, WHEEL.motor_constant, friction)
+    return AirBearingTable(TABLE_INERTIA, wheel, external_torque=FAN_TORQUE)
+
+
+def presliding() -> AirBearingTable:
+    """A wheel on bristles that bend by 0.1 rad before they slip, damping ratio 0.3."""
+    stiffness = STATISTICAL.coulomb / BRISTLE_LENGTH
+    damping = 2.0 * BRISTLE_DAMPING * math.sqrt(stiffness * INERTIA)
+    wheel = Wheel(
+        WHEEL.inertia, WHEEL.motor_constant, LuGre(STATISTICAL.friction(), stiffness, damping)
+    )
     return AirBearingTable(TABLE_INERTIA, wheel, external_torque=FAN_TORQUE)
 
 
@@ -185,7 +202,7 @@ class Outcome:
 
     Attributes:
         peaks: case -> attitude peaks from the gyro, deg; "step30" holds the worse sign.
-        true_peaks: case -> peaks of the true attitude, deg.
+        true_peaks: case -> peaks of the true attitude, deg; of the white and Hall cases.
         chatter: of the white and Hall cases, A.
         changes: of sign of the current in these, 1/s.
         hunting: deg.
@@ -213,25 +230,18 @@ def evaluate(contender: Contender, runs: int) -> Outcome:
     }
     peaks = {name: _gyro_peaks(flown) for name, flown in cases.items()}
     true = {name: np.degrees(f.largest(f.attitude, 5.0, 60.0)) for name, f in cases.items()}
-    stepped = [
-        fly(
-            controller,
-            DURATION,
-            plant=_stepped(factor),
-            sensors=contender.white,
-            start=start,
-            **options,
-        )
-        for factor in (1.0 - STEP, 1.0 + STEP)
+    plants = [_stepped(1.0 - STEP), _stepped(1.0 + STEP), presliding()]
+    *stepped, lugre = [
+        fly(controller, DURATION, plant=plant, sensors=contender.white, start=start, **options)
+        for plant in plants
     ]
     worse = max(stepped, key=lambda f: np.percentile(_gyro_peaks(f), 95.0))
-    peaks["step30"] = _gyro_peaks(worse)
-    true["step30"] = np.degrees(worse.largest(worse.attitude, 5.0, 60.0))
+    peaks |= {"step30": _gyro_peaks(worse), "lugre": _gyro_peaks(lugre)}
     noise = [_chatter(flown) for flown in cases.values()]
     sure = replace(_corners(random, 1), friction=scaled(1.1, 1.1))
     sure = replace(sure, motor_constant=WHEEL.motor_constant, table_inertia=TABLE_INERTIA)
     hunts = settled(contender.make(sure), sensors=contender.white, **options)
-    flights = (*cases.values(), *stepped, hunts)
+    flights = (*cases.values(), *stepped, lugre, hunts)
     return Outcome(
         peaks,
         true,

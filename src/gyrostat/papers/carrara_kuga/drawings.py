@@ -29,8 +29,8 @@ NEAR_ZERO = 16.0 * RPM
 def friction_drawing() -> Drawing:
     """Fig. 2: the friction curve of both columns of Table 1, whole and near zero speed."""
     wheels = (
-        (STATISTICAL.wheel().friction, MODEL, "statistical"),
-        (DETERMINISTIC.wheel().friction, MARK, "deterministic"),
+        (STATISTICAL.friction(), MODEL, "statistical"),
+        (DETERMINISTIC.friction(), MARK, "deterministic"),
     )
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 3.4), layout="constrained")

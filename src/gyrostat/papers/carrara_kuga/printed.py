@@ -45,15 +45,18 @@ class Column:
     coulomb: float
     static: float
 
-    def wheel(self) -> Wheel:
-        """The wheel with these parameters."""
-        friction = Stribeck(
+    def friction(self) -> Stribeck:
+        """The friction with these parameters."""
+        return Stribeck(
             viscous=self.viscous,
             coulomb=self.coulomb,
             static=self.static,
             stribeck_speed=STRIBECK_SPEED,
         )
-        return Wheel(inertia=INERTIA, motor_constant=self.motor_constant, friction=friction)
+
+    def wheel(self) -> Wheel:
+        """The wheel with these parameters."""
+        return Wheel(inertia=INERTIA, motor_constant=self.motor_constant, friction=self.friction())
 
 
 DETERMINISTIC = Column(0.0270, 5.16e-6, 0.8795e-3, 0.8795e-3)

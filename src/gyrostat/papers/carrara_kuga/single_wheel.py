@@ -87,7 +87,7 @@ def _coast() -> Claim:
 
 
 def _jump() -> Claim:
-    friction = STATISTICAL.wheel().friction
+    friction = STATISTICAL.friction()
     jump = float(friction.torque(0.0, 1.0)) - float(friction.torque(0.0, -1.0))
     return Claim(
         id="stribeck.jump_at_zero_speed",

@@ -11,7 +11,7 @@ from gyrostat._types import Vector
 from gyrostat.body import AirBearingTable, TableSensors, TableState
 from gyrostat.control import AttitudePID, CurrentMode, DynamicModelCompensator, SpeedMode
 from gyrostat.friction import Friction, Stribeck
-from gyrostat.papers.carrara_kuga.printed import STATISTICAL
+from gyrostat.papers.carrara_kuga.printed import STATISTICAL, STRIBECK_SPEED
 from gyrostat.simulate import simulate
 from gyrostat.units import RPM
 
@@ -40,7 +40,7 @@ def scaled(coulomb: Any, static: Any = 1.0, viscous: Any = 1.0) -> Stribeck:
         viscous=STATISTICAL.viscous * viscous,
         coulomb=STATISTICAL.coulomb * coulomb,
         static=STATISTICAL.static * static,
-        stribeck_speed=WHEEL.friction.parameters()["stribeck_speed"] * jnp.ones_like(coulomb),
+        stribeck_speed=STRIBECK_SPEED * jnp.ones_like(coulomb),
     )
 
 

@@ -1,5 +1,6 @@
 """Figures of the air-bearing table, like the paper's figures 7, 8, 10 and 11."""
 
+import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -63,7 +64,7 @@ def peaks_drawing(peaks: Mapping[str, Mapping[str, Vector]], goal: float) -> Dra
         goal: in 95 % of the runs, deg.
     """
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 3.4), layout="constrained")
+        figure = Figure(figsize=(9.0, 3.8), layout="constrained")
         columns = np.atleast_1d(figure.subplots(1, len(peaks), sharey=True))
         for axes, (case, controllers) in zip(columns, peaks.items(), strict=True):
             for colour, (name, values) in zip(COLOURS, controllers.items(), strict=False):
@@ -72,7 +73,7 @@ def peaks_drawing(peaks: Mapping[str, Mapping[str, Vector]], goal: float) -> Dra
                 axes.step(ordered, 100.0 * share, where="post", color=colour, lw=1.3, label=name)
             axes.axvline(goal, color="#22262b", lw=0.8, ls="--", label="goal for 95 %")
             axes.set_xscale("log")
-            axes.set_title(case, fontsize=9)
+            axes.set_title(textwrap.fill(case, 32), fontsize=8)
             axes.set_xlabel("attitude peak (deg)")
         columns[0].set_ylabel("runs below (%)")
         columns[0].legend(loc="lower right", fontsize=7)

@@ -1,0 +1,62 @@
+"""Stepping of a wheel whose friction is that of bristles: stiff, smooth, with no stick rule."""
+
+from typing import Any
+
+from jax.flatten_util import ravel_pytree
+from jaxtyping import Array, Bool, Float
+
+from gyrostat._jax import jax, jnp
+from gyrostat.friction import LuGre, Scalar
+from gyrostat.wheel.contact import Contact, Motion
+from gyrostat.wheel.rodas import integrate
+
+TOLERANCE = 1e-8
+"""Largest error of a step, over the scales below or the state itself."""
+CARRIER_SCALE = 1e-2
+"""rad, rad/s: what counts in the motion of a carrier."""
+SLOWEST = 1e-2
+"""rad/s: scale of the speed where the friction curve has none."""
+
+
+def bend(
+    contact: Contact, motion: Motion, deflection: Scalar, duration: Scalar
+) -> tuple[Motion, Float[Array, ""], Bool[Array, ""]]:
+    """Carry a wheel, its bristles and its carrier over one interval.
+
+    Args:
+        contact: the equations of motion; its friction is LuGre.
+        motion: at the start.
+        deflection: of the bristles at the start, rad.
+        duration: s.
+
+    Returns:
+        Motion and deflection at the end, and whether the asked accuracy was kept: False when it
+        needed too many steps. Differentiable in forward mode.
+
+    Raises:
+        TypeError: another friction.
+    """
+    friction = contact.friction
+    if not isinstance(friction, LuGre):
+        raise TypeError(f"friction: found {type(friction).__name__}, expected LuGre")
+    whole = (motion.speed, deflection, motion.carrier)
+    state, unravel = ravel_pytree(jax.tree.map(lambda y: jnp.asarray(y, dtype=float), whole))
+
+    def field(state: Array, time: Scalar) -> Array:
+        speed, deflection, carrier = unravel(state)
+        torque = friction.torque(speed, deflection)
+        rates: tuple[Any, Any, Any] = (
+            (contact.load(carrier, time) - torque) / contact.inertia(),
+            friction.deflection_rate(speed, deflection),
+            contact.carrier_rate(carrier, speed, torque, time),
+        )
+        return ravel_pytree(rates)[0]
+
+    curve_scale = friction.curve.speed_scale()
+    scale = jnp.full_like(state, CARRIER_SCALE)
+    scale = scale.at[0].set(jnp.where(jnp.isinf(curve_scale), SLOWEST, curve_scale))
+    scale = scale.at[1].set(friction.level(0.0) / friction.stiffness)
+    scale = jax.lax.stop_gradient(scale)
+    state, resolved = integrate(field, state, duration, scale=scale, tolerance=TOLERANCE)
+    speed, deflection, carrier = unravel(state)
+    return Motion(speed, carrier), jnp.asarray(deflection), resolved

@@ -1,0 +1,170 @@
+"""Wheels on bristles against an implicit solver, and the rest of a held wheel over hours."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from gyrostat._jax import jax, jnp
+from gyrostat.body import AirBearingTable, TableCommand
+from gyrostat.friction import LuGre, Stribeck
+from gyrostat.wheel import Wheel, slide
+from gyrostat.wheel.rodas import integrate
+
+CURVE = Stribeck(4.83e-6, 0.8795e-3, 0.9055e-3, 0.418879)
+BENT = LuGre(CURVE, 0.8795e-2, 2.2e-3)
+J, TABLE, MOTOR = 1.5e-3, 0.495, 0.0228
+
+
+def table(friction, **options):
+    return AirBearingTable(TABLE, Wheel(J, MOTOR, friction), **options)
+
+
+@jax.jit
+def carried(plant, state, currents, duration):
+    """The table under one held current after another."""
+
+    def tick(state, current):
+        state, resolved = plant(state, TableCommand(current), 0.0, duration)
+        return state, (state, resolved)
+
+    return jax.lax.scan(tick, state, currents)[1]
+
+
+def reference(friction, currents, duration, fan):
+    """Speed, deflection, attitude and rate by Radau, an interval at a time."""
+    y, rows = np.zeros(4), []
+    b, c, ts, ws = (float(v) for v in friction.curve.parameters().values())
+
+    def rate(_, y, current):
+        w, z, _, omega = y
+        level = c + (ts - c) * np.exp(-((w / ws) ** 2))
+        z_rate = w - float(friction.stiffness) * abs(w) * z / level
+        torque = float(friction.stiffness) * z + float(friction.damping) * z_rate + b * w
+        turn = (fan - MOTOR * current + torque) / TABLE
+        return [(MOTOR * current - torque) / J - turn, z_rate, omega, turn]
+
+    for current in currents:
+        y = solve_ivp(rate, (0.0, duration), y, "Radau", rtol=1e-11, atol=1e-15, args=(current,)).y[
+            :, -1
+        ]
+        rows.append(y)
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("stiffer", [1.0, 1e4])
+def test_agrees_with_an_implicit_solver(stiffer):
+    """Through breakaway, sliding, reversal and presliding; bristles soft, and stiff as metal."""
+    friction = LuGre(CURVE, stiffer * BENT.stiffness, np.sqrt(stiffer) * BENT.damping)
+    currents = np.repeat([0.06, -0.05, -0.06, 0.02, 0.03], 12)
+    plant = table(friction, external_torque=1e-4)
+    states, resolved = carried(plant, plant.start(), jnp.asarray(currents), 0.5)
+    assert np.all(resolved)
+    expected = reference(friction, currents, 0.5, 1e-4)
+    found = np.column_stack([states.speed, states.bristle, states.attitude, states.rate])
+    scale = np.max(np.abs(expected), axis=0)
+    assert np.max(np.abs(found - expected) / scale) < 1e-6
+
+
+def test_a_held_wheel_does_not_creep():
+    """A constant current below breakaway for 10 000 s: bent, at rest, and not drifting."""
+    plant = table(BENT)
+    current = 0.8 * 0.8795e-3 / MOTOR
+    start = plant.start()
+    states, resolved = carried(plant, start, jnp.full(1000, current), 10.0)
+    assert np.all(resolved)
+    settled = np.asarray(states.bristle)[5:]
+    np.testing.assert_allclose(settled, MOTOR * current / BENT.stiffness, rtol=1e-6)
+    turned = np.asarray(states.wheel_angle)
+    # friction regularised over 0.01 rad/s would have turned the wheel by 100 rad
+    assert abs(turned[-1] - turned[10]) < 1e-5
+    assert np.max(np.abs(np.asarray(states.speed)[10:])) < 1e-8
+
+
+def test_presliding_is_a_damped_spring():
+    """Small oscillation about the bent state: frequency and damping of the linear system."""
+    plant = table(BENT)
+    current = 0.1 * 0.8795e-3 / MOTOR
+    times = 0.02
+    states, _ = carried(plant, plant.start(), jnp.full(200, current), times)
+    inertia = J * TABLE / (J + TABLE)
+    omega = np.sqrt(BENT.stiffness / inertia)
+    damping = (BENT.damping + CURVE.viscous) / (2.0 * inertia * omega)
+    t = times * np.arange(1, 201)
+    damped = omega * np.sqrt(1.0 - damping**2)
+    steady = MOTOR * current / BENT.stiffness
+    decay = np.exp(-damping * omega * t)
+    expected = steady * (
+        1.0 - decay * (np.cos(damped * t) + damping * omega / damped * np.sin(damped * t))
+    )
+    # the bristles slip a little at a tenth of the level: to that order the spring is linear
+    assert np.max(np.abs(np.asarray(states.bristle) - expected)) < 0.12 * steady
+
+
+def test_momentum_is_conserved():
+    plant = table(BENT)
+    start = plant.start(speed=3.0)
+    states, _ = carried(plant, start, jnp.asarray(np.tile([0.05, -0.05], 50)), 0.3)
+    momentum = plant.momentum(states)
+    np.testing.assert_allclose(momentum, float(plant.momentum(start)), rtol=1e-12)
+
+
+def test_sensitivities_are_those_of_differences():
+    def end(coulomb, stiffness):
+        curve = Stribeck(4.83e-6, coulomb, 0.9055e-3, 0.418879)
+        plant = table(LuGre(curve, stiffness, BENT.damping))
+        return carried(plant, plant.start(), jnp.asarray([0.06] * 5 + [-0.05] * 5), 0.5)[0].speed[
+            -1
+        ]
+
+    point = (0.8795e-3, BENT.stiffness)
+    for k in range(2):
+        step = 1e-4 * point[k]
+        ahead, behind = (
+            tuple(p + (s * step if i == k else 0.0) for i, p in enumerate(point)) for s in (1, -1)
+        )
+        difference = (float(end(*ahead)) - float(end(*behind))) / (2.0 * step)
+        tangent = tuple(1.0 if i == k else 0.0 for i in range(2))
+        slope = float(jax.jvp(end, point, tangent)[1])
+        assert slope == pytest.approx(difference, rel=1e-4)
+
+
+def test_the_integrator_is_of_fourth_order():
+    """Fixed steps on a stiff problem with forcing, against Radau."""
+    from gyrostat.wheel.rodas import _step
+
+    def field(y, t):
+        return jnp.array([-20.0 * (y[0] - jnp.cos(t)), 0.3 * y[0] * y[1] - jnp.sin(t)])
+
+    exact = solve_ivp(
+        lambda t, y: np.array([-20.0 * (y[0] - np.cos(t)), 0.3 * y[0] * y[1] - np.sin(t)]),
+        (0.0, 2.0),
+        [0.0, 1.0],
+        "Radau",
+        rtol=1e-13,
+        atol=1e-14,
+    ).y[:, -1]
+    errors = []
+    step = jax.jit(lambda y, t, h: _step(field, y, t, h)[0])
+    for count in (40, 80, 160):
+        y = jnp.array([0.0, 1.0])
+        for k in range(count):
+            y = step(y, 2.0 * k / count, 2.0 / count)
+        errors.append(np.max(np.abs(np.asarray(y) - exact)))
+    assert np.all(np.diff(-np.log2(errors)) > 3.6)
+
+
+def test_too_hard_an_interval_is_said():
+    """A pole inside the interval cannot be passed, and is not passed over in silence."""
+    _, resolved = integrate(
+        lambda y, t: y**2, jnp.array([1.0]), 2.0, scale=jnp.ones(1), tolerance=1e-8
+    )
+    assert not bool(resolved)
+
+
+def test_bristles_are_not_taken_for_static_friction():
+    from gyrostat.wheel import Motion
+    from gyrostat.wheel.response import _FixedBench
+
+    bench = _FixedBench(BENT, Wheel(J, MOTOR, BENT), 0.1, 0.0)
+    with pytest.raises(TypeError, match="found LuGre"):
+        slide(bench, Motion(jnp.array(0.0), ()), 1.0)
