@@ -3,7 +3,7 @@
 import numpy as np
 
 from gyrostat._jax import jax, jnp
-from gyrostat.body import TableCommand, TableSensors, TableState
+from gyrostat.body import TableCommand, TableSensors
 from gyrostat.papers.carrara_kuga.printed import SPEED_SIGMA, STATISTICAL
 from gyrostat.papers.carrara_kuga.table import (
     PERIOD,
@@ -206,7 +206,8 @@ def stick_time(flown: TableRun) -> float:
     speed = flown.speed[0]
     before = int(np.argmax(speed >= 0.0)) - 1
     free = int(np.argmax(speed > 0.0)) - 1
-    state = TableState(*(jnp.asarray(v) for v in _state_at(flown, before)))
+    # the wheel's own motion over one period does not depend on attitude, rate or angle
+    state = TABLE.start(speed=speed[before])._replace(current=jnp.asarray(flown.current[0, before]))
     step = jax.jit(TABLE.__call__)
     command = TableCommand(jnp.asarray(flown.current[0, before]))
     low, high = 0.0, PERIOD
@@ -215,11 +216,6 @@ def stick_time(flown: TableRun) -> float:
         landed = float(step(state, command, 0.0, middle)[0].speed) >= 0.0
         low, high = (low, middle) if landed else (middle, high)
     return float(flown.time[free] - flown.time[before] - high)
-
-
-def _state_at(flown: TableRun, index: int) -> tuple[float, ...]:
-    # the wheel's own motion over one period does not depend on attitude, rate or angle
-    return 0.0, 0.0, float(flown.speed[0, index]), 0.0, float(flown.current[0, index])
 
 
 def _limit_cycle() -> tuple[Claim, ...]:
