@@ -105,6 +105,7 @@ class Contender:
     Attributes:
         key: in the ids of its claims.
         name: for a person.
+        colour: of its lines.
         make: builds it from what it believes.
         white: sensors with white tachometer noise.
         hall: sensors with counted pulses.
@@ -112,6 +113,7 @@ class Contender:
 
     key: str
     name: str
+    colour: str
     make: Callable[[Known], Any]
     white: TableSensors = field(default=WHITE)
     hall: TableSensors = field(default=HALL)
@@ -128,12 +130,13 @@ def _model_compensator(known: Known) -> DynamicModelCompensator:
 
 
 CONTENDERS = (
-    Contender("compensator", "estimating compensator", _estimating),
-    Contender("pid", "PID", lambda known: CurrentMode(LAW, known.motor_constant)),
-    Contender("dmc_raw", "model compensator, raw tachometer", _model_compensator),
+    Contender("compensator", "estimating compensator", "#1f5fa8", _estimating),
+    Contender("pid", "PID", "#c8461e", lambda known: CurrentMode(LAW, known.motor_constant)),
+    Contender("dmc_raw", "model compensator, raw tachometer", "#d99a2b", _model_compensator),
     Contender(
         "dmc_filtered",
         "model compensator, filtered tachometer",
+        "#8a8f98",
         _model_compensator,
         white=FILTERED,
         hall=FILTERED_HALL,
@@ -141,6 +144,7 @@ CONTENDERS = (
     Contender(
         "speed_mode",
         "speed mode",
+        "#3f8f5b",
         lambda known: SpeedMode(LAW, WHEEL.inertia, known.motor_constant),
     ),
 )

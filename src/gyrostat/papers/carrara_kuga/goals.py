@@ -116,9 +116,11 @@ def goals(say: Say, *, quick: bool) -> Part:
         say(f"carrara-kuga: {RUNS} dispersed runs in each case, {contender.name}")
         outcomes[contender] = evaluate(contender, RUNS)
     peaks = {CASES[case]: {c.name: o.peaks[case] for c, o in outcomes.items()} for case in CASES}
+    wanted = {what: QUANTITIES[f"peak95_{case}_deg"][2] or 0.0 for case, what in CASES.items()}
+    colours = {c.name: c.colour for c in CONTENDERS}
     return Part(
         claims=tuple(claim for c, o in outcomes.items() for claim in _claims(c, o)),
-        drawings=(together, peaks_drawing(peaks, GOAL)),
+        drawings=(together, peaks_drawing(peaks, colours, wanted)),
         settings=SETTINGS,
     )
 

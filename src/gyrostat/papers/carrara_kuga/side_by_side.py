@@ -7,7 +7,6 @@ from matplotlib.figure import Figure
 from gyrostat._types import Vector
 from gyrostat.papers.carrara_kuga.dispersed import CONTENDERS, DURATION, Contender, Known
 from gyrostat.papers.carrara_kuga.table import TABLE_INERTIA, WHEEL, TableRun, fly, scaled
-from gyrostat.papers.carrara_kuga.table_drawings import COLOURS
 from gyrostat.papers.reproduction import Drawing
 from gyrostat.report.figures import STYLE
 
@@ -37,12 +36,12 @@ def crossing_figure() -> Figure:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 5.6), layout="constrained")
         whole, close, current = figure.subplots(3, 1, sharex=True, height_ratios=[1.3, 1.3, 1.0])
-        for contender, flown, colour in zip(contenders, flights, COLOURS[1:], strict=True):
+        for contender, flown in zip(contenders, flights, strict=True):
             time, attitude = _around(flown, np.degrees(flown.attitude))
             for axes in (whole, close):
-                axes.plot(time, attitude, color=colour, lw=1.3, label=contender.name)
+                axes.plot(time, attitude, color=contender.colour, lw=1.3, label=contender.name)
             if contender.key in ("dmc_raw", "compensator"):
-                current.plot(*_around(flown, 1e3 * flown.current), color=colour, lw=0.9)
+                current.plot(*_around(flown, 1e3 * flown.current), color=contender.colour, lw=0.9)
         for axes in (whole, close):
             axes.set_ylabel("attitude\nerror (deg)")
         close.set_ylim(-0.25, 0.25)

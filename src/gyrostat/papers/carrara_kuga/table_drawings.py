@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 LAST = 400.0
 """s: end of the time axis."""
-COLOURS = ("#8a8f98", "#c8461e", "#d99a2b", "#3f8f5b", "#1f5fa8")
 
 
 def attitude_drawing(title: str, flown: "TableRun") -> Drawing:
@@ -56,27 +55,34 @@ def current_drawing(title: str, flown: "TableRun", *, parts: bool) -> Drawing:
     return Drawing(title, figure, caption)
 
 
-def peaks_drawing(peaks: Mapping[str, Mapping[str, Vector]], goal: float) -> Drawing:
+def peaks_drawing(
+    peaks: Mapping[str, Mapping[str, Vector]],
+    colours: Mapping[str, str],
+    goals: Mapping[str, float],
+) -> Drawing:
     """Share of the dispersed runs below a peak, for each case and controller.
 
     Args:
         peaks: case -> controller -> attitude peaks, deg.
-        goal: in 95 % of the runs, deg.
+        colours: controller -> colour of its line.
+        goals: case -> peak wanted in 95 % of the runs, deg.
     """
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 3.8), layout="constrained")
+        figure = Figure(figsize=(9.0, 4.2), layout="constrained")
         columns = np.atleast_1d(figure.subplots(1, len(peaks), sharey=True))
         for axes, (case, controllers) in zip(columns, peaks.items(), strict=True):
-            for colour, (name, values) in zip(COLOURS, controllers.items(), strict=False):
+            for name, values in controllers.items():
                 ordered = np.sort(values)
                 share = np.arange(1, len(ordered) + 1) / len(ordered)
-                axes.step(ordered, 100.0 * share, where="post", color=colour, lw=1.3, label=name)
-            axes.axvline(goal, color="#22262b", lw=0.8, ls="--", label="goal for 95 %")
+                axes.step(
+                    ordered, 100.0 * share, where="post", color=colours[name], lw=1.3, label=name
+                )
+            axes.axvline(goals[case], color="#22262b", lw=0.8, ls="--", label="goal for 95 %")
             axes.set_xscale("log")
             axes.set_title(textwrap.fill(case, 32), fontsize=8)
             axes.set_xlabel("attitude peak (deg)")
         columns[0].set_ylabel("runs below (%)")
-        columns[0].legend(loc="lower right", fontsize=7)
+        figure.legend(*columns[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return Drawing(
         "Peaks of the dispersed runs",
         figure,
