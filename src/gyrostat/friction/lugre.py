@@ -13,7 +13,7 @@ from gyrostat.friction.viscous_coulomb import ViscousCoulomb
 
 
 class LuGre(eqx.Module):
-    """dz/dt = w - s_0 |w| z / g(w) and F = s_0 z + s_1 dz/dt + b w.
+    """dz/dt = w - s_0 abs(w) z / g(w) and F = s_0 z + s_1 dz/dt + b w.
 
     C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of systems
     with friction", IEEE Transactions on Automatic Control 40 (1995); Moreira, Lopes and Kuga,
