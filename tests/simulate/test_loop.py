@@ -69,6 +69,7 @@ def test_histories_have_names_units_and_coordinates(quiet):
         "speed": "rad/s",
         "wheel_angle": "rad",
         "current": "A",
+        "bristle": "rad",
         "measured_attitude": "rad",
         "measured_rate": "rad/s",
         "measured_speed": "rad/s",

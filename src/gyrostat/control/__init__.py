@@ -4,6 +4,12 @@ from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.command import CurrentCommand
 from gyrostat.control.estimating_compensator import EstimatingCompensator
 from gyrostat.control.model_compensator import DynamicModelCompensator
+from gyrostat.control.momentum_control import (
+    FrictionScaleControl,
+    FrictionTorqueControl,
+    MomentumCommand,
+    ProportionalMomentumControl,
+)
 from gyrostat.control.speed_mode import SpeedMode
 
 __all__ = [
@@ -12,5 +18,9 @@ __all__ = [
     "CurrentMode",
     "DynamicModelCompensator",
     "EstimatingCompensator",
+    "FrictionScaleControl",
+    "FrictionTorqueControl",
+    "MomentumCommand",
+    "ProportionalMomentumControl",
     "SpeedMode",
 ]

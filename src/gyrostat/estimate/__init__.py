@@ -1,6 +1,19 @@
 """Estimators that run on line: fixed effort in every sample."""
 
+from gyrostat.estimate.friction_scale import FrictionScaleEstimate, FrictionScaleFilter
+from gyrostat.estimate.friction_torque import FrictionTorqueEstimate, FrictionTorqueFilter
 from gyrostat.estimate.rate_observer import RateEstimate, RateObserver
+from gyrostat.estimate.torque_walk import TorqueWalk
 from gyrostat.estimate.wheel_momentum import MomentumEstimate, WheelMomentumFilter
 
-__all__ = ["MomentumEstimate", "RateEstimate", "RateObserver", "WheelMomentumFilter"]
+__all__ = [
+    "FrictionScaleEstimate",
+    "FrictionScaleFilter",
+    "FrictionTorqueEstimate",
+    "FrictionTorqueFilter",
+    "MomentumEstimate",
+    "RateEstimate",
+    "RateObserver",
+    "TorqueWalk",
+    "WheelMomentumFilter",
+]

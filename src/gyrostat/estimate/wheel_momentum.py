@@ -5,6 +5,7 @@ from typing import NamedTuple
 import equinox as eqx
 
 from gyrostat._jax import jnp
+from gyrostat.estimate.torque_walk import TorqueWalk, correct, predict
 from gyrostat.friction import Scalar
 
 UNKNOWN_TORQUE = 10.0
@@ -67,14 +68,8 @@ class WheelMomentumFilter(eqx.Module):
 
     def predict(self, estimate: MomentumEstimate, period: Scalar) -> MomentumEstimate:
         """Carry an estimate over a period, s."""
-        drift = self.torque_drift**2 * period
-        own, both, torque = estimate[2:5]
-        return estimate._replace(
-            momentum=estimate.momentum + period * estimate.torque,
-            momentum_variance=own + period * (2.0 * both + period * (torque + drift / 3.0)),
-            covariance=both + period * (torque + 0.5 * drift),
-            torque_variance=torque + drift,
-        )
+        walk = predict(TorqueWalk(*estimate[:5]), self.torque_drift, period)
+        return MomentumEstimate(*walk, *estimate[5:])
 
     def correct(self, estimate: MomentumEstimate, speed: Scalar, rate: Scalar) -> MomentumEstimate:
         """Take in a sample of tachometer and gyro.
@@ -86,30 +81,18 @@ class WheelMomentumFilter(eqx.Module):
         """
         measured = self.wheel_inertia * speed + (self.table_inertia + self.wheel_inertia) * rate
         noise = (self.wheel_inertia * self.speed_sigma) ** 2
-        own, both, torque = estimate[2:5]
-        total = own + noise
-        first, second = own / total, both / total
-        innovation = measured - estimate.momentum
-        keeps = noise / total  # 1 - first without its cancellation
-        mean = estimate.surprise + (innovation / jnp.sqrt(total) - estimate.surprise) / MEMORY
+        walk, innovation, variance = correct(TorqueWalk(*estimate[:5]), measured, noise)
+        mean = estimate.surprise + (innovation / jnp.sqrt(variance) - estimate.surprise) / MEMORY
         # a mean of white innovations over this memory has this variance
         surprised = mean**2 > SURPRISE**2 / (2.0 * MEMORY - 1.0)
-        # scalar measurement: this is the Joseph form, term by term
-        corrected = MomentumEstimate(
-            momentum=estimate.momentum + first * innovation,
-            torque=estimate.torque + second * innovation,
-            momentum_variance=first * noise,
-            covariance=keeps * both,
-            torque_variance=torque - second * both + jnp.where(surprised, JUMP**2 * noise, 0.0),
-            surprise=jnp.where(surprised, 0.0, mean),
-            started=jnp.ones_like(total),
-        )
-        zero = jnp.zeros_like(total)
-        unknown = UNKNOWN_TORQUE**2 * noise
-        first_one = MomentumEstimate(measured, zero, noise, zero, unknown, zero, zero + 1.0)
+        jump = jnp.where(surprised, JUMP**2 * noise, 0.0)
+        walk = walk._replace(torque_variance=walk.torque_variance + jump)
+        zero, one = jnp.zeros_like(innovation), jnp.ones_like(innovation)
+        goes_on = MomentumEstimate(*walk, jnp.where(surprised, 0.0, mean), one)
+        first = MomentumEstimate(measured, zero, noise, zero, UNKNOWN_TORQUE**2 * noise, zero, one)
         begins = estimate.started == 0.0
         return MomentumEstimate(
-            *(jnp.where(begins, a, b) for a, b in zip(first_one, corrected, strict=True))
+            *(jnp.where(begins, a, b) for a, b in zip(first, goes_on, strict=True))
         )
 
     def speed(self, estimate: MomentumEstimate, rate: Scalar) -> tuple[Scalar, Scalar]:

@@ -130,7 +130,8 @@ def simulate(
 
     Returns:
         Histories over `time` (and `run`): every field of state, measurement, command and record
-        under its own name, with units; a measurement or command with the name of a state has
+        under its own name, with units; a measurement or command with a name that the plant has
+        already has
         `measured_` or `commanded_` before it.
         `status` says how a run ended, `valid_until` when; later values are NaN, never numbers.
 
@@ -198,9 +199,9 @@ def _labelled(histories: Histories, period: float) -> "xr.Dataset":
     variables: dict[str, Any] = {}
     for prefix, signals in (
         ("", histories.state),
+        ("recorded_", histories.record),
         ("measured_", histories.measurement),
         ("commanded_", histories.command),
-        ("recorded_", histories.record),
     ):
         units = getattr(signals, "UNITS", {})
         for name, values in signals._asdict().items():
