@@ -12,7 +12,10 @@ rests on measurements that are not published, and ours only where the paper give
 is tuned until it holds.
 """
 
-PAPERS = {"carrara-kuga": "Carrara and Kuga, Estimating friction parameters in reaction wheels"}
+PAPERS = {
+    "carrara-kuga": "Carrara and Kuga, Estimating friction parameters in reaction wheels",
+    "moreira-lopes-kuga": "Moreira, Lopes and Kuga, Estimation of torque in a reaction wheel",
+}
 
 
 def shown(value):
