@@ -71,5 +71,6 @@ def test_a_quick_run_judges_every_claim(tmp_path):
     assert ours["scale.friction_step_s"] < 120.0
     assert ours["scale.settling_ratio"] > 3.0
     assert ours["scale.overshoot_Nms"] < 0.01
+    assert ours["scale.profile_error_rms_Nms"] < 0.1 * ours["kf.profile_error_rms_Nms"]
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert page.count("<svg") == 5
+    assert page.count("<svg") == 6

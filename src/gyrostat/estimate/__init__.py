@@ -4,6 +4,7 @@ from gyrostat.estimate.friction_scale import FrictionScaleEstimate, FrictionScal
 from gyrostat.estimate.friction_torque import FrictionTorqueEstimate, FrictionTorqueFilter
 from gyrostat.estimate.rate_observer import RateEstimate, RateObserver
 from gyrostat.estimate.torque_walk import TorqueWalk
+from gyrostat.estimate.track import FrictionTrack, track_friction
 from gyrostat.estimate.wheel_momentum import MomentumEstimate, WheelMomentumFilter
 
 __all__ = [
@@ -11,9 +12,11 @@ __all__ = [
     "FrictionScaleFilter",
     "FrictionTorqueEstimate",
     "FrictionTorqueFilter",
+    "FrictionTrack",
     "MomentumEstimate",
     "RateEstimate",
     "RateObserver",
     "TorqueWalk",
     "WheelMomentumFilter",
+    "track_friction",
 ]

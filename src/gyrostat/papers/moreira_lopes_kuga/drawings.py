@@ -79,10 +79,31 @@ def residual_drawing(flown: "xr.Dataset") -> Drawing:
     )
 
 
+def without_drawing(kalman: "xr.Dataset", plain: "xr.Dataset") -> Drawing:
+    """Figs. 5, 6: momentum and friction torque of one run with and without the estimator."""
+    with mpl.rc_context(STYLE):
+        figure, (momentum, torque) = _figure(2, 4.2)
+        for flown, colour, name in ((kalman, MARK, "with"), (plain, MODEL, "without")):
+            one = flown.isel(run=0)
+            label = f"{name} estimator"
+            momentum.plot(one.time, one.momentum, color=colour, lw=1.2, label=label)
+            torque.plot(one.time, 1e3 * one.friction, color=colour, lw=1.2, label=label)
+        momentum.axhline(REFERENCE, color="#22262b", lw=0.7, ls="--")
+        momentum.set_ylabel("momentum (N·m·s)")
+        torque.set_ylabel("friction (mN·m)")
+        momentum.legend(loc="center right")
+    return Drawing(
+        "With and without estimator (Figs. 5, 6)",
+        figure,
+        "Without the estimator, sign of (18) corrected, the wheel stops growing where the torque "
+        "equals the friction.",
+    )
+
+
 def together_drawing(
     paper: "xr.Dataset", ours: "xr.Dataset", stepped: "xr.Dataset", when: float, level: float
 ) -> Drawing:
-    """Figs. 5, 6 and what a friction model brings: momentum and friction torque of both filters.
+    """What a friction model brings: momentum and friction torque of both filters.
 
     Args:
         paper: runs with the paper's filter.
@@ -112,7 +133,7 @@ def together_drawing(
         for axes in (momentum, torque, step):
             axes.legend(loc="lower right", ncols=3)
     return Drawing(
-        "Both filters on the same measurements (Figs. 5, 6)",
+        "Both filters on the same measurements",
         figure,
         "Top and middle, one run: the paper's filter and controller, and the filter that carries a "
         "friction model wrong by 10 %; black, the true friction. Bottom, that filter while the "

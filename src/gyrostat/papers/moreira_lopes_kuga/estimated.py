@@ -13,6 +13,7 @@ from gyrostat.papers.moreira_lopes_kuga.drawings import (
     momentum_drawing,
     residual_drawing,
     torque_drawing,
+    without_drawing,
 )
 from gyrostat.papers.moreira_lopes_kuga.printed import (
     BENCH,
@@ -100,6 +101,7 @@ def estimated(seeds: int) -> Part:
             torque_drawing(kalman),
             control_drawing(kalman),
             residual_drawing(kalman),
+            without_drawing(kalman, plain),
         ),
     )
 

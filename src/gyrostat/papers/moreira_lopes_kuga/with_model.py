@@ -16,6 +16,7 @@ from gyrostat.papers.moreira_lopes_kuga.drawings import together_drawing
 from gyrostat.papers.moreira_lopes_kuga.estimated import fly
 from gyrostat.papers.moreira_lopes_kuga.printed import (
     BENCH,
+    DURATION,
     FILTER,
     FRICTION,
     GAIN,
@@ -92,6 +93,40 @@ def wrong_filter(coulomb: float, viscous: float) -> FrictionScaleFilter:
         stribeck_speed=curve["stribeck_speed"],
     )
     return FrictionScaleFilter(Wheel(INERTIA, 1.0, known), MOMENTUM_SIGMA / INERTIA, SCALE_DRIFT)
+
+
+def there_and_back(time: Scalar) -> Scalar:
+    """Momentum reference through zero: 0.5, -0.5 and 0.2 N·m·s, a hundred seconds each."""
+    return jnp.where(time < 100.0, 0.5, jnp.where(time < 200.0, -0.5, 0.2))
+
+
+def _profile_claims(seeds: int) -> tuple[Claim, ...]:
+    """Both filters along a reference that changes and crosses zero."""
+    wrong = wrong_filter(1.0 + WRONG, 1.0 - WRONG)
+    flights = {
+        "kf": ("the paper's filter", FrictionTorqueControl(FILTER, GAIN, there_and_back)),
+        "scale": (
+            "filter with a wrong model",
+            FrictionScaleControl(wrong, QUICK_GAIN, there_and_back),
+        ),
+    }
+    claims = []
+    for key, (name, controller) in flights.items():
+        flown = fly(controller, seeds)
+        # the last fifth of each level
+        late = (flown.time.values % 100.0 >= 80.0) & (flown.time.values < DURATION)
+        error = (flown.momentum - flown.reference_momentum).values[:, late]
+        claims.append(
+            _ours(
+                f"{key}.profile_error_rms_Nms",
+                "momentum minus reference, last fifth of three levels with two zero crossings, "
+                + name,
+                _rms(error),
+                "N·m·s",
+                f"gamma is {float(controller.gain):g} 1/s.",
+            )
+        )
+    return tuple(claims)
 
 
 def settling_time(momentum: np.ndarray) -> float:
@@ -186,6 +221,7 @@ def with_model(seeds: int) -> Part:
                 "N·m·s",
                 "Within what the error of the estimates leaves.",
             ),
+            *_profile_claims(seeds),
         ),
         drawings=(figure,),
         settings=SETTINGS,
