@@ -27,13 +27,22 @@ settings.load_profile("ci" if os.environ.get("CI") else "gyrostat")
 
 
 @pytest.fixture(scope="session")
-def table_reference():
+def module_at():
+    """Load a module by its path; the tests are no package that could be imported from."""
+
+    def load(path):
+        spec = importlib.util.spec_from_file_location(path.stem, path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module
+
+    return load
+
+
+@pytest.fixture(scope="session")
+def table_reference(module_at):
     """The independent wheel on a table of table_reference.py beside this file."""
-    path = Path(__file__).with_name("table_reference.py")
-    spec = importlib.util.spec_from_file_location("table_reference", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.TableReference
+    return module_at(Path(__file__).with_name("table_reference.py")).TableReference
 
 
 @pytest.fixture(scope="session")

@@ -14,7 +14,7 @@ from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
 from gyrostat.errors import InputError
 from gyrostat.friction import ViscousCoulomb
 from gyrostat.simulate import Status, simulate, stack
-from gyrostat.wheel import Driver, LowPass, PulseTachometer, Tachometer, Wheel
+from gyrostat.wheel import Delayed, Driver, LowPass, PulseTachometer, Tachometer, Wheel
 
 PERIOD, COUNT = 0.1, 100
 NOISY = TableSensors(Gyro(1e-4), Tachometer(0.3))
@@ -378,3 +378,18 @@ def test_a_start_or_a_tuning_that_is_no_number_is_refused(loop, g2):
     silent = EstimatingCompensator.tuned(g2.law, g2.wheel, 0.495, 0.0, PERIOD)
     with pytest.raises(InputError, match="compensator speed sigma: found 0"):
         loop(control=silent)
+
+
+def test_a_part_without_a_check_of_its_own_is_taken_as_it_is(loop):
+    """A user's sensor behind one of ours: only what offers a check is asked."""
+
+    class Plain:
+        def start(self, state, period):
+            return ()
+
+        def __call__(self, memory, state, key):
+            return memory, state.speed
+
+    late = loop(sensor=TableSensors(tachometer=Delayed(Plain(), 2)))
+    assert int(late.status) == Status.COMPLETE
+    np.testing.assert_array_equal(late.measured_speed[2:], late.speed[:-2])

@@ -1,6 +1,5 @@
 """The wheel of Carrara and Kuga, its profile 2, and an independent solution."""
 
-import importlib.util
 from pathlib import Path
 
 import numpy as np
@@ -49,13 +48,9 @@ def response():
 
 
 @pytest.fixture(scope="session")
-def reference():
+def reference(module_at):
     """The independent wheel of reference.py beside this file."""
-    path = Path(__file__).with_name("reference.py")
-    spec = importlib.util.spec_from_file_location("wheel_reference", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.Reference
+    return module_at(Path(__file__).with_name("reference.py")).Reference
 
 
 @pytest.fixture(scope="session")

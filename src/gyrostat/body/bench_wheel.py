@@ -3,14 +3,12 @@
 from typing import Any, NamedTuple
 
 import equinox as eqx
-import numpy as np
 from jaxtyping import Array, Bool, PRNGKeyArray
 
 from gyrostat._jax import jax, jnp
-from gyrostat.errors import InputError
 from gyrostat.friction import LuGre, Scalar
-from gyrostat.wheel import Contact, Motion, Wheel, bend, slide
-from gyrostat.wheel.tachometer import require
+from gyrostat.require import check_parts, require
+from gyrostat.wheel import Contact, Motion, Wheel, carry
 
 FADING_STEP = 0.2
 """Share of its time constant in which a fading torque is resolved."""
@@ -96,18 +94,13 @@ class BenchWheel(eqx.Module):
     wheel: Wheel
 
     def check(self) -> None:
-        """Refuse an inertia that no wheel has.
+        """Refuse an inertia or bristles that no wheel has.
 
         Raises:
-            InputError: not finite, or not above zero.
+            InputError: the inertia is not finite, or not above zero; see `LuGre.check`.
         """
         require("wheel inertia", self.wheel.inertia, "kg·m²", positive=True)
-        friction = self.wheel.friction
-        if isinstance(friction, LuGre):
-            require("bristle stiffness", friction.stiffness, "N·m/rad", positive=True)
-            require("bristle damping", friction.damping, "N·m·s/rad")
-            if not np.all(np.asarray(friction.level(0.0)) > 0.0):
-                raise InputError("bristle level: found 0 N·m at rest, expected more than 0 N·m")
+        check_parts(self.wheel.friction)
 
     def start(self, *, speed: Scalar = 0.0, bristle: Scalar = 0.0) -> BenchWheelState:
         """A state: speed, rad/s, and deflection of the bristles, rad."""
@@ -119,11 +112,8 @@ class BenchWheel(eqx.Module):
         """Carry the wheel over an interval of one command; the new state, and whether resolved."""
         contact = _OnBench(self.wheel.friction, self.wheel, command)
         motion = Motion(jnp.asarray(state.speed), ())
-        if isinstance(self.wheel.friction, LuGre):
-            motion, bristle, resolved = bend(contact, motion, state.bristle, duration)
-            return BenchWheelState(motion.speed, bristle), resolved
-        motion, resolved = slide(contact, motion, duration)
-        return BenchWheelState(motion.speed, state.bristle), resolved
+        motion, bristle, resolved = carry(contact, motion, state.bristle, duration)
+        return BenchWheelState(motion.speed, bristle), resolved
 
     def diverged(self, state: BenchWheelState) -> Bool[Array, ""]:
         """Whether the wheel is faster than any bearing bears: 10 000 rad/s."""

@@ -8,8 +8,8 @@ from jaxtyping import Array, Float, PRNGKeyArray
 
 from gyrostat._jax import jax, jnp
 from gyrostat.friction import Scalar
+from gyrostat.require import check_parts, require
 from gyrostat.wheel import Tachometer
-from gyrostat.wheel.tachometer import require
 
 
 class Turn(NamedTuple):
@@ -26,9 +26,6 @@ class Turn(NamedTuple):
 
 class TrueTurn(eqx.Module):
     """Attitude and rate as they are."""
-
-    def check(self) -> None:
-        """Nothing to refuse."""
 
     def start(self, state: Any, period: Scalar) -> tuple[()]:
         """It has no memory."""
@@ -98,10 +95,8 @@ class TableSensors(eqx.Module):
     tachometer: Any = Tachometer()
 
     def check(self) -> None:
-        """Refuse what either refuses; a sensor of the user's own need not check anything."""
-        for sensor in (self.gyro, self.tachometer):
-            if hasattr(sensor, "check"):
-                sensor.check()
+        """Refuse what either refuses, by `InputError`."""
+        check_parts(self.gyro, self.tachometer)
 
     def start(self, state: Any, period: Scalar) -> tuple[Any, Any]:
         """Memories of both."""

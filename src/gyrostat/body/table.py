@@ -9,8 +9,9 @@ from jaxtyping import Array, Bool
 
 from gyrostat._jax import jnp
 from gyrostat.errors import InputError
-from gyrostat.friction import LuGre, Scalar
-from gyrostat.wheel import Contact, Driver, Motion, Wheel, bend, slide
+from gyrostat.friction import Scalar
+from gyrostat.require import check_parts, require
+from gyrostat.wheel import Contact, Driver, Motion, Wheel, carry
 
 
 class TableState(NamedTuple):
@@ -148,15 +149,10 @@ class AirBearingTable(eqx.Module):
             ("wheel inertia", self.wheel.inertia, "kg·m²"),
             ("motor_constant", self.wheel.motor_constant, "N·m/A"),
         ):
-            every = np.asarray(value)
-            bad = ~(np.isfinite(every) & (every > 0.0))
-            if np.any(bad):
-                raise InputError(
-                    f"{name}: found {every[bad].flat[0]:g}, expected a finite value above 0 {unit}"
-                )
+            require(name, value, unit, positive=True)
         if not np.all(np.isfinite(np.asarray(self.external_torque))):
             raise InputError("external torque: found a value that is not finite, expected N·m")
-        self.driver.check()
+        check_parts(self.driver, self.wheel.friction)
 
     def start(
         self, *, attitude: Scalar = 0.0, rate: Scalar = 0.0, speed: Scalar = 0.0
@@ -188,11 +184,8 @@ class AirBearingTable(eqx.Module):
         target = self.driver.set_point(command.current, state.speed, self.wheel.motor_constant)
         contact = _OnTable(self.wheel.friction, self, state.current, target, time)
         carrier = _Carrier(state.attitude, state.rate, state.wheel_angle)
-        motion, bristle = Motion(jnp.asarray(state.speed), carrier), state.bristle
-        if isinstance(self.wheel.friction, LuGre):
-            motion, bristle, resolved = bend(contact, motion, bristle, duration)
-        else:
-            motion, resolved = slide(contact, motion, duration)
+        motion = Motion(jnp.asarray(state.speed), carrier)
+        motion, bristle, resolved = carry(contact, motion, state.bristle, duration)
         return (
             TableState(
                 attitude=motion.carrier.attitude,

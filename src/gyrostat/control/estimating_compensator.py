@@ -8,9 +8,9 @@ from jaxtyping import Array, Float
 
 from gyrostat._jax import jnp
 from gyrostat.control.attitude_pid import AttitudePID, PIDMemory
-from gyrostat.errors import InputError
 from gyrostat.estimate import MomentumEstimate, RateEstimate, RateObserver, WheelMomentumFilter
 from gyrostat.friction import Friction, Scalar, static_curve
+from gyrostat.require import require
 from gyrostat.wheel import Wheel
 
 MOMENTUM_FREQUENCY = 0.05
@@ -157,8 +157,7 @@ class EstimatingCompensator(eqx.Module):
             ("compensator speed sigma", self.momentum.speed_sigma),
             ("compensator bandwidth", self.observer.bandwidth),
         ):
-            if not np.all(np.asarray(value) > 0.0):
-                raise InputError(f"{name}: found {np.min(np.asarray(value)):g}, expected above 0")
+            require(name, value, positive=True)
 
     def start(self, period: Scalar) -> EstimatingMemory:
         """Nothing seen yet."""

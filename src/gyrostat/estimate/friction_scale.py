@@ -3,12 +3,11 @@
 from typing import NamedTuple
 
 import equinox as eqx
-import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat._jax import jax, jnp
-from gyrostat.errors import InputError
 from gyrostat.friction import Friction, Scalar, static_curve
+from gyrostat.require import require
 from gyrostat.wheel import Wheel, advance
 
 Covariance = Float[Array, "2 2"]
@@ -93,11 +92,7 @@ class FrictionScaleFilter(eqx.Module):
             InputError: the noise or the drift is not above zero.
         """
         for name in ("speed_sigma", "scale_drift", "initial_scale_sigma"):
-            every = np.asarray(getattr(self, name))
-            if not np.all(np.isfinite(every) & (every > 0.0)):
-                raise InputError(
-                    f"{name}: found {np.min(every):g}, expected a finite value above 0"
-                )
+            require(name, getattr(self, name), positive=True)
 
     def start(
         self, speed: Scalar = 0.0, speed_sigma: Scalar | None = None

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat._jax import jnp
-from gyrostat.errors import InputError
 from gyrostat.estimate.torque_walk import TorqueWalk, correct, predict
 from gyrostat.friction import Scalar
+from gyrostat.require import require
 
 
 class FrictionTorqueEstimate(NamedTuple):
@@ -61,11 +61,7 @@ class FrictionTorqueFilter(eqx.Module):
             InputError: a standard deviation is not finite, or not above zero.
         """
         for name in ("momentum_sigma", "torque_drift", "initial_sigma"):
-            every = np.asarray(getattr(self, name))
-            if not np.all(np.isfinite(every) & (every > 0.0)):
-                raise InputError(
-                    f"{name}: found {np.min(every):g}, expected a finite value above 0"
-                )
+            require(name, getattr(self, name), positive=True)
 
     def start(self, momentum: Scalar = 0.0, friction: Scalar = 0.0) -> FrictionTorqueEstimate:
         """Before the first measurement."""

@@ -10,6 +10,7 @@ from gyrostat.errors import InputError
 from gyrostat.friction.base import Friction, Scalar
 from gyrostat.friction.stribeck import Stribeck
 from gyrostat.friction.viscous_coulomb import ViscousCoulomb
+from gyrostat.require import require
 
 
 class LuGre(eqx.Module):
@@ -64,11 +65,9 @@ class LuGre(eqx.Module):
             ("coulomb", coulomb),
             ("stribeck_speed", stribeck_speed),
         ):
-            if not (math.isfinite(value) and value > 0.0):
-                raise InputError(f"{name}: found {value:g}, expected a finite value above 0")
-        for name, value in (("damping", damping), ("viscous", viscous)):
-            if not (math.isfinite(value) and value >= 0.0):
-                raise InputError(f"{name}: found {value:g}, expected a finite value of 0 or more")
+            require(name, value, positive=True)
+        require("damping", damping)
+        require("viscous", viscous)
         if not (math.isfinite(static) and static >= coulomb):
             raise InputError(f"static: found {static:g} N, expected at least coulomb {coulomb:g} N")
         curve = Stribeck(
@@ -88,6 +87,17 @@ class LuGre(eqx.Module):
             stiffness: of the bristles, N·m/rad.
         """
         return cls(ViscousCoulomb(viscous=0.0, coulomb=coulomb), stiffness, 0.0)
+
+    def check(self) -> None:
+        """Refuse bristles that no bearing has.
+
+        Raises:
+            InputError: the stiffness or the level at rest is not above zero, or the damping is
+                negative.
+        """
+        require("bristle stiffness", self.stiffness, "N·m/rad", positive=True)
+        require("bristle damping", self.damping, "N·m·s/rad")
+        require("bristle level at rest", self.curve.breakaway_torque(1.0), "N·m", positive=True)
 
     def level(self, speed: Scalar) -> Scalar:
         """g(w), N·m: torque at which the bristles slip in steady rotation."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from gyrostat._jax import jax, jnp
 from gyrostat.errors import InputError
+from gyrostat.require import check_parts
 from gyrostat.simulate.loop import Controller, Histories, Plant, Sensor, Status, run
 
 if TYPE_CHECKING:
@@ -129,11 +130,10 @@ def simulate(
         on_progress: called with the runs done and the runs in all.
 
     Returns:
-        Histories over `time` (and `run`): every field of state, measurement, command and record
-        under its own name, with units; a measurement or command with a name that the plant has
-        already has
-        `measured_` or `commanded_` before it.
-        `status` says how a run ended, `valid_until` when; later values are NaN, never numbers.
+        Histories over `time` (and `run`): every field of state, record, measurement and command
+        under its own name, with units; a measurement or command whose name the plant has taken has
+        `measured_` or `commanded_` before it. `status` says how a run ended, `valid_until` when;
+        later values are NaN, never numbers.
 
     Raises:
         InputError: a duration or step that does not fit, parameters that no plant has, or a command
@@ -146,10 +146,7 @@ def simulate(
     if command_delay < 0:
         raise InputError(f"command delay: found {command_delay} periods, expected 0 or more")
     counts = {"count": count, "substeps": substeps, "command_delay": command_delay}
-    for part in (plant, controller, sensor):
-        check = getattr(part, "check", None)
-        if check is not None:
-            check()
+    check_parts(plant, controller, sensor)
     if not all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(start)):
         raise InputError(f"start: found {start}, expected finite numbers")
     items = jax.tree.map(_as_leaf, (plant, controller, sensor, start))

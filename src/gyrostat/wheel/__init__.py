@@ -1,6 +1,6 @@
 """A reaction wheel with true dry friction, how it answers a current, and its model file."""
 
-from gyrostat.wheel.bristles import bend
+from gyrostat.wheel.bristles import bend, carry
 from gyrostat.wheel.contact import Contact, Motion
 from gyrostat.wheel.driver import Driver
 from gyrostat.wheel.model_file import WheelModel, read_model, write_model
@@ -22,6 +22,7 @@ __all__ = [
     "WheelStep",
     "advance",
     "bend",
+    "carry",
     "read_model",
     "slide",
     "speed_response",

@@ -9,6 +9,7 @@ from gyrostat._jax import jax, jnp
 from gyrostat.friction import LuGre, Scalar
 from gyrostat.wheel.contact import Contact, Motion
 from gyrostat.wheel.rodas import integrate
+from gyrostat.wheel.stepping import slide
 
 TOLERANCE = 1e-8
 """Largest error of a step, over the scales below or the state itself."""
@@ -60,3 +61,23 @@ def bend(
     state, resolved = integrate(field, state, duration, scale=scale, tolerance=TOLERANCE)
     speed, deflection, carrier = unravel(state)
     return Motion(speed, carrier), jnp.asarray(deflection), resolved
+
+
+def carry(
+    contact: Contact, motion: Motion, deflection: Scalar, duration: Scalar
+) -> tuple[Motion, Scalar, Bool[Array, ""]]:
+    """Carry a wheel over one interval by `bend` or `slide`, as its friction asks for.
+
+    Args:
+        contact: the equations of motion.
+        motion: at the start.
+        deflection: of the bristles at the start, rad; left as it is where there are none.
+        duration: s.
+
+    Returns:
+        Motion and deflection at the end, and whether the interval was resolved.
+    """
+    if isinstance(contact.friction, LuGre):
+        return bend(contact, motion, deflection, duration)
+    motion, resolved = slide(contact, motion, duration)
+    return motion, deflection, resolved

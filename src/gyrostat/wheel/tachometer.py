@@ -7,33 +7,11 @@ is sampled once in each control period.
 from typing import Any
 
 import equinox as eqx
-import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from gyrostat._jax import jax, jnp
-from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
-
-
-def require(name: str, value: Any, unit: str, *, positive: bool = False) -> None:
-    """Refuse a parameter of a sensor that is negative or not finite.
-
-    Args:
-        name: for the message.
-        value: one, or one for each run.
-        unit: for the message.
-        positive: whether zero is refused too.
-
-    Raises:
-        InputError: as said.
-    """
-    every = np.asarray(value, dtype=float)
-    bad = ~(np.isfinite(every) & (every >= 0.0)) | (positive & (every == 0.0))
-    if np.any(bad):
-        least = "above 0" if positive else "of 0 or more"
-        raise InputError(
-            f"{name}: found {every[bad].flat[0]:g}, expected a finite value {least} {unit}".rstrip()
-        )
+from gyrostat.require import check_parts, require
 
 
 class Tachometer(eqx.Module):
@@ -111,7 +89,7 @@ class LowPass(eqx.Module):
     def check(self) -> None:
         """Refuse a time constant that is not positive, by `InputError`."""
         require("low pass time constant", self.time_constant, "s", positive=True)
-        self.sensor.check()
+        check_parts(self.sensor)
 
     def start(self, state: Any, period: Scalar) -> tuple[Any, Array, Array, Scalar]:
         """Memory of the sensor, the filtered value, whether there is one, and its decay."""
@@ -140,7 +118,7 @@ class Delayed(eqx.Module):
     def check(self) -> None:
         """Refuse a delay of less than one period, by `InputError`."""
         require("sensor delay", self.periods, "periods", positive=True)
-        self.sensor.check()
+        check_parts(self.sensor)
 
     def start(self, state: Any, period: Scalar) -> Any:
         """Memory of the sensor, and the samples under way (none yet)."""

@@ -20,14 +20,3 @@ class Wheel(eqx.Module):
     inertia: Scalar
     motor_constant: Scalar
     friction: Friction | LuGre
-
-    def acceleration(self, speed: Scalar, current: Scalar, direction: Scalar) -> Scalar:
-        """Angular acceleration of the turning rotor, rad/s².
-
-        Args:
-            speed: rad/s.
-            current: motor current, A.
-            direction: frozen sense of rotation, ±1.
-        """
-        friction = self.friction.torque(speed, direction)
-        return (self.motor_constant * current - friction) / self.inertia

@@ -4,7 +4,7 @@ M. L. B. Moreira, R. V. F. Lopes and H. K. Kuga, "Estimation of torque in a reac
 bristle model for friction".
 """
 
-from gyrostat.papers.moreira_lopes_kuga.estimated import estimated
+from gyrostat.papers.moreira_lopes_kuga.estimated import estimated, with_filter
 from gyrostat.papers.moreira_lopes_kuga.printed import CITATION, NAME
 from gyrostat.papers.moreira_lopes_kuga.with_model import with_model
 from gyrostat.papers.reproduction import Paper, Part, Reproduction, Say
@@ -27,12 +27,13 @@ def reproduce(*, quick: bool, say: Say) -> Reproduction:
     """
     seeds = QUICK_SEEDS if quick else SEEDS
     say(f"{NAME}: {seeds} runs with and without the filter")
-    paper = estimated(seeds)
+    kalman = with_filter(seeds)
+    paper = estimated(kalman, seeds)
     say(f"{NAME}: the filter that carries the friction model, wrong by 10 %")
     return Reproduction(
         paper=NAME,
         citation=CITATION,
-        parts=(paper, with_model(seeds), Part(claims=(), settings=SETTINGS)),
+        parts=(paper, with_model(kalman, seeds), Part(claims=(), settings=SETTINGS)),
         complete=not quick,
     )
 

@@ -89,9 +89,18 @@ def sine_momentum() -> Scalar:
     return WHEEL.inertia * speed
 
 
-def estimated(seeds: int) -> Part:
-    """Judge the paper's statements on its filter and on the loop without it."""
-    kalman = fly(FrictionTorqueControl(FILTER, GAIN, to_reference), seeds)
+def with_filter(seeds: int) -> "xr.Dataset":
+    """The paper's filter and controller, from rest to the reference."""
+    return fly(FrictionTorqueControl(FILTER, GAIN, to_reference), seeds)
+
+
+def estimated(kalman: "xr.Dataset", seeds: int) -> Part:
+    """Judge the paper's statements on its filter and on the loop without it.
+
+    Args:
+        kalman: runs of `with_filter`.
+        seeds: as many runs without it.
+    """
     plain = fly(ProportionalMomentumControl(GAIN, to_reference), seeds)
     printed = fly(ProportionalMomentumControl(-GAIN, to_reference), seeds)
     return Part(
@@ -154,7 +163,7 @@ def _filter_claims(kalman: "xr.Dataset", seeds: int) -> list[Claim]:
             tolerance=0.01,
             why="The approach is exponential with 1 / gamma = 50 s: e^-6 of it is left.",
         ),
-        _ours(
+        Claim(
             "kf.momentum_300s_std_Nms",
             "scatter of the momentum at 300 s",
             float(_at(momentum, 300).std(ddof=1)),
@@ -163,7 +172,7 @@ def _filter_claims(kalman: "xr.Dataset", seeds: int) -> list[Claim]:
         ),
     ]
     claims += [
-        _ours(
+        Claim(
             f"kf.momentum_{k}s_Nms",
             f"momentum at {k} s, {over}",
             float(_at(momentum, k).mean()),
@@ -173,7 +182,7 @@ def _filter_claims(kalman: "xr.Dataset", seeds: int) -> list[Claim]:
         for k in (50, 100, 150, 200)
     ]
     claims += [
-        _ours(
+        Claim(
             f"kf.gain_{n}", f"steady gain of the {n}", float(g), unit, "From the Riccati equation."
         )
         for n, g, unit in (("momentum", gain[0], "1"), ("friction", gain[1], "1/s"))
@@ -190,14 +199,14 @@ def _filter_claims(kalman: "xr.Dataset", seeds: int) -> list[Claim]:
             why=f"With rho_1 = 0.1 the gain is {gain[0]:.3f}, so that {100 * (1 - gain[0]):.1f} % "
             "of an innovation is left: the paper's residual does not follow from its numbers.",
         ),
-        _ours(
+        Claim(
             "kf.innovation_max_Nms",
             f"largest innovation of a run, {over}",
             float(np.max(np.abs(kalman.innovation.values), axis=1).mean()),
             "N·m·s",
             "Measured minus predicted; far larger than the noise, since the torque walks.",
         ),
-        _ours(
+        Claim(
             "kf.friction_estimate_std_Nm",
             "scatter of the estimated friction torque at steady state",
             scatter,
@@ -231,14 +240,14 @@ def _plain_claims(plain: "xr.Dataset", printed: "xr.Dataset") -> list[Claim]:
             tolerance=0.0,
             why="It creeps up to where the torque equals the friction and stays there.",
         ),
-        _ours(
+        Claim(
             "no_estimator.printed_sign_300s_Nms",
             "momentum at 300 s without estimator, (18) as printed, mean",
             away,
             "N·m·s",
             "The printed sign is positive feedback: the wheel runs away backwards.",
         ),
-        _ours(
+        Claim(
             "lugre_sine.momentum_120s_Nms",
             "momentum after 120 s of 0.03 sin(2 pi t / 60) N·m from rest, open loop",
             float(sine_momentum()),
@@ -246,7 +255,3 @@ def _plain_claims(plain: "xr.Dataset", printed: "xr.Dataset") -> list[Claim]:
             "The bristles alone decide what is left of two whole cycles.",
         ),
     ]
-
-
-def _ours(name: str, quantity: str, ours: float, unit: str, why: str) -> Claim:
-    return Claim(id=name, quantity=quantity, ours=ours, unit=unit, why=why)

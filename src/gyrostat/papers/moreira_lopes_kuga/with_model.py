@@ -1,6 +1,6 @@
 """The same wheel and measurements with a filter that carries a friction model, wrong by 10 %."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import numpy as np
@@ -28,6 +28,9 @@ from gyrostat.papers.moreira_lopes_kuga.printed import (
 )
 from gyrostat.papers.reproduction import Part
 from gyrostat.wheel import Wheel
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 QUICK_GAIN = 0.1
 """gamma of the controller on the better filter, 1/s."""
@@ -117,7 +120,7 @@ def _profile_claims(seeds: int) -> tuple[Claim, ...]:
         late = (flown.time.values % 100.0 >= 80.0) & (flown.time.values < DURATION)
         error = (flown.momentum - flown.reference_momentum).values[:, late]
         claims.append(
-            _ours(
+            Claim(
                 f"{key}.profile_error_rms_Nms",
                 "momentum minus reference, last fifth of three levels with two zero crossings, "
                 + name,
@@ -135,8 +138,13 @@ def settling_time(momentum: np.ndarray) -> float:
     return float(outside[-1] + 1) if len(outside) else 0.0
 
 
-def with_model(seeds: int) -> Part:
-    """Fly all combinations of wrong models, and one friction step."""
+def with_model(kalman: "xr.Dataset", seeds: int) -> Part:
+    """Fly all combinations of wrong models, and one friction step.
+
+    Args:
+        kalman: runs of the paper's filter, to compare with.
+        seeds: runs of each combination.
+    """
     shares = (1.0 - WRONG, 1.0 + WRONG)
     flights = [
         fly(FrictionScaleControl(wrong_filter(c, v), QUICK_GAIN, to_reference), seeds)
@@ -146,7 +154,6 @@ def with_model(seeds: int) -> Part:
     late = slice(FIRST, None)
     errors = [(f.estimated_friction - f.friction).values[:, late] for f in flights]
     squared = [((f.innovation / f.innovation_sigma) ** 2).values[:, late] for f in flights]
-    kalman = fly(FrictionTorqueControl(FILTER, GAIN, to_reference), seeds)
     paper_error = (kalman.estimated_friction - kalman.friction).values[:, late]
     stepped = fly(
         FrictionScaleControl(wrong_filter(*shares), QUICK_GAIN, to_reference),
@@ -156,7 +163,7 @@ def with_model(seeds: int) -> Part:
     level = stepped.estimated_friction.mean("run").values
     goal = STEP * steady_friction()
     off = np.flatnonzero(np.abs(level - goal) > 0.1 * goal)
-    figure = together_drawing(kalman, flights[0], stepped, STEP_AT, STEP * steady_friction())
+    figure = together_drawing(kalman, flights[0], stepped, STEP_AT, goal)
     means = [f.momentum.mean("run").values for f in flights]
     slowest = max(settling_time(m) for m in means)
     asymptote = settling_time(kalman.momentum.mean("run").values)
@@ -165,56 +172,56 @@ def with_model(seeds: int) -> Part:
     mean_squared = [float(np.mean(s)) for s in squared]
     return Part(
         claims=(
-            _ours(
+            Claim(
                 "kf.friction_error_rms_Nm",
                 f"error of the friction torque after {FIRST} s, the paper's filter",
                 _rms(paper_error),
                 "N·m",
                 "Without a model the torque must be allowed to walk as fast as it may.",
             ),
-            _ours(
+            Claim(
                 "scale.friction_error_rms_Nm",
                 "the same, filter with a model wrong by 10 %, the worst of four ways (goal 0.0005)",
                 worst,
                 "N·m",
                 f"{_rms(paper_error) / worst:.0f} times better from the same measurements.",
             ),
-            _ours(
+            Claim(
                 "scale.friction_error_bound_Nm",
                 "what these measurements allow for a torque that walks so slowly",
                 _bound(),
                 "N·m",
                 "Steady covariance of the filter; here the friction is constant, and better known.",
             ),
-            _ours(
+            Claim(
                 "scale.normalised_innovation_squared_min",
                 "mean normalised innovation squared, the smallest of four (1 when consistent)",
                 min(mean_squared),
                 "",
                 f"95 % band for {squared[0].size} samples: 1 ± {band:.3f}.",
             ),
-            _ours(
+            Claim(
                 "scale.normalised_innovation_squared_max",
                 "the largest of four",
                 max(mean_squared),
                 "",
                 "Slightly below 1: the scale is allowed to walk, but does not.",
             ),
-            _ours(
+            Claim(
                 "scale.friction_step_s",
                 "time after which a friction step of 50 % is known to 10 % (goal 120 s)",
                 float(off[-1] + 1) - STEP_AT if len(off) else 0.0,
                 "s",
                 "Mean of the runs.",
             ),
-            _ours(
+            Claim(
                 "scale.settling_ratio",
                 "settling time of the momentum to 2 %, paper over ours (goal 3)",
                 asymptote / slowest,
                 "",
                 f"{asymptote:.0f} s over {slowest:.0f} s, the slowest of four.",
             ),
-            _ours(
+            Claim(
                 "scale.overshoot_Nms",
                 "largest mean momentum above the reference, the worst of four",
                 max(float(np.max(m)) - REFERENCE for m in means),
@@ -242,7 +249,3 @@ def _bound() -> float:
 
     sigmas = jax.lax.scan(second, exact.start(speed), None, length=400)[1]
     return float(np.asarray(sigmas)[-1])
-
-
-def _ours(name: str, quantity: str, ours: float, unit: str, why: str) -> Claim:
-    return Claim(id=name, quantity=quantity, ours=ours, unit=unit, why=why)
