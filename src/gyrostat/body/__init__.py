@@ -1,5 +1,6 @@
 """What carries the wheels, and how its motion is measured."""
 
+from gyrostat.body import rotations
 from gyrostat.body.bench_wheel import (
     BenchRecord,
     BenchWheel,
@@ -9,6 +10,8 @@ from gyrostat.body.bench_wheel import (
     TorqueCommand,
 )
 from gyrostat.body.gyro import Gyro, TableMeasurement, TableSensors, TrueTurn, Turn
+from gyrostat.body.rotations import EulerAngles
+from gyrostat.body.spacecraft import Spacecraft, check_inertia
 from gyrostat.body.table import AirBearingTable, DriveRecord, TableCommand, TableState
 
 __all__ = [
@@ -17,9 +20,11 @@ __all__ = [
     "BenchWheel",
     "BenchWheelState",
     "DriveRecord",
+    "EulerAngles",
     "Gyro",
     "MomentumMeasurement",
     "MomentumSensor",
+    "Spacecraft",
     "TableCommand",
     "TableMeasurement",
     "TableSensors",
@@ -27,4 +32,6 @@ __all__ = [
     "TorqueCommand",
     "TrueTurn",
     "Turn",
+    "check_inertia",
+    "rotations",
 ]

@@ -1,5 +1,6 @@
 """A reaction wheel with true dry friction, how it answers a current, and its model file."""
 
+from gyrostat.wheel.array import WheelArray
 from gyrostat.wheel.bristles import bend, carry
 from gyrostat.wheel.contact import Contact, Motion
 from gyrostat.wheel.driver import Driver
@@ -18,6 +19,7 @@ __all__ = [
     "PulseTachometer",
     "Tachometer",
     "Wheel",
+    "WheelArray",
     "WheelModel",
     "WheelStep",
     "advance",

@@ -1,0 +1,80 @@
+"""Several wheels on one body."""
+
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from gyrostat._jax import jnp
+from gyrostat.errors import InputError
+from gyrostat.friction import Friction, LuGre, ViscousCoulomb
+from gyrostat.require import check_parts, require
+
+UNIT_TOLERANCE = 1e-6
+"""Of the length of an axis: data sheets and drawings round."""
+
+PerWheel = Float[Array, " wheels"]
+
+
+def _no_friction() -> Friction:
+    return ViscousCoulomb(viscous=0.0, coulomb=0.0)
+
+
+class WheelArray(eqx.Module):
+    """Wheels on any axes, commanded in motor torque.
+
+    Attributes:
+        axes: (3, wheels) spin axes in body axes, unit length, one column for each wheel.
+        inertia: (wheels,) of each rotor about its axis, kg·m².
+        torque_limit: (wheels,) largest motor torque, N·m.
+        momentum_limit: (wheels,) largest momentum inertia times speed relative to the body, N·m·s:
+            there the motor gives no more torque that would speed the wheel up.
+        friction: of the bearings, one model whose parameters are (wheels,) or shared.
+    """
+
+    axes: Float[Array, "3 wheels"]
+    inertia: PerWheel
+    torque_limit: PerWheel | float = jnp.inf
+    momentum_limit: PerWheel | float = jnp.inf
+    friction: Any = eqx.field(default_factory=_no_friction)
+
+    @property
+    def count(self) -> int:
+        """Number of wheels."""
+        return np.shape(self.axes)[-1]
+
+    def check(self) -> None:
+        """Refuse what no wheels are.
+
+        Raises:
+            InputError: axes that are not (3, wheels) or not of unit length, an inertia or limit
+                that is not positive, friction that is not static, parameters of another number of
+                wheels.
+        """
+        axes = np.asarray(self.axes, dtype=float)
+        if axes.ndim < 2 or axes.shape[-2] != 3 or axes.shape[-1] < 1:
+            raise InputError(f"wheel axes: found shape {axes.shape}, expected (3, wheels)")
+        lengths = np.linalg.norm(axes, axis=-2)
+        if not np.all(np.abs(lengths - 1.0) < UNIT_TOLERANCE):
+            odd = lengths[~(np.abs(lengths - 1.0) < UNIT_TOLERANCE)].flat[0]
+            raise InputError(f"wheel axes: found a length of {odd:g}, expected unit vectors")
+        require("wheel inertia", self.inertia, "kg·m²", positive=True)
+        for name, value, unit in (
+            ("torque_limit", self.torque_limit, "N·m"),
+            ("momentum_limit", self.momentum_limit, "N·m·s"),
+        ):
+            if not np.all(np.asarray(value) > 0.0):
+                raise InputError(f"wheel {name}: found {value}, expected above 0 {unit}")
+        if not isinstance(self.friction, Friction):
+            kind = type(self.friction).__name__
+            wanted = "a static model" if isinstance(self.friction, LuGre) else "a friction model"
+            raise InputError(f"wheel friction: found {kind}, expected {wanted}")
+        for name, value in {"inertia": self.inertia, **self.friction.parameters()}.items():
+            # axes before the last are those of runs
+            shape = np.shape(value)[axes.ndim - 2 :]
+            if shape and shape != (self.count,):
+                raise InputError(
+                    f"wheel {name}: found {shape[-1]} values, expected {self.count}, one a wheel"
+                )
+        check_parts(self.friction)
