@@ -11,11 +11,21 @@ from gyrostat.wheel.rodas import integrate
 from gyrostat.wheel.stepping import slide
 
 TOLERANCE = 1e-6
-"""Largest error of a step, over the scales below or the state itself."""
+"""Largest error of a step, over the scales below or the state itself.
+
+Measured on 64 closed-loop runs of Moreira, Lopes and Kuga, 300 s each: the momentum is within 8e-9
+of its largest value. At 1e-5 it would be within 1.3e-7, at 1e-7 within 4e-10.
+"""
 CARRIER_SCALE = 1e-2
 """rad, rad/s: what counts in the motion of a carrier."""
 SLOWEST = 1e-2
-"""rad/s: scale of the speed where the friction curve has none."""
+"""rad/s: scale of the friction curve where it has none."""
+REST = 1e-2
+"""Share of that scale that counts in the speed: what a resting wheel still moves adds up to creep.
+
+A table whose wheel is held below breakaway for 10 000 s, in steps of 10 s, creeps by 4e-6 rad; with
+ten times the share, by ten times that.
+"""
 
 
 def bend(
@@ -52,7 +62,7 @@ def bend(
     state = (motion.speed, deflection, motion.carrier)
     curve_scale = friction.curve.speed_scale()
     scale = (
-        jnp.where(jnp.isinf(curve_scale), SLOWEST, curve_scale),
+        REST * jnp.where(jnp.isinf(curve_scale), SLOWEST, curve_scale),
         friction.level(0.0) / friction.stiffness,
         jax.tree.map(lambda y: jnp.full_like(y, CARRIER_SCALE), motion.carrier),
     )

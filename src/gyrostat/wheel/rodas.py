@@ -124,9 +124,9 @@ def _slopes(field: Field, state: list[Scalar], time: Scalar):
 
 
 def _plus(numbers: list[Scalar], shares, stages: list[list[Scalar]]) -> list[Scalar]:
+    """Add shares of some stages."""
     for share, stage in zip(shares, stages, strict=False):
-        if not (isinstance(share, float) and share == 0.0):
-            numbers = [number + share * change for number, change in zip(numbers, stage, strict=True)]
+        numbers = [number + share * k for number, k in zip(numbers, stage, strict=True)]
     return numbers
 
 
@@ -141,9 +141,8 @@ def _step(field: Field, state: list[Scalar], time: Scalar, step: Scalar):
     stages: list[list[Scalar]] = []
     for a, c, when, share in zip(STAGES, COUPLING, TIMES, TIME_SLOPES, strict=True):
         right = field(_plus(state, a, stages), time + when * step)
-        if share:
-            right = _plus(right, [share * step], [in_time])
-        right = _plus(right, [often * float(x) for x in c], stages)
+        right = _plus(right, [share * step], [in_time])
+        right = _plus(right, [often * x for x in c], stages)
         stages.append(solve(right))
     # the last argument is the embedded solution, and the last stage its error
     return _plus(state, [*STAGES[5], 1.0], stages), stages[5]
