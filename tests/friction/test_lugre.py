@@ -133,5 +133,5 @@ def test_both_senses_of_a_bristle_curve_are_checked():
     for curve in CURVES:
         LuGre(curve, 0.5, 1e-3).check()
     many = Stribeck(np.full(3, 1e-5), np.full(3, 1e-3), np.array([1.0, 1.2, 0.5]) * 1e-3, 0.4)
-    with pytest.raises(InputError, match="level at rest: found 0.0005 N·m"):
+    with pytest.raises(InputError, match=r"level at rest: found 0\.0005 N·m"):
         LuGre(many, 0.5, 1e-3).check()
