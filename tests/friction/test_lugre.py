@@ -73,7 +73,8 @@ def test_passive_bristles_never_give_out_energy(share, bend, speed, ratio):
     z = bend * ratio * 1e-3 / 0.5
     stored = 0.5 * z * float(lugre.deflection_rate(speed, z))
     given_in = float(lugre.torque(speed, z)) * speed
-    assert given_in - stored >= -1e-12 * (abs(given_in) + abs(stored))
+    # the smallest numbers of all are flushed to zero in one of the two
+    assert given_in - stored >= -1e-12 * (abs(given_in) + abs(stored)) - 1e-300
 
 
 def test_too_much_damping_gives_out_energy():
