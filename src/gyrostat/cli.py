@@ -255,7 +255,7 @@ def read_wheel(path: Path) -> Any:
 
 @app.command()
 def reproduce(
-    paper: Annotated[str, typer.Argument(help="carrara-kuga")],
+    paper: Annotated[str, typer.Argument(help="carrara-kuga or moreira-lopes-kuga")],
     out: Out,
     quick: Annotated[bool, typer.Option(help="Fewer seeds, within two minutes.")] = False,
     json_output: Json = False,
