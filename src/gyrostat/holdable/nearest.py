@@ -12,7 +12,7 @@ from gyrostat.holdable.certificate import Certificate, certificate_at
 from gyrostat.holdable.momentum_set import TOLERANCE
 from gyrostat.holdable.sky import angles, at_angle
 
-ROLLS = 180
+ROLLS = 72
 """Roll angles tried where a boresight leaves them free."""
 
 
@@ -82,7 +82,7 @@ def nearest_direction(case: Case, body: Vector, wanted: Vector) -> Rest | None:
         points = points[away <= np.min(away) + TOLERANCE]
         reached = float(angles(points[0], body))
     elif held.rank == 3:
-        every = _rolls(body, radius, polar, np.arange(4 * ROLLS) * np.pi / (2 * ROLLS))
+        every = _rolls(body, radius, polar, np.arange(10 * ROLLS) * np.pi / (5 * ROLLS))
         points = np.concatenate([points, every[held.holds(every, TOLERANCE * radius)]])
     point = _least_loaded(case, points)
     aside = wanted - np.cos(polar) * axis
@@ -143,8 +143,9 @@ def _triad(body: Vector, body_other: Vector, inertial: Vector, inertial_other: V
 
 def _across(direction: Vector) -> Vector:
     """Some unit vector orthogonal to a direction; to zero, any."""
-    normal = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
-    length = np.linalg.norm(normal)
+    other = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    normal = np.asarray(np.cross(direction, other), dtype=float)
+    length = float(np.linalg.norm(normal))
     return normal / length if length else np.eye(3)[0]
 
 
