@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat._jax import jnp
 from gyrostat._types import Matrix, Vector
 from gyrostat.body.spacecraft import Spacecraft, check_inertia
 from gyrostat.errors import InputError
@@ -87,12 +88,12 @@ def read_spacecraft(path: str | os.PathLike[str]) -> SpacecraftFile:
     names = _names(path, rows)
     wheels = [_wheel(path, f"wheel[{name}].", row) for name, row in zip(names, rows, strict=True)]
     array = WheelArray(
-        axes=np.stack([wheel["axis"] for wheel in wheels], axis=1),
-        inertia=np.array([wheel["inertia"] for wheel in wheels]),
+        axes=jnp.stack([wheel["axis"] for wheel in wheels], axis=1),
+        inertia=jnp.array([wheel["inertia"] for wheel in wheels]),
         **{limit: np.array([wheel[limit] for wheel in wheels]) for limit in _LIMITS},
         **_friction(path, names, [wheel["model"] for wheel in wheels]),
     )
-    spacecraft = Spacecraft(inertia, array)
+    spacecraft = Spacecraft(jnp.asarray(inertia), array)
     spacecraft.check()
     return SpacecraftFile(_text(path, "body.name", body.get("name", "")), names, spacecraft)
 
@@ -111,7 +112,7 @@ def _body_inertia(path: Path, body: dict[str, Any]) -> Matrix:
     else:
         inertia = np.diag(_three(path, "body.inertia", found, "inertia"))
     try:
-        check_inertia(inertia)
+        check_inertia(jnp.asarray(inertia))
     except InputError as error:
         raise InputError(f"{path}: key body.inertia: {error}") from None
     return inertia
