@@ -326,6 +326,7 @@ def test_four_wheels_less_one_hold_everything_within_their_limits(brute):
         ({"target": [1.0, 1.0, 0.0, 0.0]}, "length 1.41421"),
         ({"target": None, "boresight": (X, [0.0, 0.0, 0.0])}, "direction to point at: found zero"),
         ({"tolerance": 2.0}, "tolerance: found 2"),
+        ({"target": None, "boresight": (X, Y), "tolerance": 0.1}, "tolerance: found one for a"),
     ],
 )
 def test_what_is_no_question(cube, change, found):

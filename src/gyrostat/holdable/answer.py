@@ -58,8 +58,7 @@ class Holdable:
             that of the roll with the least rate, found by search over the roll.
         for_ever: certificate of the rate at every attitude; zero where some can be held.
         dwell: upper bound of the time that the attitude can stay within the tolerance of the
-            target, s; None where there is no bound or no tolerance was given, and for a boresight,
-            which may stay while the body rolls.
+            target, s; None where there is no bound or no tolerance was given.
         sky: the map of a boresight; None without one.
     """
 
@@ -114,7 +113,7 @@ def holdable(
         target: (4,) attitude to hold, or
         boresight: direction in the body and inertial direction to point it at, (3,) each, with any
             roll.
-        tolerance: of pointing, rad, for the dwell time; below pi/2.
+        tolerance: of pointing at a target attitude, rad, for the dwell time; below pi/2.
 
     Raises:
         InputError: a spacecraft, a wheel or a number that is none; no target, or two.
@@ -126,6 +125,11 @@ def holdable(
         found = "none" if target is None else "both"
         raise InputError(f"target and boresight: found {found}, expected one of them")
     if boresight is not None:
+        if tolerance is not None:
+            raise InputError(
+                "tolerance: found one for a boresight, expected it with a target: a body that may "
+                "roll about its boresight may keep it pointed for any time"
+            )
         body, inertial = (
             unit_vector(value, 3, name)
             for value, name in zip(boresight, ("boresight", "direction to point at"), strict=True)
