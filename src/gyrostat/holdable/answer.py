@@ -100,7 +100,7 @@ def holdable(
     """Say what a spacecraft can hold at rest with some of its wheels failed.
 
     The total momentum H0 = R (J w + W h) is conserved. At rest the wheels carry all of it:
-    with b = R'H0 and the momentum p of the failed wheels, b - p must be W_A h, |h_i| <= limit_i.
+    with b = R'H0 and the momentum p of the failed wheels, b - p = W_A h, each h_i within its limit.
     All attitudes with the same b differ by a turn about H0, and the one nearest to a target with
     b_t is as far from it as b from b_t. The nearest b is found exactly, from a finite list.
 
