@@ -153,6 +153,34 @@ def test_the_integrator_is_of_fourth_order():
     assert np.all(np.diff(-np.log2(errors)) > 3.6)
 
 
+def test_a_tree_is_carried_as_its_numbers():
+    """A rotation coupled to a decay, its state in two parts: closed form, size and shape kept."""
+    decay = 3.0
+
+    def field(state, time):
+        turning, fading = state
+        return jnp.array([-turning[1], turning[0]]), -decay * fading
+
+    start = (jnp.array([1.0, 0.0]), jnp.array(2.0))
+    scale = (jnp.ones(2), jnp.ones(()))
+    (turned, faded), resolved = integrate(field, start, 2.0, scale=scale, tolerance=1e-10)
+    assert bool(resolved)
+    np.testing.assert_allclose(turned, [np.cos(2.0), np.sin(2.0)], rtol=1e-8)
+    assert float(faded) == pytest.approx(2.0 * np.exp(-2.0 * decay), rel=1e-6)
+    assert faded.shape == ()
+
+
+@pytest.mark.parametrize("size", [1, 2, 5])
+def test_elimination_is_that_of_lapack(size):
+    from gyrostat.wheel.rodas import _eliminator
+
+    random = np.random.default_rng(size)
+    matrix = random.standard_normal((size, size)) + 4.0 * np.eye(size)
+    right = random.standard_normal(size)
+    found = _eliminator([list(row) for row in matrix])(list(right))
+    np.testing.assert_allclose(np.array(found), np.linalg.solve(matrix, right), rtol=1e-12)
+
+
 def test_too_hard_an_interval_is_said():
     """A pole inside the interval cannot be passed, and is not passed over in silence."""
     _, resolved = integrate(
