@@ -19,6 +19,7 @@ from gyrostat.body.gyrostat import (
 )
 from gyrostat.body.rotations import EulerAngles
 from gyrostat.body.spacecraft import Spacecraft, check_inertia
+from gyrostat.body.spacecraft_file import SpacecraftFile, read_spacecraft
 from gyrostat.body.spacecraft_sensor import SpacecraftMeasurement, SpacecraftSensor
 from gyrostat.body.table import AirBearingTable, DriveRecord, TableCommand, TableState
 
@@ -36,6 +37,7 @@ __all__ = [
     "MomentumMeasurement",
     "MomentumSensor",
     "Spacecraft",
+    "SpacecraftFile",
     "SpacecraftMeasurement",
     "SpacecraftSensor",
     "TableCommand",
@@ -48,5 +50,6 @@ __all__ = [
     "WheelFailures",
     "WheelTorqueCommand",
     "check_inertia",
+    "read_spacecraft",
     "rotations",
 ]
