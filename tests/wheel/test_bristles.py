@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from gyrostat._jax import jax, jnp
-from gyrostat.body import AirBearingTable, TableCommand
+from gyrostat.body import AirBearingTable, BenchWheel, TableCommand, TorqueCommand
 from gyrostat.friction import LuGre, Stribeck
 from gyrostat.wheel import Wheel, slide
 from gyrostat.wheel.rodas import integrate
@@ -196,3 +196,44 @@ def test_bristles_are_not_taken_for_static_friction():
     bench = _FixedBench(BENT, Wheel(J, MOTOR, BENT), 0.1, 0.0)
     with pytest.raises(TypeError, match="found LuGre"):
         slide(bench, Motion(jnp.array(0.0), ()), 1.0)
+
+
+def test_ever_stiffer_bristles_become_dry_friction():
+    """Twenty seconds from rest, the whole bend of the curve passed in a small part of it."""
+    torque, seconds = 2e-3, 20.0
+
+    @jax.jit
+    def speed(stiffness):
+        plant = BenchWheel(Wheel(J, MOTOR, LuGre(CURVE, stiffness, 2.2e-3)))
+        state, resolved = plant(plant.start(), TorqueCommand(torque), 0.0, seconds)
+        return state.speed, resolved
+
+    plant = BenchWheel(Wheel(J, MOTOR, CURVE))
+    dry = plant(plant.start(), TorqueCommand(torque), 0.0, seconds)[0].speed
+    gaps = []
+    for stiffness in 10.0 ** np.arange(-2, 15, 2):
+        found, resolved = speed(stiffness)
+        assert resolved
+        gaps.append(abs(float(found - dry)) / float(dry))
+    # a hundred times stiffer, a tenth of the difference, down to the error of the steps
+    assert all(after < 0.11 * before + 1e-8 for before, after in zip(gaps, gaps[1:], strict=False))
+    assert gaps[-1] < 1e-8
+
+
+def test_the_end_of_an_interval_moves_with_its_length():
+    """The derivative by the duration is the acceleration there."""
+    plant = BenchWheel(Wheel(J, MOTOR, BENT))
+
+    def speed(duration):
+        return plant(plant.start(), TorqueCommand(2e-3), 0.0, duration)[0]
+
+    state, change = jax.jvp(speed, (2.0,), (1.0,))
+    wanted = (2e-3 - BENT.torque(state.speed, state.bristle)) / J
+    # the last step is no more exact than its tolerance
+    np.testing.assert_allclose(change.speed, wanted, rtol=1e-7)
+
+
+def test_a_state_that_is_no_number_is_said_at_once():
+    plant = BenchWheel(Wheel(J, MOTOR, BENT))
+    state = plant.start(speed=np.nan)
+    assert not plant(state, TorqueCommand(1e-3), 0.0, 1.0)[1]

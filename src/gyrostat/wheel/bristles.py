@@ -18,6 +18,8 @@ of its largest value. At 1e-5 it would be within 1.3e-7, at 1e-7 within 4e-10.
 """
 CARRIER_SCALE = 1e-2
 """rad, rad/s: what counts in the motion of a carrier."""
+FIRST_REACH = 0.2
+"""Share of its speed, or of the scale of the friction curve, that a first step may change."""
 SLOWEST = 1e-2
 """rad/s: scale of the friction curve where it has none."""
 REST = 1e-2
@@ -66,8 +68,17 @@ def bend(
         friction.level(0.0) / friction.stiffness,
         jax.tree.map(lambda y: jnp.full_like(y, CARRIER_SCALE), motion.carrier),
     )
-    scale = jax.lax.stop_gradient(scale)
-    state, resolved = integrate(field, state, duration, scale=scale, tolerance=TOLERANCE)
+    # a long first step from near rest would pass over the whole bend of the friction curve unseen
+    tiny = jnp.finfo(float).tiny
+    rate = jnp.maximum(jnp.abs(field(state, 0.0)[0]), tiny)
+    speed, bend = jnp.abs(motion.speed), scale[0] / REST
+    first = FIRST_REACH * jnp.maximum(speed, bend) / rate
+    # from rest, over the bending of the bristles
+    first = jnp.where(speed < bend, jnp.minimum(first, jnp.sqrt(scale[1] / rate)), first)
+    scale, first = jax.lax.stop_gradient((scale, first))
+    state, resolved = integrate(
+        field, state, duration, scale=scale, tolerance=TOLERANCE, first=first
+    )
     speed, deflection, carrier = state
     return Motion(speed, carrier), jnp.asarray(deflection), resolved
 

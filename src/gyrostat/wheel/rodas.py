@@ -6,6 +6,7 @@ code of that name. No iteration inside a step; the number of steps is bounded, a
 needs more says so.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -18,6 +19,8 @@ from gyrostat.friction import Scalar
 Field = Callable[[Any, Scalar], Any]
 
 MAX_STEPS = 2000
+SHORTEST = 1e-15
+"""Step, as a share of the interval, at which the integrator gives up."""
 SHRINK, GROW, SAFETY = 0.1, 6.0, 0.9
 """Bounds on the change of the step length from one step to the next, and what is kept back."""
 GAMMA = 0.25
@@ -157,6 +160,7 @@ def integrate(
     *,
     scale: Any,
     tolerance: float,
+    first: Scalar = math.inf,
 ) -> tuple[Any, Bool[Array, ""]]:
     """Carry a state over an interval.
 
@@ -167,10 +171,12 @@ def integrate(
         scale: size of each component that counts, a tree like the state: errors are relative to
             this or to the component, whichever is larger.
         tolerance: largest error of one step.
+        first: length of the first step, s. The error estimate sees nothing that a step passes over
+            whole, so it must not be longer than the shortest thing to come.
 
     Returns:
-        The state at the end, and whether it was reached within `MAX_STEPS`. Differentiable in
-        forward mode.
+        The state at the end, and whether it was reached within `MAX_STEPS`; not, for a state that
+        is not finite. Differentiable in forward mode.
     """
     duration = jnp.asarray(duration, dtype=float)
     numbers, join = _split(state)
@@ -180,12 +186,15 @@ def integrate(
         return _split(field(join(numbers), time))[0]
 
     def unfinished(progress: _Progress):
-        return (progress.elapsed < duration) & (progress.number < MAX_STEPS)
+        # a state that is not finite shrinks its steps for ever
+        shrinks = progress.step > SHORTEST * duration
+        return (progress.elapsed < duration) & (progress.number < MAX_STEPS) & shrinks
 
     def go(progress: _Progress) -> _Progress:
         remaining = duration - progress.elapsed
         last = progress.step >= remaining
-        step = jax.lax.stop_gradient(jnp.where(last, remaining, progress.step))
+        # the last step ends where the interval does, whose derivative it carries
+        step = jnp.where(last, remaining, jax.lax.stop_gradient(progress.step))
         reached, errors = _step(flat_field, progress.state, progress.elapsed, step)
         worst = jnp.zeros_like(step)
         for old, new, error, least in zip(progress.state, reached, errors, scales, strict=True):
@@ -199,10 +208,10 @@ def integrate(
         return _Progress(
             state=[jnp.where(fine, a, b) for a, b in zip(reached, progress.state, strict=True)],
             elapsed=jnp.where(fine, elapsed, progress.elapsed),
-            step=step * jnp.where(fine, change, jnp.minimum(change, 0.5)),
+            step=jax.lax.stop_gradient(step) * jnp.where(fine, change, jnp.minimum(change, 0.5)),
             number=progress.number + 1,
         )
 
-    start = _Progress(numbers, jnp.zeros_like(duration), duration, jnp.array(0))
+    start = _Progress(numbers, jnp.zeros_like(duration), jnp.minimum(duration, first), jnp.array(0))
     last = jax.lax.while_loop(unfinished, go, start)
     return join(last.state), last.elapsed >= duration
