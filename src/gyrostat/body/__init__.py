@@ -13,14 +13,27 @@ from gyrostat.body.gyro import Gyro, TableMeasurement, TableSensors, TrueTurn, T
 from gyrostat.body.rotations import EulerAngles
 from gyrostat.body.spacecraft import Spacecraft, check_inertia
 from gyrostat.body.table import AirBearingTable, DriveRecord, TableCommand, TableState
+from gyrostat.body.torque_driven import (
+    BodyRateRecord,
+    BodyTorqueCommand,
+    EulerMeasurement,
+    EulerSensor,
+    EulerState,
+    TorqueDrivenBody,
+)
 
 __all__ = [
     "AirBearingTable",
     "BenchRecord",
     "BenchWheel",
     "BenchWheelState",
+    "BodyRateRecord",
+    "BodyTorqueCommand",
     "DriveRecord",
     "EulerAngles",
+    "EulerMeasurement",
+    "EulerSensor",
+    "EulerState",
     "Gyro",
     "MomentumMeasurement",
     "MomentumSensor",
@@ -30,6 +43,7 @@ __all__ = [
     "TableSensors",
     "TableState",
     "TorqueCommand",
+    "TorqueDrivenBody",
     "TrueTurn",
     "Turn",
     "check_inertia",
