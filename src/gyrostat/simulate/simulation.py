@@ -229,11 +229,8 @@ def _labelled(histories: Histories, period: float) -> "xr.Dataset":
         for name, values in signals._asdict().items():
             label = prefix + name if name in variables else name
             extra = [f"{label}_{k}" for k in range(1, values.ndim - 1)]
-            if values.dtype == bool:
-                values = values & fine
-            else:
-                mask = fine.reshape(*fine.shape, *(1,) * len(extra))
-                values = np.where(mask, values, np.nan)
+            mask = fine.reshape(*fine.shape, *(1,) * len(extra))
+            values = values & mask if values.dtype == bool else np.where(mask, values, np.nan)
             attributes = {"units": units[name]} if name in units else {}
             variables[label] = (("run", "time", *extra), values, attributes)
     last = np.where(fine.all(axis=1), count, np.argmin(fine, axis=1)) - 1
