@@ -168,7 +168,7 @@ class TorqueDrivenBody(eqx.Module):
         law: Callable[[EulerState], Vector],
         time: Scalar,
         duration: Scalar,
-    ) -> tuple[EulerState, Bool[Array, ""]]:
+    ) -> tuple[EulerState, Bool[Array, ""], Scalar]:
         """One step of the classical fourth-order Runge-Kutta method, a law evaluated at each stage.
 
         Args:
@@ -178,9 +178,9 @@ class TorqueDrivenBody(eqx.Module):
             duration: s.
 
         Returns:
-            The state at its end, and whether it was resolved: no stage came nearer to the
-            singularity than `LEAST_SINE`, and the body rate changed by what the torques of the
-            stages gave it, to within `LARGEST_SLIP`.
+            The state at its end; whether no stage came nearer to the singularity than `LEAST_SINE`;
+            and the slip: by how much, rad/s, the body rate misses what the torques of the stages
+            gave it, which is the error of the step in that rate.
         """
         begin = jnp.stack([jnp.asarray(value, float) for value in state])
         working = self.working(time)
@@ -202,13 +202,20 @@ class TorqueDrivenBody(eqx.Module):
         after = EulerState(*(begin + duration * total))
         slip = after.body_rate() - EulerState(*begin).body_rate()
         slip = slip - duration * impulse / self.inertia
-        return after, clear & jnp.all(jnp.abs(slip) <= LARGEST_SLIP)
+        return after, clear, jnp.max(jnp.abs(slip))
 
     def __call__(
         self, state: EulerState, command: BodyTorqueCommand, time: Scalar, duration: Scalar
     ) -> tuple[EulerState, Bool[Array, ""]]:
-        """Carry the body over an interval of held torque; see `carry`."""
-        return self.carry(state, lambda _: jnp.asarray(command.torque), time, duration)
+        """Carry the body over an interval of held torque.
+
+        Returns:
+            The state at its end, and whether it was resolved: clear of the singularity, its slip
+            within `LARGEST_SLIP`; see `carry`.
+        """
+        held = jnp.asarray(command.torque)
+        after, clear, slip = self.carry(state, lambda _: held, time, duration)
+        return after, clear & (slip <= LARGEST_SLIP)
 
     def diverged(self, state: EulerState) -> Bool[Array, ""]:
         """Whether the angles have come to their singularity, sin(theta) < `LEAST_SINE`."""
