@@ -202,14 +202,19 @@ class Gyrostat(eqx.Module):
         return jax.lax.scan(part, (state, jnp.array(True)), (starts, lengths))[0]
 
     def _carry(self, state, torque, seized, drag, time, duration):
+        wheels = self.spacecraft.wheels
+        axes = jnp.asarray(wheels.axes)
+        inverse = inverse_definite(jnp.asarray(self.spacecraft.inertia))
         contacts = WheelsOnBody(
-            friction=self.spacecraft.wheels.friction,
+            friction=wheels.friction,
             body=self,
             torque=torque,
             seized=seized,
             added_viscous=drag,
             started=time,
-            inverse=inverse_definite(jnp.asarray(self.spacecraft.inertia)),
+            mobility=jnp.diag(1.0 / (jnp.ones(wheels.count) * wheels.inertia))
+            + axes.T @ inverse @ axes,
+            inverse=inverse,
             inverse_locked=inverse_definite(self.spacecraft.inertia_locked()),
         )
         motion = Motion(state.wheel_speed, Carrier(state.attitude, state.momentum))

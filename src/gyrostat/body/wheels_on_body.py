@@ -41,6 +41,7 @@ class WheelsOnBody(Contacts):
         seized: (wheels,) which rotors are fixed to the body.
         added_viscous: (wheels,) drag beside the friction, N·m·s/rad.
         started: time of the start of the interval, s.
+        mobility: see `Contacts`.
         inverse: (3, 3) of the body's inertia without that of the rotors about their axes,
             1/(kg·m²).
         inverse_locked: (3, 3) of the inertia with all rotors locked, 1/(kg·m²).
@@ -52,6 +53,7 @@ class WheelsOnBody(Contacts):
     seized: Bool[Array, " wheels"]
     added_viscous: PerWheel
     started: Scalar
+    mobility: Float[Array, "wheels wheels"]
     inverse: Float[Array, "3 3"]
     inverse_locked: Float[Array, "3 3"]
 
@@ -61,12 +63,6 @@ class WheelsOnBody(Contacts):
         momentum = to_body(motion.carrier.attitude, motion.carrier.momentum)
         rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * motion.speed)
         return self.inverse_locked @ (momentum - rotors), momentum
-
-    def mobility(self) -> Float[Array, "wheels wheels"]:
-        """See `Contacts.mobility`."""
-        axes = jnp.asarray(self.body.spacecraft.wheels.axes)
-        own = jnp.diag(1.0 / (jnp.ones(axes.shape[1]) * self.body.spacecraft.wheels.inertia))
-        return own + axes.T @ self.inverse @ axes
 
     def drive(self, motion: Motion, time: Scalar) -> tuple[PerWheel, PerWheel]:
         """See `Contacts.drive`."""
@@ -96,5 +92,5 @@ class WheelsOnBody(Contacts):
         rate, momentum = self.rate_of_body(motion)
         nutation = self.inverse @ momentum
         fastest = jnp.sqrt(jnp.maximum(rate @ rate, nutation @ nutation))
-        drag = jnp.max(self.added_viscous * jnp.diagonal(self.mobility()))
+        drag = jnp.max(self.added_viscous * jnp.diagonal(self.mobility))
         return TURN_STEP / jnp.maximum(jnp.maximum(fastest, drag), 1e-9)

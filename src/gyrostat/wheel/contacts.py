@@ -31,10 +31,8 @@ class Contacts(eqx.Module):
 
     friction: eqx.AbstractVar[Any]
     """A static `Friction` whose parameters are (wheels,) or shared."""
-
-    @abc.abstractmethod
-    def mobility(self) -> Float[Array, "wheels wheels"]:
-        """M, symmetric and positive definite, 1/(kg·m²)."""
+    mobility: eqx.AbstractVar[Float[Array, "wheels wheels"]]
+    """M, symmetric and positive definite, 1/(kg·m²)."""
 
     @abc.abstractmethod
     def drive(self, motion: Motion, time: Scalar) -> tuple[PerWheel, PerWheel]:
@@ -72,7 +70,7 @@ class Contacts(eqx.Module):
             time: from the start of the interval, s.
         """
         drive, drift = self.drive(motion, time)
-        mobility = self.mobility()
+        mobility = self.mobility
         held = direction == 0.0
         sliding = self.friction.torque(motion.speed, direction)
         surplus = jnp.where(held, 0.0, drive - sliding)
@@ -85,7 +83,7 @@ class Contacts(eqx.Module):
         """Derivative in time while the modes of motion are frozen; see `torques`."""
         friction = self.torques(motion, direction, time)
         drive, drift = self.drive(motion, time)
-        rate = self.mobility() @ (drive - friction) + drift
+        rate = self.mobility @ (drive - friction) + drift
         # held means held: what is left of the solution's rounding would creep
         speed = jnp.where(direction == 0.0, 0.0, rate)
         return Motion(speed, self.carrier_rate(motion, friction, time))

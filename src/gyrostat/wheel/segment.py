@@ -81,8 +81,24 @@ def friction_limit(friction: Any, inertia, speed, direction, rate, rate_change, 
     return jnp.minimum(limit, jnp.sqrt(RATE_STEP / jnp.maximum(steepening, tiny)))
 
 
-def event_time(flow, height, low, guess, high):
-    """Time in [low, high] at which a height above zero runs out, differentiable.
+def newton_step(flow, height, time):
+    """One step towards the time at which a height runs out, differentiable.
+
+    Args:
+        flow: duration -> motion.
+        height: (motion, duration) -> height and its rate.
+        time: s.
+
+    Returns:
+        The height at `time`, and the next time.
+    """
+    end, rate = height(flow(time), time)
+    rate = jax.lax.stop_gradient(rate)
+    return end, time - end / jnp.where(rate == 0.0, -1.0, rate)
+
+
+def bracketed_time(flow, height, low, guess, high):
+    """Time in [low, high] at which a height above zero runs out; a value without derivative.
 
     Args:
         flow: duration -> motion.
@@ -92,14 +108,9 @@ def event_time(flow, height, low, guess, high):
         high: a duration at which it is.
     """
 
-    def newton(time):
-        end, rate = height(flow(time), time)
-        rate = jax.lax.stop_gradient(rate)
-        return end, time - end / jnp.where(rate == 0.0, -1.0, rate)
-
     def narrow(_, bracket):
         low, high, time = bracket
-        end, step = jax.lax.stop_gradient(newton(time))
+        end, step = jax.lax.stop_gradient(newton_step(flow, height, time))
         above = end > 0.0
         low, high = jnp.where(above, time, low), jnp.where(above, high, time)
         # a root at the edge of the bracket is a root: a strict test would bisect away from it
@@ -107,10 +118,19 @@ def event_time(flow, height, low, guess, high):
         inside = (step >= low - slack) & (step <= high + slack)
         return low, high, jnp.where(inside, step, 0.5 * (low + high))
 
-    _, _, time = jax.lax.stop_gradient(
-        jax.lax.fori_loop(0, NEWTON_STEPS, narrow, (low, high, guess))
-    )
-    return newton(time)[1]
+    bracket = jax.lax.fori_loop(0, NEWTON_STEPS, narrow, (low, high, guess))
+    return jax.lax.stop_gradient(bracket)[2]
+
+
+def event_time(flow, height, low, guess, high, latest):
+    """The same with its derivative, and no later than `latest`."""
+    time = newton_step(flow, height, bracketed_time(flow, height, low, guess, high))[1]
+    return within(time, latest)
+
+
+def within(time, latest):
+    """The time, kept within 0 and `latest`: at a speed that only touches zero, Newton strays."""
+    return time + jax.lax.stop_gradient(jnp.clip(time, 0.0, latest) - time)
 
 
 def falls_through_zero(height, start_rate, end_rate, length):

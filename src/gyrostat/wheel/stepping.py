@@ -129,9 +129,7 @@ def _travel(contact: Contact, motion: Motion, direction, start, remaining):
         low = jnp.where(rises & from_zero, turning, 0.0)
         high = jnp.where(past_zero, length, turning)
         guess = jnp.clip(falls_through_zero(first, start_rate, end_rate, length), low, high)
-        time = event_time(flow, height, low, guess, high)
-        # where the speed only touches zero, the last Newton step may lead anywhere
-        time += jax.lax.stop_gradient(jnp.clip(time, 0.0, remaining) - time)
+        time = event_time(flow, height, low, guess, high, remaining)
         # the parabola that found a dip is only an estimate: the flow itself decides
         deepest = jax.lax.stop_gradient(height(flow(high), high)[0])
         there = flow(time)._replace(speed=jnp.zeros_like(end.speed))

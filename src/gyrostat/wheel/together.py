@@ -16,11 +16,32 @@ from gyrostat.wheel.contact import Motion
 from gyrostat.wheel.contacts import Contacts, PerWheel
 from gyrostat.wheel.segment import (
     MAX_SEGMENTS,
-    event_time,
+    bracketed_time,
     falls_through_zero,
     friction_limit,
-    runge_kutta,
+    newton_step,
+    within,
 )
+
+EVENT_TOLERANCE = 1e-9
+"""Share of a height that may be left where it only dips to zero."""
+STAGES = jnp.array([0.0, 0.5, 0.5, 1.0])
+WEIGHTS = jnp.array([1.0, 2.0, 2.0, 1.0]) / 6.0
+
+
+@jax.jit
+def _runge_kutta(contacts: Contacts, motion: Motion, direction, start, duration) -> Motion:
+    """One classical fourth-order step of frozen modes; its stages a loop, which compiles sooner."""
+
+    def stage(carry, share):
+        rate, total = carry
+        place, weight = share
+        there = jax.tree.map(lambda y, k: y + place * duration * k, motion, rate)
+        rate = contacts.rate(there, direction, start + place * duration)
+        return (rate, jax.tree.map(lambda y, k: y + weight * duration * k, total, rate)), None
+
+    nothing = jax.tree.map(jnp.zeros_like, motion)
+    return jax.lax.scan(stage, (nothing, motion), (STAGES, WEIGHTS))[0][1]
 
 
 class _Segment(NamedTuple):
@@ -71,7 +92,7 @@ def _heights(contacts: Contacts, motion: Motion, direction, rising, time):
 def _segment_limit(contacts: Contacts, motion: Motion, direction, start, remaining):
     """Longest segment that resolves every friction curve, the carrier and the drive."""
     rate = contacts.rate(motion, direction, start)
-    mobility = contacts.mobility()
+    mobility = contacts.mobility
 
     def pull(motion, time):
         drive, drift = contacts.drive(motion, time)
@@ -114,7 +135,7 @@ def _travel(contacts: Contacts, motion: Motion, direction, start, remaining):
     held = direction == 0.0
 
     def flow(duration):
-        return runge_kutta(contacts, motion, direction, start, duration)
+        return _runge_kutta(contacts, motion, direction, start, duration)
 
     end = flow(duration)
     after = contacts.torques(end, direction, start + duration)
@@ -126,8 +147,10 @@ def _travel(contacts: Contacts, motion: Motion, direction, start, remaining):
 
     # what happens is decided on values alone
     length = jax.lax.stop_gradient(duration)
-    first, start_rate = jax.lax.stop_gradient(heights(motion, jnp.zeros_like(duration)))
-    final, end_rate = jax.lax.stop_gradient(heights(end, duration))
+    both = jax.tree.map(lambda a, b: jnp.stack([a, b]), motion, end)
+    times = jnp.stack([jnp.zeros_like(length), length])
+    # one call for both ends, which compiles once
+    (first, final), (start_rate, end_rate) = jax.lax.stop_gradient(jax.vmap(heights)(both, times))
     turns = start_rate * end_rate < 0.0
     turning = length * start_rate / jnp.where(turns, start_rate - end_rate, 1.0)
     # a wheel that starts at zero comes to zero only after it has risen
@@ -146,27 +169,26 @@ def _travel(contacts: Contacts, motion: Motion, direction, start, remaining):
         return end._replace(speed=speed), duration, last, jnp.zeros_like(held)
 
     def locate(_):
-        def event(wheel, latest):
-            low = jnp.where(rises[wheel] & from_zero[wheel], turning[wheel], 0.0)
-            high = jnp.where(past_zero[wheel], latest, turning[wheel])
-
+        def of_wheel(wheel):
             def height(motion, duration):
                 value, rate = heights(motion, duration)
                 return value[wheel], rate[wheel]
 
-            deepest = height(flow(high), high)[0]
-            time = event_time(flow, height, low, jnp.clip(guess[wheel], low, high), high)
-            # where the speed only touches zero, the last Newton step may lead anywhere
-            time += jax.lax.stop_gradient(jnp.clip(time, 0.0, remaining) - time)
-            return time, deepest <= 0.0
+            return height
 
         def narrow(search: _Search) -> _Search:
             wheel = jnp.argmin(jnp.where(search.suspects, guess, jnp.inf))
-            time, happens = jax.lax.stop_gradient(event(wheel, search.time))
+            low = jnp.where(rises[wheel] & from_zero[wheel], turning[wheel], 0.0)
+            high = jnp.where(past_zero[wheel], search.time, turning[wheel])
+            first_guess = jnp.clip(guess[wheel], low, high)
+            time = bracketed_time(flow, of_wheel(wheel), low, first_guess, high)
+            # the parabola that found a dip is only an estimate: the flow itself decides
+            left = heights(flow(time), time)[0]
+            happens = past_zero[wheel] | (left[wheel] <= EVENT_TOLERANCE * first[wheel])
             time = jnp.where(happens, time, search.time)
-            passed = heights(flow(time), time)[0] <= 0.0
-            earlier = jnp.where(past_zero, passed, turning < time)
-            others = search.suspects & (jnp.arange(len(held)) != wheel) & earlier
+            earlier = jnp.where(past_zero, left <= 0.0, turning < time)
+            others = search.suspects & (jnp.arange(len(held)) != wheel)
+            others &= jnp.where(happens, earlier, True)
             return _Search(
                 time, jnp.where(happens, wheel, search.wheel), search.found | happens, others
             )
@@ -174,7 +196,7 @@ def _travel(contacts: Contacts, motion: Motion, direction, start, remaining):
         none = _Search(length, jnp.array(0), jnp.array(False), past_zero | dips)
         search = jax.lax.while_loop(lambda s: jnp.any(s.suspects), narrow, none)
         search = jax.lax.stop_gradient(search)
-        time, _ = event(search.wheel, jnp.where(search.found, search.time, length))
+        time = within(newton_step(flow, of_wheel(search.wheel), search.time)[1], remaining)
         hit = jnp.arange(len(held)) == search.wheel
         there = flow(time)
         there = there._replace(speed=jnp.where(hit, 0.0, there.speed))
