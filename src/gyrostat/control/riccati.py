@@ -18,8 +18,8 @@ from gyrostat.linear import Square, factor, product, solve, symmetric, whiten
 BALANCINGS = 4
 """Sweeps that bring the rows and columns of the Hamiltonian matrix to one size."""
 DOUBLINGS = 14
-"""Enough where the closed loop's largest and smallest |eigenvalue| differ 1e6-fold, or a mode is
-damped to a share of 1e-3."""
+"""Enough where the closed loop's |eigenvalues| differ 1e4-fold, or a mode is damped to a share of
+1e-3; each more doubles the share, and makes four times of the ratio."""
 LARGEST_RESIDUAL = 1e-9
 """Of a valid solution."""
 LARGEST_REMAINDER = 1e-4
