@@ -6,6 +6,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from gyrostat.papers.carvalho_fenili.exchange import Exchange
 from gyrostat.papers.carvalho_fenili.flights import Flight
@@ -95,10 +96,9 @@ _READ = (
 )
 
 
-def _key() -> tuple[list[mpl.lines.Line2D], list[str]]:
-    line = mpl.lines.Line2D
-    lines = [line([], [], color=colour, lw=1.4) for colour in COLOURS]
-    return [*lines, line([], [], color=MEASURED, lw=1.0, ls="--")], [*LABELS, "held"]
+def _key() -> tuple[list[Line2D], list[str]]:
+    lines = [Line2D([], [], color=colour, lw=1.4) for colour in COLOURS]
+    return [*lines, Line2D([], [], color=MEASURED, lw=1.0, ls="--")], [*LABELS, "held"]
 
 
 def _angle_axes(axes: Axes, flight: Flight, sampled: Flight) -> None:

@@ -42,12 +42,12 @@ PERIOD = 0.1
 """s, of control: the laws' own time constants are seconds."""
 TARGET = EulerAngles(phi=0.0, theta=0.5 * np.pi, psi=0.0)
 CRAFT = Spacecraft(
-    inertia=(INERTIA - ROTOR) * np.eye(3),
-    wheels=WheelArray(axes=np.eye(3), inertia=np.full(3, ROTOR)),
+    inertia=(INERTIA - ROTOR) * jnp.eye(3),
+    wheels=WheelArray(axes=jnp.eye(3), inertia=jnp.full(3, ROTOR)),
 )
 SETTINGS = (
-    f"Gyrostat: three wheels along x, y and z at rest at first, rotors of {ROTOR:g} kg·m²; with the "
-    "rotors locked the body has the paper's inertia; no limits and no friction, as in the "
+    f"Gyrostat: three wheels along x, y and z at rest at first, rotors of {ROTOR:g} kg·m²; with "
+    "the rotors locked the body has the paper's inertia; no limits and no friction, as in the "
     f"paper; laws sampled each {PERIOD:g} s, rotor torque -M; a wheel that fails loses its torque "
     f"at {FAILURE:g} s and keeps its momentum.",
 )
@@ -139,14 +139,15 @@ def exchanged(law: Any, duration: float = DURATION) -> Mapping[str, Exchange]:
         law: state -> body torque, (3,), N·m.
         duration: s.
     """
-    plants = []
+    plants: list[Any] = []
     for failed in CASES.values():
         failures = WheelFailures.none(3)
         for wheel in failed:
             failures = failures.torque_lost(wheel, FAILURE)
         plants.append(Gyrostat(CRAFT, failures))
+    every: Any = stack(plants)
     flown = simulate(
-        stack(plants),
+        every,
         WheelsOnAngles(law),
         SpacecraftSensor(Gyrostat(CRAFT)),
         start=plants[0].start(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import numpy as np
+from jaxtyping import Array, Float
 
 from gyrostat._jax import jax, jnp
 from gyrostat.body import EulerSensor, EulerState, TorqueDrivenBody
@@ -86,7 +87,7 @@ class Flight:
 
 
 @eqx.filter_jit
-def _continuous(law: Any, failing: np.ndarray, start: EulerState, count: int) -> Any:
+def _continuous(law: Any, failing: Float[Array, "cases 3"], start: EulerState, count: int) -> Any:
     def single(times):
         body = TorqueDrivenBody(INERTIA, times)
 
@@ -152,7 +153,7 @@ def _flight(
 
 def held(law: Any, duration: float = DURATION) -> Mapping[str, Flight]:
     """Fly all cases with a law that is sampled, and held for 0.01 s; see `continuous`."""
-    plants = stack([TorqueDrivenBody(INERTIA, times) for times in failure_times()])
+    plants: Any = stack([TorqueDrivenBody(INERTIA, times) for times in failure_times()])
     flown: xr.Dataset = simulate(
         plants,
         TorqueOnAngles(law),

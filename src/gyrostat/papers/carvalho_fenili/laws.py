@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from gyrostat._jax import jnp
 from gyrostat.body import BodyTorqueCommand, EulerMeasurement, EulerState
 from gyrostat.body.rotations import Vector
-from gyrostat.control.riccati import riccati
+from gyrostat.control import EulerCube, StateDependentRiccati, lqr, uncontrollable
 from gyrostat.friction import Scalar
 from gyrostat.papers.carvalho_fenili.printed import (
     CASES,
@@ -48,52 +48,25 @@ def regulated(state: EulerState) -> Float[Array, "6"]:
     )
 
 
-def factorisation(state: EulerState) -> tuple[Float[Array, "6 6"], Float[Array, "6 3"]]:
-    """A(x) and B(x) of (17) and (18), their misprints corrected: A x + B u is the plant's field."""
-    sine, cosine = jnp.sin(state.theta), jnp.cos(state.theta)
-    across, along = jnp.sin(state.psi), jnp.cos(state.psi)
-    zero, one = jnp.zeros_like(sine), jnp.ones_like(sine)
-    theta, psi = state.theta_rate, state.psi_rate
-    dynamics = [
-        [zero, one, zero, zero, zero, zero],
-        [zero, zero, zero, -psi * sine, zero, zero],
-        [zero, zero, zero, one, zero, zero],
-        [zero, zero, zero, -theta * cosine / sine, zero, theta / sine],
-        [zero, zero, zero, zero, zero, one],
-        [zero, -psi * cosine / sine, zero, theta / sine, zero, zero],
-    ]
-    torques = [
-        [zero, zero, zero],
-        [along, -across, zero],
-        [zero, zero, zero],
-        [across / sine, along / sine, zero],
-        [zero, zero, zero],
-        [-across * cosine / sine, -along * cosine / sine, one],
-    ]
-    return jnp.array(dynamics), jnp.array(torques) / INERTIA
+FACTORISATION = EulerCube(INERTIA)
+"""(17) and (18), their misprints corrected, over `regulated`."""
 
 
 def linearised() -> tuple[np.ndarray, np.ndarray]:
-    """A and B of (16) at (15), B(2,4) corrected to 0."""
-    level = EulerState(0.5 * jnp.pi, *jnp.zeros(5))
-    dynamics, torques = (np.asarray(part).copy() for part in factorisation(level))
-    # of cos(pi/2) rounding is left
-    torques[np.abs(torques) < 1e-15] = 0.0
-    return dynamics, torques
+    """A, (6, 6), and B, (6, 3), of (16) at (15), B(2,4) corrected to 0."""
+    dynamics, torques = FACTORISATION(jnp.zeros(6))
+    return np.asarray(dynamics), np.asarray(torques)
 
 
 def gain() -> np.ndarray:
     """(3, 6) gain of the linear quadratic regulator, N·m/rad and N·m·s/rad: M = -K x."""
-    solution = riccati(*map(jnp.asarray, (*linearised(), STATE_WEIGHT, INPUT_WEIGHT)))
-    return np.asarray(solution.gain)
+    return np.asarray(lqr(*linearised(), STATE_WEIGHT, INPUT_WEIGHT).gain)
 
 
 def rank(case: str) -> int:
     """Controllability rank of the linearised plant without the torques that failed."""
     dynamics, torques = linearised()
-    left = np.delete(torques, list(CASES[case]), axis=1)
-    powers = [np.linalg.matrix_power(dynamics, k) @ left for k in range(6)]
-    return int(np.linalg.matrix_rank(np.hstack(powers)))
+    return uncontrollable(dynamics, np.delete(torques, list(CASES[case]), axis=1)).rank
 
 
 class LinearQuadratic(eqx.Module):
@@ -114,20 +87,18 @@ class StateDependent(eqx.Module):
     """M = -R^-1 B(x)' P(x) x of (11) and (12).
 
     Attributes:
-        state_weight: Q, (6, 6).
-        input_weight: R, (3, 3).
+        design: factorisation and weights.
     """
 
-    state_weight: Float[Array, "6 6"] = eqx.field(default_factory=lambda: STATE_WEIGHT)
-    input_weight: Float[Array, "3 3"] = eqx.field(default_factory=lambda: INPUT_WEIGHT)
+    design: StateDependentRiccati
 
     def __call__(self, state: EulerState) -> Vector:
         """Torque that is commanded, N·m; NaN where the equation has no solution."""
-        weights = jnp.asarray(self.state_weight), jnp.asarray(self.input_weight)
-        solution = riccati(*factorisation(state), *weights, doublings=DOUBLINGS)
-        torque = -solution.gain @ regulated(state)
+        here = regulated(state)
+        solution = self.design.solve(here)
         # near the singularity the solver's other verdict asks for more doublings than P needs
-        return jnp.where(solution.residual <= LARGEST_RESIDUAL, torque, jnp.nan)
+        fine = solution.residual <= LARGEST_RESIDUAL
+        return jnp.where(fine, -solution.gain @ here, jnp.nan)
 
 
 class TorqueOnAngles(eqx.Module):
@@ -165,4 +136,6 @@ class Laws(NamedTuple):
 
 def laws() -> Laws:
     """With the paper's weights."""
-    return Laws(LinearQuadratic(jnp.asarray(gain())), StateDependent())
+    weights = jnp.asarray(STATE_WEIGHT), jnp.asarray(INPUT_WEIGHT)
+    design = StateDependentRiccati(FACTORISATION, *weights, doublings=DOUBLINGS)
+    return Laws(LinearQuadratic(jnp.asarray(gain())), StateDependent(design))

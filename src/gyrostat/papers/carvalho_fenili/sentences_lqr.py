@@ -12,7 +12,7 @@ from gyrostat.papers.carvalho_fenili.judged import (
     statement,
     stays,
 )
-from gyrostat.papers.carvalho_fenili.laws import factorisation, gain, linearised, rank
+from gyrostat.papers.carvalho_fenili.laws import FACTORISATION, gain, linearised, rank, regulated
 from gyrostat.papers.carvalho_fenili.numbers import ANGLE_NAMES, frozen_argument
 from gyrostat.papers.carvalho_fenili.printed import ANGLES, AXES, HEALTHY, RATES
 from gyrostat.papers.claims import Claim
@@ -163,7 +163,7 @@ def _two_failed(flights: Mapping[str, Flight]) -> list[Claim]:
 
 
 def _only_x(flight: Flight) -> list[Claim]:
-    torques = np.asarray(factorisation(HEALTHY.start(ANGLES, RATES))[1])
+    torques = np.asarray(FACTORISATION(regulated(HEALTHY.start(ANGLES, RATES)))[1])
     moved = torques[[1, 3, 5], 0]
     told = ", ".join(f"{value:.4f}" for value in moved)
     return [

@@ -18,8 +18,8 @@ from gyrostat.papers.carvalho_fenili.judged import (
     stays,
 )
 from gyrostat.papers.carvalho_fenili.laws import (
+    FACTORISATION,
     LinearQuadratic,
-    factorisation,
     gain,
     linearised,
     rank,
@@ -144,7 +144,7 @@ def _two_failed(flights: Mapping[str, Flight]) -> list[Claim]:
 
 
 def _only_x(flight: Flight) -> list[Claim]:
-    torques = np.asarray(factorisation(HEALTHY.start(ANGLES, RATES))[1])
+    torques = np.asarray(FACTORISATION(regulated(HEALTHY.start(ANGLES, RATES)))[1])
     return [
         refuted(
             "sdre.MyMz.all_angles_controlled",
@@ -179,7 +179,7 @@ def conclusion(flights: Flights) -> tuple[Claim, ...]:
     start = HEALTHY.start(ANGLES, RATES)
     still = jax.jacfwd(lambda x: jnp.stack(HEALTHY.accelerations(EulerState(*x), jnp.zeros(3))))
     turned = float(np.max(np.abs(np.asarray(still(jnp.stack(start)))[:, [1, 2]])))
-    torques = np.asarray(factorisation(start)[1])[[1, 3, 5]]
+    torques = np.asarray(FACTORISATION(regulated(start))[1])[[1, 3, 5]]
     healthy = flights["lqr"]["none"]
     left = float(np.linalg.norm(healthy.body_rate[-1]) * INERTIA)
     first = float(np.linalg.norm(healthy.body_rate[0]) * INERTIA)
