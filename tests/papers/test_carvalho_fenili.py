@@ -42,7 +42,7 @@ GOAL = np.array([0.5 * np.pi, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 def pair(x):
     """A and B of (17) and (18), corrected by hand, over theta, theta', phi, phi', psi, psi'."""
-    t, td, _, pd, p, sd = x
+    t, td, _, _, p, sd = x
     s, c = np.sin(t), np.cos(t)
     a = np.zeros((6, 6))
     a[0, 1] = a[2, 3] = a[4, 5] = 1.0

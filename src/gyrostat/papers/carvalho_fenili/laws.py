@@ -4,6 +4,7 @@ Both know nothing of a failure: they go on commanding all three torques.
 """
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -58,6 +59,7 @@ def linearised() -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(dynamics), np.asarray(torques)
 
 
+@cache  # the design compiles anew at each call
 def gain() -> np.ndarray:
     """(3, 6) gain of the linear quadratic regulator, N·m/rad and N·m·s/rad: M = -K x."""
     return np.asarray(lqr(*linearised(), STATE_WEIGHT, INPUT_WEIGHT).gain)
