@@ -13,7 +13,10 @@ Square = Float[Array, "n n"]
 
 
 def product(left: Float[Array, "n k"], right: Float[Array, "k m"]) -> Float[Array, "n m"]:
-    """Matrix product as a sum of outer products, which fuses with what stands around it."""
+    """Matrix product as a sum of outer products, which fuses with what stands around it.
+
+    For the last of a chain: one that goes into another is better a plain `@`.
+    """
     total = left[:, 0, None] * right[0]
     for k in range(1, left.shape[1]):
         total = total + left[:, k, None] * right[k]

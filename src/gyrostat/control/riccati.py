@@ -112,13 +112,14 @@ def _doubled(dynamics: Square, input: Square, weight: Square, doublings: int) ->
     def double(_, now):
         power, dual, cost = now
         root = factor(cost)
-        spread = product(dual, root)
+        # `@` where a product goes into another: fused, it would be done again for every element
+        spread = dual @ root
         white = whiten(unit + product(root.T, spread), jnp.concatenate([root.T, spread.T], axis=1))
-        costs = product(white[:, :size], power)
-        duals = product(white[:, size:], power.T)
+        costs = white[:, :size] @ power
+        duals = white[:, size:] @ power.T
         return (
             product(power, power) - product(duals.T, costs),
-            symmetric(dual + product(product(power, dual), power.T)) - product(duals.T, duals),
+            dual + product(power @ dual, power.T) - product(duals.T, duals),
             cost + product(costs.T, costs),
         )
 
@@ -151,11 +152,11 @@ def lyapunov(
     logarithm = jax.lax.stop_gradient(solve(dynamics, jnp.zeros((size, 0)))[1])
     shift = jnp.exp(logarithm / size)
     inverse, _ = solve(dynamics - shift * unit, unit)
-    start = 2.0 * shift * product(inverse.T, product(constant, inverse))
+    start = 2.0 * shift * product(inverse.T, constant @ inverse)
 
     def double(_, now):
         total, power = now
-        return total + product(power.T, product(total, power)), product(power, power)
+        return total + product(power.T, total @ power), product(power, power)
 
     first = (start, unit + 2.0 * shift * inverse)
     total, power = jax.lax.fori_loop(0, doublings, double, first)

@@ -98,11 +98,16 @@ def at_failure_claims(law: str, flight: Flight) -> list[Claim]:
     ]
 
 
+def _followed(flight: Flight) -> bool:
+    """Whether the steps are short enough for the motion to the end of validity."""
+    return flight.resolved_until > flight.valid_until - 0.5 * STEP
+
+
 def how_it_ended(flight: Flight) -> str:
     """The end of a run, one sentence."""
     if flight.complete:
         return f"Valid to {DURATION:g} s."
-    if flight.resolved_until < flight.valid_until - 0.5 * STEP:
+    if not _followed(flight):
         return (
             f"It spins up: from {flight.resolved_until:.2f} s on steps of {STEP:g} s are too long "
             f"for the passages by the singularity, and at {flight.valid_until:.2f} s a step fails."
@@ -165,6 +170,17 @@ def case_claims(law: str, flight: Flight, sampled: Flight) -> list[Claim]:
             f"At {FAILURE:g} s it is {rate_at_failure(flight):.4f} rad/s.",
         ),
     ]
+    if not _followed(flight):
+        claims.append(
+            Claim(
+                f"{law}.{case}.resolved_until_s",
+                f"until when steps of {STEP:g} s follow the motion, {of}",
+                flight.resolved_until,
+                "s",
+                "Then the body rate misses the torque's impulse by more than 1e-5 rad/s in a step; "
+                "what comes after is the integrator's, with no meaning but that it spins up.",
+            )
+        )
     claims += [
         Claim(
             f"{law}.{case}.held.{'theta_error' if angle == 'theta' else angle}",
@@ -192,7 +208,7 @@ def _drift(law: str, flight: Flight, of: str) -> Claim:
     why = "Exact law: I dw/dt = M, so that it is zero; what is left is rounding and the step's."
     if not flight.failed:
         why = "No torque fails, so that no rate is frozen: the largest of none is 0."
-    elif until < flight.valid_until - 0.5 * STEP:
+    elif not _followed(flight):
         why += (
             f" To {until:.2f} s, while the steps resolve the motion; to the end of validity it is "
             f"{flight.frozen_rate_drift():.2g} rad/s, all of it error of the steps."

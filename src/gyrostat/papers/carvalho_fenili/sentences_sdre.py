@@ -215,7 +215,7 @@ def conclusion(flights: Flights) -> tuple[Claim, ...]:
             "conclusion.controlled_if_and_only_if_x_works",
             "satisfactorily controlled only if Mx does not fail, whatever the other two do",
             agree,
-            f"Controlled: {len(held)} of {len(runs)} runs, {', '.join(sorted(set(held)))} failed. "
+            f"Controlled: {len(held)} of {len(runs)} runs (case {', '.join(sorted(set(held)))}). "
             "Every failure freezes a rate, that of Mx no more than the others.",
         ),
         statement(
