@@ -22,14 +22,27 @@ from gyrostat.body.spacecraft import Spacecraft, check_inertia
 from gyrostat.body.spacecraft_file import SpacecraftFile, read_spacecraft
 from gyrostat.body.spacecraft_sensor import SpacecraftMeasurement, SpacecraftSensor
 from gyrostat.body.table import AirBearingTable, DriveRecord, TableCommand, TableState
+from gyrostat.body.torque_driven import (
+    BodyRateRecord,
+    BodyTorqueCommand,
+    EulerMeasurement,
+    EulerSensor,
+    EulerState,
+    TorqueDrivenBody,
+)
 
 __all__ = [
     "AirBearingTable",
     "BenchRecord",
     "BenchWheel",
     "BenchWheelState",
+    "BodyRateRecord",
+    "BodyTorqueCommand",
     "DriveRecord",
     "EulerAngles",
+    "EulerMeasurement",
+    "EulerSensor",
+    "EulerState",
     "Gyro",
     "Gyrostat",
     "GyrostatRecord",
@@ -45,6 +58,7 @@ __all__ = [
     "TableSensors",
     "TableState",
     "TorqueCommand",
+    "TorqueDrivenBody",
     "TrueTurn",
     "Turn",
     "WheelFailures",

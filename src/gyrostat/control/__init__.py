@@ -1,8 +1,11 @@
-"""Controllers of the loop: from a measurement to a motor current."""
+"""Controllers of the loop, from a measurement to a command, and what they are designed with."""
 
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.command import CurrentCommand
+from gyrostat.control.controllability import Controllability, uncontrollable
 from gyrostat.control.estimating_compensator import EstimatingCompensator
+from gyrostat.control.factorisations import EulerCube, MRPBody, QuaternionBody
+from gyrostat.control.lqr import FeedbackCommand, LinearQuadratic, lqr
 from gyrostat.control.model_compensator import DynamicModelCompensator
 from gyrostat.control.momentum_control import (
     FrictionScaleControl,
@@ -10,17 +13,31 @@ from gyrostat.control.momentum_control import (
     MomentumCommand,
     ProportionalMomentumControl,
 )
+from gyrostat.control.riccati import RiccatiSolution, lyapunov, riccati
 from gyrostat.control.speed_mode import SpeedMode
+from gyrostat.control.state_dependent import StateDependentRiccati
 
 __all__ = [
     "AttitudePID",
+    "Controllability",
     "CurrentCommand",
     "CurrentMode",
     "DynamicModelCompensator",
     "EstimatingCompensator",
+    "EulerCube",
+    "FeedbackCommand",
     "FrictionScaleControl",
     "FrictionTorqueControl",
+    "LinearQuadratic",
+    "MRPBody",
     "MomentumCommand",
     "ProportionalMomentumControl",
+    "QuaternionBody",
+    "RiccatiSolution",
     "SpeedMode",
+    "StateDependentRiccati",
+    "lqr",
+    "lyapunov",
+    "riccati",
+    "uncontrollable",
 ]
