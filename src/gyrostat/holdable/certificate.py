@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from scipy.optimize import brentq, lsq_linear
+from scipy.optimize import brentq
 
 from gyrostat._types import Matrix, Vector
 from gyrostat.holdable.momentum_set import (
@@ -75,7 +75,7 @@ def certificate_for_ever(held: MomentumSet, inertia: Matrix, radius: float) -> C
         """Momentum and rate, where a penalty on |b| stands for its bound."""
         rows = np.vstack([matrix, np.exp(logarithm) * np.eye(3, matrix.shape[1])])
         wanted = np.concatenate([inverse @ held.frozen, np.zeros(3)])
-        solution = lsq_linear(rows, wanted, (-limits, limits), method="bvls", tol=1e-14).x
+        solution = box_least_squares(rows, wanted, limits)
         return solution[:3], matrix @ solution - inverse @ held.frozen
 
     scale = np.log(1.0 / np.linalg.eigvalsh(inertia)[1])
