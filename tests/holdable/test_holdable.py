@@ -347,6 +347,15 @@ def test_wheels_on_one_axis_and_in_one_plane(brute):
     assert holdable(flat, [0.0, 0.6, 0.8], failed={}, target=IDENTITY).rank == 2
 
 
+def test_the_bound_for_ever_without_momentum(brute):
+    """A frozen wheel that two others with limits cannot make up for."""
+    body = brute.spacecraft([X, Y, (X + Y) / np.sqrt(2.0)], [0.2, 0.2, 3.0], 12.0 * np.eye(3))
+    answer = holdable(body, np.zeros(3), failed={2: 1.0}, target=IDENTITY)
+    left = np.sqrt(2.0) * (np.sqrt(0.5) - 0.2)
+    assert answer.empty
+    assert answer.for_ever.rate == pytest.approx(left / 12.0, rel=1e-9)
+
+
 def test_four_wheels_less_one_hold_everything_within_their_limits(brute):
     corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) / np.sqrt(3.0)
     body = brute.spacecraft(corners, 3.0)

@@ -67,15 +67,18 @@ def certificate_for_ever(held: MomentumSet, inertia: Matrix, radius: float) -> C
     if held.most < radius:
         excess = radius - held.most
         return Certificate(np.zeros(3), excess, excess / np.linalg.eigvalsh(inertia)[-1])
+    if radius == 0.0:
+        return certificate_at(held, inertia, np.zeros(3))
     inverse = np.linalg.inv(inertia)
     limits = np.concatenate([np.full(3, np.inf), held.limits])
     matrix = np.hstack([inverse, -inverse @ held.axes])
+    size = float(np.linalg.norm(matrix))
 
     def closest(logarithm: float) -> tuple[Vector, Vector]:
         """Momentum and rate, where a penalty on |b| stands for its bound."""
-        rows = np.vstack([matrix, np.exp(logarithm) * np.eye(3, matrix.shape[1])])
+        rows = np.vstack([matrix, float(np.exp(logarithm)) * np.eye(3, matrix.shape[1])])
         wanted = np.concatenate([inverse @ held.frozen, np.zeros(3)])
-        solution = box_least_squares(rows, wanted, limits)
+        solution = box_least_squares(rows, wanted, limits, size)
         return solution[:3], matrix @ solution - inverse @ held.frozen
 
     scale = np.log(1.0 / np.linalg.eigvalsh(inertia)[1])

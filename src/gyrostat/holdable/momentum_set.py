@@ -189,16 +189,18 @@ def largest(edges: Matrix, start: Vector) -> float:
     return float(np.max(np.linalg.norm(start + signs @ edges.T, axis=1)))
 
 
-def box_least_squares(matrix: Matrix, wanted: Vector, limits: Vector) -> Vector:
+def box_least_squares(
+    matrix: Matrix, wanted: Vector, limits: Vector, size: float | None = None
+) -> Vector:
     """The h with |h_i| <= limits_i that brings matrix h closest to `wanted`.
 
     Where many do, a small one: among parallel wheels rounding alone would choose, and badly. What
-    this costs in the residual is below rounding.
+    this costs in the residual is below rounding. `size` is that of the matrix, if not its norm.
     """
     count = matrix.shape[1]
     if not count:
         return np.zeros(0)
-    rows = np.vstack([matrix, SMALL * np.linalg.norm(matrix) * np.eye(count)])
+    rows = np.vstack([matrix, SMALL * (size or np.linalg.norm(matrix)) * np.eye(count)])
     aims = np.concatenate([wanted, np.zeros(count)])
     return lsq_linear(rows, aims, (-limits, limits), method="bvls", tol=1e-14).x
 
