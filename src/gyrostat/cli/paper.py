@@ -10,7 +10,9 @@ from gyrostat.cli.options import Json, Out
 
 
 def reproduce(
-    paper: Annotated[str, typer.Argument(help="carrara-kuga, moreira-lopes-kuga or carvalho-fenili")],
+    paper: Annotated[
+        str, typer.Argument(help="carrara-kuga, moreira-lopes-kuga or carvalho-fenili")
+    ],
     out: Out,
     quick: Annotated[bool, typer.Option(help="Fewer seeds, within two minutes.")] = False,
     json_output: Json = False,

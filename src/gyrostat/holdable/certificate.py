@@ -76,7 +76,8 @@ def certificate_for_ever(held: MomentumSet, inertia: Matrix, radius: float) -> C
 
     def closest(logarithm: float) -> tuple[Vector, Vector]:
         """Momentum and rate, where a penalty on |b| stands for its bound."""
-        rows = np.vstack([matrix, float(np.exp(logarithm)) * np.eye(3, matrix.shape[1])])
+        penalty = np.exp(logarithm) * np.eye(3, matrix.shape[1])
+        rows = np.asarray(np.vstack([matrix, penalty]), dtype=np.float64)
         wanted = np.concatenate([inverse @ held.frozen, np.zeros(3)])
         solution = box_least_squares(rows, wanted, limits, size)
         return solution[:3], matrix @ solution - inverse @ held.frozen
