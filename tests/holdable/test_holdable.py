@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -15,7 +15,7 @@ from gyrostat.holdable import holdable, holdable_sky
 
 IDENTITY = [1.0, 0.0, 0.0, 0.0]
 X, Y, Z = np.eye(3)
-SEEDS = st.integers(0, 2**32 - 1)
+SEEDS = st.integers(0, 2**31)
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +92,7 @@ def test_rates_within_the_limits_are_never_below_the_certificates(brute):
 
 def test_boresights_against_brute_force(brute):
     met = set()
-    for seed in range(120):
+    for seed in range(80):
         drawn = brute.Drawn(seed)
         random, total = np.random.default_rng(seed), drawn.momentum
         boresight, wanted = brute.unit(random, 2)
@@ -156,6 +156,50 @@ def test_how_long_a_target_is_kept(cube):
     free = dataclasses.replace(cube.wheels, momentum_limit=np.inf)
     free = dataclasses.replace(cube, wheels=free)
     assert holdable(free, momentum, tolerance=1e-4, **wide).dwell is None
+
+
+def test_the_dwell_time_solves_the_inequalities_it_comes_from(brute):
+    """Both bounds found by bisection of what the docstring of `longest_dwell` derives."""
+    random, met = np.random.default_rng(9), set()
+    for _ in range(200):
+        inertia = np.diag(random.uniform(8.0, 15.0, 3))
+        body = brute.spacecraft(np.eye(3), 3.0, inertia)
+        momentum, frozen = brute.unit(random) * random.uniform(0.5, 4.0), random.uniform(-2.0, 2.0)
+        e = 10.0 ** random.uniform(-4.0, -0.3)
+        answer = holdable(body, momentum, failed={0: frozen}, target=IDENTITY, tolerance=e)
+        radius = np.linalg.norm(momentum)
+        if abs(abs(answer.at_target.direction[0]) - 1.0) > 1e-9:
+            continue  # a limit of a working wheel binds as well
+        side = answer.at_target.direction[0]
+        away = np.arccos(side * momentum[0] / radius)
+        left = radius * np.cos(min(away + e, np.pi)) - side * frozen
+        if left <= 0.0:
+            assert answer.dwell is None
+            continue
+        least, steady = np.diag(inertia).min(), left / inertia[0, 0]
+        fastest = (radius + np.hypot(np.hypot(3.0, 3.0), frozen)) / least
+
+        def stays(time, rate, e=e, steady=steady):
+            gained = time * (steady * np.cos(e / 2) - rate * np.sin(e / 2))
+            return gained <= 4.0 * np.sin(e / 2)
+
+        def coning(time, e=e, fastest=fastest, radius=radius, least=least):
+            """Root mean square rate while the attitude stays."""
+            torque = 0.1 * np.sqrt(2.0)
+            push = np.tan(e) * (2.0 * fastest / time + torque / least)
+            roots = np.roots([1.0, -np.tan(e) * radius / least, -push])
+            return np.max(roots.real)
+
+        def can(time, fastest=fastest, stays=stays, coning=coning):
+            return stays(time, fastest) and stays(time, coning(time))
+
+        if answer.dwell is None:
+            assert can(1e9)
+        else:
+            assert can(answer.dwell * (1.0 - 1e-6))
+            assert not can(answer.dwell * (1.0 + 1e-6))
+            met.add(bool(stays(answer.dwell * 1.01, fastest)))
+    assert met == {True, False}
 
 
 def test_coning_can_keep_a_target_that_is_nearly_holdable(cube):
@@ -223,6 +267,7 @@ def test_inertial_space_has_no_directions_of_its_own(brute, seed):
 
 @settings(max_examples=25)
 @given(SEEDS)
+@example(463)  # two wheels on one axis: rounding chose their momenta
 def test_the_body_has_no_axes_of_its_own(brute, seed):
     drawn = brute.Drawn(seed)
     turn = Rotation.random(random_state=seed)
@@ -300,6 +345,15 @@ def test_wheels_on_one_axis_and_in_one_plane(brute):
     tilted = np.array([X, Y, [np.sqrt(0.5), np.sqrt(0.5), 1e-8]])
     flat = brute.spacecraft(tilted, np.inf, 12.0 * np.eye(3))
     assert holdable(flat, [0.0, 0.6, 0.8], failed={}, target=IDENTITY).rank == 2
+
+
+def test_the_bound_for_ever_without_momentum(brute):
+    """A frozen wheel that two others with limits cannot make up for."""
+    body = brute.spacecraft([X, Y, (X + Y) / np.sqrt(2.0)], [0.2, 0.2, 3.0], 12.0 * np.eye(3))
+    answer = holdable(body, np.zeros(3), failed={2: 1.0}, target=IDENTITY)
+    left = np.sqrt(2.0) * (np.sqrt(0.5) - 0.2)
+    assert answer.empty
+    assert answer.for_ever.rate == pytest.approx(left / 12.0, rel=1e-9)
 
 
 def test_four_wheels_less_one_hold_everything_within_their_limits(brute):

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from scipy.optimize import brentq, lsq_linear
+from scipy.optimize import brentq
 
 from gyrostat._types import Matrix, Vector
 from gyrostat.holdable.momentum_set import (
@@ -67,15 +67,19 @@ def certificate_for_ever(held: MomentumSet, inertia: Matrix, radius: float) -> C
     if held.most < radius:
         excess = radius - held.most
         return Certificate(np.zeros(3), excess, excess / np.linalg.eigvalsh(inertia)[-1])
+    if radius == 0.0:
+        return certificate_at(held, inertia, np.zeros(3))
     inverse = np.linalg.inv(inertia)
     limits = np.concatenate([np.full(3, np.inf), held.limits])
     matrix = np.hstack([inverse, -inverse @ held.axes])
+    size = float(np.linalg.norm(matrix))
 
     def closest(logarithm: float) -> tuple[Vector, Vector]:
         """Momentum and rate, where a penalty on |b| stands for its bound."""
-        rows = np.vstack([matrix, np.exp(logarithm) * np.eye(3, matrix.shape[1])])
+        penalty = np.exp(logarithm) * np.eye(3, matrix.shape[1])
+        rows = np.asarray(np.vstack([matrix, penalty]), dtype=np.float64)
         wanted = np.concatenate([inverse @ held.frozen, np.zeros(3)])
-        solution = lsq_linear(rows, wanted, (-limits, limits), method="bvls", tol=1e-14).x
+        solution = box_least_squares(rows, wanted, limits, size)
         return solution[:3], matrix @ solution - inverse @ held.frozen
 
     scale = np.log(1.0 / np.linalg.eigvalsh(inertia)[1])

@@ -15,6 +15,8 @@ RANK_TOLERANCE = 1e-6
 """Of the singular values of the axes: drawings round, and three axes of a plane are a plane."""
 TOLERANCE = 1e-9
 """Of lengths and momenta, relative: what rounding leaves."""
+SMALL = 1e-8
+"""Weight of the size of a solution against its residual, relative: the root of rounding."""
 MOST_WHEELS = 16
 
 
@@ -187,11 +189,20 @@ def largest(edges: Matrix, start: Vector) -> float:
     return float(np.max(np.linalg.norm(start + signs @ edges.T, axis=1)))
 
 
-def box_least_squares(matrix: Matrix, wanted: Vector, limits: Vector) -> Vector:
-    """The h with |h_i| <= limits_i that brings matrix h closest to `wanted`."""
-    if not matrix.shape[1]:
+def box_least_squares(
+    matrix: Matrix, wanted: Vector, limits: Vector, size: float | None = None
+) -> Vector:
+    """The h with |h_i| <= limits_i that brings matrix h closest to `wanted`.
+
+    Where many do, a small one: among parallel wheels rounding alone would choose, and badly. What
+    this costs in the residual is below rounding. `size` is that of the matrix, if not its norm.
+    """
+    count = matrix.shape[1]
+    if not count:
         return np.zeros(0)
-    return lsq_linear(matrix, wanted, (-limits, limits), method="bvls", tol=1e-14).x
+    rows = np.vstack([matrix, SMALL * (size or np.linalg.norm(matrix)) * np.eye(count)])
+    aims = np.concatenate([wanted, np.zeros(count)])
+    return lsq_linear(rows, aims, (-limits, limits), method="bvls", tol=1e-14).x
 
 
 def _facets(axes: Matrix, rank: int, normals: Matrix) -> Matrix:
