@@ -347,6 +347,13 @@ def test_refuses_times_and_counts_that_do_not_fit(loop, message, change):
         loop(**change)
 
 
+def test_refuses_a_batch_of_another_number_of_runs(loop, g2):
+    plants = stack([g2.table] * 3)
+    for runs, found in ((None, "found a batch, expected one item"), (2, "found a batch of 3, ex")):
+        with pytest.raises(InputError, match=f"^plant: {found}"):
+            loop(plants, runs=runs)
+
+
 @pytest.mark.parametrize("inertia", [0.0, -0.5, np.nan, np.inf])
 def test_refuses_an_inertia_that_is_none(loop, g2, inertia):
     with pytest.raises(InputError, match=r"^table inertia: found"):

@@ -9,9 +9,17 @@ from gyrostat.body.bench_wheel import (
     MomentumSensor,
     TorqueCommand,
 )
+from gyrostat.body.failures import WheelFailures
 from gyrostat.body.gyro import Gyro, TableMeasurement, TableSensors, TrueTurn, Turn
+from gyrostat.body.gyrostat import (
+    Gyrostat,
+    GyrostatRecord,
+    GyrostatState,
+    WheelTorqueCommand,
+)
 from gyrostat.body.rotations import EulerAngles
 from gyrostat.body.spacecraft import Spacecraft, check_inertia
+from gyrostat.body.spacecraft_sensor import SpacecraftMeasurement, SpacecraftSensor
 from gyrostat.body.table import AirBearingTable, DriveRecord, TableCommand, TableState
 
 __all__ = [
@@ -22,9 +30,14 @@ __all__ = [
     "DriveRecord",
     "EulerAngles",
     "Gyro",
+    "Gyrostat",
+    "GyrostatRecord",
+    "GyrostatState",
     "MomentumMeasurement",
     "MomentumSensor",
     "Spacecraft",
+    "SpacecraftMeasurement",
+    "SpacecraftSensor",
     "TableCommand",
     "TableMeasurement",
     "TableSensors",
@@ -32,6 +45,8 @@ __all__ = [
     "TorqueCommand",
     "TrueTurn",
     "Turn",
+    "WheelFailures",
+    "WheelTorqueCommand",
     "check_inertia",
     "rotations",
 ]

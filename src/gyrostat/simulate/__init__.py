@@ -2,9 +2,10 @@
 
 from gyrostat.simulate.bench import CurrentRange, Telemetry, bench_record, default_range
 from gyrostat.simulate.loop import Controller, Histories, Plant, Sensor, Status, run
-from gyrostat.simulate.simulation import simulate, stack
+from gyrostat.simulate.simulation import Batch, simulate, stack
 
 __all__ = [
+    "Batch",
     "Controller",
     "CurrentRange",
     "Histories",

@@ -18,16 +18,27 @@ LANES = 64
 """Runs that are carried together: more do not run faster, and progress is told between them."""
 
 
-def stack(items: Sequence[Any]) -> Any:
+class Batch(eqx.Module):
+    """Plants, controllers, sensors or states of several runs as one.
+
+    Attributes:
+        items: of one kind, each of its arrays with a leading axis of runs.
+    """
+
+    items: Any
+
+    def check(self) -> None:
+        """Refuse what any of them refuses, by `InputError`."""
+        check_parts(self.items)
+
+
+def stack(items: Sequence[Any]) -> Batch:
     """Join plants, controllers, sensors or states of several runs into one.
 
     Args:
         items: of one kind; one for each run.
-
-    Returns:
-        The same kind, each of its arrays with a leading axis of runs.
     """
-    return jax.tree.map(lambda *leaves: jnp.stack([_as_array(x) for x in leaves]), *items)
+    return Batch(jax.tree.map(lambda *leaves: jnp.stack([_as_array(x) for x in leaves]), *items))
 
 
 def _as_array(leaf: Any) -> Any:
@@ -60,9 +71,17 @@ def _as_leaf(leaf: Any) -> Any:
     return _TracedAnew(leaf) if callable(leaf) else leaf
 
 
-def _is_stacked(item: Any, runs: int) -> bool:
-    shapes = [leaf.shape for leaf in jax.tree.leaves(item) if eqx.is_array(leaf)]
-    return bool(shapes) and all(shape[:1] == (runs,) for shape in shapes)
+def _refuse_other_counts(name: str, item: Any, runs: int | None) -> None:
+    if not isinstance(item, Batch):
+        return
+    if runs is None:
+        raise InputError(f"{name}: found a batch, expected one item for a single run")
+    for leaf in jax.tree.leaves(item):
+        if eqx.is_array(leaf) and leaf.shape[:1] != (runs,):
+            raise InputError(
+                f"{name}: found a batch of {leaf.shape[0] if leaf.ndim else 'one'}, "
+                f"expected {runs}, one for each run"
+            )
 
 
 @eqx.filter_jit
@@ -72,11 +91,13 @@ def _one(items, key, period, counts) -> Histories:
 
 
 @eqx.filter_jit
-def _many(items, stacked, keys, period, counts) -> Histories:
-    axes = tuple(eqx.if_array(0) if each else None for each in stacked)
+def _many(items, keys, period, counts) -> Histories:
+    axes = tuple(eqx.if_array(0) if isinstance(item, Batch) else None for item in items)
 
     def single(items, key):
-        plant, controller, sensor, start = items
+        plant, controller, sensor, start = (
+            item.items if isinstance(item, Batch) else item for item in items
+        )
         return run(plant, controller, sensor, start, key, period, **counts)
 
     return eqx.filter_vmap(single, in_axes=(axes, 0))(items, keys)
@@ -136,8 +157,9 @@ def simulate(
         later values are NaN, never numbers.
 
     Raises:
-        InputError: a duration or step that does not fit, parameters that no plant has, or a command
-            that is not finite: the message names the controller and the time.
+        InputError: a duration or step that does not fit, a batch of another number of runs,
+            parameters that no plant has, or a command that is not finite: the message names the
+            controller and the time.
     """
     count = _whole(duration, control_period, ("duration", "control period"))
     substeps = 1 if step is None else _whole(control_period, step, ("control period", "step"))
@@ -150,21 +172,24 @@ def simulate(
     if not all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(start)):
         raise InputError(f"start: found {start}, expected finite numbers")
     items = jax.tree.map(_as_leaf, (plant, controller, sensor, start))
+    for name, item in zip(("plant", "controller", "sensor", "start"), items, strict=True):
+        _refuse_other_counts(name, item, runs)
     if runs is None:
         found = _one(items, jax.random.key(seed), control_period, counts)
         histories = jax.tree.map(lambda x: np.asarray(x)[None], found)
     else:
-        stacked = tuple(_is_stacked(item, runs) for item in items)
         keys = jax.random.split(jax.random.key(seed), runs)
         blocks = []
         for first in range(0, runs, LANES):
             # the last block is filled up with its last run, so that one size is compiled
             rows = np.minimum(np.arange(first, first + min(LANES, runs)), runs - 1)
             picked = tuple(
-                jax.tree.map(lambda x: x[rows] if eqx.is_array(x) else x, item) if each else item  # noqa: B023
-                for item, each in zip(items, stacked, strict=True)
+                jax.tree.map(lambda x: x[rows] if eqx.is_array(x) else x, item)  # noqa: B023
+                if isinstance(item, Batch)
+                else item
+                for item in items
             )
-            block = _many(picked, stacked, keys[rows], control_period, counts)
+            block = _many(picked, keys[rows], control_period, counts)
             kept = min(LANES, runs - first)
             blocks.append(jax.tree.map(lambda x: np.asarray(x)[:kept], block))  # noqa: B023
             if on_progress is not None:
@@ -204,11 +229,8 @@ def _labelled(histories: Histories, period: float) -> "xr.Dataset":
         for name, values in signals._asdict().items():
             label = prefix + name if name in variables else name
             extra = [f"{label}_{k}" for k in range(1, values.ndim - 1)]
-            if values.dtype == bool:
-                values = values & fine
-            else:
-                mask = fine.reshape(*fine.shape, *(1,) * len(extra))
-                values = np.where(mask, values, np.nan)
+            mask = fine.reshape(*fine.shape, *(1,) * len(extra))
+            values = values & mask if values.dtype == bool else np.where(mask, values, np.nan)
             attributes = {"units": units[name]} if name in units else {}
             variables[label] = (("run", "time", *extra), values, attributes)
     last = np.where(fine.all(axis=1), count, np.argmin(fine, axis=1)) - 1

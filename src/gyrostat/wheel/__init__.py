@@ -3,15 +3,18 @@
 from gyrostat.wheel.array import WheelArray
 from gyrostat.wheel.bristles import bend, carry
 from gyrostat.wheel.contact import Contact, Motion
+from gyrostat.wheel.contacts import Contacts
 from gyrostat.wheel.driver import Driver
 from gyrostat.wheel.model_file import WheelModel, read_model, write_model
 from gyrostat.wheel.response import WheelStep, advance, speed_response
 from gyrostat.wheel.stepping import slide
 from gyrostat.wheel.tachometer import Delayed, LowPass, PulseTachometer, Tachometer
+from gyrostat.wheel.together import slide_together
 from gyrostat.wheel.wheel import Wheel
 
 __all__ = [
     "Contact",
+    "Contacts",
     "Delayed",
     "Driver",
     "LowPass",
@@ -27,6 +30,7 @@ __all__ = [
     "carry",
     "read_model",
     "slide",
+    "slide_together",
     "speed_response",
     "write_model",
 ]

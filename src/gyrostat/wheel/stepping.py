@@ -17,16 +17,13 @@ from jaxtyping import Array, Bool, Float, Int
 from gyrostat._jax import jax, jnp
 from gyrostat.friction import Friction, Scalar
 from gyrostat.wheel.contact import Contact, Motion
-
-MAX_SEGMENTS = 1000
-BAND = 6.0
-"""Stribeck speeds beyond which exp(-w²/w_s²) is below 1e-15."""
-BAND_STEP = 0.15
-"""Largest change of speed in one segment inside a deep band, in Stribeck speeds."""
-RATE_STEP = 0.05
-"""Largest segment times the local eigenvalue |dF/dw| / J; also bounds how fast that may change."""
-NEWTON_STEPS = 3
-"""After which a zero is good to 1e-14 of the segment; to 1e-8 where the speed only touches it."""
+from gyrostat.wheel.segment import (
+    MAX_SEGMENTS,
+    event_time,
+    falls_through_zero,
+    friction_limit,
+    runge_kutta,
+)
 
 
 class _Segment(NamedTuple):
@@ -37,28 +34,6 @@ class _Segment(NamedTuple):
     landed: Bool[Array, ""]
     """Whether the speed has just come to zero."""
     number: Int[Array, ""]
-
-
-@jax.jit  # a function of its own in the trace: traced once, not at every use
-def _runge_kutta(contact: Contact, motion: Motion, direction, start, duration) -> Motion:
-    """One classical fourth-order step of the smooth field of one mode of motion."""
-
-    def ahead(rate, share):
-        return jax.tree.map(lambda y, k: y + share * k, motion, rate)
-
-    half = 0.5 * duration
-    k1 = contact.rate(motion, direction, start)
-    k2 = contact.rate(ahead(k1, half), direction, start + half)
-    k3 = contact.rate(ahead(k2, half), direction, start + half)
-    k4 = contact.rate(ahead(k3, duration), direction, start + duration)
-    return jax.tree.map(
-        lambda y, a, b, c, d: y + duration / 6.0 * (a + 2.0 * b + 2.0 * c + d),
-        motion,
-        k1,
-        k2,
-        k3,
-        k4,
-    )
 
 
 @jax.jit
@@ -81,83 +56,22 @@ def _height(contact: Contact, motion: Motion, direction, rising, time):
 
 @jax.jit
 def _segment_limit(contact: Contact, motion: Motion, direction, start, remaining):
-    """Longest segment that resolves the friction curve where the wheel is and where it goes."""
-    tiny = jnp.finfo(motion.speed.dtype).tiny
-    speed, friction, inertia = motion.speed, contact.friction, contact.inertia()
-    scale = friction.speed_scale()
+    """Longest segment that resolves the friction curve and the drive."""
     whole_rate = contact.rate(motion, direction, start)
-    rate = jnp.abs(whole_rate.speed)
-    # The error of a step goes with the depth of the bend and with step^4: a shallow bend, as in the
-    # paper, is taken in larger steps. Batches, where some lane is always inside, gain most.
-    edge = jnp.where(jnp.isinf(scale), 0.0, BAND * scale)
-    far = friction.torque(direction * edge, direction)
-    depth = jnp.abs(far - friction.torque(0.0, direction)) / inertia
-    larger = jnp.sqrt(jnp.sqrt((rate + depth) / jnp.where(depth > 0.0, depth, 1.0)))
-    larger = jnp.where(depth > BAND_STEP**4 * (rate + depth), larger, 1.0 / BAND_STEP)
-    reach = jnp.maximum(jnp.abs(speed) - BAND * scale, 0.0) + BAND_STEP * larger * scale
     along = (whole_rate.carrier, jnp.ones_like(start))
-    rate_change = jnp.abs(jax.jvp(contact.load, (motion.carrier, start), along)[1]) / inertia
-    # root of rate t + rate_change t²/2 = reach, in a form that allows an infinite reach
-    frequency = rate / reach
-    frequency += jnp.sqrt(frequency**2 + 2.0 * rate_change / reach)
-    limit = jnp.minimum(remaining, 2.0 / jnp.maximum(frequency, tiny))
-
-    def eigenvalue(speed):
-        bend = jax.jvp(lambda w: friction.torque(w, direction), (speed,), (1.0,))[1]
-        return bend / inertia
-
-    here, curvature = jax.jvp(eigenvalue, (speed,), (1.0,))
-    limit = jnp.minimum(limit, RATE_STEP / jnp.maximum(jnp.abs(here), tiny))
-    # the curve is flat at zero speed: what counts there is how steep it is a segment later
-    steepening = jnp.abs(curvature) * (rate + rate_change * limit)
-    limit = jnp.minimum(limit, jnp.sqrt(RATE_STEP / jnp.maximum(steepening, tiny)))
+    load_change = jax.jvp(contact.load, (motion.carrier, start), along)[1]
+    inertia = contact.inertia()
+    limit = friction_limit(
+        contact.friction,
+        inertia,
+        motion.speed,
+        direction,
+        jnp.abs(whole_rate.speed),
+        jnp.abs(load_change) / inertia,
+        remaining,
+    )
     limit = jnp.where(direction == 0.0, remaining, limit)
     return jnp.minimum(limit, contact.longest_segment(start))
-
-
-def _event_time(flow, height, low, guess, high):
-    """Time in [low, high] at which a height above zero runs out, differentiable.
-
-    Args:
-        flow: duration -> motion.
-        height: (motion, duration) -> height and its rate.
-        low: a duration, s, at which the height is not yet below zero.
-        guess: first duration tried.
-        high: a duration at which it is.
-    """
-
-    def newton(time):
-        end, rate = height(flow(time), time)
-        rate = jax.lax.stop_gradient(rate)
-        return end, time - end / jnp.where(rate == 0.0, -1.0, rate)
-
-    def narrow(_, bracket):
-        low, high, time = bracket
-        end, step = jax.lax.stop_gradient(newton(time))
-        above = end > 0.0
-        low, high = jnp.where(above, time, low), jnp.where(above, high, time)
-        # a root at the edge of the bracket is a root: a strict test would bisect away from it
-        slack = 1e-12 * (high - low)
-        inside = (step >= low - slack) & (step <= high + slack)
-        return low, high, jnp.where(inside, step, 0.5 * (low + high))
-
-    _, _, time = jax.lax.stop_gradient(
-        jax.lax.fori_loop(0, NEWTON_STEPS, narrow, (low, high, guess))
-    )
-    return newton(time)[1]
-
-
-def _falls_through_zero(height, start_rate, end_rate, length):
-    """Time at which the parabola with this height, rate and rate at its end falls through zero."""
-    bend = (end_rate - start_rate) / jnp.where(length > 0.0, length, 1.0)
-    root = jnp.sqrt(jnp.maximum(start_rate**2 - 2.0 * bend * height, 0.0))
-    falls_at_once = start_rate < 0.0
-    # the same root twice: each form where its terms have one sign
-    return jnp.where(
-        falls_at_once,
-        2.0 * height / jnp.where(falls_at_once, root - start_rate, 1.0),
-        (start_rate + root) / jnp.where(bend < 0.0, -bend, 1.0),
-    )
 
 
 class _Travel(NamedTuple):
@@ -182,7 +96,7 @@ def _travel(contact: Contact, motion: Motion, direction, start, remaining):
     held = direction == 0.0
 
     def flow(duration):
-        return _runge_kutta(contact, motion, direction, start, duration)
+        return runge_kutta(contact, motion, direction, start, duration)
 
     end = flow(duration)
     grown = contact.load(end.carrier, start + duration) - contact.load(motion.carrier, start)
@@ -214,10 +128,8 @@ def _travel(contact: Contact, motion: Motion, direction, start, remaining):
     def locate(_):
         low = jnp.where(rises & from_zero, turning, 0.0)
         high = jnp.where(past_zero, length, turning)
-        guess = jnp.clip(_falls_through_zero(first, start_rate, end_rate, length), low, high)
-        time = _event_time(flow, height, low, guess, high)
-        # where the speed only touches zero, the last Newton step may lead anywhere
-        time += jax.lax.stop_gradient(jnp.clip(time, 0.0, remaining) - time)
+        guess = jnp.clip(falls_through_zero(first, start_rate, end_rate, length), low, high)
+        time = event_time(flow, height, low, guess, high, remaining)
         # the parabola that found a dip is only an estimate: the flow itself decides
         deepest = jax.lax.stop_gradient(height(flow(high), high)[0])
         there = flow(time)._replace(speed=jnp.zeros_like(end.speed))

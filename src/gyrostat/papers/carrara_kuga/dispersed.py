@@ -36,7 +36,7 @@ from gyrostat.papers.carrara_kuga.table import (
     settled,
     wander,
 )
-from gyrostat.simulate import stack
+from gyrostat.simulate import Batch, stack
 from gyrostat.units import RPM
 from gyrostat.wheel import LowPass, PulseTachometer, Tachometer, Wheel
 
@@ -158,10 +158,10 @@ def _corners(random: np.random.Generator, runs: int) -> Known:
     )
 
 
-def for_each(controller: Any, runs: int) -> Any:
+def for_each(controller: Any, runs: int) -> Batch:
     """A controller with one value of every parameter for each run."""
-    return jax.tree.map(
-        lambda x: jnp.broadcast_to(jnp.asarray(x, dtype=float), (runs,)), controller
+    return Batch(
+        jax.tree.map(lambda x: jnp.broadcast_to(jnp.asarray(x, dtype=float), (runs,)), controller)
     )
 
 

@@ -12,7 +12,7 @@ from gyrostat.body import AirBearingTable, TableSensors, TableState
 from gyrostat.control import AttitudePID, CurrentMode, DynamicModelCompensator, SpeedMode
 from gyrostat.friction import Friction, Stribeck
 from gyrostat.papers.carrara_kuga.printed import STATISTICAL, STRIBECK_SPEED
-from gyrostat.simulate import simulate
+from gyrostat.simulate import Batch, simulate
 from gyrostat.units import RPM
 
 TABLE_INERTIA = 0.495
@@ -91,7 +91,7 @@ def fly(
     *,
     plant: AirBearingTable = TABLE,
     sensors: TableSensors | None = None,
-    start: TableState = START,
+    start: TableState | Batch = START,
     runs: int | None = None,
     seed: int = 0,
     command_delay: int = 0,

@@ -1,0 +1,245 @@
+"""A rigid body with reaction wheels that exchange momentum with it: the gyrostat."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from gyrostat._jax import jax, jnp
+from gyrostat.body.failures import WheelFailures
+from gyrostat.body.rotations import (
+    Quaternion,
+    Vector,
+    normalised,
+    to_body,
+    to_inertial,
+)
+from gyrostat.body.spacecraft import Spacecraft
+from gyrostat.body.wheels_on_body import Carrier, WheelsOnBody, inverse_definite
+from gyrostat.errors import InputError
+from gyrostat.friction import Scalar
+from gyrostat.wheel import Motion, slide_together
+
+PerWheel = Float[Array, " wheels"]
+
+FASTEST = 10.0
+"""rad/s: beyond this body rate no controller means what it does."""
+
+
+class GyrostatState(NamedTuple):
+    """State of a spacecraft with wheels.
+
+    Attributes:
+        attitude: (4,) quaternion of the body in inertial space, scalar first.
+        momentum: (3,) of everything, in inertial axes, N·m·s.
+        wheel_speed: (wheels,) relative to the body, rad/s; exactly zero is at rest.
+    """
+
+    attitude: Quaternion
+    momentum: Vector
+    wheel_speed: PerWheel
+
+    UNITS = {"attitude": "1", "momentum": "N·m·s", "wheel_speed": "rad/s"}  # noqa: RUF012
+
+
+class WheelTorqueCommand(NamedTuple):
+    """Motor torque of each wheel.
+
+    Attributes:
+        torque: (wheels,) N·m; positive speeds the wheel up and pushes the body back.
+    """
+
+    torque: PerWheel
+
+    UNITS = {"torque": "N·m"}  # noqa: RUF012
+
+
+class GyrostatRecord(NamedTuple):
+    """What is worth recording.
+
+    Attributes:
+        rate: (3,) of the body, in body axes, rad/s.
+        wheel_momentum: (wheels,) rotor inertia times speed relative to the body, N·m·s.
+        saturated: (wheels,) whether the torque limit cuts the command.
+    """
+
+    rate: Vector
+    wheel_momentum: PerWheel
+    saturated: Bool[Array, " wheels"]
+
+    UNITS = {"rate": "rad/s", "wheel_momentum": "N·m·s"}  # noqa: RUF012
+
+
+class Gyrostat(eqx.Module):
+    """H = R (J w + sum a_i h_i), dH/dt = R T, dh_i/dt = m_i - F_i, h_i = J_i (W_i + a_i w).
+
+    J is the inertia of the spacecraft without that of the rotors about their axes a_i, W_i the
+    speed of wheel i relative to the body, m_i its motor torque, F_i its friction, T the external
+    torque in body axes. The state holds the total momentum H in inertial axes and the body rate w
+    follows from it, so that without external torque H is conserved to the last bit. P. C. Hughes,
+    "Spacecraft Attitude Dynamics", section 3.4. Wheels stick, break away and pass zero at their
+    times (`gyrostat.wheel.slide_together`).
+
+    Attributes:
+        spacecraft: the body and its wheels.
+        failures: of the wheels; None for none.
+        external_torque: (3,) constant in body axes, N·m.
+        torque_history: external torque in body axes over attitude and time, (quaternion, s) ->
+            (3,) N·m, added to the constant; smooth and slow against the control period.
+    """
+
+    spacecraft: Spacecraft
+    failures: WheelFailures | None = None
+    external_torque: Vector = eqx.field(default_factory=lambda: np.zeros(3))
+    torque_history: Callable[[Quaternion, Scalar], Vector] | None = eqx.field(
+        static=True, default=None
+    )
+
+    def torque(self, attitude: Quaternion, time: Scalar) -> Vector:
+        """External torque in body axes, N·m, at a time, s."""
+        constant = jnp.asarray(self.external_torque)
+        if self.torque_history is None:
+            return constant
+        return constant + self.torque_history(attitude, time)
+
+    def check(self) -> None:
+        """Refuse what no spacecraft is.
+
+        Raises:
+            InputError: see `Spacecraft.check` and `WheelFailures.check`; an external torque that is
+                not finite or not (3,), failures of another number of wheels.
+        """
+        self.spacecraft.check()
+        torque = np.asarray(self.external_torque, dtype=float)
+        if torque.shape[-1:] != (3,) or not np.all(np.isfinite(torque)):
+            raise InputError(f"external torque: found {torque}, expected three finite values, N·m")
+        if self.failures is not None:
+            self.failures.check()
+            told, count = np.shape(self.failures.time)[-1], self.spacecraft.wheels.count
+            if told != count:
+                raise InputError(f"wheel failures: found {told} wheels, expected {count}")
+
+    def start(
+        self,
+        *,
+        attitude: Any = (1.0, 0.0, 0.0, 0.0),
+        rate: Any = (0.0, 0.0, 0.0),
+        wheel_speed: Any = 0.0,
+    ) -> GyrostatState:
+        """A state from what is measured.
+
+        Args:
+            attitude: (4,) quaternion, scalar first; brought to unit length.
+            rate: (3,) of the body, in body axes, rad/s.
+            wheel_speed: (wheels,) or one for all, rad/s.
+        """
+        wheels = self.spacecraft.wheels
+        quaternion = normalised(jnp.asarray(attitude, dtype=float))
+        speed = jnp.broadcast_to(jnp.asarray(wheel_speed, dtype=float), (wheels.count,))
+        rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * speed)
+        momentum = self.spacecraft.inertia_locked() @ jnp.asarray(rate, dtype=float) + rotors
+        return GyrostatState(quaternion, to_inertial(quaternion, momentum), speed)
+
+    def rate(self, state: GyrostatState) -> Vector:
+        """Body rate in body axes, rad/s."""
+        wheels = self.spacecraft.wheels
+        rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * state.wheel_speed)
+        inverse = inverse_definite(self.spacecraft.inertia_locked())
+        return inverse @ (to_body(state.attitude, state.momentum) - rotors)
+
+    def motor_torque(
+        self, state: GyrostatState, command: WheelTorqueCommand, duration: Scalar
+    ) -> PerWheel:
+        """What healthy motors give, N·m: the command within the limits of torque and momentum.
+
+        No wheel is sped up beyond its momentum limit within `duration`, s.
+        """
+        wheels = self.spacecraft.wheels
+        momentum = wheels.inertia * state.wheel_speed
+        upper = (wheels.momentum_limit - momentum) / duration
+        lower = -(wheels.momentum_limit + momentum) / duration
+        torque = jnp.clip(command.torque, lower, upper)
+        return jnp.clip(torque, -jnp.asarray(wheels.torque_limit), wheels.torque_limit)
+
+    def __call__(
+        self, state: GyrostatState, command: WheelTorqueCommand, time: Scalar, duration: Scalar
+    ) -> tuple[GyrostatState, Bool[Array, ""]]:
+        """Carry the spacecraft over an interval of held command.
+
+        Args:
+            state: at its start.
+            command: motor torques.
+            time: of its start, s.
+            duration: s.
+
+        Returns:
+            The state at its end, and whether it was resolved. A failure inside the interval acts
+            from its own time on.
+        """
+        torque = self.motor_torque(state, command, duration)
+        failures = self.failures
+        if failures is None:
+            none = jnp.zeros(torque.shape)
+            return self._carry(state, torque, none > 0.0, none, time, duration)
+        cuts = jnp.sort(jnp.clip(jnp.asarray(failures.time) - time, 0.0, duration))
+        starts = jnp.concatenate([jnp.zeros(1), cuts])
+        lengths = jnp.diff(starts, append=jnp.asarray(duration)[None])
+
+        def part(carried, piece):
+            state, fine = carried
+            start, length = piece
+            failed = failures.failed(time + start)
+            given = failures.motor_torque(torque, failed)
+            drag = jnp.where(failed, failures.added_viscous, 0.0)
+            seized = failed & failures.seized
+            # the body takes over at once what a rotor that stops had
+            state = state._replace(wheel_speed=jnp.where(seized, 0.0, state.wheel_speed))
+            state, resolved = self._carry(state, given, seized, drag, time + start, length)
+            return (state, fine & resolved), None
+
+        return jax.lax.scan(part, (state, jnp.array(True)), (starts, lengths))[0]
+
+    def _carry(self, state, torque, seized, drag, time, duration):
+        wheels = self.spacecraft.wheels
+        axes = jnp.asarray(wheels.axes)
+        inverse = inverse_definite(jnp.asarray(self.spacecraft.inertia))
+        contacts = WheelsOnBody(
+            friction=wheels.friction,
+            body=self,
+            torque=torque,
+            seized=seized,
+            added_viscous=drag,
+            started=time,
+            mobility=jnp.diag(1.0 / (jnp.ones(wheels.count) * wheels.inertia))
+            + axes.T @ inverse @ axes,
+            inverse=inverse,
+            inverse_locked=inverse_definite(self.spacecraft.inertia_locked()),
+        )
+        motion = Motion(state.wheel_speed, Carrier(state.attitude, state.momentum))
+        motion, resolved = slide_together(contacts, motion, duration)
+        attitude = normalised(motion.carrier.attitude)
+        return GyrostatState(attitude, motion.carrier.momentum, motion.speed), resolved
+
+    def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
+        """Whether the body turns faster than `FASTEST`."""
+        rate = self.rate(state)
+        return ~(rate @ rate < FASTEST**2)
+
+    def record(self, state: GyrostatState, command: WheelTorqueCommand) -> GyrostatRecord:
+        """Rate and wheel momentum at the start of a control period."""
+        wheels = self.spacecraft.wheels
+        return GyrostatRecord(
+            rate=self.rate(state),
+            wheel_momentum=wheels.inertia * state.wheel_speed,
+            saturated=jnp.abs(command.torque) > wheels.torque_limit,
+        )
+
+    def kinetic_energy(self, state: GyrostatState) -> Scalar:
+        """Of body and rotors, J."""
+        wheels = self.spacecraft.wheels
+        rate = self.rate(state)
+        rotor = state.wheel_speed + jnp.asarray(wheels.axes).T @ rate
+        body = rate @ jnp.asarray(self.spacecraft.inertia) @ rate
+        return 0.5 * (body + jnp.sum(wheels.inertia * rotor**2))

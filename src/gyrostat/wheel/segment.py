@@ -1,0 +1,146 @@
+"""Pieces of exact stepping with dry friction that one wheel and several share.
+
+Between two events every wheel rests or turns in one sense, so that the right-hand side is smooth:
+a segment is one Runge-Kutta step of it, short enough to resolve the friction curve, and its end may
+be moved to the time at which something runs out.
+"""
+
+from typing import Any
+
+from gyrostat._jax import jax, jnp
+
+MAX_SEGMENTS = 1000
+BAND = 6.0
+"""Stribeck speeds beyond which exp(-w²/w_s²) is below 1e-15."""
+BAND_STEP = 0.15
+"""Largest change of speed in one segment inside a deep band, in Stribeck speeds."""
+RATE_STEP = 0.05
+"""Largest segment times the local eigenvalue |dF/dw| / J; also bounds how fast that may change."""
+NEWTON_STEPS = 3
+"""After which a zero is good to 1e-14 of the segment; to 1e-8 where the speed only touches it."""
+
+
+@jax.jit  # a function of its own in the trace: traced once, not at every use
+def runge_kutta(contact: Any, motion: Any, direction, start, duration) -> Any:
+    """One classical fourth-order step of the smooth field of one mode of motion."""
+
+    def ahead(rate, share):
+        return jax.tree.map(lambda y, k: y + share * k, motion, rate)
+
+    half = 0.5 * duration
+    k1 = contact.rate(motion, direction, start)
+    k2 = contact.rate(ahead(k1, half), direction, start + half)
+    k3 = contact.rate(ahead(k2, half), direction, start + half)
+    k4 = contact.rate(ahead(k3, duration), direction, start + duration)
+    return jax.tree.map(
+        lambda y, a, b, c, d: y + duration / 6.0 * (a + 2.0 * b + 2.0 * c + d),
+        motion,
+        k1,
+        k2,
+        k3,
+        k4,
+    )
+
+
+def friction_limit(friction: Any, inertia, speed, direction, rate, rate_change, remaining):
+    """Longest segment that resolves a friction curve where a wheel is and where it goes, s.
+
+    Args:
+        friction: static; all arguments may be those of several wheels.
+        inertia: that the friction torque feels, kg·m².
+        speed: rad/s.
+        direction: sense of rotation, ±1.
+        rate: absolute value of the speed's derivative in time, rad/s².
+        rate_change: absolute value of its second one but for the friction's share, rad/s³.
+        remaining: s; nothing longer is asked for.
+    """
+    tiny = jnp.finfo(speed.dtype).tiny
+    scale = friction.speed_scale()
+    # The error of a step goes with the depth of the bend and with step^4: a shallow bend, as in the
+    # paper, is taken in larger steps. Batches, where some lane is always inside, gain most.
+    edge = jnp.where(jnp.isinf(scale), 0.0, BAND * scale)
+    far = friction.torque(direction * edge, direction)
+    depth = jnp.abs(far - friction.torque(0.0, direction)) / inertia
+    larger = jnp.sqrt(jnp.sqrt((rate + depth) / jnp.where(depth > 0.0, depth, 1.0)))
+    larger = jnp.where(depth > BAND_STEP**4 * (rate + depth), larger, 1.0 / BAND_STEP)
+    reach = jnp.maximum(jnp.abs(speed) - BAND * scale, 0.0) + BAND_STEP * larger * scale
+    # root of rate t + rate_change t²/2 = reach, in a form that allows an infinite reach
+    frequency = rate / reach
+    frequency += jnp.sqrt(frequency**2 + 2.0 * rate_change / reach)
+    limit = jnp.minimum(remaining, 2.0 / jnp.maximum(frequency, tiny))
+    ones = jnp.ones_like(speed)
+
+    def eigenvalue(speed):
+        bend = jax.jvp(lambda w: friction.torque(w, direction), (speed,), (ones,))[1]
+        return bend / inertia
+
+    here, curvature = jax.jvp(eigenvalue, (speed,), (ones,))
+    limit = jnp.minimum(limit, RATE_STEP / jnp.maximum(jnp.abs(here), tiny))
+    # the curve is flat at zero speed: what counts there is how steep it is a segment later
+    steepening = jnp.abs(curvature) * (rate + rate_change * limit)
+    return jnp.minimum(limit, jnp.sqrt(RATE_STEP / jnp.maximum(steepening, tiny)))
+
+
+def newton_step(flow, height, time):
+    """One step towards the time at which a height runs out, differentiable.
+
+    Args:
+        flow: duration -> motion.
+        height: (motion, duration) -> height and its rate.
+        time: s.
+
+    Returns:
+        The height at `time`, and the next time.
+    """
+    end, rate = height(flow(time), time)
+    rate = jax.lax.stop_gradient(rate)
+    return end, time - end / jnp.where(rate == 0.0, -1.0, rate)
+
+
+def bracketed_time(flow, height, low, guess, high):
+    """Time in [low, high] at which a height above zero runs out; a value without derivative.
+
+    Args:
+        flow: duration -> motion.
+        height: (motion, duration) -> height and its rate.
+        low: a duration, s, at which the height is not yet below zero.
+        guess: first duration tried.
+        high: a duration at which it is.
+    """
+
+    def narrow(_, bracket):
+        low, high, time = bracket
+        end, step = jax.lax.stop_gradient(newton_step(flow, height, time))
+        above = end > 0.0
+        low, high = jnp.where(above, time, low), jnp.where(above, high, time)
+        # a root at the edge of the bracket is a root: a strict test would bisect away from it
+        slack = 1e-12 * (high - low)
+        inside = (step >= low - slack) & (step <= high + slack)
+        return low, high, jnp.where(inside, step, 0.5 * (low + high))
+
+    bracket = jax.lax.fori_loop(0, NEWTON_STEPS, narrow, (low, high, guess))
+    return jax.lax.stop_gradient(bracket)[2]
+
+
+def event_time(flow, height, low, guess, high, latest):
+    """The same with its derivative, and no later than `latest`."""
+    time = newton_step(flow, height, bracketed_time(flow, height, low, guess, high))[1]
+    return within(time, latest)
+
+
+def within(time, latest):
+    """The time, kept within 0 and `latest`: at a speed that only touches zero, Newton strays."""
+    return time + jax.lax.stop_gradient(jnp.clip(time, 0.0, latest) - time)
+
+
+def falls_through_zero(height, start_rate, end_rate, length):
+    """Time at which the parabola with this height, rate and rate at its end falls through zero."""
+    bend = (end_rate - start_rate) / jnp.where(length > 0.0, length, 1.0)
+    root = jnp.sqrt(jnp.maximum(start_rate**2 - 2.0 * bend * height, 0.0))
+    falls_at_once = start_rate < 0.0
+    # the same root twice: each form where its terms have one sign
+    return jnp.where(
+        falls_at_once,
+        2.0 * height / jnp.where(falls_at_once, root - start_rate, 1.0),
+        (start_rate + root) / jnp.where(bend < 0.0, -bend, 1.0),
+    )
