@@ -18,8 +18,6 @@ only; one turn for each call, `vmap` gives many.
 
 from typing import NamedTuple
 
-from jaxtyping import Array, Float
-
 from gyrostat._jax import jax, jnp
 from gyrostat.body import rotations
 from gyrostat.body.rotations import Quaternion, Vector
