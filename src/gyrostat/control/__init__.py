@@ -1,4 +1,4 @@
-"""Controllers of the loop: from a measurement to a motor current."""
+"""Controllers of the loop: from a measurement to motor currents or torques."""
 
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.command import CurrentCommand
@@ -10,7 +10,9 @@ from gyrostat.control.momentum_control import (
     MomentumCommand,
     ProportionalMomentumControl,
 )
+from gyrostat.control.recovery_zero_momentum import ZeroMomentumRecovery
 from gyrostat.control.speed_mode import SpeedMode
+from gyrostat.control.two_wheel_sweeps import TwoWheelSweeps
 
 __all__ = [
     "AttitudePID",
@@ -23,4 +25,6 @@ __all__ = [
     "MomentumCommand",
     "ProportionalMomentumControl",
     "SpeedMode",
+    "TwoWheelSweeps",
+    "ZeroMomentumRecovery",
 ]

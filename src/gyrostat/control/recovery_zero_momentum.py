@@ -123,11 +123,11 @@ class ZeroMomentumRecovery(eqx.Module):
         require("recovery lean_gain", self.lean_gain)
 
     def start(self, period: Scalar) -> ZeroMomentumMemory:
-        """Nothing seen yet."""
-        zero = jnp.zeros(())
-        none = Sweep(zero, zero, zero, jnp.ones(()), zero)
-        same = jnp.array([1.0, 0.0, 0.0, 0.0])
-        return ZeroMomentumMemory(none, zero, same, jnp.array(False), jnp.asarray(period, float))
+        """As after a sweep."""
+        zero, one = jnp.zeros(()), jnp.ones(())
+        last, same = Sweep(zero, zero, one, one, one), jnp.array([1.0, 0.0, 0.0, 0.0])
+        period = jnp.asarray(period, dtype=float)
+        return ZeroMomentumMemory(last, last.duration, same, jnp.array(False), period)
 
     def __call__(
         self, memory: ZeroMomentumMemory, measurement: Any
