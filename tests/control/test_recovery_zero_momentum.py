@@ -198,6 +198,7 @@ def recovered():
     return jax.tree.map(np.asarray, found), np.degrees(errors)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_it_gets_there_in_time_and_stays(recovered, name):
     found, errors = recovered
@@ -210,17 +211,20 @@ def test_it_gets_there_in_time_and_stays(recovered, name):
     assert found.status[number].max() == 0
 
 
+@pytest.mark.slow
 def test_no_momentum_is_made_on_the_way(recovered):
     momentum = recovered[0].state.momentum
     assert np.abs(momentum - momentum[:, :1]).max() == 0.0
 
 
+@pytest.mark.slow
 def test_commands_keep_to_the_limits(recovered):
     found = recovered[0]
     assert np.abs(found.command.torque).max() <= 0.1 * (1.0 + 1e-12)
     assert np.abs(found.record.wheel_momentum).max() < 3.0
 
 
+@pytest.mark.slow
 def test_one_sweep_is_enough_where_the_inertia_is_known(recovered):
     started = recovered[0].command.started.sum(axis=1)
     known = np.array([error == 0.0 for _, error, _, _ in CASES.values()])
