@@ -1,5 +1,7 @@
 """Controllers of the loop, from a measurement to a command, and what they are designed with."""
 
+"""Controllers of the loop: from a measurement to motor currents or torques."""
+
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.command import CurrentCommand
 from gyrostat.control.controllability import Controllability, uncontrollable
@@ -13,9 +15,11 @@ from gyrostat.control.momentum_control import (
     MomentumCommand,
     ProportionalMomentumControl,
 )
+from gyrostat.control.recovery_zero_momentum import ZeroMomentumRecovery
 from gyrostat.control.riccati import RiccatiSolution, lyapunov, riccati
 from gyrostat.control.speed_mode import SpeedMode
 from gyrostat.control.state_dependent import StateDependentRiccati
+from gyrostat.control.two_wheel_sweeps import TwoWheelSweeps
 
 __all__ = [
     "AttitudePID",
@@ -36,6 +40,8 @@ __all__ = [
     "RiccatiSolution",
     "SpeedMode",
     "StateDependentRiccati",
+    "TwoWheelSweeps",
+    "ZeroMomentumRecovery",
     "lqr",
     "lyapunov",
     "riccati",
