@@ -1,4 +1,4 @@
-"""Controllers of the loop: from a measurement to a motor current."""
+"""Controllers of the loop: from a measurement to motor currents or torques."""
 
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.command import CurrentCommand
@@ -10,7 +10,11 @@ from gyrostat.control.momentum_control import (
     MomentumCommand,
     ProportionalMomentumControl,
 )
+from gyrostat.control.recovery_momentum import MomentumRecovery
 from gyrostat.control.speed_mode import SpeedMode
+from gyrostat.control.three_axis_law import ThreeAxisLaw
+from gyrostat.control.two_wheel_law import TwoWheelLaw
+from gyrostat.control.wheel_rate_loop import WheelRateLoop
 
 __all__ = [
     "AttitudePID",
@@ -22,5 +26,9 @@ __all__ = [
     "FrictionTorqueControl",
     "MomentumCommand",
     "ProportionalMomentumControl",
+    "MomentumRecovery",
     "SpeedMode",
+    "ThreeAxisLaw",
+    "TwoWheelLaw",
+    "WheelRateLoop",
 ]
