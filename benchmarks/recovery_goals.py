@@ -53,7 +53,7 @@ def draw(random, kind, shape, error):
 
     def inertia(factors):
         matrix = turn @ np.diag(principal * factors) @ turn.T
-        return 0.5 * (matrix + matrix.T)
+        return jnp.asarray(0.5 * (matrix + matrix.T))
 
     def on_circle():
         phase = random.uniform(-np.pi, np.pi)
@@ -75,15 +75,17 @@ def draw(random, kind, shape, error):
         rotors = np.where(works, np.clip(carried, -MOMENTUM, MOMENTUM), rotors)
     goal, wanted = Rotation.random(rng=random), on_circle()
     goal = goal * Rotation.align_vectors(goal.inv().apply(total)[None], wanted[None])[0]
-    wheels = WheelArray(np.eye(3), np.zeros(3), TORQUE * np.ones(3), MOMENTUM * np.ones(3))
-    plant = ReducedGyrostat(Spacecraft(inertia(1.0), wheels), works, total)
+    wheels = WheelArray(jnp.eye(3), jnp.zeros(3), TORQUE * jnp.ones(3), MOMENTUM * jnp.ones(3))
+    plant = ReducedGyrostat(
+        Spacecraft(inertia(1.0), wheels), jnp.asarray(works), jnp.asarray(total)
+    )
     controller = MomentumRecovery.plan(
         Spacecraft(inertia(1.0 + error * random.choice([-1.0, 1.0], 3)), wheels),
         works,
         total_momentum=total,
         target=quaternion(goal),
     )
-    state = ReducedState(quaternion(start), rotors)
+    state = ReducedState(jnp.asarray(quaternion(start)), jnp.asarray(rotors))
     return plant, controller, state, rho, 100.0 + 15.0 * principal.max() / rho
 
 
@@ -121,7 +123,7 @@ def ratios(cases, period):
 
 def main():
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Recovery with two of three wheels.")
     parser.add_argument("--cases", type=int, default=400)
     parser.add_argument("--period", type=float, default=0.5)
     parser.add_argument("--seed", type=int, default=1)

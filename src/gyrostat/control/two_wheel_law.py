@@ -192,7 +192,7 @@ class TwoWheelLaw(eqx.Module):
             return jnp.arccos(jnp.clip((held + drift) / size, -UPRIGHT, UPRIGHT))
 
         reach = jnp.where(lag > 0.0, able.takes, able.gives)
-        used = -jnp.sign(lag) * jnp.minimum(reach, able.turning)
+        used = jnp.where(lag > 0.0, -1.0, 1.0) * jnp.minimum(reach, able.turning)
         lean = jnp.maximum(jnp.abs(angle_for(used) - angle_for(0.0)), 1e-3)
         gain = jnp.minimum(self.lag_gain, LAG_DAMPING * jnp.sqrt(able.slowing / lean))
         level = jnp.tanh(gain * lag / reach)
