@@ -1,13 +1,14 @@
 """Recovery after wheels have failed, where the others and the momentum suffice."""
 
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import ArrayLike
+from jaxtyping import Array, ArrayLike, Float
 
 from gyrostat._jax import jax, jnp
 from gyrostat.body import Spacecraft, WheelTorqueCommand, rotations
+from gyrostat.body.rotations import Vector
 from gyrostat.control.momentum_angles import momentum_frame
 from gyrostat.control.three_axis_law import ThreeAxisLaw
 from gyrostat.control.two_wheel_law import TwoWheelLaw
@@ -19,20 +20,6 @@ SPAN = 1e-6
 """Of a singular value of the working axes: below it they do not reach that direction."""
 LEAST_AUTHORITY = 1e-3
 """Of momentum across the normal over the whole: below it the third direction is out of reach."""
-HELD_TIME = 10.0
-"""s: of the filter on what the failed wheels hold."""
-
-
-class MomentumRecoveryMemory(NamedTuple):
-    """Between two samples.
-
-    Attributes:
-        wheels: of the rate loop.
-        held: momentum along the normal that the failed wheels hold, N·m·s.
-    """
-
-    wheels: RateLoopMemory
-    held: Scalar
 
 
 class MomentumRecovery(eqx.Module):
@@ -40,48 +27,56 @@ class MomentumRecovery(eqx.Module):
 
     The law gives a rate for each attitude, its change along the measured motion the acceleration
     to feed forward, and the rate loop the torques. What the failed wheels hold along the normal is
-    n.(R' H - J w), filtered: it changes while they run down.
+    measured, for it changes while they run down; where their sensors are lost it is taken as what
+    they will hold at the target. It is not inferred from rate and inertia: where the momentum is
+    small, an inertia that is wrong by 5 % would make that unstable.
 
     Attributes:
         law: rate over attitude.
         normal: (3,) to the working axes, or zero where they span space.
+        failed_axes: (3, wheels), those of working and of seized wheels zero.
+        failed_inertia: (wheels,) of those rotors, kg·m².
     """
 
     law: TwoWheelLaw | ThreeAxisLaw
-    normal: rotations.Vector
+    normal: Vector
+    failed_axes: Float[Array, "3 wheels"]
+    failed_inertia: Float[Array, " wheels"]
 
     def check(self) -> None:
         """Refuse what the law refuses, by `InputError`."""
         self.law.check()
 
-    def start(self, period: Scalar) -> MomentumRecoveryMemory:
-        """Nothing measured yet; the failed wheels hold what they will hold at the target."""
-        law = self.law
-        held = self.normal @ rotations.to_body(law.target, law.total_momentum)
-        return MomentumRecoveryMemory(law.wheels.start(period), held)
+    def start(self, period: Scalar) -> RateLoopMemory:
+        """Nothing measured yet."""
+        return self.law.wheels.start(period)
 
     def __call__(
-        self, memory: MomentumRecoveryMemory, measurement: Any
-    ) -> tuple[MomentumRecoveryMemory, WheelTorqueCommand]:
+        self, memory: RateLoopMemory, measurement: Any
+    ) -> tuple[RateLoopMemory, WheelTorqueCommand]:
         """Command the wheels.
 
         Args:
             memory: from the last sample.
-            measurement: has `attitude` (4,), `rate` (3,), rad/s, and `wheel_momentum` (wheels,),
-                N·m·s.
+            measurement: has `attitude` (4,), `rate` (3,), rad/s, `wheel_momentum` (wheels,) seen
+                from the body, N·m·s, and `wheel_measured` (wheels,).
         """
-        law, loop = self.law, self.law.wheels
-        rate, inertia = measurement.rate, jnp.asarray(self.law.wheels.inertia)
-        body = rotations.to_body(measurement.attitude, law.total_momentum)
-        share = memory.wheels.period / (HELD_TIME + memory.wheels.period)
-        held = memory.held + share * (self.normal @ (body - inertia @ rate) - memory.held)
-        resting = measurement.wheel_momentum + loop.allocation @ (inertia @ rate)
+        law, loop, rate = self.law, self.law.wheels, measurement.rate
+        held = self._held(measurement)
+        resting = measurement.wheel_momentum + loop.allocation @ (jnp.asarray(loop.inertia) @ rate)
         turning = rotations.rate_of_quaternion(measurement.attitude, rate)
         wanted, change = jax.jvp(
             lambda attitude: law(attitude, held, resting), (measurement.attitude,), (turning,)
         )
-        wheels, command = loop(memory.wheels, measurement, body, wanted, change)
-        return MomentumRecoveryMemory(wheels, held), command
+        body = rotations.to_body(measurement.attitude, law.total_momentum)
+        return loop(memory, measurement, body, wanted, change)
+
+    def _held(self, measurement: Any) -> Scalar:
+        axes = self.failed_axes
+        absolute = measurement.wheel_momentum + self.failed_inertia * (axes.T @ measurement.rate)
+        unknown = jnp.any(jnp.any(axes != 0.0, axis=0) & ~measurement.wheel_measured)
+        planned = rotations.to_body(self.law.target, self.law.total_momentum)
+        return self.normal @ jnp.where(unknown, planned, axes @ absolute)
 
     @classmethod
     def plan(
@@ -112,6 +107,7 @@ class MomentumRecovery(eqx.Module):
         own = np.asarray(wheels.inertia, dtype=float) * np.ones(wheels.count)
         fixed = np.zeros(wheels.count) if seized is None else np.asarray(seized, dtype=float)
         inertia = np.asarray(spacecraft.inertia) + (axes * own * fixed) @ axes.T
+        failed = jnp.asarray(axes * (~works & (fixed == 0.0)))
         axes = axes * works
         left, sizes, _ = np.linalg.svd(axes, full_matrices=True)
         rank = int(np.sum(sizes > SPAN))
@@ -126,7 +122,9 @@ class MomentumRecovery(eqx.Module):
             momentum_limit=jnp.ones(wheels.count) * wheels.momentum_limit,
         )
         if rank == 3:
-            return cls(ThreeAxisLaw(loop, attitude, momentum), jnp.zeros(3))
+            return cls(
+                ThreeAxisLaw(loop, attitude, momentum), jnp.zeros(3), failed, jnp.asarray(own)
+            )
         if rank < 2:
             raise InputError(
                 f"working wheels: found axes that span {rank} directions, expected 2 or 3"
@@ -139,4 +137,5 @@ class MomentumRecovery(eqx.Module):
                 "wheels at the target, expected more: it alone can turn the spacecraft about the "
                 "normal"
             )
-        return cls(TwoWheelLaw(loop, normal, attitude, momentum), normal)
+        law = TwoWheelLaw(loop, normal, attitude, momentum)
+        return cls(law, normal, failed, jnp.asarray(own))
