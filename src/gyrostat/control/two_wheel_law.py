@@ -16,11 +16,11 @@ from gyrostat.require import check_parts, require
 
 GYROSCOPIC_SHARE = 0.97
 """Of the wheels' torque that turning their momentum with the body may take."""
-ROLL_SHARE = 0.6
+ROLL_SHARE = 0.9
 """Of that, what the roll may take."""
 BRAKING_SHARE = 0.5
 """Of the wheels' torque that braking counts on."""
-LAG_DAMPING = 1.3
+LAG_DAMPING = 1.6
 """Gain of the lag over sqrt(tilting acceleration / tilt)."""
 WAYS_ROUND = np.array(list(product((0.0, -2.0 * np.pi, 2.0 * np.pi), repeat=2)))
 """Of roll and spin, rad."""

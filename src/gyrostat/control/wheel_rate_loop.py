@@ -13,7 +13,7 @@ from gyrostat.require import require
 
 PerWheel = Float[Array, " wheels"]
 
-TUMBLING = 2.0
+TUMBLING = 3.0
 """Gyroscopic torque over the torque of the wheels, beyond which no rate is tracked."""
 DAMPING_RATIO = 2.0
 """Gain of the damping over that of the tracking."""
