@@ -109,8 +109,9 @@ class ReducedGyrostat(eqx.Module):
         """
         del time
         wheels = self.spacecraft.wheels
-        upper = (wheels.momentum_limit - state.rotor_momentum) / duration
-        lower = -(wheels.momentum_limit + state.rotor_momentum) / duration
+        relative = self.relative_momentum(state)
+        upper = (wheels.momentum_limit - relative) / duration
+        lower = -(wheels.momentum_limit + relative) / duration
         torque = jnp.clip(command.torque, lower, upper)
         torque = jnp.clip(torque, -jnp.asarray(wheels.torque_limit), wheels.torque_limit)
         torque = jnp.where(self.working, torque, 0.0)
