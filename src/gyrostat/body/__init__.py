@@ -17,6 +17,12 @@ from gyrostat.body.gyrostat import (
     GyrostatState,
     WheelTorqueCommand,
 )
+from gyrostat.body.reduced_gyrostat import (
+    ReducedGyrostat,
+    ReducedRecord,
+    ReducedSensor,
+    ReducedState,
+)
 from gyrostat.body.rotations import EulerAngles
 from gyrostat.body.spacecraft import Spacecraft, check_inertia
 from gyrostat.body.spacecraft_file import SpacecraftFile, read_spacecraft
@@ -49,6 +55,10 @@ __all__ = [
     "GyrostatState",
     "MomentumMeasurement",
     "MomentumSensor",
+    "ReducedGyrostat",
+    "ReducedRecord",
+    "ReducedSensor",
+    "ReducedState",
     "Spacecraft",
     "SpacecraftFile",
     "SpacecraftMeasurement",

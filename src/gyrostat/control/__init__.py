@@ -1,5 +1,7 @@
 """Controllers of the loop, from a measurement to a command, and what they are designed with."""
 
+"""Controllers of the loop: from a measurement to motor currents or torques."""
+
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.command import CurrentCommand
 from gyrostat.control.controllability import Controllability, uncontrollable
@@ -13,11 +15,15 @@ from gyrostat.control.momentum_control import (
     MomentumCommand,
     ProportionalMomentumControl,
 )
+from gyrostat.control.recovery_momentum import MomentumRecovery
 from gyrostat.control.recovery_zero_momentum import ZeroMomentumRecovery
 from gyrostat.control.riccati import RiccatiSolution, lyapunov, riccati
 from gyrostat.control.speed_mode import SpeedMode
 from gyrostat.control.state_dependent import StateDependentRiccati
+from gyrostat.control.three_axis_law import ThreeAxisLaw
+from gyrostat.control.two_wheel_law import TwoWheelLaw
 from gyrostat.control.two_wheel_sweeps import TwoWheelSweeps
+from gyrostat.control.wheel_rate_loop import WheelRateLoop
 
 __all__ = [
     "AttitudePID",
@@ -33,12 +39,16 @@ __all__ = [
     "LinearQuadratic",
     "MRPBody",
     "MomentumCommand",
+    "MomentumRecovery",
     "ProportionalMomentumControl",
     "QuaternionBody",
     "RiccatiSolution",
     "SpeedMode",
     "StateDependentRiccati",
+    "ThreeAxisLaw",
+    "TwoWheelLaw",
     "TwoWheelSweeps",
+    "WheelRateLoop",
     "ZeroMomentumRecovery",
     "lqr",
     "lyapunov",

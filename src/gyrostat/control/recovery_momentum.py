@@ -1,0 +1,141 @@
+"""Recovery after wheels have failed, where the others and the momentum suffice."""
+
+from typing import Any, Self
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, ArrayLike, Float
+
+from gyrostat._jax import jax, jnp
+from gyrostat.body import Spacecraft, WheelTorqueCommand, rotations
+from gyrostat.body.rotations import Vector
+from gyrostat.control.momentum_angles import momentum_frame
+from gyrostat.control.three_axis_law import ThreeAxisLaw
+from gyrostat.control.two_wheel_law import TwoWheelLaw
+from gyrostat.control.wheel_rate_loop import RateLoopMemory, WheelRateLoop
+from gyrostat.errors import InputError
+from gyrostat.friction import Scalar
+
+SPAN = 1e-6
+"""Of a singular value of the working axes: below it they do not reach that direction."""
+LEAST_AUTHORITY = 1e-3
+"""Of momentum across the normal over the whole: below it the third direction is out of reach."""
+
+
+class MomentumRecovery(eqx.Module):
+    """Brings a spacecraft to rest at a holdable attitude, whatever its motion at the start.
+
+    The law gives a rate for each attitude, its change along the measured motion the acceleration
+    to feed forward, and the rate loop the torques. What the failed wheels hold along the normal is
+    measured, for it changes while they run down; where their sensors are lost it is taken as what
+    they will hold at the target. It is not inferred from rate and inertia: where the momentum is
+    small, an inertia that is wrong by 5 % would make that unstable.
+
+    Attributes:
+        law: rate over attitude.
+        normal: (3,) to the working axes, or zero where they span space.
+        failed_axes: (3, wheels), those of working and of seized wheels zero.
+        failed_inertia: (wheels,) of those rotors, kg·m².
+    """
+
+    law: TwoWheelLaw | ThreeAxisLaw
+    normal: Vector
+    failed_axes: Float[Array, "3 wheels"]
+    failed_inertia: Float[Array, " wheels"]
+
+    def check(self) -> None:
+        """Refuse what the law refuses, by `InputError`."""
+        self.law.check()
+
+    def start(self, period: Scalar) -> RateLoopMemory:
+        """Nothing measured yet."""
+        return self.law.wheels.start(period)
+
+    def __call__(
+        self, memory: RateLoopMemory, measurement: Any
+    ) -> tuple[RateLoopMemory, WheelTorqueCommand]:
+        """Command the wheels.
+
+        Args:
+            memory: from the last sample.
+            measurement: has `attitude` (4,), `rate` (3,), rad/s, `wheel_momentum` (wheels,) seen
+                from the body, N·m·s, and `wheel_measured` (wheels,).
+        """
+        law, loop, rate = self.law, self.law.wheels, measurement.rate
+        held = self._held(measurement)
+        resting = measurement.wheel_momentum + loop.allocation @ (jnp.asarray(loop.inertia) @ rate)
+        turning = rotations.rate_of_quaternion(measurement.attitude, rate)
+        wanted, change = jax.jvp(
+            lambda attitude: law(attitude, held, resting), (measurement.attitude,), (turning,)
+        )
+        body = rotations.to_body(measurement.attitude, law.total_momentum)
+        return loop(memory, measurement, body, wanted, change)
+
+    def _held(self, measurement: Any) -> Scalar:
+        axes = self.failed_axes
+        absolute = measurement.wheel_momentum + self.failed_inertia * (axes.T @ measurement.rate)
+        unknown = jnp.any(jnp.any(axes != 0.0, axis=0) & ~measurement.wheel_measured)
+        planned = rotations.to_body(self.law.target, self.law.total_momentum)
+        return self.normal @ jnp.where(unknown, planned, axes @ absolute)
+
+    @classmethod
+    def plan(
+        cls,
+        spacecraft: Spacecraft,
+        working: ArrayLike,
+        *,
+        total_momentum: ArrayLike,
+        target: ArrayLike,
+        seized: ArrayLike | None = None,
+    ) -> Self:
+        """The controller for one failure; done once, outside the loop.
+
+        Args:
+            spacecraft: as the controller knows it, one.
+            working: (wheels,) whether a wheel works.
+            total_momentum: (3,) in inertial axes, N·m·s.
+            target: (4,) holdable attitude, scalar first.
+            seized: (wheels,) whether the rotor is fixed to the body; None for none.
+
+        Raises:
+            InputError: fewer than two directions are left; or two, and the momentum has no part
+                across them at the target that could move the third.
+        """
+        wheels = spacecraft.wheels
+        works = np.broadcast_to(np.asarray(working, dtype=bool), (wheels.count,))
+        axes = np.asarray(wheels.axes, dtype=float)
+        own = np.asarray(wheels.inertia, dtype=float) * np.ones(wheels.count)
+        fixed = np.zeros(wheels.count) if seized is None else np.asarray(seized, dtype=float)
+        inertia = np.asarray(spacecraft.inertia) + (axes * own * fixed) @ axes.T
+        failed = jnp.asarray(axes * (~works & (fixed == 0.0)))
+        axes = axes * works
+        left, sizes, _ = np.linalg.svd(axes, full_matrices=True)
+        rank = int(np.sum(sizes > SPAN))
+        attitude = rotations.normalised(jnp.asarray(target, dtype=float))
+        momentum = jnp.asarray(total_momentum, dtype=float)
+        loop = WheelRateLoop(
+            inertia=jnp.asarray(inertia),
+            axes=jnp.asarray(axes),
+            allocation=jnp.asarray(np.linalg.pinv(axes, rcond=SPAN)),
+            rotor_inertia=jnp.asarray(own * works),
+            torque_limit=jnp.ones(wheels.count) * wheels.torque_limit,
+            momentum_limit=jnp.ones(wheels.count) * wheels.momentum_limit,
+        )
+        if rank == 3:
+            return cls(
+                ThreeAxisLaw(loop, attitude, momentum), jnp.zeros(3), failed, jnp.asarray(own)
+            )
+        if rank < 2:
+            raise InputError(
+                f"working wheels: found axes that span {rank} directions, expected 2 or 3"
+            )
+        normal = jnp.asarray(left[:, 2])
+        frame = momentum_frame(normal, rotations.to_body(attitude, momentum))
+        if not frame.across > LEAST_AUTHORITY * jnp.linalg.norm(momentum):
+            raise InputError(
+                f"total momentum: found {frame.across:.2g} N·m·s across the normal of the working "
+                "wheels at the target, expected more: it alone can turn the spacecraft about the "
+                "normal"
+            )
+        law = TwoWheelLaw(loop, normal, attitude, momentum)
+        return cls(law, normal, failed, jnp.asarray(own))

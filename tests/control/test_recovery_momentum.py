@@ -1,0 +1,240 @@
+"""Recovery with the working wheels and the momentum, on the reduced gyrostat."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from gyrostat._jax import jax, jnp
+from gyrostat.body import ReducedGyrostat, ReducedSensor, ReducedState, Spacecraft, rotations
+from gyrostat.control import MomentumRecovery
+from gyrostat.errors import InputError
+from gyrostat.simulate import stack
+from gyrostat.simulate.loop import run
+from gyrostat.wheel import WheelArray
+
+TORQUE, MOMENTUM = 0.1, 3.0
+ROTORS = 0.005
+PYRAMID = np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0], [0.8, 0.8, 0.8, 0.8]])
+PYRAMID /= np.linalg.norm(PYRAMID, axis=0)
+
+
+class Case(NamedTuple):
+    plant: ReducedGyrostat
+    controller: MomentumRecovery
+    state: ReducedState
+    allowed: float
+
+
+def quaternion(rotation):
+    return jnp.asarray(np.roll(rotation.as_quat(), 1))
+
+
+def craft(inertia, axes):
+    count = axes.shape[1]
+    own, ones = jnp.full(count, ROTORS), jnp.ones(count)
+    return Spacecraft(
+        jnp.asarray(inertia), WheelArray(jnp.asarray(axes), own, TORQUE * ones, MOMENTUM * ones)
+    )
+
+
+def draw(random, *, error=0.0, rest=True, across=(0.3, 2.8)):
+    """Three orthogonal wheels, one of which has failed with momentum in it."""
+    works = np.arange(3) != random.integers(3)
+    normal = np.eye(3)[~works][0]
+    turn = Rotation.random(rng=random).as_matrix()
+    principal = np.array([8.0, 12.0, 16.0])
+    rho, held = random.uniform(*across), random.uniform(-2.0, 2.0)
+
+    def inertia(factor):
+        matrix = turn @ np.diag(principal * factor) @ turn.T
+        return 0.5 * (matrix + matrix.T)
+
+    def body():
+        phase = random.uniform(-np.pi, np.pi)
+        return rho * np.insert([np.cos(phase), np.sin(phase)], int(np.argmin(works)), 0) + (
+            held * normal
+        )
+
+    start, rotors = Rotation.random(rng=random), body()
+    total = start.apply(rotors)
+    if not rest:
+        start = Rotation.random(rng=random)
+        rotors = np.where(works, np.clip(start.inv().apply(total), -2.9, 2.9), rotors)
+    wanted, goal = body(), Rotation.random(rng=random)
+    goal = goal * Rotation.align_vectors(goal.inv().apply(total)[None], wanted[None])[0]
+    controller = MomentumRecovery.plan(
+        craft(inertia(1.0 + error * random.choice([-1.0, 1.0], 3)), np.eye(3)),
+        works,
+        total_momentum=total,
+        target=quaternion(goal),
+    )
+    plant = ReducedGyrostat(craft(inertia(1.0), np.eye(3)), jnp.asarray(works), jnp.asarray(total))
+    state = ReducedState(quaternion(start), jnp.asarray(rotors))
+    return Case(plant, controller, state, 100.0 + 15.0 * 16.0 / rho)
+
+
+def at_target(case):
+    """The state of rest there."""
+    law = case.controller.law
+    return ReducedState(law.target, rotations.to_body(law.target, law.total_momentum))
+
+
+def measured(case, state):
+    return ReducedSensor(case.plant)(None, state, jax.random.key(0))[1]
+
+
+@eqx.filter_jit
+def flown(items, count, period=0.5):
+    """Pointing errors, rad, and what was commanded."""
+
+    def single(plant, controller, state):
+        histories = run(
+            plant, controller, ReducedSensor(plant), state, jax.random.key(0), period, count=count
+        )
+        target = controller.law.target
+        errors = jax.vmap(lambda q: rotations.error_angle(q, target))(histories.state.attitude)
+        return errors, histories.command.torque, histories.measurement.wheel_momentum
+
+    return eqx.filter_vmap(single)(*items)
+
+
+@pytest.mark.parametrize("rest", [True, False])
+def test_settles_in_time_with_an_inertia_that_is_wrong(rest):
+    random = np.random.default_rng(11)
+    cases = [draw(random, error=0.05, rest=rest) for _ in range(24)]
+    items = tuple(stack([case[k] for case in cases]).items for k in range(3))
+    errors, torques, momenta = (np.asarray(x) for x in flown(items, 2000))
+    for case, error in zip(cases, errors, strict=True):
+        assert np.all(error[int(np.ceil(case.allowed / 0.5)) :] < np.radians(0.05))
+    assert np.abs(torques).max() <= TORQUE
+    # a wheel at its limit gains a little relative to a body that turns under it
+    assert np.abs(momenta).max() <= MOMENTUM + 0.1 * ROTORS
+    for case, torque in zip(cases, torques, strict=True):
+        assert np.all(torque[:, ~np.asarray(case.plant.working)] == 0.0)
+
+
+def test_rest_at_the_target_is_a_fixed_point():
+    case = draw(np.random.default_rng(2))
+    memory = case.controller.start(0.5)
+    for _ in range(2):
+        memory, command = case.controller(memory, measured(case, at_target(case)))
+        np.testing.assert_allclose(command.torque, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_wanted_rate_is_one_that_the_wheels_can_choose(seed):
+    random = np.random.default_rng(seed)
+    case = draw(random)
+    law, inertia = case.controller.law, case.plant.spacecraft.inertia
+    for _ in range(8):
+        here, held = quaternion(Rotation.random(rng=random)), random.uniform(-2.0, 2.0)
+        limit = 0.99 * jnp.linalg.norm(law.total_momentum)
+        held = float(jnp.clip(held, -limit, limit))
+        rate = law(here, held, jnp.zeros(3))
+        body = rotations.to_body(here, law.total_momentum)
+        np.testing.assert_allclose(
+            law.normal @ inertia @ rate, law.normal @ body - held, atol=1e-12
+        )
+
+
+@pytest.mark.parametrize("across", [(0.1, 0.11), (2.5, 2.8)])
+def test_linear_part_has_the_rates_that_the_gains_say(across):
+    # sampled quickly, the poles of the loop are exp(-rate period)
+    period = 0.002
+    case = draw(np.random.default_rng(4), across=across)
+    law, works = case.controller.law, np.flatnonzero(case.plant.working)
+    rest = at_target(case)
+    memory, _ = case.controller(case.controller.start(period), measured(case, rest))
+
+    def after(small):
+        turn = rotations.from_rotation_vector(small[:3])
+        rotors = rest.rotor_momentum.at[works].add(small[3:])
+        state = ReducedState(rotations.product(rest.attitude, turn), rotors)
+        _, command = case.controller(memory, measured(case, state))
+        state, _ = case.plant(state, command, 0.0, period)
+        back = rotations.rotation_vector(rotations.error(state.attitude, law.target))
+        return jnp.concatenate([back, (state.rotor_momentum - rest.rotor_momentum)[works]])
+
+    # the drag filter would answer a jump of the wheels that no torque made
+    case = case._replace(
+        controller=eqx.tree_at(lambda c: c.law.wheels.drag_time, case.controller, 1e12)
+    )
+    poles = np.linalg.eigvals(jax.jacfwd(after)(1e-9 * jnp.ones(5)))
+    rates = np.sort(-np.log(poles.real) / period)
+    assert np.abs(poles.imag).max() < 1e-4
+    gain = law.wheels.gain
+    np.testing.assert_allclose(rates[1:], [law.roll_gain, law.tilt_gain, gain, gain], rtol=0.02)
+    assert 0.05 < rates[0] <= law.lag_gain * 1.02
+
+
+def test_sampled_loop_is_stable_about_the_target():
+    for seed, across in ((0, (0.1, 0.11)), (1, (2.0, 2.8))):
+        case = draw(np.random.default_rng(seed), error=0.05, across=across)
+        rest, works = at_target(case), np.flatnonzero(case.plant.working)
+        memory, _ = case.controller(case.controller.start(0.5), measured(case, rest))
+
+        def after(small, case=case, rest=rest, works=works, memory=memory):
+            turn = rotations.from_rotation_vector(small[:3])
+            state = ReducedState(
+                rotations.product(rest.attitude, turn),
+                rest.rotor_momentum.at[works].add(small[3:5]),
+            )
+            last = memory._replace(
+                momentum=memory.momentum.at[works].add(small[5:7]),
+                torque=memory.torque.at[works].add(small[7:9]),
+                drag=memory.drag.at[works].add(small[9:]),
+            )
+            last, command = case.controller(last, measured(case, state))
+            state, _ = case.plant(state, command, 0.0, 0.5)
+            target = case.controller.law.target
+            return jnp.concatenate(
+                [
+                    rotations.rotation_vector(rotations.error(state.attitude, target)),
+                    (state.rotor_momentum - rest.rotor_momentum)[works],
+                    (last.momentum - memory.momentum)[works],
+                    last.torque[works],
+                    last.drag[works],
+                ]
+            )
+
+        poles = np.linalg.eigvals(jax.jit(jax.jacfwd(after))(1e-9 * jnp.ones(11)))
+        assert np.abs(poles).max() < 0.99
+
+
+def test_four_wheels_less_one_reach_any_attitude():
+    random = np.random.default_rng(8)
+    cases = []
+    for _ in range(8):
+        works = np.arange(4) != random.integers(4)
+        start, goal = (Rotation.random(rng=random) for _ in range(2))
+        rotors = random.uniform(-1.0, 1.0, 4) * works
+        rate = random.uniform(-0.05, 0.05, 3)
+        body = craft(np.diag([8.0, 12.0, 16.0]), PYRAMID)
+        total = start.apply(np.diag([8.0, 12.0, 16.0]) @ rate + PYRAMID @ rotors)
+        # hold what the target needs: less than half of what the wheels can
+        scale = min(1.0, 1.0 / np.linalg.norm(total))
+        total, rotors = total * scale, rotors * scale
+        controller = MomentumRecovery.plan(
+            body, works, total_momentum=total, target=quaternion(goal)
+        )
+        plant = ReducedGyrostat(body, jnp.asarray(works), jnp.asarray(total))
+        cases.append((plant, controller, ReducedState(quaternion(start), jnp.asarray(rotors))))
+    items = tuple(stack([case[k] for case in cases]).items for k in range(3))
+    errors = np.asarray(flown(items, 500)[0])
+    assert errors[:, 400:].max() < np.radians(0.05)
+
+
+def test_refuses_what_it_cannot_do():
+    body = craft(12.0 * np.eye(3), np.eye(3))
+    still = (1.0, 0.0, 0.0, 0.0)
+    with pytest.raises(InputError, match=r"span 1 directions, expected 2 or 3"):
+        MomentumRecovery.plan(
+            body, [True, False, False], total_momentum=[1.0, 0.0, 0.0], target=still
+        )
+    with pytest.raises(InputError, match=r"across the normal of the working wheels"):
+        MomentumRecovery.plan(
+            body, [True, True, False], total_momentum=[0.0, 0.0, 1.0], target=still
+        )

@@ -1,0 +1,84 @@
+"""The rate loop of wheels: damping, drag, limits."""
+
+import numpy as np
+import pytest
+
+from gyrostat._jax import jnp
+from gyrostat.body import SpacecraftMeasurement
+from gyrostat.control import WheelRateLoop
+from gyrostat.errors import InputError
+
+AXES = np.array([[1.0, 0.0, 0.6], [0.0, 1.0, 0.8], [0.0, 0.0, 0.0]])
+WORKING = AXES * [1.0, 1.0, 0.0]
+LOOP = WheelRateLoop(
+    inertia=jnp.diag(jnp.array([8.0, 12.0, 16.0])),
+    axes=jnp.asarray(WORKING),
+    allocation=jnp.asarray(np.linalg.pinv(WORKING)),
+    rotor_inertia=jnp.array([0.01, 0.01, 0.0]),
+    torque_limit=0.1 * jnp.ones(3),
+    momentum_limit=3.0 * jnp.ones(3),
+)
+STILL = jnp.zeros(3)
+
+
+def measured(rate, momentum):
+    return SpacecraftMeasurement(
+        jnp.array([1.0, 0.0, 0.0, 0.0]),
+        jnp.asarray(rate),
+        jnp.asarray(momentum),
+        jnp.ones(3, dtype=bool),
+    )
+
+
+def test_takes_energy_from_a_body_that_tumbles():
+    random = np.random.default_rng(3)
+    seen = 0
+    for _ in range(50):
+        rate, carried = random.uniform(-0.5, 0.5, 3), random.uniform(-2.0, 2.0, 3) * [1, 1, 0]
+        momentum = LOOP.inertia @ rate + WORKING @ carried
+        if np.abs(np.cross(momentum, rate)[:2]).max() < 0.45:
+            continue
+        seen += 1
+        _, command = LOOP(LOOP.start(0.5), measured(rate, carried), momentum, STILL, STILL)
+        assert rate @ WORKING @ command.torque > 0.0
+        assert np.abs(command.torque).max() <= 0.1
+        assert command.torque[2] == 0.0
+    assert seen > 20
+
+
+def test_wheels_turn_their_momentum_with_the_body():
+    # at the wanted rate the wheels need what keeps their momentum fixed in space, no more
+    rate, carried = jnp.array([0.0, 0.0, 0.02]), jnp.array([1.0, -2.0, 0.0])
+    momentum = LOOP.inertia @ rate + jnp.asarray(WORKING) @ carried
+    _, command = LOOP(LOOP.start(0.5), measured(rate, carried), momentum, rate, STILL)
+    np.testing.assert_allclose(command.torque, [-2.0 * 0.02, -1.0 * 0.02, 0.0], atol=1e-12)
+
+
+def test_finds_the_drag():
+    memory, drag, period = LOOP.start(0.5), np.array([0.004, -0.002, 0.0]), 0.5
+    momentum = np.array([1.0, -1.0, 0.0])
+    for _ in range(400):
+        memory, command = LOOP(memory, measured(STILL, momentum), STILL, STILL, STILL)
+        momentum = momentum + (np.asarray(command.torque) - drag) * period
+    np.testing.assert_allclose(memory.drag, drag, atol=1e-9)
+
+
+def test_never_asks_for_momentum_that_a_wheel_has_not_left():
+    carried = jnp.array([2.98, 0.0, 0.0])
+    wanted = jnp.array([-0.1, 0.0, 0.0])
+    memory = LOOP.start(0.5)
+    _, command = LOOP(
+        memory, measured(STILL, carried), jnp.asarray(WORKING) @ carried, wanted, STILL
+    )
+    assert 0.0 < command.torque[0] * 0.5 <= 0.02 + 1e-12
+
+
+def test_room_is_how_far_the_first_wheel_goes():
+    up, down = LOOP.room(jnp.array([2.0, -1.0, 0.0]), jnp.array([0.5, 0.1, 7.0]))
+    assert up == pytest.approx(2.0)
+    assert down == pytest.approx(10.0)
+
+
+def test_refuses_gains_that_are_none():
+    with pytest.raises(InputError, match="rate gain"):
+        WheelRateLoop(*[getattr(LOOP, name) for name in list(LOOP.__dict__)[:6]], gain=0.0).check()
