@@ -2,6 +2,9 @@
 
 import os
 
+from docutils.nodes import SkipNode
+from docutils.utils.math.latex2mathml import tex2mathml
+
 import gyrostat
 
 # The examples run in kernels that inherit these.
@@ -14,7 +17,7 @@ author = "the gyrostat authors"
 copyright = "the gyrostat authors, Apache-2.0"
 release = version = gyrostat.__version__
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["_build", "**/.ipynb_checkpoints"]
 
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
@@ -35,4 +38,23 @@ autodoc_member_order = "groupwise"
 autodoc_typehints_format = "short"
 
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["equations.css"]
 html_title = f"gyrostat {release}"
+
+html_math_renderer = "mathml"
+
+
+def _inline(translator, node):
+    translator.body.append(tex2mathml(node.astext()))
+    raise SkipNode
+
+
+def _block(translator, node):
+    translator.body.append(f"<div>{tex2mathml(node.astext(), as_block=True)}</div>")
+    raise SkipNode
+
+
+def setup(app):
+    """Write equations as MathML, which browsers show without a script and without a network."""
+    app.add_html_math_renderer("mathml", (_inline, None), (_block, None))

@@ -15,6 +15,7 @@ is tuned until it holds.
 PAPERS = {
     "carrara-kuga": "Carrara and Kuga, Estimating friction parameters in reaction wheels",
     "moreira-lopes-kuga": "Moreira, Lopes and Kuga, Estimation of torque in a reaction wheel",
+    "carvalho-fenili": "Carvalho and Fenili, Attitude control with failures in momentum wheels",
 }
 
 

@@ -76,6 +76,11 @@ _TABLE: dict[str, tuple[_Row, ...]] = {
         (Unit("mN·m", 1e-3), (), ()),
         (Unit("µN·m", 1e-6), (), ()),
     ),
+    "momentum": (
+        (Unit("N·m·s"), ("kg·m2/s",), ()),
+        (Unit("mN·m·s", 1e-3), (), ()),
+        (Unit("µN·m·s", 1e-6), (), ()),
+    ),
     "motor_constant": (
         (Unit("N·m/A"), ("N·m·A-1",), ()),
         (Unit("mN·m/A", 1e-3), ("mN·m·A-1",), ()),

@@ -88,6 +88,69 @@ def test_the_friction_torque_is_that_of_the_scaled_curve():
     assert float(sigma) == pytest.approx(expected, rel=1e-9)
 
 
-def test_what_is_no_covariance_is_refused():
-    with pytest.raises(InputError, match="speed_sigma: found 0"):
-        FrictionScaleFilter(WHEEL, 0.0, DRIFT).check()
+@pytest.mark.parametrize("shake", [0.0, 1e-5])
+def test_a_wheel_that_turns_although_the_model_holds_it_is_believed(shake):
+    """Half the friction of the model, and a current that the model would not move with."""
+    current = 0.75 * float(MODEL.coulomb) / 0.0228
+    own = FrictionScaleFilter(WHEEL, SIGMA, 2e-4, shake)
+    noise = SIGMA * np.random.default_rng(3).standard_normal(COUNT)
+
+    @jax.jit
+    def followed(noise):
+        def tick(carry, draw):
+            speed, estimate = carry
+            estimate = own.correct(estimate, speed + draw)
+            after = advance(scaled(0.5), speed, current, 0.0, PERIOD).speed
+            return (after, own.predict(estimate, current, PERIOD)), (speed, estimate)
+
+        return jax.lax.scan(tick, (jnp.array(0.0), own.start()), noise)[1]
+
+    speed, found = followed(noise)
+    assert float(found.state[3, 0]) == pytest.approx(0.0, abs=0.01)  # held, as the model says
+    assert float(found.state[-1, 1]) == pytest.approx(0.5, abs=0.02)
+    assert float(found.state[-1, 0]) == pytest.approx(float(speed[-1]), abs=SIGMA)
+
+
+def test_a_wheel_at_rest_teaches_nothing_and_is_not_taken_to_turn():
+    """Below breakaway only noise is measured: the scale stays, and its variance grows."""
+    noise = SIGMA * np.random.default_rng(4).standard_normal(COUNT)
+    speed, found = tracked(jnp.full(COUNT, 0.5 * 0.8795e-3 / 0.0228), np.ones(COUNT), noise)
+    np.testing.assert_array_equal(speed, 0.0)
+    np.testing.assert_allclose(found.state[5:, 1], found.state[5, 1], rtol=1e-12)
+    np.testing.assert_allclose(
+        np.diff(found.covariance[5:, 1, 1]), DRIFT**2 * PERIOD, rtol=1e-6, atol=1e-12
+    )
+
+
+def test_a_bearing_never_drives_its_wheel():
+    """Speeds that only a driving friction could explain bring the scale to its end, not below."""
+    own = FrictionScaleFilter(WHEEL, SIGMA, DRIFT)
+    estimate = own.start(10.0)
+    for k in range(20):
+        estimate = own.correct(own.predict(estimate, 0.0, PERIOD), 10.0 + 5.0 * k)
+    assert float(estimate.scale) == pytest.approx(0.01)
+    assert np.all(np.isfinite(estimate.covariance))
+
+
+def test_a_period_that_is_not_resolved_is_counted():
+    day = FILTER.predict(FILTER.start(100.0), 0.1, 86400.0)
+    assert float(day.unresolved) == 1.0
+    assert float(FILTER.predict(FILTER.start(100.0), 0.1, PERIOD).unresolved) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"speed_sigma": 0.0}, "speed_sigma: found 0"),
+        ({"scale_drift": -1.0}, "scale_drift: found -1"),
+        ({"torque_sigma": np.nan}, "torque_sigma: found nan"),
+        ({"torque_sigma": -1e-5}, "torque_sigma: found -1e-05"),
+        ({"wheel": Wheel(0.0, 0.0228, MODEL)}, "wheel inertia: found 0"),
+        ({"wheel": Wheel(1.5e-3, 0.0, MODEL)}, "motor_constant: found 0"),
+        ({"wheel": Wheel(1.5e-3, 0.02, Stribeck(1e-6, 1e-3, 1e-3, 0.0))}, "stribeck_speed: found"),
+    ],
+)
+def test_what_is_no_covariance_and_no_wheel_is_refused(change, message):
+    options = {"wheel": WHEEL, "speed_sigma": SIGMA, "scale_drift": DRIFT, **change}
+    with pytest.raises(InputError, match=message):
+        FrictionScaleFilter(**options).check()

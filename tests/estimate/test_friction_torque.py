@@ -65,3 +65,9 @@ def test_a_missing_measurement_is_counted_and_left_out():
 def test_what_is_no_covariance_is_refused(bad):
     with pytest.raises(InputError, match="torque_drift: found"):
         FrictionTorqueFilter(RHO, bad, RHO_0).check()
+
+
+def test_whole_numbers_start_it_too():
+    start = FILTER.start(momentum=1, friction=0)
+    end = jax.lax.scan(lambda x, _: (FILTER.predict(x, 0.5, 1.0), None), start, None, length=2)[0]
+    assert float(end.momentum) == 2.0

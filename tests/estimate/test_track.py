@@ -38,6 +38,23 @@ def test_a_worn_bearing_is_seen_with_honest_uncertainty(record):
     assert np.all(np.isfinite(track.scale))
 
 
+def test_the_first_speed_is_used_once():
+    """The second innovation is a difference of two measurements: its variance is twice theirs."""
+    track = track_friction(FILTER, [0.0, 1e-3], [0.1, 0.1], [50.0, 51.0])
+    squared = track.normalised_innovation_squared
+    assert np.isnan(squared[0])
+    assert squared[1] == pytest.approx(1.0 / (2.0 * SIGMA**2), rel=1e-2)
+    late = track_friction(FILTER, [0.0, 1.0, 1.001], [0.1] * 3, [np.nan, 50.0, 51.0])
+    assert np.isnan(late.normalised_innovation_squared[1])
+    assert late.normalised_innovation_squared[2] == pytest.approx(squared[1], rel=1e-2)
+
+
+def test_a_filter_of_several_is_refused(record):
+    several = FrictionScaleFilter(MODEL, np.array([SIGMA, SIGMA]), 1e-4)
+    with pytest.raises(InputError, match=r"filter: found parameters of shape \(2,\)"):
+        track_friction(several, record.time, record.current, record.speed)
+
+
 def test_a_wrong_noise_is_not_consistent(record):
     loud = FrictionScaleFilter(MODEL, 0.5 * SIGMA, 1e-4)
     assert not track_friction(loud, record.time, record.current, record.speed).consistent
@@ -52,6 +69,12 @@ def test_a_wrong_noise_is_not_consistent(record):
         (lambda t, i, w: (t, i, np.full_like(w, np.nan)), "speed: found 0 finite samples"),
         (lambda t, i, w: (t, i[1:], w), "expected equally many"),
         (lambda t, i, w: (t[:1], i[:1], w[:1]), "2 or more"),
+        (lambda t, i, w: ([], [], []), "found 0, 0 and 0 samples"),
+        (lambda t, i, w: (t[:, None], i[:, None], w[:, None]), r"time: found shape \(.*, 1\)"),
+        (lambda t, i, w: (t, i, 3.0), r"speed: found shape \(\)"),
+        (lambda t, i, w: (t, i, ["fast"] * len(t)), "speed: found values that are no numbers"),
+        (lambda t, i, w: (t, i, np.append(w[:-1], 1e300)), r"speed of .* found 1e\+300 rad/s"),
+        (lambda t, i, w: (t + 1e5 * (t > 60.0), i, w), "found an interval of 100000.* s at 5"),
     ],
 )
 def test_bad_input_is_named(record, change, message):

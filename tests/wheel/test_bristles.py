@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from gyrostat._jax import jax, jnp
-from gyrostat.body import AirBearingTable, TableCommand
+from gyrostat.body import AirBearingTable, BenchWheel, TableCommand, TorqueCommand
 from gyrostat.friction import LuGre, Stribeck
 from gyrostat.wheel import Wheel, slide
 from gyrostat.wheel.rodas import integrate
@@ -153,6 +153,34 @@ def test_the_integrator_is_of_fourth_order():
     assert np.all(np.diff(-np.log2(errors)) > 3.6)
 
 
+def test_a_tree_is_carried_as_its_numbers():
+    """A rotation coupled to a decay, its state in two parts: closed form, size and shape kept."""
+    decay = 3.0
+
+    def field(state, time):
+        turning, fading = state
+        return jnp.array([-turning[1], turning[0]]), -decay * fading
+
+    start = (jnp.array([1.0, 0.0]), jnp.array(2.0))
+    scale = (jnp.ones(2), jnp.ones(()))
+    (turned, faded), resolved = integrate(field, start, 2.0, scale=scale, tolerance=1e-10)
+    assert bool(resolved)
+    np.testing.assert_allclose(turned, [np.cos(2.0), np.sin(2.0)], rtol=1e-8)
+    assert float(faded) == pytest.approx(2.0 * np.exp(-2.0 * decay), rel=1e-6)
+    assert faded.shape == ()
+
+
+@pytest.mark.parametrize("size", [1, 2, 5])
+def test_elimination_is_that_of_lapack(size):
+    from gyrostat.wheel.rodas import _eliminator
+
+    random = np.random.default_rng(size)
+    matrix = random.standard_normal((size, size)) + 4.0 * np.eye(size)
+    right = random.standard_normal(size)
+    found = _eliminator([list(row) for row in matrix])(list(right))
+    np.testing.assert_allclose(np.array(found), np.linalg.solve(matrix, right), rtol=1e-12)
+
+
 def test_too_hard_an_interval_is_said():
     """A pole inside the interval cannot be passed, and is not passed over in silence."""
     _, resolved = integrate(
@@ -168,3 +196,44 @@ def test_bristles_are_not_taken_for_static_friction():
     bench = _FixedBench(BENT, Wheel(J, MOTOR, BENT), 0.1, 0.0)
     with pytest.raises(TypeError, match="found LuGre"):
         slide(bench, Motion(jnp.array(0.0), ()), 1.0)
+
+
+def test_ever_stiffer_bristles_become_dry_friction():
+    """Twenty seconds from rest, the whole bend of the curve passed in a small part of it."""
+    torque, seconds = 2e-3, 20.0
+
+    @jax.jit
+    def speed(stiffness):
+        plant = BenchWheel(Wheel(J, MOTOR, LuGre(CURVE, stiffness, 2.2e-3)))
+        state, resolved = plant(plant.start(), TorqueCommand(torque), 0.0, seconds)
+        return state.speed, resolved
+
+    plant = BenchWheel(Wheel(J, MOTOR, CURVE))
+    dry = plant(plant.start(), TorqueCommand(torque), 0.0, seconds)[0].speed
+    gaps = []
+    for stiffness in 10.0 ** np.arange(-2, 15, 2):
+        found, resolved = speed(stiffness)
+        assert resolved
+        gaps.append(abs(float(found - dry)) / float(dry))
+    # a hundred times stiffer, about a tenth of the difference, down to the error of the steps
+    assert all(after < 0.2 * before + 1e-8 for before, after in zip(gaps, gaps[1:], strict=False))
+    assert gaps[-1] < 1e-8
+
+
+def test_the_end_of_an_interval_moves_with_its_length():
+    """The derivative by the duration is the acceleration there."""
+    plant = BenchWheel(Wheel(J, MOTOR, BENT))
+
+    def speed(duration):
+        return plant(plant.start(), TorqueCommand(2e-3), 0.0, duration)[0]
+
+    state, change = jax.jvp(speed, (2.0,), (1.0,))
+    wanted = (2e-3 - BENT.torque(state.speed, state.bristle)) / J
+    # the last step is no more exact than its tolerance
+    np.testing.assert_allclose(change.speed, wanted, rtol=1e-7)
+
+
+def test_a_state_that_is_no_number_is_said_at_once():
+    plant = BenchWheel(Wheel(J, MOTOR, BENT))
+    state = plant.start(speed=np.nan)
+    assert not plant(state, TorqueCommand(1e-3), 0.0, 1.0)[1]

@@ -25,16 +25,30 @@ from gyrostat.body.reduced_gyrostat import (
 )
 from gyrostat.body.rotations import EulerAngles
 from gyrostat.body.spacecraft import Spacecraft, check_inertia
+from gyrostat.body.spacecraft_file import SpacecraftFile, read_spacecraft
 from gyrostat.body.spacecraft_sensor import SpacecraftMeasurement, SpacecraftSensor
 from gyrostat.body.table import AirBearingTable, DriveRecord, TableCommand, TableState
+from gyrostat.body.torque_driven import (
+    BodyRateRecord,
+    BodyTorqueCommand,
+    EulerMeasurement,
+    EulerSensor,
+    EulerState,
+    TorqueDrivenBody,
+)
 
 __all__ = [
     "AirBearingTable",
     "BenchRecord",
     "BenchWheel",
     "BenchWheelState",
+    "BodyRateRecord",
+    "BodyTorqueCommand",
     "DriveRecord",
     "EulerAngles",
+    "EulerMeasurement",
+    "EulerSensor",
+    "EulerState",
     "Gyro",
     "Gyrostat",
     "GyrostatRecord",
@@ -46,6 +60,7 @@ __all__ = [
     "ReducedSensor",
     "ReducedState",
     "Spacecraft",
+    "SpacecraftFile",
     "SpacecraftMeasurement",
     "SpacecraftSensor",
     "TableCommand",
@@ -53,10 +68,12 @@ __all__ = [
     "TableSensors",
     "TableState",
     "TorqueCommand",
+    "TorqueDrivenBody",
     "TrueTurn",
     "Turn",
     "WheelFailures",
     "WheelTorqueCommand",
     "check_inertia",
+    "read_spacecraft",
     "rotations",
 ]

@@ -94,10 +94,11 @@ class BenchWheel(eqx.Module):
     wheel: Wheel
 
     def check(self) -> None:
-        """Refuse an inertia or bristles that no wheel has.
+        """Refuse an inertia or a friction that no wheel has.
 
         Raises:
-            InputError: the inertia is not finite, or not above zero; see `LuGre.check`.
+            InputError: the inertia is not finite, or not above zero; see `Friction.check` and
+                `LuGre.check`.
         """
         require("wheel inertia", self.wheel.inertia, "kg·m²", positive=True)
         check_parts(self.wheel.friction)
@@ -157,7 +158,8 @@ class MomentumSensor(eqx.Module):
     sigma: Scalar = 0.0
 
     def check(self) -> None:
-        """Refuse a noise that is no number, by `InputError`."""
+        """Refuse an inertia that is not above zero and a negative noise, by `InputError`."""
+        require("sensor inertia", self.inertia, "kg·m²", positive=True)
         require("momentum sigma", self.sigma, "N·m·s")
 
     def start(self, state: Any, period: Scalar) -> tuple[()]:

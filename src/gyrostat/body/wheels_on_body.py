@@ -11,8 +11,8 @@ from gyrostat.wheel import Contacts, Motion
 
 PerWheel = Float[Array, " wheels"]
 
-TURN_STEP = 0.03
-"""rad: largest turn of body or total momentum in one Runge-Kutta step; its error is below 1e-11."""
+TURN_STEP = 0.02
+"""rad: largest turn of body or total momentum in one Runge-Kutta step; its error is below 1e-12."""
 FIXED = 1e12
 """N·m: what holds a seized rotor."""
 

@@ -1,8 +1,11 @@
-"""Controllers of the loop: from a measurement to motor currents or torques."""
+"""Controllers of the loop, from a measurement to a command, and what they are designed with."""
 
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.command import CurrentCommand
+from gyrostat.control.controllability import Controllability, uncontrollable
 from gyrostat.control.estimating_compensator import EstimatingCompensator
+from gyrostat.control.factorisations import EulerCube, MRPBody, QuaternionBody
+from gyrostat.control.lqr import FeedbackCommand, LinearQuadratic, lqr
 from gyrostat.control.model_compensator import DynamicModelCompensator
 from gyrostat.control.momentum_control import (
     FrictionScaleControl,
@@ -11,24 +14,42 @@ from gyrostat.control.momentum_control import (
     ProportionalMomentumControl,
 )
 from gyrostat.control.recovery_momentum import MomentumRecovery
+from gyrostat.control.recovery_zero_momentum import ZeroMomentumRecovery
+from gyrostat.control.riccati import RiccatiSolution, lyapunov, riccati
 from gyrostat.control.speed_mode import SpeedMode
+from gyrostat.control.state_dependent import StateDependentRiccati
 from gyrostat.control.three_axis_law import ThreeAxisLaw
 from gyrostat.control.two_wheel_law import TwoWheelLaw
+from gyrostat.control.two_wheel_sweeps import TwoWheelSweeps
 from gyrostat.control.wheel_rate_loop import WheelRateLoop
 
 __all__ = [
     "AttitudePID",
+    "Controllability",
     "CurrentCommand",
     "CurrentMode",
     "DynamicModelCompensator",
     "EstimatingCompensator",
+    "EulerCube",
+    "FeedbackCommand",
     "FrictionScaleControl",
     "FrictionTorqueControl",
+    "LinearQuadratic",
+    "MRPBody",
     "MomentumCommand",
     "MomentumRecovery",
     "ProportionalMomentumControl",
+    "QuaternionBody",
+    "RiccatiSolution",
     "SpeedMode",
+    "StateDependentRiccati",
     "ThreeAxisLaw",
     "TwoWheelLaw",
+    "TwoWheelSweeps",
     "WheelRateLoop",
+    "ZeroMomentumRecovery",
+    "lqr",
+    "lyapunov",
+    "riccati",
+    "uncontrollable",
 ]

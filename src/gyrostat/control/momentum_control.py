@@ -14,6 +14,7 @@ from gyrostat.estimate import (
     FrictionTorqueFilter,
 )
 from gyrostat.friction import Scalar
+from gyrostat.require import require
 
 Profile = Callable[[Scalar], Scalar]
 
@@ -76,7 +77,8 @@ class FrictionTorqueControl(eqx.Module):
     reference: Profile = eqx.field(static=True)
 
     def check(self) -> None:
-        """Refuse what the estimator refuses, by `InputError`."""
+        """Refuse a negative gain and what the estimator refuses, by `InputError`."""
+        require("momentum gain", self.gain, "1/s")
         self.estimator.check()
 
     def start(self, period: Scalar) -> _Memory:
@@ -109,8 +111,7 @@ class FrictionScaleControl(eqx.Module):
     """The same law, held through the period, on the filter that carries the friction model.
 
     Attributes:
-        estimator: of speed and friction scale; its wheel has a motor constant of 1 N·m/A, so that
-            its current is the motor torque.
+        estimator: of speed and friction scale.
         gain: gamma, 1/s, well below the control rate.
         reference: h_ref over time, s -> N·m·s; a function of JAX arrays.
     """
@@ -120,7 +121,8 @@ class FrictionScaleControl(eqx.Module):
     reference: Profile = eqx.field(static=True)
 
     def check(self) -> None:
-        """Refuse what the estimator refuses, by `InputError`."""
+        """Refuse a negative gain and what the estimator refuses, by `InputError`."""
+        require("momentum gain", self.gain, "1/s")
         self.estimator.check()
 
     def start(self, period: Scalar) -> _Memory:
@@ -145,7 +147,8 @@ class FrictionScaleControl(eqx.Module):
             innovation=inertia * estimate.innovation,
             innovation_sigma=inertia * jnp.sqrt(estimate.innovation_variance),
         )
-        predicted = self.estimator.predict(estimate, torque, memory.period)
+        current = torque / self.estimator.wheel.motor_constant
+        predicted = self.estimator.predict(estimate, current, memory.period)
         return _Memory(predicted, memory.sample + 1, memory.period), command
 
 

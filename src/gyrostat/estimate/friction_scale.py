@@ -6,28 +6,17 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from gyrostat._jax import jax, jnp
-from gyrostat.friction import Friction, Scalar, static_curve
-from gyrostat.require import require
+from gyrostat.friction import Scalar, static_curve
+from gyrostat.require import check_parts, require
 from gyrostat.wheel import Wheel, advance
 
 Covariance = Float[Array, "2 2"]
 
 
-class _Scaled(Friction):
-    """A friction curve times a factor."""
-
-    curve: Friction
-    factor: Scalar
-
-    def torque(self, speed: Scalar, direction: Scalar) -> Scalar:
-        return self.factor * self.curve.torque(speed, direction)
-
-    def speed_scale(self) -> Scalar:
-        return self.curve.speed_scale()
-
-    @classmethod
-    def from_coulomb(cls, viscous: float, coulomb: float) -> "_Scaled":
-        raise NotImplementedError("a scaled curve is not a model of its own")
+LEAST_SCALE = 0.01
+"""What the scale is kept above: no bearing drives its wheel."""
+CONTRADICTION = 5.0
+"""Standard deviations of the innovation from which on a wheel that should rest is seen to turn."""
 
 
 class FrictionScaleEstimate(NamedTuple):
@@ -39,6 +28,8 @@ class FrictionScaleEstimate(NamedTuple):
         innovation: of the last measured speed, rad/s.
         innovation_variance: rad²/s².
         missed: measurements that were no numbers, and were left out.
+        unresolved: periods that the wheel model was not carried through to the end, for want of
+            segments; what is known since then cannot be trusted.
     """
 
     state: Float[Array, " 2"]
@@ -46,6 +37,7 @@ class FrictionScaleEstimate(NamedTuple):
     innovation: Scalar
     innovation_variance: Scalar
     missed: Scalar
+    unresolved: Scalar
 
     @property
     def speed(self) -> Scalar:
@@ -68,8 +60,12 @@ class FrictionScaleFilter(eqx.Module):
     """Speed and friction scale of a wheel from its current and tachometer.
 
     The wheel model, dry friction and all, carries the speed; its friction is multiplied by a scale
-    that walks slowly. The derivative of the model comes from the located crossings themselves. The
-    friction torque follows with far less noise than a filter without a model can give.
+    that walks slowly, by a step at the end of each period. The derivative of the model comes from
+    the located crossings themselves. The friction torque follows with far less noise than a filter
+    without a model can give.
+
+    Where the model holds the wheel at rest, nothing that the scale does changes the speed, and no
+    measurement would change the scale. A speed that contradicts the rest is therefore believed.
 
     Attributes:
         wheel: as identified; of bristles, the curve of steady rotation is used.
@@ -86,13 +82,18 @@ class FrictionScaleFilter(eqx.Module):
     initial_scale_sigma: Scalar = 0.3
 
     def check(self) -> None:
-        """Refuse what is no covariance.
+        """Refuse what is no covariance and what is no wheel.
 
         Raises:
-            InputError: the noise or the drift is not above zero.
+            InputError: a standard deviation, the inertia or the motor constant is not above zero,
+                the torque noise is negative, or what the friction refuses.
         """
         for name in ("speed_sigma", "scale_drift", "initial_scale_sigma"):
             require(name, getattr(self, name), positive=True)
+        require("torque_sigma", self.torque_sigma, "N·m √s")
+        require("wheel inertia", self.wheel.inertia, "kg·m²", positive=True)
+        require("motor_constant", self.wheel.motor_constant, "N·m/A", positive=True)
+        check_parts(self.wheel.friction)
 
     def start(
         self, speed: Scalar = 0.0, speed_sigma: Scalar | None = None
@@ -106,12 +107,8 @@ class FrictionScaleFilter(eqx.Module):
             innovation=zero,
             innovation_variance=zero,
             missed=zero,
+            unresolved=zero,
         )
-
-    def _carried(self, state: Array, current: Scalar, slope: Scalar, period: Scalar) -> Array:
-        friction = _Scaled(static_curve(self.wheel.friction), state[1])
-        wheel = Wheel(self.wheel.inertia, self.wheel.motor_constant, friction)
-        return jnp.stack([advance(wheel, state[0], current, slope, period).speed, state[1]])
 
     def predict(
         self,
@@ -121,29 +118,41 @@ class FrictionScaleFilter(eqx.Module):
         slope: Scalar = 0.0,
     ) -> FrictionScaleEstimate:
         """Carry over a period, s, in which the current, A, is held or runs with a slope, A/s."""
+        curve = static_curve(self.wheel.friction)
 
         def carried(state):
-            return self._carried(state, current, slope, period)
+            speed, scale = state
+            # s times the friction is 1/s times the inertia and the motor torque
+            wheel = Wheel(self.wheel.inertia / scale, self.wheel.motor_constant / scale, curve)
+            after, resolved = advance(wheel, speed, current, slope, period)
+            state = jnp.stack([after, scale])
+            return state, (state, resolved)
 
-        state = carried(estimate.state)
-        transition = jax.jacfwd(carried)(estimate.state)
+        transition, (state, resolved) = jax.jacfwd(carried, has_aux=True)(estimate.state)
         shake = (self.torque_sigma / self.wheel.inertia) ** 2 * period
         spread = jnp.diag(jnp.stack([shake + 0.0 * period, self.scale_drift**2 * period]))
         covariance = transition @ estimate.covariance @ transition.T + spread
-        return estimate._replace(state=state, covariance=covariance)
+        return estimate._replace(
+            state=state,
+            covariance=covariance,
+            unresolved=estimate.unresolved + jnp.where(resolved, 0.0, 1.0),
+        )
 
     def correct(self, estimate: FrictionScaleEstimate, speed: Scalar) -> FrictionScaleEstimate:
-        """Take in a measured speed, rad/s; one that is no number is counted and left out."""
+        """Take in a measured speed, rad/s; one that is not finite is counted and left out."""
         seen = jnp.isfinite(speed)
         noise = self.speed_sigma**2
         prior = estimate.covariance
         variance = prior[0, 0] + noise
         innovation = jnp.where(seen, speed, estimate.speed) - estimate.speed
-        gain = prior[:, 0] / variance
-        keeps = jnp.eye(2) - jnp.outer(gain, jnp.array([1.0, 0.0]))
+        observed = jnp.array([1.0, 0.0])
+        turns = (estimate.speed == 0.0) & (innovation**2 > CONTRADICTION**2 * variance)
+        gain = jnp.where(turns, observed, prior[:, 0] / variance)
+        keeps = jnp.eye(2) - jnp.outer(gain, observed)
         posterior = keeps @ prior @ keeps.T + noise * jnp.outer(gain, gain)  # Joseph form
-        return FrictionScaleEstimate(
-            state=estimate.state + gain * innovation,
+        speed, scale = estimate.state + gain * innovation
+        return estimate._replace(
+            state=jnp.stack([speed, jnp.maximum(scale, LEAST_SCALE)]),
             covariance=jnp.where(seen, posterior, prior),
             innovation=innovation,
             innovation_variance=jnp.where(seen, variance, 0.0),

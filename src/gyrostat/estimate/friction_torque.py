@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import equinox as eqx
-import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat._jax import jnp
@@ -66,7 +65,8 @@ class FrictionTorqueFilter(eqx.Module):
     def start(self, momentum: Scalar = 0.0, friction: Scalar = 0.0) -> FrictionTorqueEstimate:
         """Before the first measurement."""
         variance, zero = self.initial_sigma**2, jnp.array(0.0)
-        walk = TorqueWalk(jnp.asarray(momentum), -jnp.asarray(friction), variance, zero, variance)
+        momentum, torque = jnp.asarray(momentum, float), -jnp.asarray(friction, float)
+        walk = TorqueWalk(momentum, torque, variance, zero, variance)
         return FrictionTorqueEstimate(walk, zero, zero, zero)
 
     def predict(
@@ -76,7 +76,7 @@ class FrictionTorqueFilter(eqx.Module):
         return estimate._replace(walk=predict(estimate.walk, self.torque_drift, period, impulse))
 
     def correct(self, estimate: FrictionTorqueEstimate, momentum: Scalar) -> FrictionTorqueEstimate:
-        """Take in a measured momentum, N·m·s; one that is no number is counted and left out."""
+        """Take in a measured momentum, N·m·s; one that is not finite is counted and left out."""
         seen = jnp.isfinite(momentum)
         value = jnp.where(seen, momentum, 0.0)
         walk, innovation, variance = correct(estimate.walk, value, self.momentum_sigma**2)
@@ -93,18 +93,25 @@ class FrictionTorqueFilter(eqx.Module):
     def steady_gain(self, period: float) -> Float[Array, " 2"]:
         """Gain of momentum and of friction torque once the covariance has settled.
 
+        In closed form. The second difference of the measured momentum is 1 + a d + (1 - K) d² on
+        the innovations, d a delay, and the same second difference of noise and walk: equal spectra
+        at zero frequency and at half the sampling rate give the share s² = 1 - K of a
+        measurement's variance that is left of the momentum's.
+
         Args:
-            period: between measurements, s.
+            period: between measurements, s, above 0.
 
         Returns:
             (2,) gain of h, 1, and of N, 1/s.
-        """
-        from scipy.linalg import solve_discrete_are
 
-        transition = np.array([[1.0, -period], [0.0, 1.0]])
-        q = float(self.torque_drift) ** 2
-        spread = q * np.array([[period**3 / 3.0, -(period**2) / 2.0], [-(period**2) / 2.0, period]])
-        observe = np.array([[1.0], [0.0]])
-        noise = np.array([[float(self.momentum_sigma) ** 2]])
-        prior = solve_discrete_are(transition.T, observe, spread, noise)
-        return jnp.asarray(prior[:, 0] / (prior[0, 0] + noise[0, 0]))
+        Raises:
+            InputError: the period is not above zero.
+        """
+        require("period", period, "s", positive=True)
+        slow = self.torque_drift * period**1.5 / self.momentum_sigma
+        fast = jnp.sqrt(16.0 + slow**2 / 3.0)
+        # 2 s² - (slow + fast) s + 2 = 0, and K = (1 - s) (1 + s) without a difference
+        root = jnp.sqrt(4.0 / 3.0 * slow**2 + 2.0 * slow * fast)
+        left = 4.0 / (slow + fast + root)
+        taken = (slow + slow**2 / 3.0 / (fast + 4.0) + root) / (slow + fast + root)
+        return jnp.stack([taken * (1.0 + left), -left * slow / period])

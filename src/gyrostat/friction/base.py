@@ -8,6 +8,9 @@ from typing import Any, ClassVar, Self
 import equinox as eqx
 from jaxtyping import Array, Float
 
+from gyrostat.require import require
+from gyrostat.units import SI_UNIT
+
 Scalar = float | Float[Array, ""]
 
 
@@ -24,8 +27,8 @@ class Friction(eqx.Module):
     """A static friction curve: torque that opposes the rotation of a wheel.
 
     A model is one final subclass in a file of its own in this package: fields declared with
-    `parameter` and the methods below. It is then known to the command line, to the model file and
-    to identification under its `name`.
+    `parameter`, each a size of 0 or more, and the methods below. It is then known to the command
+    line, to the model file and to identification under its `name`.
     """
 
     name: ClassVar[str]
@@ -68,6 +71,16 @@ class Friction(eqx.Module):
             viscous: N·m·s/rad.
             coulomb: N·m.
         """
+
+    def check(self) -> None:
+        """Refuse a curve that no bearing has.
+
+        Raises:
+            InputError: a parameter is negative or not finite, or a speed is zero.
+        """
+        for name, dimension in self.dimensions().items():
+            value, unit = getattr(self, name), SI_UNIT[dimension]
+            require(name, value, unit, positive=dimension == "speed")
 
     def breakaway_torque(self, direction: Scalar) -> Scalar:
         """Largest torque, N·m, that the wheel at rest withstands in sense `direction` (±1)."""

@@ -4,13 +4,14 @@ import math
 from typing import Self
 
 import equinox as eqx
+import numpy as np
 
 from gyrostat._jax import jnp
 from gyrostat.errors import InputError
 from gyrostat.friction.base import Friction, Scalar
 from gyrostat.friction.stribeck import Stribeck
 from gyrostat.friction.viscous_coulomb import ViscousCoulomb
-from gyrostat.require import require
+from gyrostat.require import check_parts, require
 
 
 class LuGre(eqx.Module):
@@ -92,12 +93,21 @@ class LuGre(eqx.Module):
         """Refuse bristles that no bearing has.
 
         Raises:
-            InputError: the stiffness or the level at rest is not above zero, or the damping is
-                negative.
+            InputError: what the curve refuses; the stiffness or a level is not above zero, the
+                damping is negative, or the level at rest is below that of fast rotation.
         """
         require("bristle stiffness", self.stiffness, "N·m/rad", positive=True)
         require("bristle damping", self.damping, "N·m·s/rad")
-        require("bristle level at rest", self.curve.breakaway_torque(1.0), "N·m", positive=True)
+        check_parts(self.curve)
+        for direction in (1.0, -1.0):
+            peak, low = np.broadcast_arrays(*self._levels(direction))
+            require("bristle level", low, "N·m", positive=True)
+            below = peak < low * (1.0 - 1e-9)
+            if np.any(below):
+                raise InputError(
+                    f"bristle level at rest: found {peak[below].flat[0]:g} N·m, expected at least "
+                    f"that of fast rotation, {low[below].flat[0]:g} N·m"
+                )
 
     def level(self, speed: Scalar) -> Scalar:
         """g(w), N·m: torque at which the bristles slip in steady rotation."""
@@ -125,6 +135,15 @@ class LuGre(eqx.Module):
         """Deflection at which the bristles slip at a steady speed, rad."""
         return jnp.sign(speed) * self.level(speed) / self.stiffness
 
+    def _fast(self, direction: Scalar) -> Scalar:
+        """A speed at which the level has settled, rad/s."""
+        scale = self.curve.speed_scale()
+        return direction * jnp.where(jnp.isinf(scale), 1.0, 10.0 * scale)
+
+    def _levels(self, direction: Scalar) -> tuple[Scalar, Scalar]:
+        """Level at rest and of fast rotation, N·m."""
+        return self.curve.breakaway_torque(direction), self.level(self._fast(direction))
+
     def largest_passive_damping(self) -> Scalar:
         """Largest s_1 for which the friction can never give out energy, N·m·s/rad.
 
@@ -135,10 +154,9 @@ class LuGre(eqx.Module):
         """
         limits = []
         for direction in (1.0, -1.0):
-            scale = self.curve.speed_scale()
-            fast = direction * jnp.where(jnp.isinf(scale), 1.0, 10.0 * scale)
+            fast = self._fast(direction)
             viscous = self.curve.viscous_torque(fast, direction) / fast
-            low, peak = self.level(fast), self.curve.breakaway_torque(direction)
+            peak, low = self._levels(direction)
             falls = peak - low
             limit = viscous * low / jnp.where(falls > 0.0, falls, 1.0)
             limits.append(jnp.where(falls > 0.0, limit, jnp.inf))

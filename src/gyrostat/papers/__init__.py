@@ -4,11 +4,14 @@ import difflib
 
 from gyrostat.errors import InputError
 from gyrostat.papers.carrara_kuga import CARRARA_KUGA
+from gyrostat.papers.carvalho_fenili import CARVALHO_FENILI
 from gyrostat.papers.claims import Claim, Verdict
 from gyrostat.papers.moreira_lopes_kuga import MOREIRA_LOPES_KUGA
 from gyrostat.papers.reproduction import Drawing, Paper, Part, Reproduction
 
-PAPERS: dict[str, Paper] = {paper.name: paper for paper in (CARRARA_KUGA, MOREIRA_LOPES_KUGA)}
+PAPERS: dict[str, Paper] = {
+    paper.name: paper for paper in (CARRARA_KUGA, MOREIRA_LOPES_KUGA, CARVALHO_FENILI)
+}
 """Papers that can be reproduced, by name."""
 
 

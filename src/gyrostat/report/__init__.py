@@ -1,16 +1,22 @@
-"""What a person reads: figures, HTML pages and the files of an identification."""
+"""What a person reads: figures, HTML pages and the files of an answer."""
 
 from gyrostat.report.figures import friction_figure, record_figure, residual_figure, svg
+from gyrostat.report.holdable import Drawn, Question, write_holdable
 from gyrostat.report.page import fit_page, render, validation_page
+from gyrostat.report.sky import sky_figure
 from gyrostat.report.write import write_fit
 
 __all__ = [
+    "Drawn",
+    "Question",
     "fit_page",
     "friction_figure",
     "record_figure",
     "render",
     "residual_figure",
+    "sky_figure",
     "svg",
     "validation_page",
     "write_fit",
+    "write_holdable",
 ]

@@ -131,11 +131,13 @@ def run(
         return memory, jax.tree.map(jnp.asarray, command)
 
     def tick(carry, now):
-        state, sensor_memory, memory, under_way, status = carry
-        k, draw = now
+        # the measurement is carried from tick to tick: XLA would else compute it, noise and all,
+        # anew for everything that is made from it
+        state, sensed, memory, under_way, status = carry
+        sensor_memory, measurement = sensed
+        k, next_draw = now
         diverged = ~_finite(state) | plant.diverged(state)
         status = jnp.where((status == 0) & diverged, int(Status.DIVERGED), status)
-        sensor_memory, measurement = sensor(sensor_memory, state, draw)
         memory, command = commanded(memory, measurement)
         status = jnp.where((status == 0) & ~_finite(command), int(Status.BAD_COMMAND), status)
         queue = jax.tree.map(lambda q, c: jnp.concatenate([q, c[None]]), under_way, command)
@@ -146,12 +148,13 @@ def run(
         goes_on = status == 0
         state = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), after, state)
         status = jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status)
-        return (state, sensor_memory, memory, under_way, status), row
+        sensed = sensor(sensor_memory, state, next_draw)
+        return (state, sensed, memory, under_way, status), row
 
     keys = jax.random.split(key, count + 1)
-    sensor_memory, memory = sensor.start(state, period), controller.start(period)
-    _, measurement = jax.eval_shape(sensor, sensor_memory, state, keys[0])
-    _, command = jax.eval_shape(commanded, memory, measurement)
+    sensed, memory = sensor(sensor.start(state, period), state, keys[0]), controller.start(period)
+    _, command = jax.eval_shape(commanded, memory, sensed[1])
     under_way = jax.tree.map(lambda c: jnp.zeros((command_delay, *c.shape), c.dtype), command)
-    start = (state, sensor_memory, memory, under_way, jnp.array(int(Status.COMPLETE)))
-    return jax.lax.scan(tick, start, (jnp.arange(count + 1), keys))[1]
+    start = (state, sensed, memory, under_way, jnp.array(int(Status.COMPLETE)))
+    draws = jnp.roll(keys, -1)  # the last tick measures what nobody sees
+    return jax.lax.scan(tick, start, (jnp.arange(count + 1), draws))[1]

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float
 
 from gyrostat._jax import jax, jnp
@@ -11,12 +10,24 @@ from gyrostat.wheel.contact import Contact, Motion
 from gyrostat.wheel.rodas import integrate
 from gyrostat.wheel.stepping import slide
 
-TOLERANCE = 1e-8
-"""Largest error of a step, over the scales below or the state itself."""
+TOLERANCE = 1e-6
+"""Largest error of a step, over the scales below or the state itself.
+
+Measured on 64 closed-loop runs of Moreira, Lopes and Kuga, 300 s each: the momentum is within 8e-9
+of its largest value. At 1e-5 it would be within 1.3e-7, at 1e-7 within 4e-10.
+"""
 CARRIER_SCALE = 1e-2
 """rad, rad/s: what counts in the motion of a carrier."""
+FIRST_REACH = 0.2
+"""Share of its speed, or of the scale of the friction curve, that a first step may change."""
 SLOWEST = 1e-2
-"""rad/s: scale of the speed where the friction curve has none."""
+"""rad/s: scale of the friction curve where it has none."""
+REST = 1e-2
+"""Share of that scale that counts in the speed: what a resting wheel still moves adds up to creep.
+
+A table whose wheel is held below breakaway for 10 000 s, in steps of 10 s, creeps by 4e-6 rad; with
+ten times the share, by ten times that.
+"""
 
 
 def bend(
@@ -40,26 +51,35 @@ def bend(
     friction = contact.friction
     if not isinstance(friction, LuGre):
         raise TypeError(f"friction: found {type(friction).__name__}, expected LuGre")
-    whole = (motion.speed, deflection, motion.carrier)
-    state, unravel = ravel_pytree(jax.tree.map(lambda y: jnp.asarray(y, dtype=float), whole))
 
-    def field(state: Array, time: Scalar) -> Array:
-        speed, deflection, carrier = unravel(state)
+    def field(state: Any, time: Scalar) -> Any:
+        speed, deflection, carrier = state
         torque = friction.torque(speed, deflection)
-        rates: tuple[Any, Any, Any] = (
+        return (
             (contact.load(carrier, time) - torque) / contact.inertia(),
             friction.deflection_rate(speed, deflection),
             contact.carrier_rate(carrier, speed, torque, time),
         )
-        return ravel_pytree(rates)[0]
 
+    state = (motion.speed, deflection, motion.carrier)
     curve_scale = friction.curve.speed_scale()
-    scale = jnp.full_like(state, CARRIER_SCALE)
-    scale = scale.at[0].set(jnp.where(jnp.isinf(curve_scale), SLOWEST, curve_scale))
-    scale = scale.at[1].set(friction.level(0.0) / friction.stiffness)
-    scale = jax.lax.stop_gradient(scale)
-    state, resolved = integrate(field, state, duration, scale=scale, tolerance=TOLERANCE)
-    speed, deflection, carrier = unravel(state)
+    scale = (
+        REST * jnp.where(jnp.isinf(curve_scale), SLOWEST, curve_scale),
+        friction.level(0.0) / friction.stiffness,
+        jax.tree.map(lambda y: jnp.full_like(y, CARRIER_SCALE), motion.carrier),
+    )
+    # a long first step from near rest would pass over the whole bend of the friction curve unseen
+    tiny = jnp.finfo(float).tiny
+    rate = jnp.maximum(jnp.abs(field(state, 0.0)[0]), tiny)
+    speed, bend = jnp.abs(motion.speed), scale[0] / REST
+    first = FIRST_REACH * jnp.maximum(speed, bend) / rate
+    # from rest, over the bending of the bristles
+    first = jnp.where(speed < bend, jnp.minimum(first, jnp.sqrt(scale[1] / rate)), first)
+    scale, first = jax.lax.stop_gradient((scale, first))
+    state, resolved = integrate(
+        field, state, duration, scale=scale, tolerance=TOLERANCE, first=first
+    )
+    speed, deflection, carrier = state
     return Motion(speed, carrier), jnp.asarray(deflection), resolved
 
 

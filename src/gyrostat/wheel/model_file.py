@@ -16,12 +16,8 @@ motor_constant = 1.8e-05
 method = "batch"
 """
 
-import difflib
 import json
-import math
 import os
-import sys
-import tomllib
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,6 +25,7 @@ from pathlib import Path
 from gyrostat.errors import InputError
 from gyrostat.files import write_whole
 from gyrostat.friction import FRICTION_MODELS, Friction
+from gyrostat.toml_file import number, read_toml, refuse_unknown
 from gyrostat.units import SI_UNIT
 from gyrostat.wheel.wheel import Wheel
 
@@ -103,15 +100,8 @@ def read_model(path: str | os.PathLike[str]) -> WheelModel:
             value that no wheel has.
     """
     path = Path(path)
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        reason = (error.strerror or "an error").lower()
-        raise InputError(f"{path}: found {reason}, expected a model file") from error
-    except (ValueError, RecursionError) as error:
-        # not only TOMLDecodeError: Python has its own limits on digits and on nesting
-        raise InputError(f"{path}: found invalid TOML ({error}), expected a model file") from error
-    _refuse_unknown(path, "", table, ("wheel", "friction", "sigma", "origin"))
+    table = read_toml(path, "a model file")
+    refuse_unknown(path, "", table, ("wheel", "friction", "sigma", "origin"))
     for section in table:
         if not isinstance(table[section], dict):
             raise InputError(f"{path}: key {section}: found a value, expected a table")
@@ -126,9 +116,9 @@ def read_model(path: str | os.PathLike[str]) -> WheelModel:
     model = FRICTION_MODELS[name]
     dimensions = {**_WHEEL, **model.dimensions()}
     wheel, sigma = table.get("wheel", {}), table.get("sigma", {})
-    _refuse_unknown(path, "wheel.", wheel, _WHEEL)
-    _refuse_unknown(path, "friction.", friction, model.dimensions())
-    _refuse_unknown(path, "sigma.", sigma, dimensions)
+    refuse_unknown(path, "wheel.", wheel, _WHEEL)
+    refuse_unknown(path, "friction.", friction, model.dimensions())
+    refuse_unknown(path, "sigma.", sigma, dimensions)
     required = {
         "wheel.motor_constant": wheel,
         **{f"friction.{n}": friction for n in model.dimensions()},
@@ -138,14 +128,14 @@ def read_model(path: str | os.PathLike[str]) -> WheelModel:
             raise InputError(f"{path}: key {key}: found none, expected its value in SI units")
     positive = {"inertia", *model.held_by_default}
     values = {
-        n: _number(path, f"{section}.{n}", v, positive=n in positive)
+        n: number(path, f"{section}.{n}", v, positive=n in positive)
         for section, entries in (("wheel", wheel), ("friction", friction))
         for n, v in entries.items()
     }
     return WheelModel(
         friction=model,
         values=values,
-        sigma={n: _number(path, f"sigma.{n}", v, positive=False) for n, v in sigma.items()},
+        sigma={n: number(path, f"sigma.{n}", v, positive=False) for n, v in sigma.items()},
         origin={k: str(v) for k, v in table.get("origin", {}).items()},
     )
 
@@ -153,24 +143,3 @@ def read_model(path: str | os.PathLike[str]) -> WheelModel:
 def _quoted(text: str) -> str:
     """A TOML basic string: a JSON string, but for the one control character that JSON allows."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _number(path: Path, key: str, value: object, *, positive: bool) -> float:
-    number = math.nan
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        number = float(value) if abs(value) <= sys.float_info.max else math.inf
-    if not math.isfinite(number) or (positive and number <= 0.0):
-        wanted = "a number above 0" if positive else "a finite number"
-        raise InputError(f"{path}: key {key}: found {value!r}, expected {wanted}")
-    return number
-
-
-def _refuse_unknown(path: Path, prefix: str, found: Collection[str], known: Collection[str]):
-    for key in found:
-        if key not in known:
-            near = difflib.get_close_matches(key, known, n=1)
-            hint = f" (did you mean {prefix}{near[0]}?)" if near else ""
-            raise InputError(
-                f"{path}: key {prefix}{key}: found an unknown key{hint}, expected "
-                f"{', '.join(known)}"
-            )

@@ -6,8 +6,9 @@ code of that name. No iteration inside a step; the number of steps is bounded, a
 needs more says so.
 """
 
+import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
@@ -15,10 +16,12 @@ from jaxtyping import Array, Bool, Float, Int
 from gyrostat._jax import jax, jnp
 from gyrostat.friction import Scalar
 
-Field = Callable[[Float[Array, " n"], Scalar], Float[Array, " n"]]
+Field = Callable[[Any, Scalar], Any]
 
 MAX_STEPS = 2000
-SHRINK, GROW, SAFETY = 0.2, 6.0, 0.9
+SHORTEST = 1e-15
+"""Step, as a share of the interval, at which the integrator gives up."""
+SHRINK, GROW, SAFETY = 0.1, 6.0, 0.9
 """Bounds on the change of the step length from one step to the next, and what is kept back."""
 GAMMA = 0.25
 STAGES = np.array(
@@ -56,89 +59,159 @@ TIME_SLOPES = (0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0)
 
 
 class _Progress(NamedTuple):
-    state: Float[Array, " n"]
+    state: list[Scalar]
     elapsed: Float[Array, ""]
     step: Float[Array, ""]
     number: Int[Array, ""]
 
 
-def _inverse(matrix):
-    """Inverse of a small matrix by elimination, which a batch runs as one: no call for each lane.
+def _split(state: Any) -> tuple[list[Scalar], Callable[[list[Scalar]], Any]]:
+    """The numbers of a state one by one, and the way back.
 
-    No pivots are sought: I/(gamma h) - J of a stable system is far from singular.
+    A batch then has an array of lanes for each number, and runs through them without a stride.
     """
-    size = len(matrix)
-    rows = jnp.concatenate([matrix, jnp.eye(size)], axis=1)
+    leaves, structure = jax.tree.flatten(state)
+    leaves = [jnp.asarray(leaf, dtype=float) for leaf in leaves]
+    numbers: list[Scalar] = [leaf[k] for leaf in leaves for k in np.ndindex(leaf.shape)]
+
+    def join(numbers):
+        rest = iter(numbers)
+        parts = [[next(rest) for _ in range(leaf.size)] for leaf in leaves]
+        whole = [
+            jnp.stack(part).reshape(leaf.shape) if leaf.ndim else part[0]
+            for part, leaf in zip(parts, leaves, strict=True)
+        ]
+        return jax.tree.unflatten(structure, whole)
+
+    return numbers, join
+
+
+def _eliminator(rows: list[list[Scalar]]):
+    """Solve for a small matrix, factored once.
+
+    It divides where a reciprocal would do: XLA keeps a quotient, but would compute products and
+    sums anew in every later stage that uses them, at three times the work. No pivots are sought:
+    I/(gamma h) - J of a stable system is far from singular.
+    """
+    size = len(rows)
+    rows = [list(row) for row in rows]
     for k in range(size):
-        pivot = rows[k] / rows[k, k]
-        rows = (rows - jnp.outer(rows[:, k], pivot)).at[k].set(pivot)
-    return rows[:, size:]
+        for i in range(k + 1, size):
+            rows[i][k] = rows[i][k] / rows[k][k]
+            for j in range(k + 1, size):
+                rows[i][j] = rows[i][j] - rows[i][k] * rows[k][j]
+
+    def solve(right: list[Scalar]) -> list[Scalar]:
+        found = list(right)
+        for i in range(size):
+            for j in range(i):
+                found[i] = found[i] - rows[i][j] * found[j]
+        for i in reversed(range(size)):
+            for j in range(i + 1, size):
+                found[i] = found[i] - rows[i][j] * found[j]
+            found[i] = found[i] / rows[i][i]
+        return found
+
+    return solve
 
 
-def _step(field: Field, state, time, step):
+def _slopes(field: Field, state: list[Scalar], time: Scalar):
+    """Columns of the Jacobian, and the derivative in time."""
+
+    def along(k):
+        def varied(number):
+            return field([*state[:k], number, *state[k + 1 :]], time)
+
+        return jax.jvp(varied, (state[k],), (jnp.ones_like(state[k]),))[1]
+
+    in_time = jax.jvp(lambda t: field(state, t), (time,), (jnp.ones_like(time),))[1]
+    return [along(k) for k in range(len(state))], in_time
+
+
+def _plus(numbers: list[Scalar], shares, stages: list[list[Scalar]]) -> list[Scalar]:
+    """Add shares of some stages."""
+    for share, stage in zip(shares, stages, strict=False):
+        numbers = [number + share * k for number, k in zip(numbers, stage, strict=True)]
+    return numbers
+
+
+def _step(field: Field, state: list[Scalar], time: Scalar, step: Scalar):
     """One step: the new state and its estimated error."""
-    jacobian = jax.jacfwd(field)(state, time)
-    slope = jax.jvp(lambda t: field(state, t), (time,), (jnp.ones_like(time),))[1]
-    inverse = _inverse(jnp.eye(len(state)) / (GAMMA * step) - jacobian)
-    stages: list[Float[Array, " n"]] = []
+    columns, in_time = _slopes(field, state, time)
+    size, often = range(len(state)), 1.0 / step
+    diagonal = often / GAMMA
+    solve = _eliminator(
+        [[(diagonal if i == j else 0.0) - columns[j][i] for j in size] for i in size]
+    )
+    stages: list[list[Scalar]] = []
     for a, c, when, share in zip(STAGES, COUPLING, TIMES, TIME_SLOPES, strict=True):
-        argument, right = state, share * step * slope
-        for k, stage in enumerate(stages):
-            argument = argument + a[k] * stage
-            right = right + c[k] / step * stage
-        stages.append(inverse @ (field(argument, time + when * step) + right))
+        right = field(_plus(state, a, stages), time + when * step)
+        right = _plus(right, [share * step], [in_time])
+        right = _plus(right, [often * x for x in c], stages)
+        stages.append(solve(right))
     # the last argument is the embedded solution, and the last stage its error
-    embedded = state
-    for k in range(5):
-        embedded = embedded + STAGES[5, k] * stages[k]
-    return embedded + stages[5], stages[5]
+    return _plus(state, [*STAGES[5], 1.0], stages), stages[5]
 
 
 def integrate(
     field: Field,
-    state: Float[Array, " n"],
+    state: Any,
     duration: Scalar,
     *,
-    scale: Float[Array, " n"],
+    scale: Any,
     tolerance: float,
-) -> tuple[Float[Array, " n"], Bool[Array, ""]]:
+    first: Scalar = math.inf,
+) -> tuple[Any, Bool[Array, ""]]:
     """Carry a state over an interval.
 
     Args:
         field: (state, time from the start in s) -> derivative of the state.
-        state: (n,) at the start.
+        state: at the start, any tree of a few numbers.
         duration: s.
-        scale: (n,) size of each component that counts: errors are relative to this or to the
-            component, whichever is larger.
+        scale: size of each component that counts, a tree like the state: errors are relative to
+            this or to the component, whichever is larger.
         tolerance: largest error of one step.
+        first: length of the first step, s. The error estimate sees nothing that a step passes over
+            whole, so it must not be longer than the shortest thing to come.
 
     Returns:
-        The state at the end, and whether it was reached within `MAX_STEPS`. Differentiable in
-        forward mode.
+        The state at the end, and whether it was reached within `MAX_STEPS`; not, for a state that
+        is not finite. Differentiable in forward mode.
     """
     duration = jnp.asarray(duration, dtype=float)
+    numbers, join = _split(state)
+    scales = _split(scale)[0]
+
+    def flat_field(numbers, time):
+        return _split(field(join(numbers), time))[0]
 
     def unfinished(progress: _Progress):
-        return (progress.elapsed < duration) & (progress.number < MAX_STEPS)
+        # a state that is not finite shrinks its steps for ever
+        shrinks = progress.step > SHORTEST * duration
+        return (progress.elapsed < duration) & (progress.number < MAX_STEPS) & shrinks
 
     def go(progress: _Progress) -> _Progress:
         remaining = duration - progress.elapsed
         last = progress.step >= remaining
-        step = jax.lax.stop_gradient(jnp.where(last, remaining, progress.step))
-        reached, error = _step(field, progress.state, progress.elapsed, step)
-        size = jnp.maximum(jnp.maximum(jnp.abs(progress.state), jnp.abs(reached)), scale)
-        worst = jax.lax.stop_gradient(jnp.max(jnp.abs(error) / size)) / tolerance
+        # the last step ends where the interval does, whose derivative it carries
+        step = jnp.where(last, remaining, jax.lax.stop_gradient(progress.step))
+        reached, errors = _step(flat_field, progress.state, progress.elapsed, step)
+        worst = jnp.zeros_like(step)
+        for old, new, error, least in zip(progress.state, reached, errors, scales, strict=True):
+            size = jnp.maximum(jnp.maximum(jnp.abs(old), jnp.abs(new)), least)
+            worst = jnp.maximum(worst, jnp.abs(error) / (tolerance * size))
+        worst = jax.lax.stop_gradient(worst)
         fine = worst <= 1.0  # NaN is not
-        change = SAFETY * jnp.maximum(worst, 1e-12) ** -0.25
+        change = SAFETY * jax.lax.rsqrt(jnp.sqrt(jnp.maximum(worst, 1e-12)))
         change = jnp.where(jnp.isfinite(worst), jnp.clip(change, SHRINK, GROW), SHRINK)
         elapsed = jnp.where(last, duration, progress.elapsed + step)
         return _Progress(
-            state=jnp.where(fine, reached, progress.state),
+            state=[jnp.where(fine, a, b) for a, b in zip(reached, progress.state, strict=True)],
             elapsed=jnp.where(fine, elapsed, progress.elapsed),
-            step=step * jnp.where(fine, change, jnp.minimum(change, 0.5)),
+            step=jax.lax.stop_gradient(step) * jnp.where(fine, change, jnp.minimum(change, 0.5)),
             number=progress.number + 1,
         )
 
-    start = _Progress(state, jnp.zeros_like(duration), duration, jnp.array(0))
+    start = _Progress(numbers, jnp.zeros_like(duration), jnp.minimum(duration, first), jnp.array(0))
     last = jax.lax.while_loop(unfinished, go, start)
-    return last.state, last.elapsed >= duration
+    return join(last.state), last.elapsed >= duration

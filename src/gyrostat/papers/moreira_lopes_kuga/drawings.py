@@ -22,6 +22,14 @@ def _figure(rows: int, height: float) -> tuple[Figure, list[Axes]]:
     return figure, list(axes)
 
 
+def _commanded_and_effective(axes: Axes, one: "xr.Dataset") -> None:
+    commanded = one.torque + one.fading_torque
+    axes.step(one.time, 1e3 * commanded, where="post", color=MODEL, lw=0.9, label="commanded")
+    axes.plot(one.time, 1e3 * (commanded - one.friction), ".", ms=3, color=MARK, label="effective")
+    axes.set_ylabel("torque (mN·m)")
+    axes.legend(loc="upper right")
+
+
 def momentum_drawing(flown: "xr.Dataset") -> Drawing:
     """Fig. 1: momentum of one run with its measurements and estimates."""
     one = flown.isel(run=0)
@@ -52,16 +60,9 @@ def torque_drawing(flown: "xr.Dataset") -> Drawing:
 
 def control_drawing(flown: "xr.Dataset") -> Drawing:
     """Fig. 3: commanded and effective torque of one run."""
-    one = flown.isel(run=0)
-    commanded = one.torque + one.fading_torque
     with mpl.rc_context(STYLE):
         figure, (axes,) = _figure(1, 3.0)
-        axes.step(one.time, 1e3 * commanded, where="post", color=MODEL, lw=0.9, label="commanded")
-        axes.plot(
-            one.time, 1e3 * (commanded - one.friction), ".", ms=3, color=MARK, label="effective"
-        )
-        axes.set_ylabel("torque (mN·m)")
-        axes.legend(loc="upper right")
+        _commanded_and_effective(axes, flown.isel(run=0))
     return Drawing("Control torque (Fig. 3)", figure, "Effective: commanded minus friction.")
 
 
@@ -80,7 +81,7 @@ def residual_drawing(flown: "xr.Dataset") -> Drawing:
 
 
 def without_drawing(kalman: "xr.Dataset", plain: "xr.Dataset") -> Drawing:
-    """Figs. 5, 6: momentum and friction torque of one run with and without the estimator."""
+    """Fig. 5: momentum and friction torque of one run with and without the estimator."""
     with mpl.rc_context(STYLE):
         figure, (momentum, torque) = _figure(2, 4.2)
         for flown, colour, name in ((kalman, MARK, "with"), (plain, MODEL, "without")):
@@ -93,10 +94,25 @@ def without_drawing(kalman: "xr.Dataset", plain: "xr.Dataset") -> Drawing:
         torque.set_ylabel("friction (mN·m)")
         momentum.legend(loc="center right")
     return Drawing(
-        "With and without estimator (Figs. 5, 6)",
+        "With and without estimator (Fig. 5)",
         figure,
-        "Without the estimator, sign of (18) corrected, the wheel stops growing where the torque "
-        "equals the friction.",
+        "Without the estimator, sign of (18) corrected, the momentum stops growing where the "
+        "torque equals the friction.",
+    )
+
+
+def without_control_drawing(plain: "xr.Dataset") -> Drawing:
+    """Fig. 6: control torque and bristle deflection of one run without the estimator."""
+    one = plain.isel(run=0)
+    with mpl.rc_context(STYLE):
+        figure, (torque, deflection) = _figure(2, 4.2)
+        _commanded_and_effective(torque, one)
+        deflection.plot(one.time, 1e6 * RADIUS * one.bristle, color=MODEL, lw=1.2)
+        deflection.set_ylabel("deflection (µm)")
+    return Drawing(
+        "Control torque and bristle deflection without estimator (Fig. 6)",
+        figure,
+        "Effective: commanded minus friction.",
     )
 
 

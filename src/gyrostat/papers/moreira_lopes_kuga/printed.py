@@ -1,7 +1,5 @@
 """The numbers that the paper prints, and the wheel that they describe."""
 
-import numpy as np
-
 from gyrostat._jax import jnp
 from gyrostat.body import BenchWheel, MomentumSensor
 from gyrostat.estimate import FrictionTorqueFilter
@@ -49,8 +47,3 @@ def to_reference(time: Scalar) -> Scalar:
 def steady_friction() -> float:
     """Friction torque at h_ref, N·m."""
     return float(FRICTION.curve.torque(REFERENCE / INERTIA, 1.0))
-
-
-def steady_deflection() -> float:
-    """Deflection of the bristles at h_ref, m."""
-    return RADIUS * float(np.asarray(FRICTION.steady_deflection(REFERENCE / INERTIA)))

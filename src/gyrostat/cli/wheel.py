@@ -1,9 +1,6 @@
-"""The command line. Heavy imports are made inside the verbs, so that --help answers at once."""
+"""Verbs about one wheel: from its bench record to its model, and back."""
 
-import gc
 import json
-import os
-import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,17 +9,10 @@ import typer
 
 from gyrostat import arguments as words
 from gyrostat.arguments import command_line, load, say
-from gyrostat.errors import InputError
+from gyrostat.cli.options import Json, Out
 
 if TYPE_CHECKING:
     from gyrostat.identify import Fit
-
-app = typer.Typer(
-    help="Reaction wheels: from a bench record to a friction model and beyond.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-)
 
 
 class Method(StrEnum):
@@ -41,8 +31,6 @@ class Hold(StrEnum):
     linear = "linear"
 
 
-Out = Annotated[Path, typer.Option(help="Folder for the results.")]
-Json = Annotated[bool, typer.Option("--json", help="Print the result's JSON and nothing else.")]
 Columns = Annotated[
     str | None,
     typer.Option(help="Columns by role: time=t,current=m1cur,speed=m1vel (also temperature, ...)."),
@@ -56,7 +44,6 @@ Unsigned = Annotated[
 CurrentHold = Annotated[Hold, typer.Option(help="The current between samples.")]
 
 
-@app.command()
 def identify(
     records: Annotated[list[Path], typer.Argument(help="Records of one wheel: CSV, Parquet, MAT.")],
     out: Out,
@@ -153,7 +140,6 @@ def _finish(fit: "Fit", out: Path, json_output: bool, **tables: Any) -> None:
         raise typer.Exit(1)
 
 
-@app.command()
 def validate(
     model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
     record: Annotated[Path, typer.Argument(help="A record that it was not fitted to.")],
@@ -196,7 +182,6 @@ def validate(
         raise typer.Exit(1)
 
 
-@app.command()
 def bench(
     model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
     out: Annotated[Path, typer.Option(help="Record to write, .csv or .parquet.")],
@@ -251,49 +236,3 @@ def read_wheel(path: Path) -> Any:
     from gyrostat.wheel import read_model
 
     return read_model(path).wheel()
-
-
-@app.command()
-def reproduce(
-    paper: Annotated[str, typer.Argument(help="carrara-kuga")],
-    out: Out,
-    quick: Annotated[bool, typer.Option(help="Fewer seeds, within two minutes.")] = False,
-    json_output: Json = False,
-) -> None:
-    """Rebuild a paper's experiment and judge each of its claims: claims.json and report.html."""
-    from gyrostat.files import check_writable, write_whole
-    from gyrostat.papers import paper_named
-
-    experiment = paper_named(paper)
-    check_writable(out)
-    result = experiment.reproduce(quick=quick, say=say)
-    text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
-    write_whole(out / "report.html", result.page(command=command_line()))
-    write_whole(out / "claims.json", text + "\n")
-    for line in result.lines():
-        say(line)
-    if json_output:
-        print(text)
-
-
-def _use_compilation_cache() -> None:
-    """Keep compiled code between runs; JAX reads these when it is first imported."""
-    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(root / "gyrostat" / "jax"))
-    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.05")
-
-
-def main() -> None:
-    """Run the command line: 0 done, 1 no valid result, 2 wrong usage or bad input."""
-    _use_compilation_cache()
-    # imports and tracing make many objects that all stay: looking through them again and again
-    # takes a tenth of a short command
-    gc.set_threshold(200_000)
-    try:
-        app()
-    except InputError as error:
-        say(f"error: {error}")
-        sys.exit(2)
-    except KeyboardInterrupt:
-        say("interrupted: nothing half-written was left behind")
-        sys.exit(130)

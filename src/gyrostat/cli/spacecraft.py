@@ -1,0 +1,178 @@
+"""Verbs about a spacecraft with several wheels."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gyrostat import arguments as words
+from gyrostat.arguments import command_line, say
+from gyrostat.cli.options import Json, Out
+from gyrostat.errors import InputError
+
+if TYPE_CHECKING:
+    from gyrostat._types import Vector
+    from gyrostat.body import SpacecraftFile
+
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def holdable(
+    spacecraft: Annotated[Path, typer.Argument(help="spacecraft.toml: body and wheels.")],
+    momentum: Annotated[
+        str, typer.Option(help="Total, inertial axes: HX,HY,HZ, N·m·s or with units.")
+    ],
+    out: Out,
+    failed: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A wheel that failed: NAME or NAME=seized (no momentum), NAME=0.3 (N·m·s), "
+            "NAME=1500rpm."
+        ),
+    ] = None,
+    target: Annotated[
+        str | None, typer.Option(help="Attitude to hold: quaternion Q0,Q1,Q2,Q3, scalar first.")
+    ] = None,
+    euler: Annotated[
+        str | None,
+        typer.Option(help="Attitude to hold: 3-1-3 angles PHI,THETA,PSI, rad or with units."),
+    ] = None,
+    boresight: Annotated[
+        str | None, typer.Option(help="Body direction X,Y,Z or x, -z, ...; for the map, or:")
+    ] = None,
+    towards: Annotated[
+        str | None, typer.Option(help="Inertial direction that it should point at, any roll.")
+    ] = None,
+    tolerance: Annotated[
+        str | None, typer.Option(help="Of pointing, rad or with a unit: for the dwell time.")
+    ] = None,
+    json_output: Json = False,
+) -> None:
+    """Say what can still be held at rest after wheels failed: holdable.json and report.html."""
+    import numpy as np
+
+    from gyrostat.body import read_spacecraft
+    from gyrostat.files import check_writable
+    from gyrostat.holdable import holdable as ask
+    from gyrostat.holdable import holdable_sky
+    from gyrostat.report.holdable import Drawn, Question, write_holdable
+    from gyrostat.units import parse_quantity
+
+    check_writable(out)
+    file = read_spacecraft(spacecraft)
+    question = Question(
+        file=file,
+        momentum=_numbers(momentum, 3, "momentum", "--momentum"),
+        failed=_failed(failed or [], file),
+        target=_attitude(target, euler, towards),
+        towards=None if towards is None else _direction(towards, "--towards"),
+        tolerance=None if tolerance is None else parse_quantity(tolerance, "angle", "--tolerance"),
+    )
+    known = {"failed": question.failed}
+    body = None if boresight is None else _direction(boresight, "--boresight")
+    if question.towards is not None and body is None:
+        raise InputError("--towards: found no --boresight, expected the body direction to point")
+    pointing = None if question.towards is None or body is None else (body, question.towards)
+    answer = ask(
+        file.spacecraft,
+        question.momentum,
+        target=question.target,
+        boresight=pointing,
+        tolerance=question.tolerance,
+        **known,
+    )
+    if answer.sky is not None:
+        maps = [Drawn(answer.sky, question.towards, answer.direction)]
+    else:
+        shown = [np.array(axis) for axis in AXES.values()] if body is None else [body]
+        maps = [
+            Drawn(
+                holdable_sky(file.spacecraft, question.momentum, boresight=axis, **known),
+                _turned(question.target, axis),
+                _turned(answer.attitude, axis),
+            )
+            for axis in shown
+        ]
+    text = write_holdable(question, answer, maps, out, command=command_line(), say=say)
+    if json_output:
+        print(text)
+
+
+def _numbers(text: str, count: int, dimension: str | None, option: str) -> "Vector":
+    """So many values separated by commas, SI; plain numbers without a dimension."""
+    import numpy as np
+
+    parts = text.split(",")
+    if len(parts) != count:
+        raise InputError(f"{option}: found {text!r}, expected {count} values with commas between")
+    if dimension is not None:
+        return np.array(words.quantities(text, dimension, option))
+    try:
+        return np.array([float(part) for part in parts])
+    except ValueError:
+        raise InputError(f"{option}: found {text!r}, expected {count} numbers") from None
+
+
+def _direction(text: str, option: str) -> "Vector":
+    """A unit vector: X,Y,Z of any length, or the name of an axis."""
+    import numpy as np
+
+    from gyrostat.holdable.case import unit_vector
+
+    name, sign = text.strip().lstrip("+-"), -1.0 if text.strip().startswith("-") else 1.0
+    if name in AXES:
+        return sign * np.array(AXES[name])
+    return unit_vector(_numbers(text, 3, None, option), 3, option)
+
+
+def _attitude(target: str | None, euler: str | None, towards: str | None) -> "Vector | None":
+    """The attitude that was asked for, as a quaternion (4,), or None."""
+    import numpy as np
+
+    options = {"--target": target, "--euler": euler, "--boresight with --towards": towards}
+    given = [option for option, value in options.items() if value is not None]
+    if len(given) != 1:
+        found = " and ".join(given) or "none"
+        raise InputError(f"what to hold: found {found}, expected one of {', '.join(options)}")
+    if target is not None:
+        return _numbers(target, 4, None, "--target")
+    if euler is not None:
+        from scipy.spatial.transform import Rotation
+
+        angles = _numbers(euler, 3, "angle", "--euler")
+        return Rotation.from_euler("ZXZ", angles).as_quat(scalar_first=True) + np.zeros(4)
+    return None
+
+
+def _failed(items: list[str], file: "SpacecraftFile") -> dict[int, float]:
+    """Number of each failed wheel -> its momentum, N·m·s."""
+    from gyrostat.units import parse_quantity
+
+    found: dict[int, float] = {}
+    for item in (part.strip() for entry in items for part in entry.split(",")):
+        name, _, value = (part.strip() for part in item.partition("="))
+        number = file.wheel_number(name, "--failed")
+        if number in found:
+            raise InputError(f"--failed: found {name} twice, expected it once")
+        if value in ("", "seized"):
+            found[number] = 0.0
+            continue
+        where = f"--failed {name}"
+        try:
+            found[number] = parse_quantity(value, "momentum", where)
+        except InputError as error:
+            try:
+                speed = parse_quantity(value, "speed", where)
+            except InputError:
+                raise error from None
+            found[number] = float(file.spacecraft.wheels.inertia[number]) * speed
+    return found
+
+
+def _turned(attitude: "Vector | None", body: "Vector") -> "Vector | None":
+    """A body direction in inertial axes."""
+    from scipy.spatial.transform import Rotation
+
+    if attitude is None:
+        return None
+    return Rotation.from_quat(attitude, scalar_first=True).apply(body)

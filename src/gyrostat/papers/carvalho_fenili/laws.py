@@ -1,0 +1,143 @@
+"""The paper's two laws: the linear quadratic regulator, and the state-dependent Riccati equation.
+
+Both know nothing of a failure: they go on commanding all three torques.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from gyrostat._jax import jnp
+from gyrostat.body import BodyTorqueCommand, EulerMeasurement, EulerState
+from gyrostat.body.rotations import Vector
+from gyrostat.control import EulerCube, StateDependentRiccati, lqr, uncontrollable
+from gyrostat.friction import Scalar
+from gyrostat.papers.carvalho_fenili.printed import (
+    CASES,
+    INERTIA,
+    INPUT_WEIGHT,
+    STATE_WEIGHT,
+)
+
+DOUBLINGS = 12
+"""Of the Riccati solver: enough down to sin(theta) = 0.005, where the closed loop is stiffest."""
+LARGEST_RESIDUAL = 1e-8
+"""Of a solution that is flown, relative."""
+
+Law = Callable[[EulerState], Vector]
+
+
+def regulated(state: EulerState) -> Float[Array, "6"]:
+    """The state x of (14) with theta - pi/2 for theta.
+
+    The columns of theta, phi and psi in A(x) are zero, so that this is exact; with theta itself the
+    law would drive the body into the singularity at theta = 0.
+    """
+    return jnp.stack(
+        [
+            state.theta - 0.5 * jnp.pi,
+            state.theta_rate,
+            state.phi,
+            state.phi_rate,
+            state.psi,
+            state.psi_rate,
+        ]
+    )
+
+
+FACTORISATION = EulerCube(INERTIA)
+"""(17) and (18), their misprints corrected, over `regulated`."""
+
+
+def linearised() -> tuple[np.ndarray, np.ndarray]:
+    """A, (6, 6), and B, (6, 3), of (16) at (15), B(2,4) corrected to 0."""
+    dynamics, torques = FACTORISATION(jnp.zeros(6))
+    return np.asarray(dynamics), np.asarray(torques)
+
+
+@cache  # the design compiles anew at each call
+def gain() -> np.ndarray:
+    """(3, 6) gain of the linear quadratic regulator, N·m/rad and N·m·s/rad: M = -K x."""
+    return np.asarray(lqr(*linearised(), STATE_WEIGHT, INPUT_WEIGHT).gain)
+
+
+def rank(case: str) -> int:
+    """Controllability rank of the linearised plant without the torques that failed."""
+    dynamics, torques = linearised()
+    return uncontrollable(dynamics, np.delete(torques, list(CASES[case]), axis=1)).rank
+
+
+class LinearQuadratic(eqx.Module):
+    """M = -K x.
+
+    Attributes:
+        gain: K, (3, 6).
+    """
+
+    gain: Float[Array, "3 6"]
+
+    def __call__(self, state: EulerState) -> Vector:
+        """Torque that is commanded, N·m."""
+        return -self.gain @ regulated(state)
+
+
+class StateDependent(eqx.Module):
+    """M = -R^-1 B(x)' P(x) x of (11) and (12).
+
+    Attributes:
+        design: factorisation and weights.
+    """
+
+    design: StateDependentRiccati
+
+    def __call__(self, state: EulerState) -> Vector:
+        """Torque that is commanded, N·m; NaN where the equation has no solution."""
+        here = regulated(state)
+        solution = self.design.solve(here)
+        # near the singularity the solver's other verdict asks for more doublings than P needs
+        fine = solution.residual <= LARGEST_RESIDUAL
+        return jnp.where(fine, -solution.gain @ here, jnp.nan)
+
+
+class TorqueOnAngles(eqx.Module):
+    """A law of the paper as a sampled controller, its torque held through the period.
+
+    Attributes:
+        law: state -> torque.
+    """
+
+    law: Any
+
+    def start(self, period: Scalar) -> tuple[()]:
+        """It has no memory."""
+        return ()
+
+    def __call__(
+        self, memory: tuple[()], measurement: EulerMeasurement
+    ) -> tuple[tuple[()], BodyTorqueCommand]:
+        """Command."""
+        state = EulerState(*measurement.angles, *measurement.rates)
+        return memory, BodyTorqueCommand(self.law(state))
+
+
+class Laws(NamedTuple):
+    """Both.
+
+    Attributes:
+        lqr: linear.
+        sdre: state-dependent.
+    """
+
+    lqr: LinearQuadratic
+    sdre: StateDependent
+
+
+def laws() -> Laws:
+    """With the paper's weights."""
+    weights = jnp.asarray(STATE_WEIGHT), jnp.asarray(INPUT_WEIGHT)
+    design = StateDependentRiccati(FACTORISATION, *weights, doublings=DOUBLINGS)
+    return Laws(LinearQuadratic(jnp.asarray(gain())), StateDependent(design))
