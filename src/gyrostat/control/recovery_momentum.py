@@ -4,7 +4,8 @@ from typing import Any, Self
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
+from numpy.typing import ArrayLike
 
 from gyrostat._jax import jax, jnp
 from gyrostat.body import Spacecraft, WheelTorqueCommand, rotations
