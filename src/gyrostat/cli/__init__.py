@@ -9,6 +9,7 @@ import typer
 
 from gyrostat.arguments import say
 from gyrostat.cli.paper import reproduce
+from gyrostat.cli.recovery import recover
 from gyrostat.cli.spacecraft import holdable
 from gyrostat.cli.wheel import bench, identify, validate
 from gyrostat.errors import InputError
@@ -21,7 +22,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for _verb in (identify, validate, bench, holdable, reproduce):
+for _verb in (identify, validate, bench, holdable, recover, reproduce):
     app.command()(_verb)
 
 

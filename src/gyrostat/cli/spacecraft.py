@@ -11,6 +11,8 @@ from gyrostat.cli.options import Json, Out
 from gyrostat.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from gyrostat._types import Vector
     from gyrostat.body import SpacecraftFile
 
@@ -62,9 +64,12 @@ def holdable(
     file = read_spacecraft(spacecraft)
     question = Question(
         file=file,
-        momentum=_numbers(momentum, 3, "momentum", "--momentum"),
+        momentum=numbers(momentum, 3, "momentum", "--momentum"),
         failed=_failed(failed or [], file),
-        target=_attitude(target, euler, towards),
+        target=attitude(
+            "what to hold",
+            {"--target": target, "--euler": euler, "--boresight with --towards": towards},
+        ),
         towards=None if towards is None else _direction(towards, "--towards"),
         tolerance=None if tolerance is None else parse_quantity(tolerance, "angle", "--tolerance"),
     )
@@ -98,7 +103,7 @@ def holdable(
         print(text)
 
 
-def _numbers(text: str, count: int, dimension: str | None, option: str) -> "Vector":
+def numbers(text: str, count: int, dimension: str | None, option: str) -> "Vector":
     """So many values separated by commas, SI; plain numbers without a dimension."""
     import numpy as np
 
@@ -122,26 +127,35 @@ def _direction(text: str, option: str) -> "Vector":
     name, sign = text.strip().lstrip("+-"), -1.0 if text.strip().startswith("-") else 1.0
     if name in AXES:
         return sign * np.array(AXES[name])
-    return unit_vector(_numbers(text, 3, None, option), 3, option)
+    return unit_vector(numbers(text, 3, None, option), 3, option)
 
 
-def _attitude(target: str | None, euler: str | None, towards: str | None) -> "Vector | None":
-    """The attitude that was asked for, as a quaternion (4,), or None."""
+def attitude(what: str, options: "Mapping[str, str | None]") -> "Vector | None":
+    """The attitude that one of some options gives, as a quaternion (4,), or None for another.
+
+    Args:
+        what: it is, for the message.
+        options: option -> its value; a name with "euler" in it means 3-1-3 angles, one with
+            "boresight" no attitude.
+
+    Raises:
+        InputError: none is given, or several are.
+    """
     import numpy as np
 
-    options = {"--target": target, "--euler": euler, "--boresight with --towards": towards}
     given = [option for option, value in options.items() if value is not None]
     if len(given) != 1:
         found = " and ".join(given) or "none"
-        raise InputError(f"what to hold: found {found}, expected one of {', '.join(options)}")
-    if target is not None:
-        return _numbers(target, 4, None, "--target")
-    if euler is not None:
-        from scipy.spatial.transform import Rotation
+        raise InputError(f"{what}: found {found}, expected one of {', '.join(options)}")
+    name, text = given[0], str(options[given[0]])
+    if "boresight" in name:
+        return None
+    if "euler" not in name:
+        return numbers(text, 4, None, name)
+    from scipy.spatial.transform import Rotation
 
-        angles = _numbers(euler, 3, "angle", "--euler")
-        return Rotation.from_euler("ZXZ", angles).as_quat(scalar_first=True) + np.zeros(4)
-    return None
+    angles = numbers(text, 3, "angle", name)
+    return Rotation.from_euler("ZXZ", angles).as_quat(scalar_first=True) + np.zeros(4)
 
 
 def _failed(items: list[str], file: "SpacecraftFile") -> dict[int, float]:

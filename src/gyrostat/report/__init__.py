@@ -3,6 +3,7 @@
 from gyrostat.report.figures import friction_figure, record_figure, residual_figure, svg
 from gyrostat.report.holdable import Drawn, Question, write_holdable
 from gyrostat.report.page import fit_page, render, validation_page
+from gyrostat.report.recovery import recovery_figure, write_recovery
 from gyrostat.report.sky import sky_figure
 from gyrostat.report.write import write_fit
 
@@ -12,6 +13,7 @@ __all__ = [
     "fit_page",
     "friction_figure",
     "record_figure",
+    "recovery_figure",
     "render",
     "residual_figure",
     "sky_figure",
@@ -19,4 +21,5 @@ __all__ = [
     "validation_page",
     "write_fit",
     "write_holdable",
+    "write_recovery",
 ]

@@ -1,0 +1,109 @@
+"""`gyrostat recover` as an operator meets it."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gyrostat.cli import main
+
+CRAFT = Path(__file__).parents[1] / "examples" / "three_wheels.toml"
+NOW = ("--wheels", "180rpm,-210rpm,520rpm", "--attitude", "0.9239,0,0,0.3827")
+WANTED = ("--target", "0.9239,0,0,0.3827")
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    def call(*words):
+        monkeypatch.setattr(sys, "argv", ["gyrostat", "recover", *map(str, words)])
+        code = 0
+        try:
+            main()
+        except SystemExit as stop:
+            code = stop.code or 0
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return call
+
+
+def test_a_recovery_is_flown_and_written(run, tmp_path):
+    code, out, err = run(
+        CRAFT, "--failed", "x=rundown:60s", *NOW, *WANTED, "--json", "--out", tmp_path
+    )
+    assert code == 0
+    told = json.loads(out)
+    assert told == json.loads((tmp_path / "recover.json").read_text())
+    assert told["settled"]
+    assert told["failed"] == {"x": "rundown"}
+    assert f"{told['settle']:g} s after the failure" in err
+    assert (tmp_path / "report.html").read_text().count("<svg") == 1
+    with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as flight:
+        momentum = flight.wheel_momentum.values
+        assert np.degrees(flight.error.values[-1]) < 0.05
+    # the dead wheel runs down with its time constant, 0.015 kg·m² at 180 rpm
+    wanted = 0.015 * 180.0 * 2.0 * np.pi / 60.0 * np.exp(-0.5 * np.arange(1201) / 60.0)
+    np.testing.assert_allclose(momentum[:, 0], wanted, atol=5e-3)
+
+
+def test_what_does_not_settle_is_no_valid_result(run, tmp_path):
+    code, out, err = run(
+        CRAFT,
+        "--failed",
+        "x=rundown:60s",
+        *NOW,
+        *WANTED,
+        "--duration",
+        "20",
+        "--json",
+        "--out",
+        tmp_path,
+    )
+    assert code == 1
+    told = json.loads(out)
+    assert told["settle"] is None
+    assert told["reason"].startswith("not settled at the end, 20 s")
+    assert "NOT recovered" in err
+
+
+def test_nothing_left_is_no_valid_result(run, tmp_path):
+    words = ("--failed", "x=seized,y=seized,z=seized")
+    code, out, _ = run(CRAFT, *words, *NOW, *WANTED, "--json", "--out", tmp_path)
+    assert code == 1
+    assert json.loads(out)["reason"].startswith("nothing can be held")
+    assert not (tmp_path / "run.nc").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        (("--failed", "w=seized", *NOW, *WANTED), "--failed: found no wheel 'w'"),
+        (("--failed", "x=broken", *NOW, *WANTED), "--failed x: found 'broken', expected seized"),
+        (("--failed", "x=rundown:-1s", *NOW, *WANTED), "time constant of running down: found -1"),
+        (("--failed", "x=rundown:3kg", *NOW, *WANTED), "--failed x '3kg': found unit"),
+        (("--failed", "x=seized", "--failed", "x=frozen", *NOW, *WANTED), "found x twice"),
+        (("--failed", "x=seized", *NOW), "what to hold: found none"),
+        (("--failed", "x=seized", "--wheels", "1,2", *NOW[2:], *WANTED), "--wheels: found '1,2'"),
+        (("--failed", "x=seized", "--wheels", "1kg,2,3", *NOW[2:], *WANTED), "found unit 'kg'"),
+        (("--failed", "x=seized", *NOW[:2], *WANTED), "attitude at the failure: found none"),
+        (
+            ("--failed", "x=seized", *NOW[:2], "--attitude", "0,0,0,0", *WANTED),
+            "--attitude, --rate, --wheels: found no finite state",
+        ),
+        (("--failed", "x=seized", *NOW, "--target", "2,0,0,0"), "target: found a quaternion"),
+        (("--failed", "x=seized", *NOW, *WANTED, "--duration", "0"), "duration: found 0 s"),
+        (("--failed", "x=seized", *NOW, *WANTED, "--period", "0.7"), "duration: found 600 s"),
+    ],
+)
+def test_bad_input_is_one_line(run, tmp_path, words, found):
+    out = tmp_path / "out"
+    code, stdout, stderr = run(CRAFT, *words, "--out", out)
+    assert code == 2
+    assert stdout == ""
+    lines = [line for line in stderr.splitlines() if line.startswith("error: ")]
+    assert len(lines) == 1
+    assert found in lines[0]
+    assert not out.exists()
