@@ -97,7 +97,7 @@ def plan_recovery(
     known = {"total_momentum": momentum, "target": answer.attitude, "seized": fixed}
     if answer.rank == 3 or _across(spacecraft, working, answer.momentum_in_body) >= LEAST_ACROSS:
         return RecoveryPlan(answer, MomentumRecovery.plan(spacecraft, working, **known), "")
-    if max(map(abs, failed.values())) > NOTHING_HELD:
+    if max(map(abs, failed.values()), default=0.0) > NOTHING_HELD:
         return RecoveryPlan(
             answer,
             None,
