@@ -1,6 +1,6 @@
 """Recovery after wheels have failed, where the others and the momentum suffice."""
 
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
@@ -12,7 +12,7 @@ from gyrostat.body import Spacecraft, WheelTorqueCommand, rotations
 from gyrostat.body.rotations import Vector
 from gyrostat.control.momentum_angles import momentum_frame
 from gyrostat.control.three_axis_law import ThreeAxisLaw
-from gyrostat.control.two_wheel_law import TwoWheelLaw
+from gyrostat.control.two_wheel_law import NO_WAY, TwoWheelLaw, Way
 from gyrostat.control.wheel_rate_loop import RateLoopMemory, WheelRateLoop
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
@@ -21,6 +21,18 @@ SPAN = 1e-6
 """Of a singular value of the working axes: below it they do not reach that direction."""
 LEAST_AUTHORITY = 1e-3
 """Of momentum across the normal over the whole: below it the third direction is out of reach."""
+
+
+class MomentumRecoveryMemory(NamedTuple):
+    """Between two samples.
+
+    Attributes:
+        wheels: of the rate loop.
+        way: round to the target that is taken.
+    """
+
+    wheels: RateLoopMemory
+    way: Way
 
 
 class MomentumRecovery(eqx.Module):
@@ -48,13 +60,14 @@ class MomentumRecovery(eqx.Module):
         """Refuse what the law refuses, by `InputError`."""
         self.law.check()
 
-    def start(self, period: Scalar) -> RateLoopMemory:
+    def start(self, period: Scalar) -> MomentumRecoveryMemory:
         """Nothing measured yet."""
-        return self.law.wheels.start(period)
+        none = Way(*(jnp.asarray(angle) for angle in NO_WAY))
+        return MomentumRecoveryMemory(self.law.wheels.start(period), none)
 
     def __call__(
-        self, memory: RateLoopMemory, measurement: Any
-    ) -> tuple[RateLoopMemory, WheelTorqueCommand]:
+        self, memory: MomentumRecoveryMemory, measurement: Any
+    ) -> tuple[MomentumRecoveryMemory, WheelTorqueCommand]:
         """Command the wheels.
 
         Args:
@@ -66,11 +79,15 @@ class MomentumRecovery(eqx.Module):
         held = self._held(measurement)
         resting = measurement.wheel_momentum + loop.allocation @ (jnp.asarray(loop.inertia) @ rate)
         turning = rotations.rate_of_quaternion(measurement.attitude, rate)
-        wanted, change = jax.jvp(
-            lambda attitude: law(attitude, held, resting), (measurement.attitude,), (turning,)
+        wanted, change, way = jax.jvp(
+            lambda attitude: law(attitude, held, resting, memory.way),
+            (measurement.attitude,),
+            (turning,),
+            has_aux=True,
         )
         body = rotations.to_body(measurement.attitude, law.total_momentum)
-        return loop(memory, measurement, body, wanted, change)
+        wheels, command = loop(memory.wheels, measurement, body, wanted, change)
+        return MomentumRecoveryMemory(wheels, way), command
 
     def _held(self, measurement: Any) -> Scalar:
         axes = self.failed_axes

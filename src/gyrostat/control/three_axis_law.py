@@ -8,6 +8,7 @@ from gyrostat.body.rotations import Quaternion, Vector
 from gyrostat.control.two_wheel_law import (
     BRAKING_SHARE,
     GYROSCOPIC_SHARE,
+    Way,
     brake,
     largest_inertia,
 )
@@ -43,13 +44,19 @@ class ThreeAxisLaw(eqx.Module):
         require("largest rate", self.largest_rate, "rad/s", positive=True)
         check_parts(self.wheels)
 
-    def __call__(self, attitude: Quaternion, held: Scalar, momentum: PerWheel) -> Vector:
-        """The rate to follow, rad/s.
+    def __call__(
+        self, attitude: Quaternion, held: Scalar, momentum: PerWheel, way: Way
+    ) -> tuple[Vector, Way]:
+        """The rate to follow.
 
         Args:
             attitude: (4,) quaternion, scalar first.
             held: of no account here.
             momentum: (wheels,) that would bring the body to rest here, N·m·s.
+            way: of no account here.
+
+        Returns:
+            The body rate, rad/s, and `way`.
         """
         del held
         wheels = self.wheels
@@ -64,4 +71,4 @@ class ThreeAxisLaw(eqx.Module):
         # turning back along the error gives the wheels momentum along it
         room, _ = wheels.room(momentum, jnp.asarray(wheels.inertia) @ axis)
         limit = jnp.minimum(self.largest_rate, GYROSCOPIC_SHARE * turning)
-        return -axis * jnp.minimum(rate, jnp.minimum(limit, jnp.maximum(room, 1e-4)))
+        return -axis * jnp.minimum(rate, jnp.minimum(limit, jnp.maximum(room, 1e-4))), way

@@ -24,8 +24,28 @@ LAG_DAMPING = 1.6
 """Gain of the lag over sqrt(tilting acceleration / tilt)."""
 WAYS_ROUND = np.array(list(product((0.0, -2.0 * np.pi, 2.0 * np.pi), repeat=2)))
 """Of roll and spin, rad."""
+KEPT = 0.6
+"""Weight of the time of the way round taken so far: another has to be much quicker."""
+LEAST_ROLL = 0.01
+"""rad/s, for comparing ways round: wheels that are full here will not be all the way."""
 UPRIGHT = 0.9999995
 """Largest |cos| of the angle between normal and momentum that is aimed at."""
+
+
+class Way(NamedTuple):
+    """How far there is to go back, of the ways round to one attitude.
+
+    Attributes:
+        roll: about the momentum, rad.
+        spin: about the normal, rad.
+    """
+
+    roll: Scalar
+    spin: Scalar
+
+
+NO_WAY = Way(np.inf, np.inf)
+"""Before the first sample."""
 
 
 class _Geometry(NamedTuple):
@@ -72,9 +92,9 @@ class TwoWheelLaw(eqx.Module):
     momentum. So s_d = -S tanh(k z / S), theta_d = acos((c + s_d)/|b|), tilt' = k' (theta -
     theta_d) - theta_d', a cascade whose linear part has the rates k and k' exactly. S is what the
     tilt gives, s is also kept to what the wheels' torque allows, since their momentum turns with
-    the body. Of the ways round that end at one attitude the quickest is taken, anew each time:
-    cosine and sine are one-sided where |n x b| is small, and a roll may need momentum that one of
-    the wheels has not left.
+    the body. Of the ways round that end at one attitude the quickest is taken, and kept until
+    another is much quicker: the cosine is one-sided where |n x b| is small, and a roll may need
+    momentum that one of the wheels has not left.
 
     Derived for this package from the reduced gyrostat, whose rate is J^-1 (b - p - A h).
 
@@ -108,26 +128,32 @@ class TwoWheelLaw(eqx.Module):
         require("largest rate", self.largest_rate, "rad/s", positive=True)
         check_parts(self.wheels)
 
-    def __call__(self, attitude: Quaternion, held: Scalar, momentum: PerWheel) -> Vector:
-        """The rate to follow, rad/s.
+    def __call__(
+        self, attitude: Quaternion, held: Scalar, momentum: PerWheel, way: Way
+    ) -> tuple[Vector, Way]:
+        """The rate to follow.
 
         Args:
             attitude: (4,) quaternion, scalar first.
             held: c, N·m·s.
             momentum: (wheels,) that would bring the body to rest here, N·m·s.
+            way: taken so far, `NO_WAY` at the start.
+
+        Returns:
+            The body rate, rad/s, and the way round that it takes.
         """
         at = self._geometry(rotations.to_body(attitude, self.total_momentum))
         held = jnp.clip(held, -UPRIGHT * at.size, UPRIGHT * at.size)
         able = self._authority(at, held, momentum)
         end = self._geometry(rotations.to_body(self.target, self.total_momentum))
         carried = momentum + self.wheels.allocation @ (end.body - at.body)
-        roll, lag = self._way(attitude, at, able, self._authority(end, held, carried))
-        roll_rate = self._roll_rate(roll, at, able)
+        way, lag = self._way(way, attitude, at, able, self._authority(end, held, carried))
+        roll_rate = self._roll_rate(way.roll, at, able)
         tilt_rate = self._tilt_rate(lag, roll_rate, held, at, able)
         frame = at.frame
         tilt_axis = frame.tangent - self.normal * at.tilt_inertia / at.spin_inertia
         drift = self.normal * (frame.along - held) / at.spin_inertia
-        return roll_rate * at.roll_axis + tilt_rate * tilt_axis + drift
+        return roll_rate * at.roll_axis + tilt_rate * tilt_axis + drift, way
 
     def _geometry(self, body: Vector) -> _Geometry:
         coupling = jnp.asarray(self.wheels.inertia) @ self.normal
@@ -157,11 +183,11 @@ class TwoWheelLaw(eqx.Module):
         )
 
     def _way(
-        self, attitude: Quaternion, at: _Geometry, able: _Authority, then: _Authority
-    ) -> tuple[Scalar, Scalar]:
-        """Roll and lag of the quickest way round, with what is possible here and at the target."""
-        forward = jnp.minimum(able.forward, then.forward)
-        backward = jnp.minimum(able.backward, then.backward)
+        self, last: Way, attitude: Quaternion, at: _Geometry, able: _Authority, then: _Authority
+    ) -> tuple[Way, Scalar]:
+        """The way round and its lag, by what is possible here and at the target."""
+        forward = jnp.maximum(jnp.minimum(able.forward, then.forward), LEAST_ROLL / at.roll_turn)
+        backward = jnp.maximum(jnp.minimum(able.backward, then.backward), LEAST_ROLL / at.roll_turn)
         angles = momentum_angles(attitude, self.target, self.total_momentum, self.normal)
         roll, spin = angles.roll + WAYS_ROUND[:, 0], angles.spin + WAYS_ROUND[:, 1]
         lag = at.spin_inertia * spin + at.roll_inertia * roll + at.tilt_inertia * angles.tilt
@@ -175,8 +201,10 @@ class TwoWheelLaw(eqx.Module):
             ]
         )
         # they run at once, but share the wheels
-        best = jnp.argmin(jnp.max(times, axis=0) + 0.1 * jnp.sum(times, axis=0))
-        return roll[best], lag[best]
+        total = jnp.max(times, axis=0) + 0.1 * jnp.sum(times, axis=0)
+        same = (jnp.abs(roll - last.roll) < np.pi) & (jnp.abs(spin - last.spin) < np.pi)
+        best = jnp.argmin(jnp.where(same, KEPT * total, total))
+        return Way(roll[best], spin[best]), lag[best]
 
     def _roll_rate(self, roll: Scalar, at: _Geometry, able: _Authority) -> Scalar:
         turn = at.roll_turn
