@@ -55,6 +55,12 @@ def _block(translator, node):
     raise SkipNode
 
 
+def _absolute(app, what, name, thing, options, lines):
+    """Take |x| in a docstring as an absolute value, not as a substitution."""
+    lines[:] = [line if "`" in line else line.replace("|", r"\|") for line in lines]
+
+
 def setup(app):
     """Write equations as MathML, which browsers show without a script and without a network."""
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
+    app.connect("autodoc-process-docstring", _absolute)
