@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from gyrostat._jax import jax, jnp
 from gyrostat.errors import InputError
@@ -145,7 +145,7 @@ class OnlineFrit(eqx.Module):
     dead_zone: Signal
     initial_gain: Gain
     initial_covariance: Scalar = 100.0
-    filters_from_output: bool = eqx.field(static=True, default=False)
+    filters_from_output: Bool[Array, ""] | bool = False
 
     def check(self) -> None:
         """Refuse what no tuning is.
@@ -182,7 +182,7 @@ class OnlineFrit(eqx.Module):
         zero = jnp.zeros(count)
         covariance = jnp.tile(self.initial_covariance * jnp.eye(count), (count, 1, 1))
         at_rest = self.reference.start(zero)
-        filtered = self.reference.start(output) if self.filters_from_output else at_rest
+        filtered = self.reference.start(jnp.where(self.filters_from_output, output, zero))
         return FritMemory(gain, LeastSquares(gain, covariance), at_rest, at_rest, filtered)
 
     def regression(self, memory: FritMemory, output: Signal) -> tuple[Signal, Signal]:
@@ -192,26 +192,31 @@ class OnlineFrit(eqx.Module):
         eta = self.reference.output(memory.input) - self.feedback * (output - output_filtered)
         return xi, eta
 
-    def update(self, memory: FritMemory, output: Signal, error: Signal) -> FritMemory:
-        """Estimate and gain with the output and the error signal of a sample, before its input."""
+    def __call__(
+        self, memory: FritMemory, *, error: Signal, input: Signal, output: Signal, period: Scalar
+    ) -> FritMemory:
+        """Memory after a sample: the gain in it is for the next one.
+
+        Args:
+            memory: before; its gain made the input.
+            error: (n,) that the gain feeds back.
+            input: (n,) of the plant.
+            output: (n,) of the plant.
+            period: to the next sample, s.
+        """
         xi, eta = self.regression(memory, output)
         found = jax.vmap(recursive_least_squares, in_axes=(0, None, 0, None))(
             memory.rows, xi, eta, self.forgetting
         )
-        heeded = jnp.abs(error) >= jnp.asarray(self.dead_zone)
-        rows = jax.tree.map(
-            lambda new, old: jnp.where(heeded.reshape(-1, *[1] * (new.ndim - 1)), new, old),
-            found,
-            memory.rows,
+        heeded = (jnp.abs(error) >= jnp.asarray(self.dead_zone))[:, None]
+        rows = LeastSquares(
+            jnp.where(heeded, found.estimate, memory.rows.estimate),
+            jnp.where(heeded[..., None], found.covariance, memory.rows.covariance),
         )
         followed = memory.gain + self.smoothing * (rows.estimate - memory.gain)
-        return memory._replace(gain=jnp.where(heeded[:, None], followed, memory.gain), rows=rows)
-
-    def advance(
-        self, memory: FritMemory, *, error: Signal, input: Signal, output: Signal, period: Scalar
-    ) -> FritMemory:
-        """Memory at the next sample, after the error, input and output of this one."""
-        return memory._replace(
+        return FritMemory(
+            gain=jnp.where(heeded, followed, memory.gain),
+            rows=rows,
             error=self.reference(memory.error, error, period),
             input=self.reference(memory.input, input, period),
             output=self.reference(memory.output, output, period),

@@ -175,13 +175,11 @@ class ModelErrorCompensator(eqx.Module):
         memory = self._begun(memory, output)
         nominal = self.law.nominal_input(output)
         error = self.model.output(memory.model) - output
-        gain, tuning = jnp.asarray(self.gain), memory.tuning
-        if self.tuner is not None and tuning is not None:
-            tuning = self.tuner.update(tuning, output, error)
-            gain = tuning.gain
+        tuning = memory.tuning
+        gain = jnp.asarray(self.gain) if tuning is None else tuning.gain
         input = nominal + gain @ error
-        if self.tuner is not None and tuning is not None:
-            tuning = self.tuner.advance(
+        if self.tuner is not None:
+            tuning = self.tuner(
                 tuning, error=error, input=input, output=output, period=memory.period
             )
         command = self.law.command(law, measurement, input, Compensation(nominal, error, gain))
