@@ -2,7 +2,8 @@
 
 import jax
 import jax.numpy as jnp
+from jax.flatten_util import ravel_pytree
 
 jax.config.update("jax_enable_x64", True)
 
-__all__ = ["jax", "jnp"]
+__all__ = ["jax", "jnp", "ravel_pytree"]

@@ -9,7 +9,7 @@ import pytest
 from gyrostat._jax import jax, jnp
 from gyrostat.control import FirstOrderLags, Integrators, ModelErrorCompensator, OnlineFrit
 from gyrostat.errors import InputError
-from gyrostat.simulate import simulate
+from gyrostat.simulate import simulate, stack
 
 PERIOD, LAG = 0.05, 2.0
 """s."""
@@ -238,6 +238,17 @@ def test_a_gain_that_diverges_is_refused_where_the_theory_says():
     flown(0.999 * most, MODEL)
     with pytest.raises(InputError, match="with which the compensator diverges"):
         flown(1.001 * most, MODEL)
+    several = stack([compensated(gain) for gain in (1.0, 1.001 * most)])
+    with pytest.raises(InputError, match="with which the compensator diverges"):
+        simulate(
+            Lag(),
+            several,
+            Seen(),
+            start=Level(jnp.zeros(1)),
+            duration=1.0,
+            control_period=PERIOD,
+            runs=2,
+        )
     with pytest.raises(InputError, match="compensator gain: found"):
         run(Lag(), ModelErrorCompensator(Proportional(), MODEL, jnp.zeros((1, 2))))
     with pytest.raises(InputError, match="FRIT forgetting"):

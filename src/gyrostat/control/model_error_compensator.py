@@ -1,12 +1,13 @@
 """The model error compensator (MEC): keeps a plant beside a nominal model of it."""
 
+from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from gyrostat._jax import jax, jnp
+from gyrostat._jax import jax, jnp, ravel_pytree
 from gyrostat.control.frit import FritMemory, Gain, OnlineFrit, SampledModel, Signal
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
@@ -89,6 +90,18 @@ class CompensatorMemory(NamedTuple):
     period: Scalar
 
 
+def _own_loop(model: SampledModel, gain: Gain, period: float) -> Float[Array, "x x"]:
+    """A - B K C of a model's own A, B and C at rest, over all of its state."""
+    zero = jnp.zeros(gain.shape[-1])
+    state, whole = ravel_pytree(model.start(zero))
+
+    def step(state, input):
+        return ravel_pytree(model(whole(state), input, period))[0]
+
+    carry, drive = jax.jacfwd(step, argnums=(0, 1))(state, zero)
+    return carry - drive @ gain @ jax.jacfwd(lambda state: model.output(whole(state)))(state)
+
+
 class ModelErrorCompensator(eqx.Module):
     """u = u_n + K (y_n - y): the law's input u_n, driven through a nominal model, gives y_n.
 
@@ -132,20 +145,21 @@ class ModelErrorCompensator(eqx.Module):
         Raises:
             InputError: its spectral radius is above 1.
         """
-        gains = np.asarray(self.gain, dtype=float)
-        count = gains.shape[-1]
-        zero = jnp.zeros(count)
-        at_rest = self.model.start(zero)
-        step, output = jax.jacfwd(self.model, argnums=(0, 1)), jax.jacfwd(self.model.output)
-        for gain in gains.reshape(-1, count, count):
-            carry, drive = (np.asarray(part) for part in step(at_rest, zero, period))
-            loop = carry - drive @ gain @ np.asarray(output(at_rest))
+        gains = jnp.asarray(self.gain, dtype=float)
+        own_loop = partial(_own_loop, period=period)
+        if gains.ndim > 2:
+            # those of a batch, whose models have the same leading axis
+            own_loop = eqx.filter_vmap(own_loop, in_axes=(eqx.if_array(0), 0))
+        loops = np.asarray(own_loop(self.model, gains))
+        for gain, loop in zip(
+            gains.reshape(-1, *gains.shape[-2:]), loops.reshape(-1, *loops.shape[-2:]), strict=True
+        ):
             radius = float(np.max(np.abs(np.linalg.eigvals(loop))))
             if radius > 1.0 + 1e-9:
                 raise InputError(
-                    f"compensator gain: found {gain.tolist()} at a control period of {period:g} s, "
-                    f"with which the compensator diverges (factor {radius:.4g} a period); on "
-                    f"integrators it must be below {2.0 / period:g} 1/s"
+                    f"compensator gain: found {np.asarray(gain).tolist()} at a control period of "
+                    f"{period:g} s, with which the compensator diverges (factor {radius:.4g} a "
+                    f"period); on integrators it must be below {2.0 / period:g} 1/s"
                 )
 
     def start(self, period: Scalar) -> CompensatorMemory:
@@ -178,7 +192,7 @@ class ModelErrorCompensator(eqx.Module):
         tuning = memory.tuning
         gain = jnp.asarray(self.gain) if tuning is None else tuning.gain
         input = nominal + gain @ error
-        if self.tuner is not None:
+        if self.tuner is not None and tuning is not None:
             tuning = self.tuner(
                 tuning, error=error, input=input, output=output, period=memory.period
             )

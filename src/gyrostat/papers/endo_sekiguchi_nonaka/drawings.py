@@ -1,6 +1,6 @@
 """Figures like the paper's 5 to 10, and the other starts."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import matplotlib as mpl
 import numpy as np
@@ -121,7 +121,7 @@ def input_drawing(flights: Flights) -> Drawing:
     )
 
 
-def fragility_drawing(outcomes: dict[str, Sequence[Outcome]]) -> Drawing:
+def fragility_drawing(outcomes: Mapping[str, Sequence[Outcome]]) -> Drawing:
     """Pointing error of every other start, with tuning and with a fixed gain."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 4.0), layout="constrained")

@@ -152,10 +152,12 @@ def flown(
             for plant, case in zip(plants, picked, strict=True)
         ]
         plant: Any = stack(plants)
+        controller: Any = stack([controllers[row] for row in rows])
+        sensor: Any = stack([Ideal(one) for one in plants])
         runs = simulate(
             plant,
-            stack([controllers[row] for row in rows]),
-            stack([Ideal(one) for one in plants]),
+            controller,
+            sensor,
             start=stack(starts),
             duration=duration,
             control_period=PERIOD,

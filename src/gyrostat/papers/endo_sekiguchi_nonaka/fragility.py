@@ -1,6 +1,6 @@
 """The same experiment from other starts: does the tuning survive what a fixed gain survives?"""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,7 +98,7 @@ class Outcome:
 LABELS = {"mec_frit": "MEC with FRIT", "fixed_gain_0p1": "MEC with K = 0.1"}
 
 
-def fragility_claims(outcomes: dict[str, Sequence[Outcome]]) -> tuple[Claim, ...]:
+def fragility_claims(outcomes: Mapping[str, Sequence[Outcome]]) -> tuple[Claim, ...]:
     """Judge the dispersed runs.
 
     Args:

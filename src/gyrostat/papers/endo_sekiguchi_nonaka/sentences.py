@@ -79,8 +79,8 @@ def _output_sentences(flights: Flights) -> list[Claim]:
             "fig5_6.no_mec_vibrational",
             "without MEC both outputs become vibrational",
             min(rounds) > 0,
-            f"They turn round {rounds[0]} and {rounds[1]} times after {STEADY:.0f} s, as slowly as "
-            "the momentum: it is the momentum's own period of 10 000 s.",
+            f"Turns after {STEADY:.0f} s: {rounds[0]} of h1, {rounds[1]} of h2. They are as slow "
+            "as the momentum, whose period is 10 000 s.",
         ),
         statement(
             "fig5_6.no_mec_not_zero",
@@ -183,7 +183,7 @@ def _general_sentences(flights: Flights, outcomes: Sequence[Outcome]) -> list[Cl
             "breaking off the update when the error is small suppresses destabilisation of K",
             wild == 0 and lost == 0,
             f"In {wild} of {len(CASES)} other starts the wheels are commanded beyond {BOUNDED:g} "
-            f"rad/s; {lost} diverge.",
+            f"rad/s; runs that diverge: {lost}.",
         ),
         statement(
             "introduction.exact_parameters_essential",
