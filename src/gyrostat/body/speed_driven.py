@@ -99,14 +99,14 @@ def _finite(limit: Array) -> Array:
 
 
 class SpeedDrivenSpacecraft(eqx.Module):
-    """R' = R [w]x, J_t w = R' H(t) - sum J_i a_i u_i: the wheel speeds u are the input.
+    """dR/dt = R [w]x, J_t w = R^T H(t) - sum J_i a_i u_i: the wheel speeds u are the input.
 
     H. Endo, K. Sekiguchi, K. Nonaka, "Model error compensator for attitude control of 2-wheel
     spacecraft with on-line FRIT based tuning", (1)-(8), for any number of wheels. Its momentum H
-    varies in inertial space as slow disturbance torques make it; R' H is the transpose of R times
-    H. A wheel takes its commanded speed at once, or as fast as its torque limit lets a rotor on a
-    body at rest: what the body's own acceleration asks of the motor is smaller by the ratio of the
-    inertias. `Gyrostat` has wheels that are driven by torque.
+    varies in inertial space as slow disturbance torques make it. A wheel takes its commanded speed
+    at once, or as fast as its torque limit lets a rotor on a body at rest: what the body's own
+    acceleration asks of the motor is smaller by the ratio of the inertias. `Gyrostat` has wheels
+    that are driven by torque.
 
     Attributes:
         spacecraft: the body and its wheels; their friction is of no account here.

@@ -88,7 +88,8 @@ class OutputZeroing(eqx.Module):
             raise InputError(f"output zeroing: found parallel wheels (sine of angle {sine:.2g})")
         inertia = np.asarray(self.spacecraft.inertia, dtype=float)
         rows = np.linalg.solve(inertia, axes)[..., :2, :]
-        if not np.min(np.abs(np.linalg.det(rows)) / np.linalg.norm(rows) ** 2) > PARALLEL:
+        size = np.sum(rows**2, axis=(-2, -1))
+        if not np.min(np.abs(np.linalg.det(rows)) / size) > PARALLEL:
             raise InputError(
                 "output zeroing: found wheels that turn body z about one axis only, expected "
                 "axes whose parts across z are independent"
