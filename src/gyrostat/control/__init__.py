@@ -14,6 +14,7 @@ from gyrostat.control.momentum_control import (
     ProportionalMomentumControl,
 )
 from gyrostat.control.recovery_momentum import MomentumRecovery
+from gyrostat.control.recovery_one_wheel import OneWheelRecovery
 from gyrostat.control.recovery_zero_momentum import ZeroMomentumRecovery
 from gyrostat.control.riccati import RiccatiSolution, lyapunov, riccati
 from gyrostat.control.speed_mode import SpeedMode
@@ -38,6 +39,7 @@ __all__ = [
     "MRPBody",
     "MomentumCommand",
     "MomentumRecovery",
+    "OneWheelRecovery",
     "ProportionalMomentumControl",
     "QuaternionBody",
     "RiccatiSolution",

@@ -40,6 +40,10 @@ class FeedbackCommand(NamedTuple):
     UNITS = {"torque": "N·m", "residual": "1"}  # noqa: RUF012
 
 
+_solved = jax.jit(partial(riccati, doublings=DOUBLINGS))
+"""Compiled once for each size, not at each design."""
+
+
 def check_weight(name: str, weight: ArrayLike, size: int, *, definite: bool) -> Matrix:
     """Refuse a weight that is none.
 
@@ -107,7 +111,7 @@ def lqr(
             f"no input stops: {', '.join(reach.names)} (controllability rank {reach.rank}), "
             f"expected inputs that reach every motion that does not decay by itself"
         )
-    solution = jax.jit(partial(riccati, doublings=DOUBLINGS))(a, b, q, r)
+    solution = _solved(a, b, q, r)
     if not solution.valid:
         unseen = uncontrollable(a.T, q, states).names
         found = f"nothing in Q sees: {', '.join(unseen)}" if unseen else "no solution to rounding"
