@@ -1,7 +1,5 @@
 """Controllers of the loop, from a measurement to a command, and what they are designed with."""
 
-"""Controllers of the loop: from a measurement to motor currents or torques."""
-
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.command import CurrentCommand
 from gyrostat.control.controllability import Controllability, uncontrollable
