@@ -101,7 +101,8 @@ def test_wheels_that_stick_and_cross_follow_the_event_located_reference(referenc
     """40 s with crossings, rests and breakaways of all four wheels, of fourth order through all."""
     rate, speed = np.array([0.02, -0.03, 0.01]), np.array([0.3, -0.5, 0.0, 2.0])
     start = CRAFT.start(rate=rate, wheel_speed=speed)
-    coarse, fine = (fly(CRAFT, start, step=step) for step in (0.1, 0.02))
+    control = Torques(3e-3, 0.3)
+    coarse, fine = (fly(CRAFT, start, control=control, step=step) for step in (0.1, 0.02))
     plain = reference(INERTIA, PYRAMID, ROTORS, CURVE)
     states = [np.concatenate([[1.0, 0.0, 0.0, 0.0], rate, speed])]
     for torque in fine.torque.values[:-1]:
