@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import equinox as eqx
-from jaxtyping import Array, Bool, Float, PRNGKeyArray
+from jaxtyping import Array, Bool, PRNGKeyArray
 
 from gyrostat._jax import jax, jnp
 from gyrostat.body.failures import WheelFailures
