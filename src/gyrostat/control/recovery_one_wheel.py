@@ -10,10 +10,10 @@ from gyrostat import _types
 from gyrostat._jax import jax, jnp
 from gyrostat.body import Spacecraft, WheelTorqueCommand, rotations
 from gyrostat.body.rotations import Quaternion, Vector
-from gyrostat.body.wheels_on_body import inverse_definite
 from gyrostat.control.lqr import lqr
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
+from gyrostat.linear import inverse_definite
 from gyrostat.require import require
 
 PerWheel = Float[Array, " wheels"]
