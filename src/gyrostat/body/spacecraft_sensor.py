@@ -34,7 +34,7 @@ class SpacecraftMeasurement(NamedTuple):
 
 
 class _Memory(NamedTuple):
-    count: Scalar
+    samples: Scalar
     period: Scalar
     wheel_momentum: PerWheel
 
@@ -74,7 +74,7 @@ class SpacecraftSensor(eqx.Module):
         count = self.gyrostat.spacecraft.wheels.count
         failures = self.gyrostat.failures or WheelFailures.none(count)
         # a sum of periods would drift, and a multiple is not exactly the time that it stands for
-        time = memory.count * memory.period + 1e-9
+        time = memory.samples * memory.period + 1e-9
         measured = ~(failures.failed(time) & failures.sensor_lost)
         noise = self.wheel_sigma * jax.random.normal(wheel, (count,))
         momentum = self.gyrostat.spacecraft.wheels.inertia * state.wheel_speed + noise
@@ -86,4 +86,4 @@ class SpacecraftSensor(eqx.Module):
             wheel_momentum=momentum,
             wheel_measured=measured,
         )
-        return _Memory(memory.count + 1.0, memory.period, momentum), measurement
+        return _Memory(memory.samples + 1.0, memory.period, momentum), measurement

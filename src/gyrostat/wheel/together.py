@@ -131,7 +131,7 @@ class _Trial(NamedTuple):
 
     wheel: Int[Array, ""]
     bracket: tuple[Float[Array, ""], Float[Array, ""], Float[Array, ""]]
-    count: Int[Array, ""]
+    steps: Int[Array, ""]
 
 
 def _travel(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
@@ -208,7 +208,7 @@ def _travel(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
             there = flow(time)
             left, rate = heights(there, loads(there, time))
             closer = trial._replace(
-                bracket=narrowed(trial.bracket, left[wheel], rate[wheel]), count=trial.count + 1
+                bracket=narrowed(trial.bracket, left[wheel], rate[wheel]), steps=trial.steps + 1
             )
             # the parabola that found a dip is only an estimate: the flow itself decides
             happens = past_zero[wheel] | (left[wheel] <= EVENT_TOLERANCE * first[wheel])
@@ -219,7 +219,7 @@ def _travel(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
             judged = _Search(
                 earliest, jnp.where(happens, wheel, search.wheel), search.found | happens, others
             )
-            over = trial.count == NEWTON_STEPS
+            over = trial.steps == NEWTON_STEPS
             return jax.tree.map(
                 lambda a, b: jnp.where(over, a, b), (judged, next_trial(judged)), (search, closer)
             )
