@@ -16,6 +16,7 @@ PAPERS = {
     "carrara-kuga": "Carrara and Kuga, Estimating friction parameters in reaction wheels",
     "moreira-lopes-kuga": "Moreira, Lopes and Kuga, Estimation of torque in a reaction wheel",
     "carvalho-fenili": "Carvalho and Fenili, Attitude control with failures in momentum wheels",
+    "endo-sekiguchi-nonaka": "Endo, Sekiguchi and Nonaka, Model error compensator for two wheels",
 }
 
 

@@ -38,3 +38,15 @@ def check_parts(*parts: Any) -> None:
         check = getattr(part, "check", None)
         if check is not None:
             check()
+
+
+def check_period(period: float, *parts: Any) -> None:
+    """Let every part that has a `check_period(period)` refuse a control period, s.
+
+    Raises:
+        InputError: a part refuses.
+    """
+    for part in parts:
+        check = getattr(part, "check_period", None)
+        if check is not None:
+            check(period)

@@ -27,6 +27,13 @@ from gyrostat.body.rotations import EulerAngles
 from gyrostat.body.spacecraft import Spacecraft, check_inertia
 from gyrostat.body.spacecraft_file import SpacecraftFile, read_spacecraft
 from gyrostat.body.spacecraft_sensor import SpacecraftMeasurement, SpacecraftSensor
+from gyrostat.body.speed_driven import (
+    SinusoidalMomentum,
+    SpeedDrivenRecord,
+    SpeedDrivenSpacecraft,
+    WheelSpeedCommand,
+    unit_quaternion,
+)
 from gyrostat.body.table import AirBearingTable, DriveRecord, TableCommand, TableState
 from gyrostat.body.torque_driven import (
     BodyRateRecord,
@@ -59,10 +66,13 @@ __all__ = [
     "ReducedRecord",
     "ReducedSensor",
     "ReducedState",
+    "SinusoidalMomentum",
     "Spacecraft",
     "SpacecraftFile",
     "SpacecraftMeasurement",
     "SpacecraftSensor",
+    "SpeedDrivenRecord",
+    "SpeedDrivenSpacecraft",
     "TableCommand",
     "TableMeasurement",
     "TableSensors",
@@ -72,8 +82,10 @@ __all__ = [
     "TrueTurn",
     "Turn",
     "WheelFailures",
+    "WheelSpeedCommand",
     "WheelTorqueCommand",
     "check_inertia",
     "read_spacecraft",
     "rotations",
+    "unit_quaternion",
 ]

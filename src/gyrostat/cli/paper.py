@@ -11,7 +11,10 @@ from gyrostat.cli.options import Json, Out
 
 def reproduce(
     paper: Annotated[
-        str, typer.Argument(help="carrara-kuga, moreira-lopes-kuga or carvalho-fenili")
+        str,
+        typer.Argument(
+            help="carrara-kuga, moreira-lopes-kuga, carvalho-fenili or endo-sekiguchi-nonaka"
+        ),
     ],
     out: Out,
     quick: Annotated[bool, typer.Option(help="Fewer seeds, within two minutes.")] = False,

@@ -5,14 +5,28 @@ from gyrostat.control.command import CurrentCommand
 from gyrostat.control.controllability import Controllability, uncontrollable
 from gyrostat.control.estimating_compensator import EstimatingCompensator
 from gyrostat.control.factorisations import EulerCube, MRPBody, QuaternionBody
+from gyrostat.control.frit import (
+    FirstOrderLags,
+    LeastSquares,
+    OnlineFrit,
+    SampledModel,
+    recursive_least_squares,
+)
 from gyrostat.control.lqr import FeedbackCommand, LinearQuadratic, lqr
 from gyrostat.control.model_compensator import DynamicModelCompensator
+from gyrostat.control.model_error_compensator import (
+    Compensation,
+    Integrators,
+    Law,
+    ModelErrorCompensator,
+)
 from gyrostat.control.momentum_control import (
     FrictionScaleControl,
     FrictionTorqueControl,
     MomentumCommand,
     ProportionalMomentumControl,
 )
+from gyrostat.control.output_zeroing import OutputZeroing, ZeroingCommand
 from gyrostat.control.recovery_momentum import MomentumRecovery
 from gyrostat.control.recovery_one_wheel import OneWheelRecovery
 from gyrostat.control.recovery_zero_momentum import ZeroMomentumRecovery
@@ -26,6 +40,7 @@ from gyrostat.control.wheel_rate_loop import WheelRateLoop
 
 __all__ = [
     "AttitudePID",
+    "Compensation",
     "Controllability",
     "CurrentCommand",
     "CurrentMode",
@@ -33,16 +48,24 @@ __all__ = [
     "EstimatingCompensator",
     "EulerCube",
     "FeedbackCommand",
+    "FirstOrderLags",
     "FrictionScaleControl",
     "FrictionTorqueControl",
+    "Integrators",
+    "Law",
+    "LeastSquares",
     "LinearQuadratic",
     "MRPBody",
+    "ModelErrorCompensator",
     "MomentumCommand",
     "MomentumRecovery",
     "OneWheelRecovery",
+    "OnlineFrit",
+    "OutputZeroing",
     "ProportionalMomentumControl",
     "QuaternionBody",
     "RiccatiSolution",
+    "SampledModel",
     "SpeedMode",
     "StateDependentRiccati",
     "ThreeAxisLaw",
@@ -50,8 +73,10 @@ __all__ = [
     "TwoWheelSweeps",
     "WheelRateLoop",
     "ZeroMomentumRecovery",
+    "ZeroingCommand",
     "lqr",
     "lyapunov",
+    "recursive_least_squares",
     "riccati",
     "uncontrollable",
 ]

@@ -6,11 +6,13 @@ from gyrostat.errors import InputError
 from gyrostat.papers.carrara_kuga import CARRARA_KUGA
 from gyrostat.papers.carvalho_fenili import CARVALHO_FENILI
 from gyrostat.papers.claims import Claim, Verdict
+from gyrostat.papers.endo_sekiguchi_nonaka import ENDO_SEKIGUCHI_NONAKA
 from gyrostat.papers.moreira_lopes_kuga import MOREIRA_LOPES_KUGA
 from gyrostat.papers.reproduction import Drawing, Paper, Part, Reproduction
 
 PAPERS: dict[str, Paper] = {
-    paper.name: paper for paper in (CARRARA_KUGA, MOREIRA_LOPES_KUGA, CARVALHO_FENILI)
+    paper.name: paper
+    for paper in (CARRARA_KUGA, MOREIRA_LOPES_KUGA, CARVALHO_FENILI, ENDO_SEKIGUCHI_NONAKA)
 }
 """Papers that can be reproduced, by name."""
 

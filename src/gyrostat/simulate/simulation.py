@@ -8,7 +8,7 @@ import numpy as np
 
 from gyrostat._jax import jax, jnp
 from gyrostat.errors import InputError
-from gyrostat.require import check_parts
+from gyrostat.require import check_parts, check_period
 from gyrostat.simulate.loop import Controller, Histories, Plant, Sensor, Status, run
 
 if TYPE_CHECKING:
@@ -30,6 +30,10 @@ class Batch(eqx.Module):
     def check(self) -> None:
         """Refuse what any of them refuses, by `InputError`."""
         check_parts(self.items)
+
+    def check_period(self, period: float) -> None:
+        """Refuse what any of them refuses at a control period, s, by `InputError`."""
+        check_period(period, self.items)
 
 
 def stack(items: Sequence[Any]) -> Batch:
@@ -117,9 +121,9 @@ def _whole(value: float, part: float, names: tuple[str, str]) -> int:
 
 
 def simulate(
-    plant: Plant,
-    controller: Controller,
-    sensor: Sensor,
+    plant: Plant | Batch,
+    controller: Controller | Batch,
+    sensor: Sensor | Batch,
     *,
     start: Any,
     duration: float,
@@ -169,6 +173,7 @@ def simulate(
         raise InputError(f"command delay: found {command_delay} periods, expected 0 or more")
     counts = {"count": count, "substeps": substeps, "command_delay": command_delay}
     check_parts(plant, controller, sensor)
+    check_period(control_period, plant, controller, sensor)
     if not all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(start)):
         raise InputError(f"start: found {start}, expected finite numbers")
     check_state = getattr(plant.items if isinstance(plant, Batch) else plant, "check_state", None)
