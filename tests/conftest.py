@@ -2,6 +2,7 @@
 
 import importlib.util
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,25 @@ settings.register_profile(
 # Where the result decides whether a change goes in, the examples are the same each time.
 settings.register_profile("ci", settings.get_profile("gyrostat"), derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "gyrostat")
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run the command line in this process: exit code, stdout, stderr."""
+
+    def call(*words):
+        from gyrostat.cli import main
+
+        monkeypatch.setattr(sys, "argv", ["gyrostat", *map(str, words)])
+        code = 0
+        try:
+            main()
+        except SystemExit as stop:
+            code = stop.code or 0
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return call
 
 
 @pytest.fixture(scope="session")

@@ -10,8 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gyrostat.cli import main
-
 EXAMPLE = Path(__file__).parents[1] / "examples" / "wheel_profile2.csv"
 MODEL = """
 [wheel]
@@ -24,23 +22,6 @@ coulomb = 0.8795e-3
 static = 0.9055e-3
 stribeck_speed = 0.418879
 """
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run the command line in this process: exit code, stdout, stderr."""
-
-    def call(*words):
-        monkeypatch.setattr(sys, "argv", ["gyrostat", *map(str, words)])
-        code = 0
-        try:
-            main()
-        except SystemExit as stop:
-            code = stop.code or 0
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return call
 
 
 @pytest.fixture

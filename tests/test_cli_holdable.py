@@ -1,37 +1,20 @@
 """`gyrostat holdable` as an operator meets it."""
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gyrostat.body import rotations
-from gyrostat.cli import main
 
 CRAFT = Path(__file__).parents[1] / "examples" / "three_wheels.toml"
 MOMENTUM = ("--momentum", "0.59,0.05,0.81")
 
 
-@pytest.fixture
-def run(monkeypatch, capsys):
-    def call(*words):
-        monkeypatch.setattr(sys, "argv", ["gyrostat", "holdable", *map(str, words)])
-        code = 0
-        try:
-            main()
-        except SystemExit as stop:
-            code = stop.code or 0
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return call
-
-
 def test_a_target_that_cannot_be_held(run, tmp_path):
     words = ("--failed", "x=200rpm", "--target", "1,0,0,0", "--tolerance", "0.05deg")
-    code, out, err = run(CRAFT, *MOMENTUM, *words, "--json", "--out", tmp_path)
+    code, out, err = run("holdable", CRAFT, *MOMENTUM, *words, "--json", "--out", tmp_path)
     assert code == 0
     told = json.loads(out)
     assert told == json.loads((tmp_path / "holdable.json").read_text())
@@ -57,7 +40,7 @@ def test_a_target_that_cannot_be_held(run, tmp_path):
 
 def test_a_boresight_and_its_map(run, tmp_path):
     words = ("--failed", "x=0.3 N·m·s", "--boresight", "z", "--towards", "1,0.3,0.1")
-    code, out, _ = run(CRAFT, *MOMENTUM, *words, "--json", "--out", tmp_path)
+    code, out, _ = run("holdable", CRAFT, *MOMENTUM, *words, "--json", "--out", tmp_path)
     told = json.loads(out)
     assert (code, told["holdable"], told["angle"]) == (0, True, 0.0)
     assert told["target"] is None
@@ -70,7 +53,7 @@ def test_a_boresight_and_its_map(run, tmp_path):
 
 def test_nothing_can_be_held_is_an_answer(run, tmp_path):
     words = ("--failed", "x=2", "--failed", "y=seized", "--euler", "0,90deg,0")
-    code, out, err = run(CRAFT, *MOMENTUM, *words, "--json", "--out", tmp_path)
+    code, out, err = run("holdable", CRAFT, *MOMENTUM, *words, "--json", "--out", tmp_path)
     told = json.loads(out)
     assert code == 0
     assert told["reason"].startswith("the wheels hold at least 2 N·m·s")
@@ -82,7 +65,7 @@ def test_nothing_can_be_held_is_an_answer(run, tmp_path):
 
 def test_the_angles_are_those_of_the_package(run, tmp_path):
     words = ("--euler", "0.3,0.7,-1.1", "--boresight", "-z")
-    _, out, _ = run(CRAFT, *MOMENTUM, *words, "--json", "--out", tmp_path)
+    _, out, _ = run("holdable", CRAFT, *MOMENTUM, *words, "--json", "--out", tmp_path)
     expected = rotations.from_euler(rotations.EulerAngles(0.3, 0.7, -1.1))
     told = json.loads(out)
     assert abs(np.dot(told["target"], expected)) == pytest.approx(1.0, abs=1e-12)
@@ -111,7 +94,7 @@ def test_the_angles_are_those_of_the_package(run, tmp_path):
 )
 def test_wrong_usage_is_one_line_and_exit_2(run, tmp_path, words, expected):
     out_folder = tmp_path / "out"
-    code, out, err = run(CRAFT, *MOMENTUM, *words, "--out", out_folder)
+    code, out, err = run("holdable", CRAFT, *MOMENTUM, *words, "--out", out_folder)
     assert code == 2
     assert out == ""
     assert expected in err
@@ -122,6 +105,8 @@ def test_wrong_usage_is_one_line_and_exit_2(run, tmp_path, words, expected):
 def test_a_bad_file_is_named(run, tmp_path):
     craft = tmp_path / "craft.toml"
     craft.write_text(CRAFT.read_text().replace("momentum_limit", "momentum_limits", 1))
-    code, _, err = run(craft, *MOMENTUM, "--target", "1,0,0,0", "--out", tmp_path / "out")
+    code, _, err = run(
+        "holdable", craft, *MOMENTUM, "--target", "1,0,0,0", "--out", tmp_path / "out"
+    )
     assert code == 2
     assert f"error: {craft}: key wheel[x].momentum_limits: found an unknown key" in err

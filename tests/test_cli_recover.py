@@ -1,38 +1,20 @@
 """`gyrostat recover` as an operator meets it."""
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from gyrostat.cli import main
-
 CRAFT = Path(__file__).parents[1] / "examples" / "three_wheels.toml"
 NOW = ("--wheels", "180rpm,-210rpm,520rpm", "--attitude", "0.9239,0,0,0.3827")
 WANTED = ("--target", "0.9239,0,0,0.3827")
 
 
-@pytest.fixture
-def run(monkeypatch, capsys):
-    def call(*words):
-        monkeypatch.setattr(sys, "argv", ["gyrostat", "recover", *map(str, words)])
-        code = 0
-        try:
-            main()
-        except SystemExit as stop:
-            code = stop.code or 0
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return call
-
-
 def test_a_recovery_is_flown_and_written(run, tmp_path):
     code, out, err = run(
-        CRAFT, "--failed", "x=rundown:60s", *NOW, *WANTED, "--json", "--out", tmp_path
+        "recover", CRAFT, "--failed", "x=rundown:60s", *NOW, *WANTED, "--json", "--out", tmp_path
     )
     assert code == 0
     told = json.loads(out)
@@ -51,6 +33,7 @@ def test_a_recovery_is_flown_and_written(run, tmp_path):
 
 def test_what_does_not_settle_is_no_valid_result(run, tmp_path):
     code, out, err = run(
+        "recover",
         CRAFT,
         "--failed",
         "x=rundown:60s",
@@ -71,7 +54,7 @@ def test_what_does_not_settle_is_no_valid_result(run, tmp_path):
 
 def test_nothing_left_is_no_valid_result(run, tmp_path):
     words = ("--failed", "x=seized,y=seized,z=seized")
-    code, out, _ = run(CRAFT, *words, *NOW, *WANTED, "--json", "--out", tmp_path)
+    code, out, _ = run("recover", CRAFT, *words, *NOW, *WANTED, "--json", "--out", tmp_path)
     assert code == 1
     assert json.loads(out)["reason"].startswith("nothing can be held")
     assert not (tmp_path / "run.nc").exists()
@@ -100,7 +83,7 @@ def test_nothing_left_is_no_valid_result(run, tmp_path):
 )
 def test_bad_input_is_one_line(run, tmp_path, words, found):
     out = tmp_path / "out"
-    code, stdout, stderr = run(CRAFT, *words, "--out", out)
+    code, stdout, stderr = run("recover", CRAFT, *words, "--out", out)
     assert code == 2
     assert stdout == ""
     lines = [line for line in stderr.splitlines() if line.startswith("error: ")]

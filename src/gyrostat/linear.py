@@ -68,6 +68,17 @@ def factor(semidefinite: Square, drop: float = 1e-13) -> Square:
     return jnp.stack(columns, axis=1)
 
 
+def inverse_definite(matrix: Square) -> Square:
+    """Inverse of a symmetric positive definite matrix, by elimination without pivots."""
+    size = len(matrix)
+    unit = jnp.eye(size)
+    rows = jnp.concatenate([matrix, unit], axis=1)
+    for k in range(size):
+        pivot = rows[k] / rows[k, k]
+        rows = jnp.where(unit[:, k, None] == 1.0, pivot, rows - rows[:, k, None] * pivot)
+    return rows[:, size:]
+
+
 def solve(
     matrix: Square, right: Float[Array, "n m"]
 ) -> tuple[Float[Array, "n m"], Float[Array, ""]]:

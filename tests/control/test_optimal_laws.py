@@ -20,7 +20,7 @@ from gyrostat.control import (
 )
 from gyrostat.control.factorisations import ERROR_STATES, EULER_STATES, HALVES
 from gyrostat.errors import InputError
-from gyrostat.simulate import run
+from gyrostat.simulate import run, stack
 
 WEIGHT = np.diag([50.0, 50.0, 10.0, 10.0, 10.0, 10.0])
 EFFORT = np.diag([50.0, 100.0, 100.0])
@@ -93,12 +93,56 @@ def test_lqr_gains_of_the_paper():
         ((*AT_REST, WEIGHT, np.diag([1.0, 0.0, 1.0])), "input weight R: found the eigenvalue 0"),
         ((AT_REST[0][:5], AT_REST[1], WEIGHT, EFFORT), r"A and B: found shapes \(5, 6\)"),
         ((*without(1), WEIGHT, EFFORT[:2, :2]), "no input stops: rotation about body y "),
+        ((*without(0, 1, 2), WEIGHT, np.zeros((0, 0))), "no input stops: rotation about body x, "),
+        ((-np.eye(6), np.zeros((6, 0)), WEIGHT, np.zeros((0, 0))), r"R: found shape \(0, 0\)"),
         ((*AT_REST, np.diag([1.0, 1, 0, 1, 1, 1]), EFFORT), "nothing in Q sees: .*body y"),
     ],
 )
 def test_refusals(arguments, message):
     with pytest.raises(InputError, match=message):
         lqr(*arguments, states=EULER_STATES)
+
+
+def test_a_motion_spread_over_many_states_is_named():
+    """A drift in equal shares of 16 states: none of them has a large one."""
+    shares = np.full(16, 0.25)
+    rest = scipy.linalg.null_space(shares[None])
+    found = uncontrollable(-rest @ rest.T, rest)
+    np.testing.assert_allclose(np.abs(found.directions[:, 0]), shares)
+    assert len(found.names) == 16
+
+
+@pytest.mark.parametrize(
+    ("weights", "message"),
+    [
+        ((50.0, EFFORT), r"state weight Q: found shape \(\), expected a square matrix"),
+        ((WEIGHT, -EFFORT), "input weight R: found the eigenvalue"),
+        ((np.stack([WEIGHT, -WEIGHT]), EFFORT), "state weight Q: found the eigenvalue"),
+    ],
+)
+def test_weights_of_a_state_dependent_law(weights, message):
+    with pytest.raises(InputError, match=message):
+        StateDependentRiccati(EulerCube(12.0), *weights).check()
+
+
+def test_weights_that_do_not_fit_the_factorisation():
+    law = StateDependentRiccati(EulerCube(12.0), WEIGHT[:5, :5], EFFORT)
+    law.check()
+    with pytest.raises(InputError, match=r"Q: found shape \(5, 5\), expected \(6, 6\)"):
+        law.command(np.zeros(6))
+
+
+def test_a_batch_of_laws_is_none_to_refuse():
+    """Weights that differ from run to run."""
+    laws = [StateDependentRiccati(EulerCube(12.0), k * WEIGHT, EFFORT) for k in (1.0, 2.0, 3.0)]
+    stack(laws).check()
+    stack([LinearQuadratic(k * np.ones((3, 6))) for k in (1.0, 2.0)]).check()
+
+
+@pytest.mark.parametrize("gain", [3.0, np.ones(6), np.full((3, 6), np.nan)])
+def test_a_gain_that_is_none(gain):
+    with pytest.raises(InputError, match="gain: found shape"):
+        LinearQuadratic(gain).check()
 
 
 def test_weights_in_mixed_units_are_no_refusal():

@@ -34,6 +34,13 @@ ISSUE_IDS = {
         )
     ),
 }
+RECOVERY_IDS = {
+    f"recover.{law}.{case}.{failure}.{name}"
+    for law in ("lqr", "sdre")
+    for case in CASES[1:]
+    for failure in ("frozen", "seized", "rundown")
+    for name in ("nearest_deg", "min_rate_rad_s", "settle_s")
+}
 Q = np.diag([50.0, 50.0, 10.0, 10.0, 10.0, 10.0])
 R = np.diag([50.0, 100.0, 100.0])
 START = np.array([0.8, 0.04, 0.7, 0.04, 0.6, 0.04])
@@ -182,8 +189,11 @@ def test_the_whole_command_judges_every_claim(tmp_path):
     rows = json.loads((tmp_path / "claims.json").read_text(encoding="utf-8"))["claims"]
     ours = {row["id"]: row["ours"] for row in rows}
     verdicts = {row["id"]: row["verdict"] for row in rows}
-    assert set(ours) >= ISSUE_IDS
-    assert all(value is not None for value in ours.values())
+    assert set(ours) >= ISSUE_IDS | RECOVERY_IDS
+    goals = {name for name in ours if name.startswith("goals.")}
+    assert all(ours[name] is None for name in goals)
+    nulls = {name for name, value in ours.items() if value is None}
+    assert nulls - goals <= {name for name in RECOVERY_IDS if "min_rate" not in name}
     for case in CASES[1:]:
         assert ours[f"sdre.{case}.frozen_rate_drift"] < 1e-4
         assert f"gyrostat.sdre.{case}.pointing_error" in ours
@@ -194,4 +204,4 @@ def test_the_whole_command_judges_every_claim(tmp_path):
     # on wheels nothing is taken from the body's momentum, and one failure leaves rest possible
     assert ours["gyrostat.sdre.Mx.body_rate"] < 1e-3 < ours["sdre.Mx.frozen_rate"]
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert page.count("<svg") == 9
+    assert page.count("<svg") == 10

@@ -12,6 +12,7 @@ from gyrostat.wheel import WheelArray
 ROTOR = 0.01
 WHEELS = WheelArray(np.eye(3), np.full(3, ROTOR), np.full(3, 0.1), np.full(3, 3.0))
 CRAFT = Spacecraft(np.diag([8.0, 12.0, 16.0]), WHEELS)
+CUBE = Spacecraft(np.diag([12.0, 12.0, 12.0]), WHEELS)
 TARGET = np.array([1.0, 0.0, 0.0, 0.0])
 START = Gyrostat(CRAFT).start(
     attitude=Rotation.from_rotvec([0.5, -0.4, 0.8]).as_quat(scalar_first=True),
@@ -69,6 +70,17 @@ def test_what_cannot_be_recovered_says_why():
     assert nothing.to_dict()["settled"] is False
     short = recover(CRAFT, START, {1: Loss("seized")}, target=TARGET, duration=600.0, known=CRAFT)
     assert short.settle is not None
+
+
+def test_one_wheel_is_enough_where_the_others_hold_momentum():
+    """Two motors dead, their wheels still turning; seized, they give it nothing to lean on."""
+    losses = {0: Loss("frozen"), 1: Loss("frozen")}
+    found = recover(CUBE, START, losses, target=TARGET, duration=1200.0)
+    assert type(found.plan.controller).__name__ == "OneWheelRecovery"
+    assert found.settle is not None
+    seized = recover(CUBE, START, {0: Loss("seized"), 1: Loss("seized")}, target=TARGET)
+    assert seized.flight is None
+    assert seized.reason.startswith("out of reach for one wheel")
 
 
 @pytest.mark.parametrize(

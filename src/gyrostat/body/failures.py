@@ -9,15 +9,16 @@ from jaxtyping import Array, Bool, Float
 from gyrostat._jax import jnp
 from gyrostat.errors import InputError
 from gyrostat.require import require
-
-PerWheel = Float[Array, " wheels"]
+from gyrostat.wheel import PerWheel
+from gyrostat.wheel.array import listed
 
 
 class WheelFailures(eqx.Module):
     """What happens to each wheel, and when; a wheel without failure has an infinite time.
 
     From its time on the motor torque of a wheel is `torque_share` of the commanded one plus
-    `stuck_torque`. A seized wheel stops at once and its momentum goes to the body.
+    `stuck_torque`, within the momentum limit of the wheel. A seized wheel stops at once and its
+    momentum goes to the body.
 
     Attributes:
         time: (wheels,) of the failure, s.
@@ -29,12 +30,12 @@ class WheelFailures(eqx.Module):
         sensor_lost: (wheels,) whether the speed is no longer measured.
     """
 
-    time: PerWheel
-    torque_share: PerWheel
-    stuck_torque: PerWheel
-    seized: Bool[Array, " wheels"]
-    added_viscous: PerWheel
-    sensor_lost: Bool[Array, " wheels"]
+    time: PerWheel = eqx.field(converter=listed)
+    torque_share: PerWheel = eqx.field(converter=listed)
+    stuck_torque: PerWheel = eqx.field(converter=listed)
+    seized: Bool[Array, " wheels"] = eqx.field(converter=listed)
+    added_viscous: PerWheel = eqx.field(converter=listed)
+    sensor_lost: Bool[Array, " wheels"] = eqx.field(converter=listed)
 
     @classmethod
     def none(cls, count: int) -> Self:
@@ -65,11 +66,16 @@ class WheelFailures(eqx.Module):
             sensor_lost: no more measurements of its speed.
 
         Raises:
-            InputError: there is no such wheel.
+            InputError: there is no such wheel, or it fails already.
         """
         count = len(np.asarray(self.time))
-        if not 0 <= wheel < count:
+        if wheel not in range(count):
             raise InputError(f"failed wheel: found {wheel}, expected 0 to {count - 1}")
+        if np.isfinite(self.time[wheel]):
+            raise InputError(
+                f"failed wheel: found {wheel}, which fails already at {self.time[wheel]:g} s, "
+                "expected one failure a wheel"
+            )
         share = 0.0 if stuck_torque or seized else torque_share
         values = (time, share, stuck_torque, seized, added_viscous, sensor_lost)
         fields = (

@@ -5,24 +5,24 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool
 
 from gyrostat._jax import jax, jnp
 from gyrostat.body.failures import WheelFailures
 from gyrostat.body.rotations import (
     Quaternion,
     Vector,
+    check_unit,
     normalised,
     to_body,
     to_inertial,
 )
 from gyrostat.body.spacecraft import Spacecraft
-from gyrostat.body.wheels_on_body import Carrier, WheelsOnBody, inverse_definite
+from gyrostat.body.wheels_on_body import Carrier, WheelsOnBody
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
-from gyrostat.wheel import Motion, slide_together
-
-PerWheel = Float[Array, " wheels"]
+from gyrostat.linear import inverse_definite
+from gyrostat.wheel import Motion, PerWheel, slide_together
 
 FASTEST = 10.0
 """rad/s: beyond this body rate no controller means what it does."""
@@ -142,26 +142,27 @@ class Gyrostat(eqx.Module):
         momentum = self.spacecraft.inertia_locked() @ jnp.asarray(rate, dtype=float) + rotors
         return GyrostatState(quaternion, to_inertial(quaternion, momentum), speed)
 
+    def check_state(self, state: GyrostatState) -> None:
+        """Refuse what is no state of this spacecraft.
+
+        Args:
+            state: one, or several with a leading axis of runs.
+
+        Raises:
+            InputError: shapes that do not fit, or a quaternion that is not of unit length.
+        """
+        sizes = (4, 3, self.spacecraft.wheels.count)
+        for name, value, size in zip(state._fields, state, sizes, strict=True):
+            if np.shape(value)[-1:] != (size,):
+                raise InputError(f"{name}: found shape {np.shape(value)}, expected ({size},)")
+        check_unit(state.attitude)
+
     def rate(self, state: GyrostatState) -> Vector:
         """Body rate in body axes, rad/s."""
         wheels = self.spacecraft.wheels
         rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * state.wheel_speed)
         inverse = inverse_definite(self.spacecraft.inertia_locked())
         return inverse @ (to_body(state.attitude, state.momentum) - rotors)
-
-    def motor_torque(
-        self, state: GyrostatState, command: WheelTorqueCommand, duration: Scalar
-    ) -> PerWheel:
-        """What healthy motors give, N·m: the command within the limits of torque and momentum.
-
-        No wheel is sped up beyond its momentum limit within `duration`, s.
-        """
-        wheels = self.spacecraft.wheels
-        momentum = wheels.inertia * state.wheel_speed
-        upper = (wheels.momentum_limit - momentum) / duration
-        lower = -(wheels.momentum_limit + momentum) / duration
-        torque = jnp.clip(command.torque, lower, upper)
-        return jnp.clip(torque, -jnp.asarray(wheels.torque_limit), wheels.torque_limit)
 
     def __call__(
         self, state: GyrostatState, command: WheelTorqueCommand, time: Scalar, duration: Scalar
@@ -178,10 +179,11 @@ class Gyrostat(eqx.Module):
             The state at its end, and whether it was resolved. A failure inside the interval acts
             from its own time on.
         """
-        torque = self.motor_torque(state, command, duration)
+        torque = self.spacecraft.wheels.within_torque_limit(command.torque)
         failures = self.failures
         if failures is None:
             none = jnp.zeros(torque.shape)
+            torque = self._within_momentum_limit(state, torque, duration)
             return self._carry(state, torque, none > 0.0, none, time, duration)
         cuts = jnp.sort(jnp.clip(jnp.asarray(failures.time) - time, 0.0, duration))
         starts = jnp.concatenate([jnp.zeros(1), cuts])
@@ -196,10 +198,15 @@ class Gyrostat(eqx.Module):
             seized = failed & failures.seized
             # the body takes over at once what a rotor that stops had
             state = state._replace(wheel_speed=jnp.where(seized, 0.0, state.wheel_speed))
+            given = self._within_momentum_limit(state, given, duration)
             state, resolved = self._carry(state, given, seized, drag, time + start, length)
             return (state, fine & resolved), None
 
         return jax.lax.scan(part, (state, jnp.array(True)), (starts, lengths))[0]
+
+    def _within_momentum_limit(self, state, torque, duration):
+        wheels = self.spacecraft.wheels
+        return wheels.within_momentum_limit(torque, wheels.inertia * state.wheel_speed, duration)
 
     def _carry(self, state, torque, seized, drag, time, duration):
         wheels = self.spacecraft.wheels

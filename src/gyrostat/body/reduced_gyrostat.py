@@ -4,27 +4,24 @@ from typing import NamedTuple
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Bool, Float, PRNGKeyArray
+from jaxtyping import Array, Bool, PRNGKeyArray
 
 from gyrostat._jax import jax, jnp
-from gyrostat.body.gyrostat import WheelTorqueCommand
+from gyrostat.body.gyrostat import FASTEST, WheelTorqueCommand
 from gyrostat.body.rotations import (
     Quaternion,
     Vector,
+    check_unit,
     normalised,
     rate_of_quaternion,
     to_body,
 )
 from gyrostat.body.spacecraft import Spacecraft
 from gyrostat.body.spacecraft_sensor import SpacecraftMeasurement
-from gyrostat.body.wheels_on_body import inverse_definite
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
-
-PerWheel = Float[Array, " wheels"]
-
-FASTEST = 10.0
-"""rad/s: beyond this body rate no controller means what it does."""
+from gyrostat.linear import inverse_definite
+from gyrostat.wheel import PerWheel
 
 
 class ReducedState(NamedTuple):
@@ -77,6 +74,15 @@ class ReducedGyrostat(eqx.Module):
         if momentum.shape[-1:] != (3,) or not np.all(np.isfinite(momentum)):
             raise InputError(f"total momentum: found {momentum}, expected three finite values")
 
+    def check_state(self, state: ReducedState) -> None:
+        """Refuse what is no state of this spacecraft; see `Gyrostat.check_state`."""
+        for name, value, size in zip(
+            state._fields, state, (4, self.spacecraft.wheels.count), strict=True
+        ):
+            if np.shape(value)[-1:] != (size,):
+                raise InputError(f"{name}: found shape {np.shape(value)}, expected ({size},)")
+        check_unit(state.attitude)
+
     def rate(self, state: ReducedState) -> Vector:
         """Body rate in body axes, rad/s."""
         return self._rate(state.attitude, state.rotor_momentum)
@@ -109,11 +115,8 @@ class ReducedGyrostat(eqx.Module):
         """
         del time
         wheels = self.spacecraft.wheels
-        relative = self.relative_momentum(state)
-        upper = (wheels.momentum_limit - relative) / duration
-        lower = -(wheels.momentum_limit + relative) / duration
-        torque = jnp.clip(command.torque, lower, upper)
-        torque = jnp.clip(torque, -jnp.asarray(wheels.torque_limit), wheels.torque_limit)
+        torque = wheels.within_torque_limit(command.torque)
+        torque = wheels.within_momentum_limit(torque, self.relative_momentum(state), duration)
         torque = jnp.where(self.working, torque, 0.0)
 
         def slope(attitude, elapsed):

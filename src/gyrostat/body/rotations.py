@@ -9,9 +9,11 @@ whose [BN] is the transpose of R here.
 
 from typing import NamedTuple
 
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from gyrostat._jax import jnp
+from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 
 Vector = Float[Array, "3"]
@@ -19,6 +21,8 @@ Quaternion = Float[Array, "4"]
 
 SMALL_ANGLE = 1e-4
 """rad: below it series stand for sin(x)/x and its kin; their next terms are below 1e-17."""
+UNIT_TOLERANCE = 1e-6
+"""Of the length of a quaternion that is given."""
 LEAST_SINE = 1e-9
 """Of theta: below it phi and psi of 3-1-3 angles cannot be told apart."""
 
@@ -59,6 +63,20 @@ def conjugate(quaternion: Quaternion) -> Quaternion:
 def normalised(quaternion: Quaternion) -> Quaternion:
     """The quaternion at unit length."""
     return quaternion / jnp.sqrt(quaternion @ quaternion)
+
+
+def check_unit(quaternion: Float[Array, "... 4"]) -> None:
+    """Refuse quaternions that are no attitudes.
+
+    Raises:
+        InputError: a length that is not 1.
+    """
+    lengths = np.linalg.norm(np.asarray(quaternion, dtype=float), axis=-1)
+    bad = ~(np.abs(lengths - 1.0) < UNIT_TOLERANCE)
+    if np.any(bad):
+        raise InputError(
+            f"attitude: found a quaternion of length {lengths[bad].flat[0]:g}, expected unit length"
+        )
 
 
 def to_inertial(quaternion: Quaternion, vector: Vector) -> Vector:

@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 from gyrostat._jax import jnp
 from gyrostat.errors import InputError
 from gyrostat.wheel import WheelArray
+from gyrostat.wheel.array import listed
 
 SYMMETRY = 1e-9
 """Largest difference of products of inertia that should be equal, over the largest inertia."""
@@ -21,7 +22,7 @@ class Spacecraft(eqx.Module):
         wheels: that it carries.
     """
 
-    inertia: Float[Array, "3 3"]
+    inertia: Float[Array, "3 3"] = eqx.field(converter=listed)
     wheels: WheelArray
 
     def inertia_locked(self) -> Float[Array, "3 3"]:

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import equinox as eqx
-from jaxtyping import Array, Bool, Float, PRNGKeyArray
+from jaxtyping import Array, Bool, PRNGKeyArray
 
 from gyrostat._jax import jax, jnp
 from gyrostat.body.failures import WheelFailures
@@ -11,8 +11,7 @@ from gyrostat.body.gyrostat import Gyrostat, GyrostatState
 from gyrostat.body.rotations import Quaternion, Vector, from_rotation_vector, product
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, require
-
-PerWheel = Float[Array, " wheels"]
+from gyrostat.wheel import PerWheel
 
 
 class SpacecraftMeasurement(NamedTuple):
@@ -35,7 +34,7 @@ class SpacecraftMeasurement(NamedTuple):
 
 
 class _Memory(NamedTuple):
-    time: Scalar
+    samples: Scalar
     period: Scalar
     wheel_momentum: PerWheel
 
@@ -74,7 +73,9 @@ class SpacecraftSensor(eqx.Module):
         turn, rate, wheel = jax.random.split(key, 3)
         count = self.gyrostat.spacecraft.wheels.count
         failures = self.gyrostat.failures or WheelFailures.none(count)
-        measured = ~(failures.failed(memory.time) & failures.sensor_lost)
+        # a sum of periods would drift, and a multiple is not exactly the time that it stands for
+        time = memory.samples * memory.period + 1e-9
+        measured = ~(failures.failed(time) & failures.sensor_lost)
         noise = self.wheel_sigma * jax.random.normal(wheel, (count,))
         momentum = self.gyrostat.spacecraft.wheels.inertia * state.wheel_speed + noise
         momentum = jnp.where(measured, momentum, memory.wheel_momentum)
@@ -85,4 +86,4 @@ class SpacecraftSensor(eqx.Module):
             wheel_momentum=momentum,
             wheel_measured=measured,
         )
-        return _Memory(memory.time + memory.period, memory.period, momentum), measurement
+        return _Memory(memory.samples + 1.0, memory.period, momentum), measurement

@@ -11,9 +11,9 @@ from gyrostat._jax import jnp
 from gyrostat.body.gyrostat import FASTEST, Gyrostat, GyrostatState
 from gyrostat.body.rotations import Quaternion, Vector, normalised, rate_of_quaternion, to_body
 from gyrostat.body.spacecraft import Spacecraft
-from gyrostat.body.wheels_on_body import inverse_definite
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
+from gyrostat.linear import inverse_definite
 from gyrostat.require import check_parts, require
 
 PerWheel = Float[Array, " wheels"]

@@ -7,21 +7,12 @@ from jaxtyping import Array, Bool, Float
 from gyrostat._jax import jnp
 from gyrostat.body.rotations import Quaternion, Vector, rate_of_quaternion, to_body, to_inertial
 from gyrostat.friction import Scalar
-from gyrostat.wheel import Contacts, Motion
-
-PerWheel = Float[Array, " wheels"]
+from gyrostat.wheel import Contacts, Motion, PerWheel
 
 TURN_STEP = 0.02
 """rad: largest turn of body or total momentum in one Runge-Kutta step; its error is below 1e-12."""
 FIXED = 1e12
 """N·m: what holds a seized rotor."""
-
-
-def inverse_definite(matrix):
-    """Inverse of a (3, 3) matrix, by its adjugate."""
-    a, b, c = matrix
-    adjugate = jnp.stack([jnp.cross(b, c), jnp.cross(c, a), jnp.cross(a, b)], axis=1)
-    return adjugate / (a @ adjugate[:, 0])
 
 
 class Carrier(NamedTuple):
@@ -87,10 +78,18 @@ class WheelsOnBody(Contacts):
         """See `Contacts.breakaway_torque`."""
         return jnp.where(self.seized, FIXED, self.friction.breakaway_torque(direction))
 
-    def longest_segment(self, motion: Motion, time: Scalar) -> Scalar:
+    def longest_segment(self, motion: Motion, rate: Motion, time: Scalar) -> Scalar:
         """See `Contacts.longest_segment`."""
-        rate, momentum = self.rate_of_body(motion)
+        wheels = self.body.spacecraft.wheels
+        turning, momentum = self.rate_of_body(motion)
         nutation = self.inverse @ momentum
-        fastest = jnp.sqrt(jnp.maximum(rate @ rate, nutation @ nutation))
+        fastest = jnp.sqrt(jnp.maximum(turning @ turning, nutation @ nutation))
         drag = jnp.max(self.added_viscous * jnp.diagonal(self.mobility))
-        return TURN_STEP / jnp.maximum(jnp.maximum(fastest, drag), 1e-9)
+        gained = to_body(motion.carrier.attitude, rate.carrier.momentum)
+        gained -= jnp.cross(turning, momentum)
+        gained -= jnp.asarray(wheels.axes) @ (wheels.inertia * rate.speed)
+        change = self.inverse_locked @ gained
+        # root of fastest t + |change| t²/2 = TURN_STEP: a body at rest may be set turning
+        frequency = jnp.maximum(fastest, drag) / TURN_STEP
+        frequency += jnp.sqrt(frequency**2 + 2.0 * jnp.sqrt(change @ change) / TURN_STEP)
+        return 2.0 / jnp.maximum(frequency, 1e-9)

@@ -28,6 +28,7 @@ from gyrostat.control.momentum_control import (
 )
 from gyrostat.control.output_zeroing import OutputZeroing, ZeroingCommand
 from gyrostat.control.recovery_momentum import MomentumRecovery
+from gyrostat.control.recovery_one_wheel import OneWheelRecovery
 from gyrostat.control.recovery_zero_momentum import ZeroMomentumRecovery
 from gyrostat.control.riccati import RiccatiSolution, lyapunov, riccati
 from gyrostat.control.speed_mode import SpeedMode
@@ -58,6 +59,7 @@ __all__ = [
     "ModelErrorCompensator",
     "MomentumCommand",
     "MomentumRecovery",
+    "OneWheelRecovery",
     "OnlineFrit",
     "OutputZeroing",
     "ProportionalMomentumControl",

@@ -85,6 +85,8 @@ def uncontrollable(
         law, basis, count = ordered
     directions = rest @ basis[:, :count]
     shares = np.linalg.norm(directions, axis=1)
-    named = [name for name, share in zip(names, shares, strict=True) if share >= SHARE]
+    # a direction spread over many states has no large share: then the largest are named
+    least = min(SHARE, 0.9 * np.max(shares, initial=0.0)) if count else SHARE
+    named = [name for name, share in zip(names, shares, strict=True) if share >= least]
     rates = np.linalg.eigvals(law[:count, :count]) if count else np.zeros(0, complex)
     return Controllability(reached.shape[1], directions, rates, tuple(dict.fromkeys(named)))

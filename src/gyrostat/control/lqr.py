@@ -40,6 +40,10 @@ class FeedbackCommand(NamedTuple):
     UNITS = {"torque": "N·m", "residual": "1"}  # noqa: RUF012
 
 
+_solved = jax.jit(partial(riccati, doublings=DOUBLINGS))
+"""Compiled once for each size, not at each design."""
+
+
 def check_weight(name: str, weight: ArrayLike, size: int, *, definite: bool) -> Matrix:
     """Refuse a weight that is none.
 
@@ -56,7 +60,7 @@ def check_weight(name: str, weight: ArrayLike, size: int, *, definite: bool) -> 
         InputError: shape, not finite, not symmetric, or negative eigenvalues.
     """
     matrix = np.asarray(weight, dtype=float)
-    if matrix.shape != (size, size):
+    if matrix.shape != (size, size) or not size:
         raise InputError(f"{name}: found shape {matrix.shape}, expected ({size}, {size})")
     if not np.all(np.isfinite(matrix)):
         raise InputError(f"{name}: found a value that is not finite")
@@ -101,13 +105,13 @@ def lqr(
     reach = uncontrollable(dynamics, input, states)
     a, b = np.asarray(dynamics, dtype=float), np.asarray(input, dtype=float)
     q = check_weight("state weight Q", state_weight, len(a), definite=False)
-    r = check_weight("input weight R", input_weight, b.shape[1], definite=True)
     if reach.names:
         raise InputError(
             f"no input stops: {', '.join(reach.names)} (controllability rank {reach.rank}), "
             f"expected inputs that reach every motion that does not decay by itself"
         )
-    solution = jax.jit(partial(riccati, doublings=DOUBLINGS))(a, b, q, r)
+    r = check_weight("input weight R", input_weight, b.shape[1], definite=True)
+    solution = _solved(a, b, q, r)
     if not solution.valid:
         unseen = uncontrollable(a.T, q, states).names
         found = f"nothing in Q sees: {', '.join(unseen)}" if unseen else "no solution to rounding"
@@ -130,6 +134,14 @@ class LinearQuadratic(eqx.Module):
 
     gain: Float[Array, "m n"]
     reading: Callable[[Any], Array] = eqx.field(static=True, default=_state)
+
+    def check(self) -> None:
+        """Refuse a gain that is none, by `InputError`."""
+        gain = np.asarray(self.gain, dtype=float)
+        if gain.ndim < 2 or not np.all(np.isfinite(gain)):
+            raise InputError(
+                f"gain: found shape {gain.shape}, expected (inputs, states) of finite values"
+            )
 
     def start(self, period: Scalar) -> tuple[()]:
         """Nothing to remember."""

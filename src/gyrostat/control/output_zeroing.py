@@ -9,10 +9,10 @@ from jaxtyping import Array, Bool, Float
 from gyrostat._jax import jnp
 from gyrostat.body import Spacecraft
 from gyrostat.body.rotations import Quaternion, Vector, to_body
-from gyrostat.body.wheels_on_body import inverse_definite
 from gyrostat.control.model_error_compensator import Compensation
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
+from gyrostat.linear import inverse_definite
 from gyrostat.require import require
 
 Pair = Float[Array, "2"]

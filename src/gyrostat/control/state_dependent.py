@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 from gyrostat._jax import jnp
 from gyrostat.control.lqr import FeedbackCommand, check_weight
 from gyrostat.control.riccati import DOUBLINGS, RiccatiSolution, riccati
+from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts
 
@@ -54,11 +55,25 @@ class StateDependentRiccati(eqx.Module):
             ("state weight Q", self.state_weight, False),
             ("input weight R", self.input_weight, True),
         ):
-            check_weight(name, weight, np.shape(weight)[0], definite=definite)
+            every = np.asarray(weight, dtype=float)
+            if every.ndim < 2:
+                raise InputError(f"{name}: found shape {every.shape}, expected a square matrix")
+            # axes before the last two are those of runs
+            for matrix in every.reshape(-1, *every.shape[-2:]):
+                check_weight(name, matrix, every.shape[-1], definite=definite)
 
     def solve(self, *arguments: Any) -> RiccatiSolution:
         """The Riccati equation at a state, with what else the factorisation takes."""
         dynamics, input = self.factorisation(*arguments)
+        states, inputs = jnp.shape(input)
+        for name, weight, size in (
+            ("state weight Q", self.state_weight, states),
+            ("input weight R", self.input_weight, inputs),
+        ):
+            if np.shape(weight) != (size, size):
+                raise InputError(
+                    f"{name}: found shape {np.shape(weight)}, expected ({size}, {size})"
+                )
         return riccati(
             dynamics, input, self.state_weight, self.input_weight, doublings=self.doublings
         )

@@ -24,7 +24,7 @@ LAG_DAMPING = 1.6
 """Gain of the lag over sqrt(tilting acceleration / tilt)."""
 WAYS_ROUND = np.array(list(product((0.0, -2.0 * np.pi, 2.0 * np.pi), repeat=2)))
 """Of roll and spin, rad."""
-KEPT = 0.6
+KEPT = 0.7
 """Weight of the time of the way round taken so far: another has to be much quicker."""
 LEAST_ROLL = 0.01
 """rad/s, for comparing ways round: wheels that are full here will not be all the way."""
@@ -64,6 +64,7 @@ class _Authority(NamedTuple):
     takes: Scalar
     turning: Scalar
     slowing: Scalar
+    leaning: Scalar
     forward: Scalar
     backward: Scalar
 
@@ -173,11 +174,13 @@ class TwoWheelLaw(eqx.Module):
         torque = GYROSCOPIC_SHARE * wheels.torque_along(at.frame.tangent)
         # a body that rolls forward takes its momentum from the wheels
         backward, forward = wheels.room(momentum, jnp.asarray(wheels.inertia) @ at.roll_axis)
+        anywhere = wheels.torque_anywhere()
         return _Authority(
             gives=at.size * jnp.cos(rest - less) - held,
             takes=held - at.size * jnp.cos(rest + more),
             turning=at.spin_inertia * torque / jnp.maximum(at.frame.across, 1e-6),
-            slowing=BRAKING_SHARE * wheels.torque_anywhere() / largest_inertia(wheels.inertia),
+            slowing=BRAKING_SHARE * anywhere / largest_inertia(wheels.inertia),
+            leaning=anywhere / jnp.maximum(jnp.abs(at.frame.along), 1e-9),
             forward=jnp.maximum(forward, 1e-4),
             backward=jnp.maximum(backward, 1e-4),
         )
@@ -223,6 +226,9 @@ class TwoWheelLaw(eqx.Module):
         used = jnp.where(lag > 0.0, -1.0, 1.0) * jnp.minimum(reach, able.turning)
         lean = jnp.maximum(jnp.abs(angle_for(used) - angle_for(0.0)), 1e-3)
         gain = jnp.minimum(self.lag_gain, LAG_DAMPING * jnp.sqrt(able.slowing / lean))
+        # tilting back turns the momentum along the normal, which takes torque too: where drift is
+        # one-sided, a lag that passes zero costs a whole turn
+        gain = jnp.minimum(gain, able.leaning / lean)
         level = jnp.tanh(gain * lag / reach)
         centre = roll_rate * at.roll_inertia
         wanted = jnp.clip(-reach * level, centre - able.turning, centre + able.turning)

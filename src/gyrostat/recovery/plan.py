@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from gyrostat._jax import jnp
 from gyrostat._types import Vector
 from gyrostat.body import Spacecraft
-from gyrostat.control import MomentumRecovery, ZeroMomentumRecovery
+from gyrostat.control import MomentumRecovery, OneWheelRecovery, ZeroMomentumRecovery
 from gyrostat.errors import InputError
 from gyrostat.holdable import Holdable, holdable
 from gyrostat.require import require
@@ -74,7 +74,7 @@ def plan_recovery(
 
     Three directions left: a three-axis law. Two, and momentum across their normal: the law that
     turns the spacecraft about the normal by that momentum. Two and next to none: sweeps from rest
-    to rest.
+    to rest. One, where it controls the attitude: the law that damps by energy.
 
     Args:
         spacecraft: as the controller shall know it.
@@ -90,11 +90,15 @@ def plan_recovery(
     working = np.array([k not in failed for k in range(spacecraft.wheels.count)])
     if answer.attitude is None or answer.momentum_in_body is None:
         return RecoveryPlan(answer, None, f"nothing can be held: {answer.reason}")
-    if answer.rank < 2:
-        left = "one direction is" if answer.rank else "no direction is"
-        return RecoveryPlan(answer, None, f"{left} left to the wheels, too few for a recovery")
+    if answer.rank == 0:
+        return RecoveryPlan(answer, None, "no wheel works")
     fixed = np.array([k in seized for k in range(spacecraft.wheels.count)])
     known = {"total_momentum": momentum, "target": answer.attitude, "seized": fixed}
+    if answer.rank == 1:
+        try:
+            return RecoveryPlan(answer, OneWheelRecovery.plan(spacecraft, working, **known), "")
+        except InputError as error:
+            return RecoveryPlan(answer, None, f"out of reach for one wheel: {error}")
     if answer.rank == 3 or _across(spacecraft, working, answer.momentum_in_body) >= LEAST_ACROSS:
         return RecoveryPlan(answer, MomentumRecovery.plan(spacecraft, working, **known), "")
     if max(map(abs, failed.values()), default=0.0) > NOTHING_HELD:

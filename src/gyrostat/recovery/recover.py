@@ -12,7 +12,7 @@ from gyrostat.body import Gyrostat, GyrostatState, Spacecraft, SpacecraftSensor,
 from gyrostat.body.rotations import error_angle
 from gyrostat.errors import InputError
 from gyrostat.recovery.plan import Loss, RecoveryPlan, plan_recovery
-from gyrostat.simulate import simulate
+from gyrostat.simulate import Status, simulate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,12 +75,13 @@ def recover(
         InputError: a spacecraft, wheel or time that is none.
     """
     spacecraft.check()
+    Gyrostat(spacecraft).check_state(start)
     count = spacecraft.wheels.count
     failures, kept = WheelFailures.none(count), {}
     inertia = np.broadcast_to(np.asarray(spacecraft.wheels.inertia), (count,))
     rate = Gyrostat(spacecraft).rate(start)
     for wheel, loss in losses.items():
-        if not 0 <= wheel < count:
+        if wheel not in range(count):
             raise InputError(f"failed wheel: found {wheel}, expected 0 to {count - 1}")
         kept[wheel] = 0.0
         if loss.kind == "seized":
@@ -128,7 +129,9 @@ def settling_time(flight: "xr.Dataset") -> float | None:
 
 def _why_not(flight: "xr.Dataset") -> str:
     until = float(flight.valid_until)
-    if int(flight.status) != 0:
+    if int(flight.status) == Status.UNRESOLVED:
+        return f"the run ended at {until:g} s: a control period was too long to resolve the motion"
+    if int(flight.status) != Status.COMPLETE:
         return f"the run ended at {until:g} s: the spacecraft turned too fast for any law"
     left = float(np.degrees(flight.error.values[-1]))
     return f"not settled at the end, {until:g} s: {left:.3g} deg from the attitude aimed at"

@@ -13,6 +13,7 @@ class Plant(Protocol):
     """What is controlled. It owns its physics and its dry friction.
 
     A plant, sensor or controller may have `check()`, which refuses parameters by `InputError`, and
+    a plant `check_state(state)`, which refuses a start that is none of its states; any of them
     `check_period(period)`, which refuses them at a control period.
     """
 

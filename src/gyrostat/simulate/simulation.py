@@ -121,9 +121,9 @@ def _whole(value: float, part: float, names: tuple[str, str]) -> int:
 
 
 def simulate(
-    plant: Plant,
-    controller: Controller,
-    sensor: Sensor,
+    plant: Plant | Batch,
+    controller: Controller | Batch,
+    sensor: Sensor | Batch,
     *,
     start: Any,
     duration: float,
@@ -176,6 +176,9 @@ def simulate(
     check_period(control_period, plant, controller, sensor)
     if not all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(start)):
         raise InputError(f"start: found {start}, expected finite numbers")
+    check_state = getattr(plant.items if isinstance(plant, Batch) else plant, "check_state", None)
+    if check_state is not None:
+        check_state(start.items if isinstance(start, Batch) else start)
     items = jax.tree.map(_as_leaf, (plant, controller, sensor, start))
     for name, item in zip(("plant", "controller", "sensor", "start"), items, strict=True):
         _refuse_other_counts(name, item, runs)

@@ -1,6 +1,6 @@
 """A reaction wheel with true dry friction, how it answers a current, and its model file."""
 
-from gyrostat.wheel.array import WheelArray
+from gyrostat.wheel.array import PerWheel, WheelArray
 from gyrostat.wheel.bristles import bend, carry
 from gyrostat.wheel.contact import Contact, Motion
 from gyrostat.wheel.contacts import Contacts
@@ -19,6 +19,7 @@ __all__ = [
     "Driver",
     "LowPass",
     "Motion",
+    "PerWheel",
     "PulseTachometer",
     "Tachometer",
     "Wheel",

@@ -8,13 +8,28 @@ from jaxtyping import Array, Float
 
 from gyrostat._jax import jnp
 from gyrostat.errors import InputError
-from gyrostat.friction import Friction, LuGre, ViscousCoulomb
+from gyrostat.friction import Friction, LuGre, Scalar, ViscousCoulomb
 from gyrostat.require import check_parts, require
 
 UNIT_TOLERANCE = 1e-6
 """Of the length of an axis: data sheets and drawings round."""
 
 PerWheel = Float[Array, " wheels"]
+
+
+def listed(value: Any) -> Any:
+    """Lists of numbers as an array; what is none as it is.
+
+    Raises:
+        InputError: rows of different lengths, or no numbers.
+    """
+    if not isinstance(value, list | tuple):
+        return value
+    try:
+        array = jnp.asarray(value)
+    except (ValueError, TypeError):
+        raise InputError(f"found {value}, expected numbers, in rows of one length") from None
+    return array if array.dtype == bool else array.astype(float)
 
 
 def _no_friction() -> Friction:
@@ -33,16 +48,47 @@ class WheelArray(eqx.Module):
         friction: of the bearings, one model whose parameters are (wheels,) or shared.
     """
 
-    axes: Float[Array, "3 wheels"]
-    inertia: PerWheel
-    torque_limit: PerWheel | float = jnp.inf
-    momentum_limit: PerWheel | float = jnp.inf
+    axes: Float[Array, "3 wheels"] = eqx.field(converter=listed)
+    inertia: PerWheel = eqx.field(converter=listed)
+    torque_limit: PerWheel | float = eqx.field(converter=listed, default=jnp.inf)
+    momentum_limit: PerWheel | float = eqx.field(converter=listed, default=jnp.inf)
     friction: Any = eqx.field(default_factory=_no_friction)
 
     @property
     def count(self) -> int:
         """Number of wheels."""
         return np.shape(self.axes)[-1]
+
+    def within_torque_limit(self, torque: PerWheel) -> PerWheel:
+        """What the motors give of a commanded torque, N·m.
+
+        Raises:
+            InputError: not one torque a wheel.
+        """
+        if np.shape(torque) != (self.count,):
+            raise InputError(
+                f"wheel torque: found shape {np.shape(torque)}, expected ({self.count},)"
+            )
+        limit = jnp.asarray(self.torque_limit)
+        return jnp.clip(torque, -limit, limit)
+
+    def within_momentum_limit(
+        self, torque: PerWheel, momentum: PerWheel, duration: Scalar
+    ) -> PerWheel:
+        """What of a torque held for `duration`, s, does not speed a wheel up beyond its limit, N·m.
+
+        A wheel already beyond it is not braked. What the turning of the body adds to the speed of a
+        wheel, a share of its inertia over the body's, is left out.
+
+        Args:
+            torque: (wheels,) N·m.
+            momentum: (wheels,) inertia times speed relative to the body, N·m·s.
+            duration: s.
+        """
+        limit = jnp.asarray(self.momentum_limit)
+        upper = jnp.maximum(limit - momentum, 0.0) / duration
+        lower = jnp.minimum(-limit - momentum, 0.0) / duration
+        return jnp.clip(torque, lower, upper)
 
     def check(self) -> None:
         """Refuse what no wheels are.
@@ -64,13 +110,19 @@ class WheelArray(eqx.Module):
             ("torque_limit", self.torque_limit, "N·m"),
             ("momentum_limit", self.momentum_limit, "N·m·s"),
         ):
+            # comparisons with NaN are false
             if not np.all(np.asarray(value) > 0.0):
                 raise InputError(f"wheel {name}: found {value}, expected above 0 {unit}")
         if not isinstance(self.friction, Friction):
             kind = type(self.friction).__name__
             wanted = "a static model" if isinstance(self.friction, LuGre) else "a friction model"
             raise InputError(f"wheel friction: found {kind}, expected {wanted}")
-        for name, value in {"inertia": self.inertia, **self.friction.parameters()}.items():
+        for name, value in {
+            "inertia": self.inertia,
+            "torque_limit": self.torque_limit,
+            "momentum_limit": self.momentum_limit,
+            **self.friction.parameters(),
+        }.items():
             # axes before the last are those of runs
             shape = np.shape(value)[axes.ndim - 2 :]
             if shape and shape != (self.count,):

@@ -1,25 +1,29 @@
 """What several wheels on one carrier rub against: their coupled equations of motion."""
 
 import abc
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Float
 
 from gyrostat._jax import jnp
 from gyrostat.friction import Scalar
+from gyrostat.linear import inverse_definite
+from gyrostat.wheel.array import PerWheel
 from gyrostat.wheel.contact import Motion
 
-PerWheel = Float[Array, " wheels"]
 
+class Modes(NamedTuple):
+    """Which wheels turn and which are held, and what holds them.
 
-def _solved(definite, right):
-    """Solution of a small symmetric positive definite system, by elimination without pivots."""
-    rows = jnp.concatenate([definite, right[:, None]], axis=1)
-    for k in range(len(right)):
-        pivot = rows[k] / rows[k, k]
-        rows = (rows - rows[:, k, None] * pivot).at[k].set(pivot)
-    return rows[:, -1]
+    Attributes:
+        direction: (wheels,) sense of rotation ±1, or 0 where a wheel is held at rest.
+        holding: (wheels, wheels) torques that cancel accelerations of the held wheels, kg·m²; zero
+            for the others.
+    """
+
+    direction: PerWheel
+    holding: Float[Array, "wheels wheels"]
 
 
 class Contacts(eqx.Module):
@@ -58,32 +62,45 @@ class Contacts(eqx.Module):
         """Largest torque that each wheel at rest withstands in sense `direction` (±1), N·m."""
 
     @abc.abstractmethod
-    def longest_segment(self, motion: Motion, time: Scalar) -> Scalar:
-        """Longest Runge-Kutta step that resolves carrier and drive from here on, s."""
+    def longest_segment(self, motion: Motion, rate: Motion, time: Scalar) -> Scalar:
+        """Longest Runge-Kutta step that resolves carrier and drive from here on, s.
 
-    def torques(self, motion: Motion, direction: PerWheel, time: Scalar) -> PerWheel:
+        Args:
+            motion: the state.
+            rate: its derivative in time.
+            time: from the start of the interval, s.
+        """
+
+    def modes(self, direction: PerWheel) -> Modes:
+        """Modes of motion with these senses of rotation, 0 where held."""
+        held = direction == 0.0
+        both = held[:, None] & held
+        system = jnp.where(both, self.mobility, jnp.eye(len(direction)))
+        return Modes(direction, jnp.where(both, inverse_definite(system), 0.0))
+
+    def torques(self, motion: Motion, modes: Modes, time: Scalar) -> PerWheel:
         """F: of the turning wheels from their curve, of the resting ones what holds them, N·m.
 
         Args:
             motion: the state.
-            direction: sense of rotation ±1, or 0 where a wheel is held at rest.
+            modes: of motion.
             time: from the start of the interval, s.
         """
         drive, drift = self.drive(motion, time)
-        mobility = self.mobility
-        held = direction == 0.0
-        sliding = self.friction.torque(motion.speed, direction)
+        held = modes.direction == 0.0
+        sliding = self.friction.torque(motion.speed, modes.direction)
         surplus = jnp.where(held, 0.0, drive - sliding)
-        missing = jnp.where(held, mobility @ surplus + drift, 0.0)
-        both = held[:, None] & held[None, :]
-        system = jnp.where(both, mobility, jnp.diag(jnp.where(held, 0.0, 1.0)))
-        return jnp.where(held, drive + _solved(system, missing), sliding)
+        holding = drive + modes.holding @ (self.mobility @ surplus + drift)
+        return jnp.where(held, holding, sliding)
 
-    def rate(self, motion: Motion, direction: PerWheel, time: Scalar) -> Motion:
+    def rate(self, motion: Motion, modes: Modes, time: Scalar) -> Motion:
         """Derivative in time while the modes of motion are frozen; see `torques`."""
-        friction = self.torques(motion, direction, time)
+        return self.rate_under(motion, self.torques(motion, modes, time), modes, time)
+
+    def rate_under(self, motion: Motion, friction: PerWheel, modes: Modes, time: Scalar) -> Motion:
+        """The same, of `torques` that are known."""
         drive, drift = self.drive(motion, time)
         rate = self.mobility @ (drive - friction) + drift
         # held means held: what is left of the solution's rounding would creep
-        speed = jnp.where(direction == 0.0, 0.0, rate)
+        speed = jnp.where(modes.direction == 0.0, 0.0, rate)
         return Motion(speed, self.carrier_rate(motion, friction, time))

@@ -97,6 +97,25 @@ def newton_step(flow, height, time):
     return end, time - end / jnp.where(rate == 0.0, -1.0, rate)
 
 
+def narrowed(bracket, height, rate):
+    """A bracket of the time at which a height above zero runs out, after one step of Newton.
+
+    Args:
+        bracket: a duration, s, at which the height is not yet below zero; one at which it is; and
+            the one in between that was tried.
+        height: there.
+        rate: of the height there.
+    """
+    low, high, time = bracket
+    step = time - height / jnp.where(rate == 0.0, -1.0, rate)
+    above = height > 0.0
+    low, high = jnp.where(above, time, low), jnp.where(above, high, time)
+    # a root at the edge of the bracket is a root: a strict test would bisect away from it
+    slack = 1e-12 * (high - low)
+    inside = (step >= low - slack) & (step <= high + slack)
+    return low, high, jnp.where(inside, step, 0.5 * (low + high))
+
+
 def bracketed_time(flow, height, low, guess, high):
     """Time in [low, high] at which a height above zero runs out; a value without derivative.
 
@@ -109,14 +128,8 @@ def bracketed_time(flow, height, low, guess, high):
     """
 
     def narrow(_, bracket):
-        low, high, time = bracket
-        end, step = jax.lax.stop_gradient(newton_step(flow, height, time))
-        above = end > 0.0
-        low, high = jnp.where(above, time, low), jnp.where(above, high, time)
-        # a root at the edge of the bracket is a root: a strict test would bisect away from it
-        slack = 1e-12 * (high - low)
-        inside = (step >= low - slack) & (step <= high + slack)
-        return low, high, jnp.where(inside, step, 0.5 * (low + high))
+        time = bracket[2]
+        return narrowed(bracket, *jax.lax.stop_gradient(height(flow(time), time)))
 
     bracket = jax.lax.fori_loop(0, NEWTON_STEPS, narrow, (low, high, guess))
     return jax.lax.stop_gradient(bracket)[2]

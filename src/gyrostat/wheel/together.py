@@ -13,31 +13,33 @@ from jaxtyping import Array, Bool, Float, Int
 from gyrostat._jax import jax, jnp
 from gyrostat.friction import Scalar
 from gyrostat.wheel.contact import Motion
-from gyrostat.wheel.contacts import Contacts, PerWheel
+from gyrostat.wheel.contacts import Contacts, Modes, PerWheel
 from gyrostat.wheel.segment import (
     MAX_SEGMENTS,
-    bracketed_time,
+    NEWTON_STEPS,
     falls_through_zero,
     friction_limit,
-    newton_step,
+    narrowed,
     within,
 )
 
 EVENT_TOLERANCE = 1e-9
 """Share of a height that may be left where it only dips to zero."""
+POLISH = 1e-6
+"""Share of a segment that the last step towards an event may move: its square is lost."""
 STAGES = jnp.array([0.0, 0.5, 0.5, 1.0])
 WEIGHTS = jnp.array([1.0, 2.0, 2.0, 1.0]) / 6.0
 
 
 @jax.jit
-def _runge_kutta(contacts: Contacts, motion: Motion, direction, start, duration) -> Motion:
+def _runge_kutta(contacts: Contacts, motion: Motion, modes: Modes, start, duration) -> Motion:
     """One classical fourth-order step of frozen modes; its stages a loop, which compiles sooner."""
 
     def stage(carry, share):
         rate, total = carry
         place, weight = share
         there = jax.tree.map(lambda y, k: y + place * duration * k, motion, rate)
-        rate = contacts.rate(there, direction, start + place * duration)
+        rate = contacts.rate(there, modes, start + place * duration)
         return (rate, jax.tree.map(lambda y, k: y + weight * duration * k, total, rate)), None
 
     nothing = jax.tree.map(jnp.zeros_like, motion)
@@ -54,45 +56,48 @@ class _Segment(NamedTuple):
     number: Int[Array, ""]
 
 
-def _directions(contacts: Contacts, motion: Motion, released: PerWheel, time: Scalar) -> PerWheel:
+def _modes(contacts: Contacts, motion: Motion, released: PerWheel, time: Scalar) -> Modes:
     """Mode of each wheel: turning ones keep their sense, resting ones hold if they can."""
     start = jnp.where(motion.speed == 0.0, released, jnp.sign(motion.speed))
 
-    def release_worst(_, direction):
-        torque = contacts.torques(motion, direction, time)
+    def release_worst(carry):
+        direction, *_ = carry
+        modes = contacts.modes(direction)
+        torque = contacts.torques(motion, modes, time)
         sense = jnp.sign(torque)
         excess = jnp.abs(torque) - contacts.breakaway_torque(sense)
         excess = jnp.where(direction == 0.0, excess, -1.0)
         worst = jnp.argmax(excess)
         free = (jnp.arange(len(excess)) == worst) & (excess > 0.0)
-        return jnp.where(free, sense, direction)
+        return jnp.where(free, sense, direction), modes, jnp.any(free)
 
-    return jax.lax.fori_loop(0, len(start), release_worst, start)
+    nothing = Modes(start, jnp.zeros_like(contacts.mobility))
+    return jax.lax.while_loop(lambda carry: carry[2], release_worst, (start, nothing, True))[1]
 
 
-@jax.jit
-def _heights(contacts: Contacts, motion: Motion, direction, rising, time):
-    """What is left before each mode of motion ends, and how fast it changes.
+class _Loads(NamedTuple):
+    """Friction torques, N·m, how fast they change, N·m/s, and the derivative of the motion."""
 
-    For a turning wheel the speed in its sense; for a wheel at rest what the torque that holds it
-    lacks to the breakaway torque in the sense `rising` in which it grows.
-    """
-
-    def height(motion, time):
-        torque = contacts.torques(motion, direction, time)
-        lacks = contacts.breakaway_torque(rising) - rising * torque
-        at_rest = jnp.where(rising == 0.0, 1.0, lacks)
-        return jnp.where(direction == 0.0, at_rest, direction * motion.speed)
-
-    rate = contacts.rate(motion, direction, time)
-    return jax.jvp(height, (motion, time), (rate, jnp.ones_like(time)))
+    torque: PerWheel
+    change: PerWheel
+    rate: Motion
 
 
 @jax.jit
-def _segment_limit(contacts: Contacts, motion: Motion, direction, start, remaining):
+def _loads(contacts: Contacts, motion: Motion, modes: Modes, time) -> _Loads:
+    """What the wheels rub against while the modes of motion are frozen."""
+    torque, along = jax.linearize(
+        lambda motion, time: contacts.torques(motion, modes, time), motion, time
+    )
+    rate = contacts.rate_under(motion, torque, modes, time)
+    return _Loads(torque, along(rate, jnp.ones_like(time)), rate)
+
+
+@jax.jit
+def _segment_limit(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
     """Longest segment that resolves every friction curve, the carrier and the drive."""
-    rate = contacts.rate(motion, direction, start)
-    mobility = contacts.mobility
+    rate = contacts.rate(motion, modes, start)
+    direction, mobility = modes.direction, contacts.mobility
 
     def pull(motion, time):
         drive, drift = contacts.drive(motion, time)
@@ -109,7 +114,7 @@ def _segment_limit(contacts: Contacts, motion: Motion, direction, start, remaini
         remaining,
     )
     limit = jnp.min(jnp.where(direction == 0.0, remaining, limit))
-    return jnp.minimum(limit, contacts.longest_segment(motion, start))
+    return jnp.minimum(limit, contacts.longest_segment(motion, rate, start))
 
 
 class _Search(NamedTuple):
@@ -121,36 +126,57 @@ class _Search(NamedTuple):
     suspects: Bool[Array, " wheels"]
 
 
-def _travel(contacts: Contacts, motion: Motion, direction, start, remaining):
+class _Trial(NamedTuple):
+    """Where the event of one suspect is looked for."""
+
+    wheel: Int[Array, ""]
+    bracket: tuple[Float[Array, ""], Float[Array, ""], Float[Array, ""]]
+    steps: Int[Array, ""]
+
+
+def _travel(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
     """Move in frozen modes until the interval, the segment limit or one of the modes runs out.
 
     Returns:
         Motion and time at its end, whether that is the end of the interval, the wheels whose mode
         ran out, and the sense in which the torque on each resting wheel grows.
     """
-    frozen = jax.lax.stop_gradient((contacts, motion, direction, start))
+    frozen = jax.lax.stop_gradient((contacts, motion, modes, start))
     limit = _segment_limit(*frozen, jax.lax.stop_gradient(remaining))
     last = limit >= remaining
     duration = jnp.where(last, remaining, limit)
+    direction = modes.direction
     held = direction == 0.0
 
     def flow(duration):
-        return _runge_kutta(contacts, motion, direction, start, duration)
+        return _runge_kutta(contacts, motion, modes, start, duration)
+
+    def loads(motion, duration):
+        return _loads(contacts, motion, modes, start + duration)
 
     end = flow(duration)
-    after = contacts.torques(end, direction, start + duration)
-    before = contacts.torques(motion, direction, start)
-    rising = jax.lax.stop_gradient(jnp.sign(after - before))
-
-    def heights(motion, duration):
-        return _heights(contacts, motion, direction, rising, start + duration)
-
     # what happens is decided on values alone
     length = jax.lax.stop_gradient(duration)
     both = jax.tree.map(lambda a, b: jnp.stack([a, b]), motion, end)
-    times = jnp.stack([jnp.zeros_like(length), length])
     # one call for both ends, which compiles once
-    (first, final), (start_rate, end_rate) = jax.lax.stop_gradient(jax.vmap(heights)(both, times))
+    at_both = jax.lax.stop_gradient(jax.vmap(loads)(both, jnp.stack([jnp.zeros(()), length])))
+    rising = jnp.sign(at_both.torque[1] - at_both.torque[0])
+
+    def heights(motion, loads):
+        """What is left before each mode of motion ends, and how fast it changes.
+
+        For a turning wheel the speed in its sense; for a wheel at rest what the torque that holds
+        it lacks to the breakaway torque in the sense in which it grows.
+        """
+        lacks = contacts.breakaway_torque(rising) - rising * loads.torque
+        at_rest = jnp.where(rising == 0.0, 1.0, lacks)
+        return (
+            jnp.where(held, at_rest, direction * motion.speed),
+            jnp.where(held, -rising * loads.change, direction * loads.rate.speed),
+        )
+
+    values = jax.lax.stop_gradient(jax.vmap(heights)(both, at_both))
+    (first, final), (start_rate, end_rate) = values
     turns = start_rate * end_rate < 0.0
     turning = length * start_rate / jnp.where(turns, start_rate - end_rate, 1.0)
     # a wheel that starts at zero comes to zero only after it has risen
@@ -168,37 +194,50 @@ def _travel(contacts: Contacts, motion: Motion, direction, start, remaining):
         speed = jnp.where(stays, 0.0, end.speed)
         return end._replace(speed=speed), duration, last, jnp.zeros_like(held)
 
+    def next_trial(search: _Search) -> _Trial:
+        wheel = jnp.argmin(jnp.where(search.suspects, guess, jnp.inf))
+        low = jnp.where(rises[wheel] & from_zero[wheel], turning[wheel], 0.0)
+        high = jnp.where(past_zero[wheel], search.time, turning[wheel])
+        return _Trial(wheel, (low, high, jnp.clip(guess[wheel], low, high)), jnp.array(0))
+
     def locate(_):
-        def of_wheel(wheel):
-            def height(motion, duration):
-                value, rate = heights(motion, duration)
-                return value[wheel], rate[wheel]
-
-            return height
-
-        def narrow(search: _Search) -> _Search:
-            wheel = jnp.argmin(jnp.where(search.suspects, guess, jnp.inf))
-            low = jnp.where(rises[wheel] & from_zero[wheel], turning[wheel], 0.0)
-            high = jnp.where(past_zero[wheel], search.time, turning[wheel])
-            first_guess = jnp.clip(guess[wheel], low, high)
-            time = bracketed_time(flow, of_wheel(wheel), low, first_guess, high)
+        def look(carry: tuple[_Search, _Trial]) -> tuple[_Search, _Trial]:
+            # narrowing a bracket and judging its end are one step, so that a flow compiles once
+            search, trial = carry
+            wheel, time = trial.wheel, trial.bracket[2]
+            there = flow(time)
+            left, rate = heights(there, loads(there, time))
+            closer = trial._replace(
+                bracket=narrowed(trial.bracket, left[wheel], rate[wheel]), steps=trial.steps + 1
+            )
             # the parabola that found a dip is only an estimate: the flow itself decides
-            left = heights(flow(time), time)[0]
             happens = past_zero[wheel] | (left[wheel] <= EVENT_TOLERANCE * first[wheel])
-            time = jnp.where(happens, time, search.time)
-            earlier = jnp.where(past_zero, left <= 0.0, turning < time)
+            earliest = jnp.where(happens, time, search.time)
+            earlier = jnp.where(past_zero, left <= 0.0, turning < earliest)
             others = search.suspects & (jnp.arange(len(held)) != wheel)
             others &= jnp.where(happens, earlier, True)
-            return _Search(
-                time, jnp.where(happens, wheel, search.wheel), search.found | happens, others
+            judged = _Search(
+                earliest, jnp.where(happens, wheel, search.wheel), search.found | happens, others
+            )
+            over = trial.steps == NEWTON_STEPS
+            return jax.tree.map(
+                lambda a, b: jnp.where(over, a, b), (judged, next_trial(judged)), (search, closer)
             )
 
         none = _Search(length, jnp.array(0), jnp.array(False), past_zero | dips)
-        search = jax.lax.while_loop(lambda s: jnp.any(s.suspects), narrow, none)
-        search = jax.lax.stop_gradient(search)
-        time = within(newton_step(flow, of_wheel(search.wheel), search.time)[1], remaining)
+        search, _ = jax.lax.stop_gradient(
+            jax.lax.while_loop(lambda s: jnp.any(s[0].suspects), look, (none, next_trial(none)))
+        )
+        there = flow(search.time)
+        at = loads(there, search.time)
+        left, rate = (value[search.wheel] for value in heights(there, at))
+        # one more step of Newton: it carries the derivative, and hardly moves
+        move = -left / jax.lax.stop_gradient(jnp.where(rate == 0.0, -1.0, rate))
+        move += jax.lax.stop_gradient(jnp.where(jnp.abs(move) < POLISH * length, 0.0, -move))
+        time = within(search.time + move, remaining)
         hit = jnp.arange(len(held)) == search.wheel
-        there = flow(time)
+        move = time - search.time
+        there = jax.tree.map(lambda y, k: y + move * jax.lax.stop_gradient(k), there, at.rate)
         there = there._replace(speed=jnp.where(hit, 0.0, there.speed))
         stops = (there, time, jnp.array(False), hit)
         return jax.tree.map(lambda a, b: jnp.where(search.found, a, b), stops, go_on(None))
@@ -230,16 +269,17 @@ def slide_together(
 
     def go(segment: _Segment) -> _Segment:
         motion, elapsed = segment.motion, segment.elapsed
-        direction = _directions(contacts, motion, segment.released, elapsed)
+        modes = _modes(contacts, motion, segment.released, elapsed)
         after, time, finished, hit, rising = _travel(
-            contacts, motion, direction, elapsed, duration - elapsed
+            contacts, motion, modes, elapsed, duration - elapsed
         )
-        breaks_away = hit & (direction == 0.0)
+        held = modes.direction == 0.0
+        breaks_away = hit & held
         return _Segment(
             motion=after,
             elapsed=jnp.where(finished, duration, elapsed + time),
             released=jnp.where(breaks_away, rising, 0.0),
-            landed=jnp.any(hit & (direction != 0.0)),
+            landed=jnp.any(hit & ~held),
             number=segment.number + 1,
         )
 

@@ -4,7 +4,7 @@ C. A. de Carvalho Junior and A. Fenili, "Nonlinear attitude control of artificia
 considering failure in momentum wheels".
 """
 
-from gyrostat.papers.carvalho_fenili import exchange, judged
+from gyrostat.papers.carvalho_fenili import exchange, judged, recoveries
 from gyrostat.papers.carvalho_fenili.drawings import (
     case_drawing,
     exchange_drawing,
@@ -12,9 +12,12 @@ from gyrostat.papers.carvalho_fenili.drawings import (
 )
 from gyrostat.papers.carvalho_fenili.exchange import exchange_claims, exchanged
 from gyrostat.papers.carvalho_fenili.flights import continuous, held
+from gyrostat.papers.carvalho_fenili.goals import goals
 from gyrostat.papers.carvalho_fenili.laws import laws
 from gyrostat.papers.carvalho_fenili.numbers import number_claims
 from gyrostat.papers.carvalho_fenili.printed import CASES, CITATION, NAME
+from gyrostat.papers.carvalho_fenili.recoveries import recovered, recovery_claims
+from gyrostat.papers.carvalho_fenili.recovery_drawing import recovery_drawing
 from gyrostat.papers.carvalho_fenili.sentences_lqr import sentences_lqr
 from gyrostat.papers.carvalho_fenili.sentences_sdre import conclusion, sentences_sdre
 from gyrostat.papers.reproduction import Paper, Part, Reproduction, Say
@@ -33,11 +36,11 @@ def reproduce(*, quick: bool, say: Say) -> Reproduction:
     """Rebuild the paper and judge each claim.
 
     Args:
-        quick: makes no difference: the whole of it is quick.
+        quick: leaves out the dispersed cases of the goals.
         say: told about the progress.
     """
     both = laws()._asdict()
-    flights, sampled, wheels = {}, {}, {}
+    flights, sampled, wheels, after = {}, {}, {}, {}
     for law, function in both.items():
         say(f"{NAME}: {len(CASES)} cases by {law.upper()}, the law at every stage")
         flights[law] = continuous(function)
@@ -45,6 +48,8 @@ def reproduce(*, quick: bool, say: Say) -> Reproduction:
         sampled[law] = held(function)
         say(f"{NAME}: the same on wheels")
         wheels[law] = exchanged(function)
+        say(f"{NAME}: recovery after each failure")
+        after[law] = recovered(function)
     parts = (
         Part(
             claims=number_claims(flights, sampled),
@@ -63,8 +68,14 @@ def reproduce(*, quick: bool, say: Say) -> Reproduction:
             drawings=(exchange_drawing(flights, wheels),),
             settings=exchange.SETTINGS,
         ),
+        Part(
+            claims=recovery_claims(after),
+            drawings=(recovery_drawing(after),),
+            settings=recoveries.SETTINGS,
+        ),
+        goals(say, quick=quick),
     )
-    return Reproduction(NAME, CITATION, parts, complete=True)
+    return Reproduction(NAME, CITATION, parts, complete=not quick)
 
 
 CARVALHO_FENILI = Paper(NAME, reproduce)

@@ -11,7 +11,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat._jax import jnp
+from gyrostat._jax import jax, jnp
 from gyrostat.body import BodyTorqueCommand, EulerMeasurement, EulerState
 from gyrostat.body.rotations import Vector
 from gyrostat.control import EulerCube, StateDependentRiccati, lqr, uncontrollable
@@ -23,8 +23,11 @@ from gyrostat.papers.carvalho_fenili.printed import (
     STATE_WEIGHT,
 )
 
-DOUBLINGS = 12
-"""Of the Riccati solver: enough down to sin(theta) = 0.005, where the closed loop is stiffest."""
+FEW, MANY = 5, 12
+"""Doublings of the Riccati solver: enough far from the singularity, where more change no bit; and
+enough down to sin(theta) = 0.005, where the closed loop is stiffest."""
+SOLVED = 1e-13
+"""Relative residual of a solution that more doublings do not make better."""
 LARGEST_RESIDUAL = 1e-8
 """Of a solution that is flown, relative."""
 
@@ -85,22 +88,49 @@ class LinearQuadratic(eqx.Module):
         return -self.gain @ regulated(state)
 
 
+def _solve(states: Array, state: Array, input: Array, doublings: int) -> tuple[Array, Array]:
+    design = StateDependentRiccati(FACTORISATION, state, input, doublings=doublings)
+    solution = jax.vmap(design.solve)(states)
+    return solution.gain, solution.residual
+
+
+@jax.custom_batching.custom_vmap
+def _solved(states: Array, state_weight: Array, input_weight: Array) -> tuple[Array, Array]:
+    """Gains and residuals at (runs, 6) states; more doublings where one of them needs more."""
+    found = _solve(states, state_weight, input_weight, FEW)
+    # comparisons with NaN are false
+    enough = jnp.all(found[1] <= SOLVED)
+    return jax.lax.cond(
+        enough, lambda: found, lambda: _solve(states, state_weight, input_weight, MANY)
+    )
+
+
+@_solved.def_vmap
+def _(size: int, batched: Any, states: Array, state_weight: Array, input_weight: Array) -> Any:
+    # one condition for all runs: with one for each, a batch would always solve both ways
+    del batched
+    found = _solved(states.reshape(-1, 6), state_weight, input_weight)
+    return tuple(part.reshape(size, -1, *part.shape[1:]) for part in found), (True, True)
+
+
 class StateDependent(eqx.Module):
     """M = -R^-1 B(x)' P(x) x of (11) and (12).
 
     Attributes:
-        design: factorisation and weights.
+        state_weight: Q, (6, 6), one for all runs of a batch.
+        input_weight: R, (3, 3), likewise.
     """
 
-    design: StateDependentRiccati
+    state_weight: Float[Array, "6 6"]
+    input_weight: Float[Array, "3 3"]
 
     def __call__(self, state: EulerState) -> Vector:
         """Torque that is commanded, N·m; NaN where the equation has no solution."""
         here = regulated(state)
-        solution = self.design.solve(here)
+        found = _solved(here[None], self.state_weight, self.input_weight)
+        gain, residual = (part[0] for part in found)
         # near the singularity the solver's other verdict asks for more doublings than P needs
-        fine = solution.residual <= LARGEST_RESIDUAL
-        return jnp.where(fine, -solution.gain @ here, jnp.nan)
+        return jnp.where(residual <= LARGEST_RESIDUAL, -gain @ here, jnp.nan)
 
 
 class TorqueOnAngles(eqx.Module):
@@ -139,5 +169,4 @@ class Laws(NamedTuple):
 def laws() -> Laws:
     """With the paper's weights."""
     weights = jnp.asarray(STATE_WEIGHT), jnp.asarray(INPUT_WEIGHT)
-    design = StateDependentRiccati(FACTORISATION, *weights, doublings=DOUBLINGS)
-    return Laws(LinearQuadratic(jnp.asarray(gain())), StateDependent(design))
+    return Laws(LinearQuadratic(jnp.asarray(gain())), StateDependent(*weights))
