@@ -128,7 +128,8 @@ def fragility_claims(outcomes: Mapping[str, Sequence[Outcome]]) -> tuple[Claim, 
         claims += [
             Claim(
                 f"fragility.{key}.{name}.max_deg",
-                f"largest pointing error from 7000 s on, {label}, {case.name}",
+                f"largest pointing error from 7000 s on, or the last before it diverged, {label}, "
+                f"{case.name}",
                 one.worst,
                 "deg",
                 one.told(),

@@ -229,10 +229,10 @@ def _reasons(flights: Flights) -> list[Claim]:
             "The other reading of the filters' start. " + _held(flights.from_output),
         ),
         Claim(
-            "mec_frit_printed_sign.max_deg",
-            "largest pointing error from 7000 s on, MEC with FRIT, (25) as printed",
-            _worst(flights.printed_sign),
-            "deg",
+            "mec_frit_printed_sign.valid_until_s",
+            "until when MEC with FRIT and (25) as printed has not diverged",
+            flights.printed_sign.valid_until,
+            "s",
             _held(flights.printed_sign),
         ),
         *_at(
@@ -257,12 +257,6 @@ def _reasons(flights: Flights) -> list[Claim]:
             "From rest to the first command within one period; wheels of this size give 0.1 N·m.",
         ),
     ]
-
-
-def _worst(flight: Flight) -> float:
-    valid = flight.error[np.isfinite(flight.error)]
-    judged = flight.judged[np.isfinite(flight.judged)]
-    return float(np.max(judged)) if len(judged) else float(valid[-1])
 
 
 def _held(flight: Flight) -> str:
