@@ -44,7 +44,7 @@ def main():
         ]
         lines += [
             f"| `{c['id']}` | {shown(c['paper'])} | {shown(c['ours'])} | {c['unit']} | "
-            f"{c['verdict']} | {c['why']} |"
+            f"{c['verdict']} | {c['why'].replace('|', chr(92) + '|')} |"
             for c in content["claims"]
         ]
     page = Path(__file__).with_name("claims.md")
