@@ -14,11 +14,10 @@ from gyrostat.control.momentum_angles import momentum_frame
 from gyrostat.control.three_axis_law import ThreeAxisLaw
 from gyrostat.control.two_wheel_law import NO_WAY, TwoWheelLaw, Way
 from gyrostat.control.wheel_rate_loop import RateLoopMemory, WheelRateLoop
+from gyrostat.control.working_wheels import SPAN, WorkingWheels
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 
-SPAN = 1e-6
-"""Of a singular value of the working axes: below it they do not reach that direction."""
 LEAST_AUTHORITY = 1e-3
 """Of momentum across the normal over the whole: below it the third direction is out of reach."""
 
@@ -120,34 +119,27 @@ class MomentumRecovery(eqx.Module):
                 across them at the target that could move the third.
         """
         wheels = spacecraft.wheels
-        works = np.broadcast_to(np.asarray(working, dtype=bool), (wheels.count,))
-        axes = np.asarray(wheels.axes, dtype=float)
-        own = np.asarray(wheels.inertia, dtype=float) * np.ones(wheels.count)
+        left = WorkingWheels.of(spacecraft, working, seized)
         fixed = np.zeros(wheels.count) if seized is None else np.asarray(seized, dtype=float)
-        inertia = np.asarray(spacecraft.inertia) + (axes * own * fixed) @ axes.T
-        failed = jnp.asarray(axes * (~works & (fixed == 0.0)))
-        axes = axes * works
-        left, sizes, _ = np.linalg.svd(axes, full_matrices=True)
-        rank = int(np.sum(sizes > SPAN))
+        failed = jnp.asarray(np.asarray(wheels.axes) * (~left.works & (fixed == 0.0)))
+        own = jnp.asarray(left.rotor_inertia)
         attitude = rotations.normalised(jnp.asarray(target, dtype=float))
         momentum = jnp.asarray(total_momentum, dtype=float)
         loop = WheelRateLoop(
-            inertia=jnp.asarray(inertia),
-            axes=jnp.asarray(axes),
-            allocation=jnp.asarray(np.linalg.pinv(axes, rcond=SPAN)),
-            rotor_inertia=jnp.asarray(own * works),
+            inertia=jnp.asarray(left.inertia),
+            axes=jnp.asarray(left.axes),
+            allocation=jnp.asarray(np.linalg.pinv(left.axes, rcond=SPAN)),
+            rotor_inertia=own * left.works,
             torque_limit=jnp.ones(wheels.count) * wheels.torque_limit,
             momentum_limit=jnp.ones(wheels.count) * wheels.momentum_limit,
         )
-        if rank == 3:
-            return cls(
-                ThreeAxisLaw(loop, attitude, momentum), jnp.zeros(3), failed, jnp.asarray(own)
-            )
-        if rank < 2:
+        if left.rank == 3:
+            return cls(ThreeAxisLaw(loop, attitude, momentum), jnp.zeros(3), failed, own)
+        if left.rank < 2:
             raise InputError(
-                f"working wheels: found axes that span {rank} directions, expected 2 or 3"
+                f"working wheels: found axes that span {left.rank} directions, expected 2 or 3"
             )
-        normal = jnp.asarray(left[:, 2])
+        normal = jnp.asarray(left.directions[:, 2])
         frame = momentum_frame(normal, rotations.to_body(attitude, momentum))
         if not frame.across > LEAST_AUTHORITY * jnp.linalg.norm(momentum):
             raise InputError(
@@ -156,4 +148,4 @@ class MomentumRecovery(eqx.Module):
                 "normal"
             )
         law = TwoWheelLaw(loop, normal, attitude, momentum)
-        return cls(law, normal, failed, jnp.asarray(own))
+        return cls(law, normal, failed, own)

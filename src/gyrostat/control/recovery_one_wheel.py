@@ -11,6 +11,7 @@ from gyrostat._jax import jax, jnp
 from gyrostat.body import Spacecraft, WheelTorqueCommand, rotations
 from gyrostat.body.rotations import Quaternion, Vector
 from gyrostat.control.lqr import lqr
+from gyrostat.control.working_wheels import SPAN, WorkingWheels
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.linear import inverse_definite
@@ -18,8 +19,6 @@ from gyrostat.require import require
 
 PerWheel = Float[Array, " wheels"]
 
-SPAN = 1e-6
-"""Of a singular value of the working axes: below it they do not reach that direction."""
 LEAST_SINE = 1e-3
 """Of the angles on which controllability rests: below it motion takes too long to be of use."""
 DAMPING = 1.0
@@ -208,18 +207,16 @@ class OneWheelRecovery(eqx.Module):
                 about the target: a.b = 0 or b x J^-1 a = 0.
         """
         wheels = spacecraft.wheels
-        works = np.broadcast_to(np.asarray(working, dtype=bool), (wheels.count,))
-        axes = np.asarray(wheels.axes, dtype=float)
-        own = np.asarray(wheels.inertia, dtype=float) * np.ones(wheels.count)
-        fixed = np.zeros(wheels.count) if seized is None else np.asarray(seized, dtype=float)
-        inertia = np.asarray(spacecraft.inertia) + (axes * own * fixed) @ axes.T
-        left, sizes, _ = np.linalg.svd(axes * works)
-        rank = int(np.sum(sizes > SPAN))
-        if rank != 1:
-            raise InputError(f"working wheels: found axes that span {rank} directions, expected 1")
+        left = WorkingWheels.of(spacecraft, working, seized)
+        if left.rank != 1:
+            raise InputError(
+                f"working wheels: found axes that span {left.rank} directions, expected 1"
+            )
         # its sense is that of the first working wheel
-        axis = left[:, 0] * np.sign(left[:, 0] @ axes[:, np.argmax(works)])
-        share = axis @ (axes * works)
+        axis = left.directions[:, 0]
+        axis = axis * np.sign(axis @ left.axes[:, np.argmax(left.works)])
+        share = axis @ left.axes
+        inertia = left.inertia
         attitude = rotations.normalised(jnp.asarray(target, dtype=float))
         momentum = jnp.asarray(total_momentum, dtype=float)
         body = np.asarray(rotations.to_body(attitude, momentum))

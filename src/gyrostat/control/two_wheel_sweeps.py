@@ -10,6 +10,7 @@ from gyrostat._jax import jax, jnp
 from gyrostat.body import Spacecraft, rotations
 from gyrostat.body.rotations import Quaternion, Vector
 from gyrostat.control.rest_to_rest import Sweep, progress, shortest, timed, turned
+from gyrostat.control.working_wheels import SPAN, WorkingWheels
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 
@@ -19,8 +20,6 @@ AIMS = 8
 """Taken for a sweep, each corrected by the drift on the way of the one before."""
 NODES = 32
 """Intervals in time in which that drift is summed up."""
-SPAN = 1e-6
-"""Of a singular value of the working axes: below it they do not reach that direction."""
 
 
 class TwoWheelSweeps(eqx.Module):
@@ -68,12 +67,9 @@ class TwoWheelSweeps(eqx.Module):
             raise InputError(
                 f"working wheels: found shape {working.shape}, expected ({wheels.count},)"
             )
-        axes = np.asarray(wheels.axes, dtype=float)
-        rotors = np.broadcast_to(np.asarray(wheels.inertia, dtype=float), working.shape)
-        left, size, _ = np.linalg.svd(axes * working)
-        rank = int(np.sum(size > SPAN))
-        if rank != 2:
-            raise InputError(f"working wheels: found axes of rank {rank}, expected 2, a plane")
+        left = WorkingWheels.of(spacecraft, working, ~working)
+        if left.rank != 2:
+            raise InputError(f"working wheels: found axes of rank {left.rank}, expected 2, a plane")
         limits = [
             np.broadcast_to(np.asarray(limit, dtype=float), working.shape)
             for limit in (wheels.torque_limit, wheels.momentum_limit)
@@ -83,17 +79,15 @@ class TwoWheelSweeps(eqx.Module):
                 "working wheels: found no limit of torque or momentum, expected finite ones: a "
                 "sweep is as fast as they let it be"
             )
-        inertia = np.asarray(spacecraft.inertia, dtype=float)
-        inertia = inertia + (axes * np.where(working, 0.0, rotors)) @ axes.T
-        normal = left[:, 2]
+        inertia, normal = left.inertia, left.directions[:, 2]
         length = np.linalg.norm(inertia @ normal)
         z = inertia @ normal / length
         x = np.linalg.svd(z[None])[2][1]
         values = (
             inertia,
-            axes,
-            np.where(working, rotors, 0.0),
-            np.linalg.pinv(axes * working, rcond=SPAN),
+            np.asarray(wheels.axes, dtype=float),
+            np.where(working, left.rotor_inertia, 0.0),
+            np.linalg.pinv(left.axes, rcond=SPAN),
             np.stack([x, np.cross(z, x), z], axis=1),
             normal / length,
             *limits,

@@ -5,7 +5,7 @@ a segment is one Runge-Kutta step of it, short enough to resolve the friction cu
 be moved to the time at which something runs out.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from gyrostat._jax import jax, jnp
 
@@ -18,28 +18,6 @@ RATE_STEP = 0.05
 """Largest segment times the local eigenvalue |dF/dw| / J; also bounds how fast that may change."""
 NEWTON_STEPS = 3
 """After which a zero is good to 1e-14 of the segment; to 1e-8 where the speed only touches it."""
-
-
-@jax.jit  # a function of its own in the trace: traced once, not at every use
-def runge_kutta(contact: Any, motion: Any, direction, start, duration) -> Any:
-    """One classical fourth-order step of the smooth field of one mode of motion."""
-
-    def ahead(rate, share):
-        return jax.tree.map(lambda y, k: y + share * k, motion, rate)
-
-    half = 0.5 * duration
-    k1 = contact.rate(motion, direction, start)
-    k2 = contact.rate(ahead(k1, half), direction, start + half)
-    k3 = contact.rate(ahead(k2, half), direction, start + half)
-    k4 = contact.rate(ahead(k3, duration), direction, start + duration)
-    return jax.tree.map(
-        lambda y, a, b, c, d: y + duration / 6.0 * (a + 2.0 * b + 2.0 * c + d),
-        motion,
-        k1,
-        k2,
-        k3,
-        k4,
-    )
 
 
 def friction_limit(friction: Any, inertia, speed, direction, rate, rate_change, remaining):
@@ -81,22 +59,6 @@ def friction_limit(friction: Any, inertia, speed, direction, rate, rate_change, 
     return jnp.minimum(limit, jnp.sqrt(RATE_STEP / jnp.maximum(steepening, tiny)))
 
 
-def newton_step(flow, height, time):
-    """One step towards the time at which a height runs out, differentiable.
-
-    Args:
-        flow: duration -> motion.
-        height: (motion, duration) -> height and its rate.
-        time: s.
-
-    Returns:
-        The height at `time`, and the next time.
-    """
-    end, rate = height(flow(time), time)
-    rate = jax.lax.stop_gradient(rate)
-    return end, time - end / jnp.where(rate == 0.0, -1.0, rate)
-
-
 def narrowed(bracket, height, rate):
     """A bracket of the time at which a height above zero runs out, after one step of Newton.
 
@@ -116,31 +78,6 @@ def narrowed(bracket, height, rate):
     return low, high, jnp.where(inside, step, 0.5 * (low + high))
 
 
-def bracketed_time(flow, height, low, guess, high):
-    """Time in [low, high] at which a height above zero runs out; a value without derivative.
-
-    Args:
-        flow: duration -> motion.
-        height: (motion, duration) -> height and its rate.
-        low: a duration, s, at which the height is not yet below zero.
-        guess: first duration tried.
-        high: a duration at which it is.
-    """
-
-    def narrow(_, bracket):
-        time = bracket[2]
-        return narrowed(bracket, *jax.lax.stop_gradient(height(flow(time), time)))
-
-    bracket = jax.lax.fori_loop(0, NEWTON_STEPS, narrow, (low, high, guess))
-    return jax.lax.stop_gradient(bracket)[2]
-
-
-def event_time(flow, height, low, guess, high, latest):
-    """The same with its derivative, and no later than `latest`."""
-    time = newton_step(flow, height, bracketed_time(flow, height, low, guess, high))[1]
-    return within(time, latest)
-
-
 def within(time, latest):
     """The time, kept within 0 and `latest`: at a speed that only touches zero, Newton strays."""
     return time + jax.lax.stop_gradient(jnp.clip(time, 0.0, latest) - time)
@@ -157,3 +94,42 @@ def falls_through_zero(height, start_rate, end_rate, length):
         2.0 * height / jnp.where(falls_at_once, root - start_rate, 1.0),
         (start_rate + root) / jnp.where(bend < 0.0, -bend, 1.0),
     )
+
+
+class Ends(NamedTuple):
+    """How a mode of motion may end in a segment, told by its height at both ends.
+
+    Attributes:
+        turning: time at which a parabola through both ends turns, s.
+        from_zero: a wheel that turns and starts at zero: it ends only after it has risen.
+        rises: whether the height first grows and then falls.
+        past_zero: whether the height has run out at the end.
+        dips: whether it has run out in between, if the parabola is right.
+    """
+
+    turning: Any
+    from_zero: Any
+    rises: Any
+    past_zero: Any
+    dips: Any
+
+
+def ends(held, first, start_rate, final, end_rate, length) -> Ends:
+    """Judge what is left of a mode at the start and at the end of a segment.
+
+    Args:
+        held: whether the wheel rests; all arguments may be those of several wheels.
+        first: height at the start.
+        start_rate: its derivative in time there.
+        final: height at the end.
+        end_rate: its derivative in time there.
+        length: of the segment, s.
+    """
+    turns = start_rate * end_rate < 0.0
+    turning = length * start_rate / jnp.where(turns, start_rate - end_rate, 1.0)
+    from_zero = ~held & (first == 0.0)
+    rises = turns & (start_rate > 0.0)
+    past_zero = (final <= 0.0) & (~from_zero | rises)
+    lowest = first + 0.5 * start_rate * turning
+    dips = turns & (start_rate < 0.0) & (lowest <= 0.0) & ~from_zero & ~past_zero
+    return Ends(turning, from_zero, rises, past_zero, dips)

@@ -19,10 +19,12 @@ from gyrostat.friction import Friction, Scalar
 from gyrostat.wheel.contact import Contact, Motion
 from gyrostat.wheel.segment import (
     MAX_SEGMENTS,
-    event_time,
+    NEWTON_STEPS,
+    ends,
     falls_through_zero,
     friction_limit,
-    runge_kutta,
+    narrowed,
+    within,
 )
 
 
@@ -34,6 +36,28 @@ class _Segment(NamedTuple):
     landed: Bool[Array, ""]
     """Whether the speed has just come to zero."""
     number: Int[Array, ""]
+
+
+@jax.jit  # a function of its own in the trace: traced once, not at every use
+def _runge_kutta(contact: Contact, motion: Motion, direction, start, duration) -> Motion:
+    """One classical fourth-order step of the smooth field of one mode of motion."""
+
+    def ahead(rate, share):
+        return jax.tree.map(lambda y, k: y + share * k, motion, rate)
+
+    half = 0.5 * duration
+    k1 = contact.rate(motion, direction, start)
+    k2 = contact.rate(ahead(k1, half), direction, start + half)
+    k3 = contact.rate(ahead(k2, half), direction, start + half)
+    k4 = contact.rate(ahead(k3, duration), direction, start + duration)
+    return jax.tree.map(
+        lambda y, a, b, c, d: y + duration / 6.0 * (a + 2.0 * b + 2.0 * c + d),
+        motion,
+        k1,
+        k2,
+        k3,
+        k4,
+    )
 
 
 @jax.jit
@@ -74,6 +98,29 @@ def _segment_limit(contact: Contact, motion: Motion, direction, start, remaining
     return jnp.minimum(limit, contact.longest_segment(start))
 
 
+def _event_time(flow, height, low, guess, high, latest):
+    """Time in [low, high] at which a height above zero runs out, differentiable.
+
+    Args:
+        flow: duration -> motion.
+        height: (motion, duration) -> height and its rate.
+        low: a duration, s, at which the height is not yet below zero.
+        guess: first duration tried.
+        high: a duration at which it is.
+        latest: time that it is kept to, s.
+    """
+
+    def narrow(_, bracket):
+        time = bracket[2]
+        return narrowed(bracket, *jax.lax.stop_gradient(height(flow(time), time)))
+
+    bracket = jax.lax.fori_loop(0, NEWTON_STEPS, narrow, (low, high, guess))
+    time = jax.lax.stop_gradient(bracket)[2]
+    end, rate = height(flow(time), time)
+    rate = jax.lax.stop_gradient(rate)
+    return within(time - end / jnp.where(rate == 0.0, -1.0, rate), latest)
+
+
 class _Travel(NamedTuple):
     motion: Motion
     time: Float[Array, ""]
@@ -96,7 +143,7 @@ def _travel(contact: Contact, motion: Motion, direction, start, remaining):
     held = direction == 0.0
 
     def flow(duration):
-        return runge_kutta(contact, motion, direction, start, duration)
+        return _runge_kutta(contact, motion, direction, start, duration)
 
     end = flow(duration)
     grown = contact.load(end.carrier, start + duration) - contact.load(motion.carrier, start)
@@ -109,15 +156,9 @@ def _travel(contact: Contact, motion: Motion, direction, start, remaining):
     length = jax.lax.stop_gradient(duration)
     first, start_rate = jax.lax.stop_gradient(height(motion, jnp.zeros_like(duration)))
     final, end_rate = jax.lax.stop_gradient(height(end, duration))
-    turns = start_rate * end_rate < 0.0
-    turning = length * start_rate / jnp.where(turns, start_rate - end_rate, 1.0)
-    # a wheel that starts at zero comes to zero only after it has risen
-    from_zero = ~held & (first == 0.0)
-    rises = turns & (start_rate > 0.0)
-    past_zero = (final <= 0.0) & (~from_zero | rises)
-    # a parabola through both ends, at its turning point: does the height dip below zero?
-    lowest = first + 0.5 * start_rate * turning
-    dips = turns & (start_rate < 0.0) & (lowest <= 0.0) & ~from_zero
+    turning, from_zero, rises, past_zero, dips = ends(
+        held, first, start_rate, final, end_rate, length
+    )
 
     def go_on(_):
         # just at the breakaway level, rounding may turn the wheel back: it stays at zero
@@ -129,7 +170,7 @@ def _travel(contact: Contact, motion: Motion, direction, start, remaining):
         low = jnp.where(rises & from_zero, turning, 0.0)
         high = jnp.where(past_zero, length, turning)
         guess = jnp.clip(falls_through_zero(first, start_rate, end_rate, length), low, high)
-        time = event_time(flow, height, low, guess, high, remaining)
+        time = _event_time(flow, height, low, guess, high, remaining)
         # the parabola that found a dip is only an estimate: the flow itself decides
         deepest = jax.lax.stop_gradient(height(flow(high), high)[0])
         there = flow(time)._replace(speed=jnp.zeros_like(end.speed))
@@ -170,8 +211,8 @@ def slide(contact: Contact, motion: Motion, duration: Scalar) -> tuple[Motion, B
         load = contact.load(motion.carrier, elapsed)
         at_rest = motion.speed == 0.0
         free = jnp.where(segment.released != 0.0, segment.released, jnp.sign(load))
-        within = jnp.abs(load) <= contact.friction.breakaway_torque(free)
-        holds = at_rest & (segment.released == 0.0) & within
+        bears = jnp.abs(load) <= contact.friction.breakaway_torque(free)
+        holds = at_rest & (segment.released == 0.0) & bears
         direction = jnp.where(at_rest, jnp.where(holds, 0.0, free), jnp.sign(motion.speed))
         travel, rising = _travel(contact, motion, direction, elapsed, duration - elapsed)
         breaks_away = travel.ran_out & (direction == 0.0)

@@ -17,6 +17,7 @@ from gyrostat.wheel.contacts import Contacts, Modes, PerWheel
 from gyrostat.wheel.segment import (
     MAX_SEGMENTS,
     NEWTON_STEPS,
+    ends,
     falls_through_zero,
     friction_limit,
     narrowed,
@@ -177,15 +178,9 @@ def _travel(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
 
     values = jax.lax.stop_gradient(jax.vmap(heights)(both, at_both))
     (first, final), (start_rate, end_rate) = values
-    turns = start_rate * end_rate < 0.0
-    turning = length * start_rate / jnp.where(turns, start_rate - end_rate, 1.0)
-    # a wheel that starts at zero comes to zero only after it has risen
-    from_zero = ~held & (first == 0.0)
-    rises = turns & (start_rate > 0.0)
-    past_zero = (final <= 0.0) & (~from_zero | rises)
-    # a parabola through both ends, at its turning point: does the height dip below zero?
-    lowest = first + 0.5 * start_rate * turning
-    dips = turns & (start_rate < 0.0) & (lowest <= 0.0) & ~from_zero & ~past_zero
+    turning, from_zero, rises, past_zero, dips = ends(
+        held, first, start_rate, final, end_rate, length
+    )
     guess = falls_through_zero(first, start_rate, end_rate, length)
 
     def go_on(_):
