@@ -1,8 +1,8 @@
 """Running models: the closed loop, and the virtual bench."""
 
 from gyrostat.simulate.bench import CurrentRange, Telemetry, bench_record, default_range
-from gyrostat.simulate.loop import Controller, Histories, Plant, Sensor, Status, run
-from gyrostat.simulate.simulation import Batch, simulate, stack
+from gyrostat.simulate.loop import Controller, Histories, Plant, Sensor, Status, loop_parts, run
+from gyrostat.simulate.simulation import Batch, labelled, simulate, stack
 
 __all__ = [
     "Batch",
@@ -15,6 +15,8 @@ __all__ = [
     "Telemetry",
     "bench_record",
     "default_range",
+    "labelled",
+    "loop_parts",
     "run",
     "simulate",
     "stack",

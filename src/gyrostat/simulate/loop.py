@@ -1,5 +1,6 @@
 """The one loop: a continuous plant, a sampled sensor and a sampled controller, as one scan."""
 
+from collections.abc import Callable
 from enum import IntEnum
 from typing import Any, NamedTuple, Protocol
 
@@ -86,6 +87,76 @@ def _finite(tree: Any) -> Bool[Array, ""]:
     return jnp.all(jnp.stack(leaves)) if leaves else jnp.array(True)
 
 
+def loop_parts(
+    plant: Plant,
+    controller: Controller,
+    sensor: Sensor,
+    period: Scalar,
+    *,
+    substeps: int = 1,
+    command_delay: int = 0,
+) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """The loop as its beginning and one control period, for whoever scans it in another way.
+
+    Args:
+        plant: what is controlled.
+        controller: gives the commands.
+        sensor: gives the measurements.
+        period: control period, s.
+        substeps: integration steps in each.
+        command_delay: see `run`.
+
+    Returns:
+        `begin`, (state, key of the noise of sample 0) -> carry, and `tick`, (carry, (k, key of the
+        noise of sample k + 1)) -> (carry, `Histories` at sample k).
+    """
+    step = period / substeps
+
+    def carry_over(state, command, time):
+        def substep(carry, k):
+            state, resolved = carry
+            state, fine = plant(state, command, time + k * step, step)
+            return (state, resolved & fine), None
+
+        if substeps == 1:  # one scan less to compile
+            return plant(state, command, time, period)
+        return jax.lax.scan(substep, (state, jnp.array(True)), jnp.arange(substeps))[0]
+
+    def commanded(memory, measurement):
+        memory, command = controller(memory, measurement)
+        # a controller may command plain numbers
+        return memory, jax.tree.map(jnp.asarray, command)
+
+    def begin(state, key):
+        sensed, memory = sensor(sensor.start(state, period), state, key), controller.start(period)
+        _, command = jax.eval_shape(commanded, memory, sensed[1])
+        under_way = jax.tree.map(lambda c: jnp.zeros((command_delay, *c.shape), c.dtype), command)
+        return state, sensed, memory, under_way, jnp.array(int(Status.COMPLETE))
+
+    def tick(carry, now):
+        # the measurement is carried from tick to tick: XLA would else compute it, noise and all,
+        # anew for everything that is made from it
+        state, sensed, memory, under_way, status = carry
+        sensor_memory, measurement = sensed
+        k, next_draw = now
+        diverged = ~_finite(state) | plant.diverged(state)
+        status = jnp.where((status == 0) & diverged, int(Status.DIVERGED), status)
+        memory, command = commanded(memory, measurement)
+        status = jnp.where((status == 0) & ~_finite(command), int(Status.BAD_COMMAND), status)
+        queue = jax.tree.map(lambda q, c: jnp.concatenate([q, c[None]]), under_way, command)
+        command = jax.tree.map(lambda q: q[0], queue)
+        under_way = jax.tree.map(lambda q: q[1:], queue)
+        after, resolved = carry_over(state, command, k * period)
+        row = Histories(state, measurement, command, plant.record(state, command), status)
+        goes_on = status == 0
+        state = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), after, state)
+        status = jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status)
+        sensed = sensor(sensor_memory, state, next_draw)
+        return (state, sensed, memory, under_way, status), row
+
+    return begin, tick
+
+
 def run(
     plant: Plant,
     controller: Controller,
@@ -115,48 +186,9 @@ def run(
     Returns:
         Histories of `count` + 1 samples. After a run has failed its state is frozen.
     """
-    step = period / substeps
-
-    def carry_over(state, command, time):
-        def substep(carry, k):
-            state, resolved = carry
-            state, fine = plant(state, command, time + k * step, step)
-            return (state, resolved & fine), None
-
-        if substeps == 1:  # one scan less to compile
-            return plant(state, command, time, period)
-        return jax.lax.scan(substep, (state, jnp.array(True)), jnp.arange(substeps))[0]
-
-    def commanded(memory, measurement):
-        memory, command = controller(memory, measurement)
-        # a controller may command plain numbers
-        return memory, jax.tree.map(jnp.asarray, command)
-
-    def tick(carry, now):
-        # the measurement is carried from tick to tick: XLA would else compute it, noise and all,
-        # anew for everything that is made from it
-        state, sensed, memory, under_way, status = carry
-        sensor_memory, measurement = sensed
-        k, next_draw = now
-        diverged = ~_finite(state) | plant.diverged(state)
-        status = jnp.where((status == 0) & diverged, int(Status.DIVERGED), status)
-        memory, command = commanded(memory, measurement)
-        status = jnp.where((status == 0) & ~_finite(command), int(Status.BAD_COMMAND), status)
-        queue = jax.tree.map(lambda q, c: jnp.concatenate([q, c[None]]), under_way, command)
-        command = jax.tree.map(lambda q: q[0], queue)
-        under_way = jax.tree.map(lambda q: q[1:], queue)
-        after, resolved = carry_over(state, command, k * period)
-        row = Histories(state, measurement, command, plant.record(state, command), status)
-        goes_on = status == 0
-        state = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), after, state)
-        status = jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status)
-        sensed = sensor(sensor_memory, state, next_draw)
-        return (state, sensed, memory, under_way, status), row
-
+    begin, tick = loop_parts(
+        plant, controller, sensor, period, substeps=substeps, command_delay=command_delay
+    )
     keys = jax.random.split(key, count + 1)
-    sensed, memory = sensor(sensor.start(state, period), state, keys[0]), controller.start(period)
-    _, command = jax.eval_shape(commanded, memory, sensed[1])
-    under_way = jax.tree.map(lambda c: jnp.zeros((command_delay, *c.shape), c.dtype), command)
-    start = (state, sensed, memory, under_way, jnp.array(int(Status.COMPLETE)))
     draws = jnp.roll(keys, -1)  # the last tick measures what nobody sees
-    return jax.lax.scan(tick, start, (jnp.arange(count + 1), draws))[1]
+    return jax.lax.scan(tick, begin(state, keys[0]), (jnp.arange(count + 1), draws))[1]

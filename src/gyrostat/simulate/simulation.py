@@ -204,7 +204,7 @@ def simulate(
                 on_progress(first + kept, runs)
         histories = jax.tree.map(lambda *x: np.concatenate(x), *blocks)
     _refuse_bad_commands(histories, controller, control_period, runs)
-    dataset = _labelled(histories, control_period)
+    dataset = labelled(histories, control_period)
     return dataset if runs is not None else dataset.isel(run=0)
 
 
@@ -221,7 +221,13 @@ def _refuse_bad_commands(histories: Histories, controller: Any, period: float, r
     )
 
 
-def _labelled(histories: Histories, period: float) -> "xr.Dataset":
+def labelled(histories: Histories, period: float) -> "xr.Dataset":
+    """Histories as `simulate` returns them.
+
+    Args:
+        histories: each with axes (run, time).
+        period: control period, s.
+    """
     import xarray as xr
 
     count = histories.status.shape[1]
