@@ -5,6 +5,7 @@ from gyrostat.control.command import CurrentCommand
 from gyrostat.control.controllability import Controllability, uncontrollable
 from gyrostat.control.estimating_compensator import EstimatingCompensator
 from gyrostat.control.factorisations import EulerCube, MRPBody, QuaternionBody
+from gyrostat.control.friction_feed_forward import FrictionFeedForward
 from gyrostat.control.frit import (
     FirstOrderLags,
     LeastSquares,
@@ -49,6 +50,7 @@ __all__ = [
     "EulerCube",
     "FeedbackCommand",
     "FirstOrderLags",
+    "FrictionFeedForward",
     "FrictionScaleControl",
     "FrictionTorqueControl",
     "Integrators",

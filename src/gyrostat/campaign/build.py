@@ -1,0 +1,191 @@
+"""A scenario as what flies: plant, controller, sensor and start, from one run's values."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Array, Float
+
+from gyrostat._jax import jax, jnp
+from gyrostat.body import Gyrostat, GyrostatState, Spacecraft, SpacecraftSensor, WheelFailures
+from gyrostat.body.rotations import from_rotation_vector, product
+from gyrostat.campaign.components import COMPENSATORS, CONTROLLERS, SENSORS, SURROUNDINGS
+from gyrostat.campaign.phases import Phases
+from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
+from gyrostat.campaign.schema import EVENTS, WHEEL_IS_LOST, Key, size
+from gyrostat.errors import InputError
+from gyrostat.friction import FRICTION_MODELS, Scalar
+from gyrostat.wheel import WheelArray
+
+Values = Mapping[str, Scalar]
+"""Key -> number, SI."""
+
+
+class Setup(NamedTuple):
+    """What flies in one run.
+
+    Attributes:
+        plant: the spacecraft as it is.
+        controller: with the nominal spacecraft in mind.
+        sensor: of the plant.
+        start: state at time 0.
+        starts: (phases,) times from which the targets hold, s.
+        targets: (phases, 4).
+    """
+
+    plant: Gyrostat
+    controller: Any
+    sensor: SpacecraftSensor
+    start: GyrostatState
+    starts: Float[Array, " phases"]
+    targets: Float[Array, "phases 4"]
+
+
+class Plans(NamedTuple):
+    """What is worked out once for a scenario, from its nominal values.
+
+    Attributes:
+        controllers: one for each phase.
+        targets: (phases, 4).
+        known: the spacecraft as the controller knows it.
+    """
+
+    controllers: tuple[Any, ...]
+    targets: np.ndarray
+    known: Spacecraft
+
+
+def parts_of(scenario: Scenario) -> dict[str, Mapping[str, Key]]:
+    """The keys of what a scenario has chosen, for `gyrostat.campaign.schema.key_of`."""
+    friction = FRICTION_MODELS[scenario.friction]
+    return {
+        "controller": CONTROLLERS[scenario.controller].keys,
+        "compensator": COMPENSATORS[scenario.compensator].keys,
+        "sensors": SENSORS[scenario.sensors].keys,
+        "friction": {
+            n: size(d, None, "Of its friction.") for n, d in friction.dimensions().items()
+        },
+        **{f"event.{event.name}": EVENTS[event.kind][1] for event in scenario.events},
+    }
+
+
+def _options(values: Values, section: str) -> dict[str, Scalar]:
+    return {
+        key.removeprefix(f"{section}."): value
+        for key, value in values.items()
+        if key.startswith(f"{section}.")
+    }
+
+
+def spacecraft_of(scenario: Scenario, values: Values) -> Spacecraft:
+    """Body and wheels."""
+    xx, yy, zz, xy, xz, yz = (values[f"body.inertia.{end}"] for end in INERTIA)
+    rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+
+    def each(name: str) -> Any:
+        return jnp.stack([jnp.asarray(values[f"wheel.{w}.{name}"]) for w in scenario.wheels])
+
+    model = FRICTION_MODELS[scenario.friction]
+    wheels = WheelArray(
+        axes=jnp.asarray(scenario.axes).T,
+        inertia=each("inertia"),
+        torque_limit=each("torque_limit"),
+        momentum_limit=each("momentum_limit"),
+        friction=model(**{name: each(name) for name in model.dimensions()}),
+    )
+    return Spacecraft(
+        jnp.stack([jnp.stack(jax.tree.map(jnp.asarray, row)) for row in rows]), wheels
+    )
+
+
+def _failures(scenario: Scenario, values: Values) -> WheelFailures | None:
+    befallen = [event for event in scenario.events if event.wheel is not None]
+    if not befallen:
+        return None
+    failures = WheelFailures.none(len(scenario.wheels))
+    for event in befallen:
+        own = _options(values, f"event.{event.name}")
+        seized, share = event.kind == "seized", own.get("torque_share", 1.0)
+        if event.kind in WHEEL_IS_LOST:
+            share = 0.0
+        index = jnp.arange(len(scenario.wheels)) == event.wheel
+        changed = WheelFailures(
+            time=own["time"],
+            torque_share=share,
+            stuck_torque=own.get("torque", 0.0),
+            seized=seized,
+            added_viscous=own.get("added_viscous", 0.0),
+            sensor_lost=event.kind == "tachometer_lost",
+        )
+        failures = jax.tree.map(
+            lambda new, old, own=index: jnp.where(own, new, old), changed, failures
+        )
+    return failures
+
+
+def phases_of(scenario: Scenario) -> list[Event]:
+    """The events after which the controller has another plan, in their nominal order."""
+    planned = [e for e in scenario.events if e.kind == "slew" or e.kind in WHEEL_IS_LOST]
+    return sorted(planned, key=lambda event: _told(event, scenario.values))
+
+
+def _told(event: Event, values: Values) -> Any:
+    own = f"event.{event.name}"
+    return values[f"{own}.time"] + values.get(f"{own}.detected_after", 0.0)
+
+
+def phase_starts(scenario: Scenario, values: Values) -> list[Scalar]:
+    """When each phase begins, s."""
+    return [0.0, *(_told(event, values) for event in phases_of(scenario))]
+
+
+def plan(scenario: Scenario) -> Plans:
+    """Plan the controller for every phase, from the nominal values.
+
+    Raises:
+        InputError: the working wheels do not suffice in a phase.
+    """
+    known = spacecraft_of(scenario, scenario.values)
+    chosen = CONTROLLERS[scenario.controller]
+    working, seized = np.ones(len(scenario.wheels), bool), np.zeros(len(scenario.wheels), bool)
+    target, found, targets = scenario.target, [], []
+    for event in (None, *phases_of(scenario)):
+        if event is not None and event.wheel is not None:
+            working[event.wheel] = False
+            seized[event.wheel] |= event.kind == "seized"
+        if event is not None and event.target is not None:
+            target = event.target
+        if np.linalg.matrix_rank(np.asarray(scenario.axes) * working[:, None], tol=1e-6) < 3:
+            raise InputError(
+                f"key {'controller' if event is None else f'event[{event.name}]'}: found working "
+                "wheels that do not span space, expected wheels about every axis (gyrostat recover "
+                "flies with fewer)"
+            )
+        made = chosen.plan(known, working.copy(), seized.copy(), np.array(target))
+        found.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), made))
+        targets.append(target)
+    return Plans(tuple(found), np.array(targets), known)
+
+
+def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
+    """What flies; pure, for `jit` and `vmap` over the values."""
+    own = SURROUNDINGS.make(_options(values, "environment"))
+    plant = Gyrostat(spacecraft_of(scenario, values), _failures(scenario, values), **own)
+    error = jnp.stack([jnp.asarray(values[f"start.attitude_error.{axis}"]) for axis in AXES])
+    start = plant.start(
+        attitude=product(jnp.asarray(scenario.attitude), from_rotation_vector(error)),
+        rate=jnp.stack([jnp.asarray(values[f"start.rate.{axis}"]) for axis in AXES]),
+        wheel_speed=jnp.stack([jnp.asarray(values[f"wheel.{w}.speed"]) for w in scenario.wheels]),
+    )
+    options = _options(values, "controller")
+    made = [
+        CONTROLLERS[scenario.controller].make(plan, options, start.momentum)
+        for plan in plans.controllers
+    ]
+    starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(scenario, values)])
+    joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
+    controller = COMPENSATORS[scenario.compensator].make(
+        _options(values, "compensator"), Phases(starts, joined), plans.known
+    )
+    sensor = SENSORS[scenario.sensors].make(_options(values, "sensors"), plant)
+    return Setup(plant, controller, sensor, start, starts, jnp.asarray(plans.targets))

@@ -1,0 +1,164 @@
+"""Flying runs: blocks of one fixed width, in segments of one fixed length, by one program.
+
+The width is the same for every block, filled up where runs are too few, and every run passes
+through the same machine code whether its history is wanted or not. So the numbers of a run do not
+depend on the runs beside it, on the size of a block or on what is kept of it.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gyrostat._jax import jax, jnp
+from gyrostat._types import Matrix, Vector
+from gyrostat.campaign.build import Plans, Setup, build, plan
+from gyrostat.campaign.draws import draw
+from gyrostat.campaign.metrics import concluded, observer
+from gyrostat.campaign.scenario import Scenario
+from gyrostat.simulate import Status, labelled, loop_parts
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LANES = 64
+"""Runs that are carried together."""
+LONGEST_SEGMENT = 500
+"""Control periods whose samples are in memory at a time."""
+
+
+class Flown(NamedTuple):
+    """Some runs.
+
+    Attributes:
+        columns: name -> (runs,): "run", the drawn values, "status", "ended" and the metrics.
+        histories: of the runs asked for, over `run` and `time`; None where none was.
+    """
+
+    columns: dict[str, Vector]
+    histories: "xr.Dataset | None"
+
+
+@dataclass(frozen=True)
+class _Programs:
+    """A scenario, compiled."""
+
+    scenario: Scenario
+    plans: Plans
+    nominal: Vector
+    begin: Callable[..., Any]
+    segment: Callable[..., Any]
+    length: int
+
+
+@lru_cache(maxsize=8)
+def _programs(text: str) -> _Programs:
+    scenario = Scenario.from_text(text)
+    dispersed = scenario.dispersed
+    fixed = [key for key in scenario.values if key not in dispersed]
+    segments = -(-(scenario.count + 1) // LONGEST_SEGMENT)
+    length = -(-(scenario.count + 1) // segments)
+
+    def parts(nominal, drawn, plans) -> tuple[Any, ...]:
+        values = dict(zip((*fixed, *dispersed), (*nominal, *drawn), strict=True))
+        setup: Setup = build(scenario, values, plans)
+        begin, tick = loop_parts(
+            setup.plant,
+            setup.controller,
+            setup.sensor,
+            values["run.control_period"],
+            substeps=scenario.substeps,
+            command_delay=scenario.command_delay,
+        )
+        return setup.start, begin, tick, observer(scenario, setup, values)
+
+    def begin(nominal, drawn, plans, key):
+        start, first, _, seeing = parts(nominal, drawn, plans)
+        return first(start, jax.random.fold_in(key, 0)), seeing.start()
+
+    def segment(carry, first, nominal, drawn, plans, key):
+        _, _, tick, seeing = parts(nominal, drawn, plans)
+
+        def step(carry, k):
+            inner, seen = carry
+            inner, row = tick(inner, (k, jax.random.fold_in(key, k + 1)))
+            seen, error = seeing(seen, row, k)
+            return (inner, seen), (row, error)
+
+        return jax.lax.scan(step, carry, first + jnp.arange(length))
+
+    return _Programs(
+        scenario,
+        plan(scenario),
+        np.array([scenario.values[key] for key in fixed]),
+        jax.jit(jax.vmap(begin, in_axes=(None, 0, None, 0))),
+        jax.jit(jax.vmap(segment, in_axes=(0, None, None, 0, None, 0))),
+        length,
+    )
+
+
+def fly(text: str, seed: int, runs: Sequence[int] | None, *, keep: Sequence[int] = ()) -> Flown:
+    """Fly runs of a scenario.
+
+    Args:
+        text: of the scenario.
+        seed: of the campaign.
+        runs: their numbers; None for one run with the nominal values.
+        keep: numbers, among them, of those whose histories are wanted.
+    """
+    programs = _programs(text)
+    if runs is None:
+        values, noise = draw(programs.scenario, seed, np.zeros(LANES))
+        nominal = [programs.scenario.values[key] for key in programs.scenario.dispersed]
+        return _block(programs, np.zeros(1, int), values * 0.0 + nominal, noise, keep)
+    flown = []
+    for first in range(0, len(runs), LANES):
+        own = np.asarray(runs[first : first + LANES])
+        filled = np.concatenate([own, np.full(LANES - len(own), own[-1])])
+        flown.append(_block(programs, own, *draw(programs.scenario, seed, filled), keep))
+    histories = [block.histories for block in flown if block.histories is not None]
+    return Flown(
+        {name: np.concatenate([b.columns[name] for b in flown]) for name in flown[0].columns},
+        _joined(histories) if histories else None,
+    )
+
+
+def _block(
+    programs: _Programs, runs: Vector, values: Matrix, noise: Any, keep: Sequence[int]
+) -> Flown:
+    """Runs of one block; values and noise of the whole width."""
+    scenario, plans, nominal = programs.scenario, programs.plans, programs.nominal
+    lanes = np.flatnonzero(np.isin(runs, keep))
+    carry = programs.begin(nominal, values, plans, noise)
+    kept = []
+    for first in range(0, scenario.count + 1, programs.length):
+        carry, rows = programs.segment(carry, first, nominal, values, plans, noise)
+        if len(lanes):
+            kept.append(jax.tree.map(lambda leaf: np.asarray(leaf)[lanes], rows))
+    seen = carry[1]
+    count = len(runs)
+    period = scenario.values["run.control_period"]
+    columns = {
+        "run": np.asarray(runs, dtype=np.int64),
+        **{key: values[:count, k] for k, key in enumerate(scenario.dispersed)},
+        "status": np.asarray(seen.status)[:count].astype(np.int8),
+        "ended": (np.asarray(seen.samples)[:count] - 1) * period,
+    }
+    columns |= {name: entry[:count] for name, entry in concluded(scenario, seen).items()}
+    if not kept:
+        return Flown(columns, None)
+    rows, error = jax.tree.map(
+        lambda *leaves: np.concatenate(leaves, axis=1)[:, : scenario.count + 1], *kept
+    )
+    histories = labelled(rows, period).assign_coords(run=runs[lanes])
+    fine = rows.status == Status.COMPLETE
+    histories["error"] = (("run", "time"), np.where(fine, error, np.nan), {"units": "rad"})
+    return Flown(columns, histories)
+
+
+def _joined(histories: "list[xr.Dataset]") -> "xr.Dataset":
+    import xarray as xr
+
+    return xr.concat(histories, dim="run")

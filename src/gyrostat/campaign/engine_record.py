@@ -1,0 +1,90 @@
+"""What computes: versions, flags and instructions that the last bit of a number depends on."""
+
+import hashlib
+import os
+import platform
+import re
+import sys
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Literal
+
+import gyrostat
+from gyrostat.errors import InputError
+
+Device = Literal["cpu", "gpu"]
+Record = Mapping[str, str]
+
+# One thread for each worker; less optimisation compiles in two thirds of the time and runs as fast.
+FLAGS: dict[str, str] = {
+    "cpu": "--xla_cpu_multi_thread_eigen=false --xla_backend_optimization_level=1",
+    "gpu": "",
+}
+_PLATFORM = {"cpu": "cpu", "gpu": "cuda"}
+
+
+def engine_record(device: str, flags: str) -> dict[str, str]:
+    """The engine of this process: name -> version, flags or digest."""
+    found = {"device": device, "flags": flags, "python": platform.python_version()}
+    for package in ("jax", "jaxlib", "numpy", "scipy", "equinox"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:  # then nothing flies either
+            found[package] = "none"
+    return {**found, "gyrostat": _source_digest(), "instructions": _instructions()}
+
+
+def use_engine(record: Record) -> None:
+    """Make this process compute as recorded; before it has computed anything.
+
+    Raises:
+        InputError: it has other versions or instructions.
+    """
+    os.environ["XLA_FLAGS"] = record["flags"]
+    os.environ["JAX_PLATFORMS"] = _PLATFORM[record["device"]]
+    if "jax" in sys.modules:
+        sys.modules["jax"].config.update("jax_platforms", _PLATFORM[record["device"]])
+    refuse_other(record, "this process")
+
+
+def refuse_other(record: Record, where: str) -> None:
+    """Refuse to go on with another engine than the recorded one.
+
+    Args:
+        record: of the store.
+        where: that computes, for the message.
+
+    Raises:
+        InputError: something differs; its numbers would not be those of the store.
+    """
+    found = engine_record(record["device"], record["flags"])
+    for name, value in found.items():
+        if record.get(name) != value:
+            raise InputError(
+                f"{where}: found {name} {value}, expected {record.get(name)}, as recorded: other "
+                "code gives other last digits"
+            )
+
+
+def _source_digest() -> str:
+    """Version of the package, and a digest of its code: a working copy changes between versions."""
+    root = Path(gyrostat.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode())
+        digest.update(path.read_bytes())
+    return f"{gyrostat.__version__}+{digest.hexdigest()[:12]}"
+
+
+def _instructions() -> str:
+    """The vector instructions that code is compiled for."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return platform.machine()
+    words = re.search(r"^(?:flags|Features)\s*:(.*)$", text, re.MULTILINE)
+    known = sorted(
+        w for w in (words[1].split() if words else ()) if re.match("avx|fma|sve|asimd", w)
+    )
+    return " ".join([platform.machine(), *known])

@@ -1,0 +1,196 @@
+"""A campaign from its first run to its table, and on from wherever it was stopped."""
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gyrostat.campaign.engine_record import FLAGS, engine_record, refuse_other, use_engine
+from gyrostat.campaign.executors import Opener, carry_out, processes
+from gyrostat.campaign.scenario import Scenario
+from gyrostat.campaign.store import Campaign, Store
+from gyrostat.errors import InputError
+
+BLOCK = 64
+"""Runs in a block: as many as are carried together."""
+AT_ONCE = 8
+"""Runs that are replayed together: their histories are in memory at a time."""
+MOST_RUNS = 2**32
+"""More have no number of their own in the random generator."""
+
+
+class Job(NamedTuple):
+    """Some runs to fly.
+
+    Attributes:
+        campaign: they are of.
+        runs: their numbers.
+        keep: of those whose histories are wanted.
+        block: their block's number; -1 for a selection.
+    """
+
+    campaign: Campaign
+    runs: tuple[int, ...]
+    keep: tuple[int, ...]
+    block: int
+
+
+def work(job: Job) -> Any:
+    """Fly the runs of a job, in whatever process: a `gyrostat.campaign.engine.Flown`."""
+    use_engine(job.campaign.engine)
+    from gyrostat.campaign.engine import fly
+
+    return fly(job.campaign.scenario, job.campaign.seed, job.runs, keep=job.keep)
+
+
+def run_campaign(
+    scenario: Scenario,
+    out: Path,
+    *,
+    runs: int,
+    seed: int = 0,
+    device: str = "cpu",
+    opener: Opener | None = None,
+    workers: int | None = None,
+    block: int = BLOCK,
+    keep: Sequence[int] = (),
+    worst: int = 3,
+    worst_by: str | None = None,
+    on_progress: Callable[[int, int], None] | None = None,
+    say: Callable[[str], None] = lambda text: None,
+    fly_job: Callable[[Job], Any] = work,
+) -> Path:
+    """Fly a campaign, or what is left of it.
+
+    Args:
+        scenario: with what is dispersed.
+        out: folder of the campaign.
+        runs: their number.
+        seed: of the draws.
+        device: "cpu" or "gpu".
+        opener: of the executor; None for processes of this machine.
+        workers: their number; None for one a core.
+        block: runs in a block; the results do not depend on it.
+        keep: numbers of runs whose histories are kept.
+        worst: so many of the worst runs' histories are kept too.
+        worst_by: metric by which they are; None for the last percentile of the error.
+        on_progress: called with the runs done and the runs in all.
+        say: takes each line for a person.
+        fly_job: what workers do with a job.
+
+    Returns:
+        The table of all runs.
+
+    Raises:
+        InputError: the folder has another campaign or engine or cannot be written, a run draws
+            values that make no sense, or workers do not live.
+    """
+    from gyrostat.campaign.metrics import metric_units
+
+    if not 1 <= runs <= MOST_RUNS or block < 1:
+        raise InputError(f"runs: found {runs}, expected 1 to {MOST_RUNS}")
+    for run in keep:
+        if run not in range(runs):
+            raise InputError(f"kept run: found {run}, expected 0 to {runs - 1}")
+    metrics = metric_units(scenario)
+    worst_by = worst_by or f"error_p{scenario.percentiles[-1]:g}"
+    if worst_by not in metrics:
+        raise InputError(f"worst by: found {worst_by!r}, expected one of {', '.join(metrics)}")
+    engine = engine_record(device, FLAGS[device])
+    store = Store(out)
+    known = store.read()
+    if known is None:
+        from gyrostat.campaign.draws import check_draws
+
+        check_draws(scenario, seed, runs)
+    with store.locked():
+        campaign = store.begin(
+            Campaign(scenario.text(), scenario.digest(), seed, runs, block, engine)
+        )
+        refuse_other(campaign.engine, str(out))
+        count = workers or len(os.sched_getaffinity(0))
+        opener = opener or processes(count)
+        _fly_blocks(store, campaign, opener, 2 * count + 2, on_progress, say, fly_job)
+        store.merge(campaign)
+        wanted = {*keep, *worst_runs(store, worst, worst_by)}
+        missing = [run for run in sorted(wanted) if not store.history(run).exists()]
+        if missing:
+            replay(store, campaign, missing, opener, fly_job=fly_job)
+    return store.table
+
+
+def _fly_blocks(store, campaign, opener, window, on_progress, say, fly_job) -> None:
+    found, broken = store.blocks()
+    for number in broken:
+        say(f"block {number} was not whole and is flown again")
+    done = sum(len(campaign.numbers(number)) for number in found)
+    if done:
+        say(f"{done} of {campaign.runs} runs are there already")
+
+    def jobs():
+        for number in range(campaign.blocks):
+            if number not in found:
+                yield Job(campaign, tuple(campaign.numbers(number)), (), number)
+
+    def take(job: Job, flown: Any) -> None:
+        nonlocal done
+        store.write_block(job.block, flown.columns)
+        done += len(job.runs)
+        if on_progress is not None:
+            on_progress(done, campaign.runs)
+
+    if on_progress is not None:
+        on_progress(done, campaign.runs)
+    if done < campaign.runs:
+        carry_out(jobs(), fly_job, opener, take, window=window)
+
+
+def worst_runs(store: Store, count: int, metric: str) -> list[int]:
+    """Numbers of the worst runs: those that did not end, then the largest of a metric.
+
+    A run that never settles is worse than one that does; without a crossing it has no peak.
+    """
+    import numpy as np
+
+    table = store.read_table()
+    value = table[metric].to_numpy()
+    none = np.inf if metric == "settling" else -np.inf
+    value = np.where(np.isnan(value), none, value)
+    value = np.where(table["status"].to_numpy() != 0, np.inf, value)
+    ended = np.where(table["status"].to_numpy() != 0, -table["ended"].to_numpy(), 0.0)
+    order = np.lexsort((table["run"].to_numpy(), -ended, -value))
+    return table["run"].to_numpy()[order][:count].tolist()
+
+
+def replay(
+    store: Store,
+    campaign: Campaign,
+    runs: Sequence[int],
+    opener: Opener,
+    fly_job: Callable[[Job], Any] = work,
+) -> list[Path]:
+    """Fly runs of a finished campaign again and keep their histories.
+
+    Raises:
+        InputError: their numbers are not those of the table, to the last bit.
+    """
+    import numpy as np
+
+    table, paths = store.read_table(), []
+
+    def take(job: Job, flown: Any) -> None:
+        for place, run in enumerate(job.runs):
+            for name, values in flown.columns.items():
+                recorded = table[name][run].as_py()
+                recorded = np.nan if recorded is None else recorded
+                if not np.array_equal(values[place], recorded, equal_nan=True):
+                    raise InputError(
+                        f"run {run}: found {name} {values[place]!r} in the replay, expected "
+                        f"{recorded!r} of the table: something in the machine has changed"
+                    )
+            paths.append(store.write_history(run, flown.histories.sel(run=run)))
+
+    parts = [tuple(runs[k : k + AT_ONCE]) for k in range(0, len(runs), AT_ONCE)]
+    jobs = [Job(campaign, part, part, -1) for part in parts]
+    carry_out(jobs, fly_job, opener, take, window=1)
+    return paths

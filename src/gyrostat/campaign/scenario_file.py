@@ -1,0 +1,164 @@
+"""scenario.toml: what flies, what happens to it, what is uncertain of it, what is measured.
+
+docs/scenario.md lists every key; `gyrostat.campaign.schema` and `gyrostat.campaign.components` hold
+them.
+"""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from gyrostat.body import SpacecraftFile, read_spacecraft
+from gyrostat.campaign.build import build, parts_of, plan
+from gyrostat.campaign.components import COMPENSATORS, CONTROLLERS, SENSORS
+from gyrostat.campaign.read_dispersions import read_dispersions
+from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
+from gyrostat.campaign.schema import ENVIRONMENT, EVENTS, METRICS, RUN, START
+from gyrostat.campaign.tables import Table, one_of, opened
+from gyrostat.errors import InputError
+from gyrostat.require import check_parts
+
+SECTIONS = (
+    *("name", "run", "spacecraft", "start", "controller", "compensator", "sensors"),
+    *("environment", "event", "dispersion", "metrics"),
+)
+MOST_PERIODS = 100_000_000
+"""Control periods in a run: more are a slip of units."""
+
+
+def read_scenario(path: str | os.PathLike[str]) -> Scenario:
+    """Read a scenario file and the files that it names.
+
+    Raises:
+        InputError: a file cannot be read, is not TOML, or a key is unknown, missing or has a value
+            that makes no sense.
+    """
+    path = Path(path)
+    top = opened(path, "a scenario file", SECTIONS)
+    craft = read_spacecraft(path.parent / _spacecraft(top))
+    values: dict[str, float] = dict(_spacecraft_values(craft))
+    run = top.table("run", (*RUN, "step", "command_delay"))
+    values |= run.numbers(RUN)
+    count, substeps = _steps(run, values)
+    start = top.table("start", (*START, "attitude", "wheel_speed"))
+    values |= start.numbers(START) | _wheel_speeds(start, craft)
+    chosen = {}
+    for section, kinds, default in (
+        ("controller", CONTROLLERS, None),
+        ("compensator", COMPENSATORS, "none"),
+        ("sensors", SENSORS, "white_noise"),
+    ):
+        kind = chosen[section] = one_of(top, section, "kind", kinds, default)
+        extra = ("kind", "target") if section == "controller" else ("kind",)
+        values |= top.table(section, (*kinds[kind].keys, *extra)).numbers(kinds[kind].keys)
+    values |= top.table("environment", tuple(ENVIRONMENT)).numbers(ENVIRONMENT)
+    metrics = top.table("metrics", (*METRICS, "percentiles", "boresight"))
+    values |= metrics.numbers(METRICS)
+    events = _events(top, craft, values)
+    scenario = Scenario(
+        name=top.text("name", path.stem),
+        wheels=craft.wheel_names,
+        axes=tuple(map(tuple, np.asarray(craft.spacecraft.wheels.axes).T.tolist())),
+        friction=craft.spacecraft.wheels.friction.name,
+        **chosen,
+        attitude=start.unit("attitude", 4, (1.0, 0.0, 0.0, 0.0)),
+        target=top.table("controller", None).unit("target", 4, (1.0, 0.0, 0.0, 0.0)),
+        boresight=metrics.unit("boresight", 3, None) if "boresight" in metrics.row else None,
+        count=count,
+        substeps=substeps,
+        command_delay=run.whole("command_delay", 0, 1000),
+        percentiles=metrics.list("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0),
+        events=tuple(sorted(events, key=lambda e: values[f"event.{e.name}.time"])),
+        dispersions=(),
+        values=values,
+    )
+    found = read_dispersions(top, scenario, parts_of(scenario))
+    scenario = Scenario(**{**vars(scenario), "dispersions": found})
+    try:
+        setup = build(scenario, values, plan(scenario))
+        check_parts(setup.plant, setup.controller, setup.sensor)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return scenario
+
+
+def _spacecraft(top: Table) -> str:
+    found = top.table("spacecraft", ("file",)).text("file", None)
+    if "\0" in found:
+        raise InputError(f"{top.path}: key spacecraft.file: found a zero byte, expected a path")
+    return found
+
+
+def _spacecraft_values(file: SpacecraftFile) -> dict[str, float]:
+    wheels, inertia = file.spacecraft.wheels, np.asarray(file.spacecraft.inertia)
+    found = {
+        f"body.inertia.{end}": float(inertia[AXES.index(end[0]), AXES.index(end[1])])
+        for end in INERTIA
+    }
+    numbers = {
+        "inertia": wheels.inertia,
+        "torque_limit": wheels.torque_limit,
+        "momentum_limit": wheels.momentum_limit,
+        **wheels.friction.parameters(),
+    }
+    for name, entry in numbers.items():
+        each = np.broadcast_to(np.asarray(entry, dtype=float), (wheels.count,))
+        found |= {f"wheel.{w}.{name}": float(each[k]) for k, w in enumerate(file.wheel_names)}
+    return found
+
+
+def _steps(run: Table, values: dict[str, float]) -> tuple[int, int]:
+    """Control periods in a run, and integration steps in a control period."""
+    period = values["run.control_period"]
+    count = run.multiple("duration", values["run.duration"], "control period", period, MOST_PERIODS)
+    if "step" not in run.row:
+        return count, 1
+    step = run.quantity("step", "time", positive=True)
+    return count, run.multiple("control_period", period, "step", step, 10_000)
+
+
+def _wheel_speeds(start: Table, craft: SpacecraftFile) -> dict[str, float]:
+    names = craft.wheel_names
+    found = start.row.get("wheel_speed", 0.0)
+    if not isinstance(found, list):
+        found = [found] * len(names)
+    if len(found) != len(names):
+        raise InputError(
+            f"{start.path}: key start.wheel_speed: found {len(found)} values, expected one or "
+            f"{len(names)}, one a wheel"
+        )
+    return {
+        f"wheel.{name}.speed": start.value(f"wheel_speed[{k}]", entry, "speed", positive=False)
+        for k, (name, entry) in enumerate(zip(names, found, strict=True))
+    }
+
+
+def _events(top: Table, craft: SpacecraftFile, values: dict[str, float]) -> list[Event]:
+    found, befallen = [], set()
+    for number, row in enumerate(top.tables("event")):
+        name = row.text("name", str(number + 1))
+        if name in {event.name for event in found} or "." in name or not name:
+            raise InputError(
+                f"{top.path}: key event[{number}].name: found {name!r}, expected a name of its own "
+                "without a dot"
+            )
+        row = Table(top.path, f"event[{name}].", row.row)
+        kind = one_of(row, "", "kind", EVENTS, None)
+        keys = EVENTS[kind][1]
+        own = "target" if kind == "slew" else "wheel"
+        row.known(("name", "kind", own, *keys))
+        numbers = row.numbers(keys)
+        values |= {f"event.{name}.{k.rsplit('.', 1)[-1]}": v for k, v in numbers.items()}
+        if kind == "slew":
+            found.append(Event(name, kind, target=row.unit("target", 4, None)))
+            continue
+        wheel = craft.wheel_number(row.text("wheel", None), f"{top.path}: key {row.prefix}wheel")
+        if wheel in befallen:
+            raise InputError(
+                f"{top.path}: key {row.prefix}wheel: found {craft.wheel_names[wheel]}, which "
+                "another event befalls, expected one event a wheel"
+            )
+        befallen.add(wheel)
+        found.append(Event(name, kind, wheel=wheel))
+    return found

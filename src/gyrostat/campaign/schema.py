@@ -1,0 +1,157 @@
+"""Every key of a scenario file: its dimension, its default and what it means."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import inf, pi
+
+from gyrostat.units import SI_UNIT
+
+
+@dataclass(frozen=True)
+class Key:
+    """A number in a scenario.
+
+    Attributes:
+        dimension: key of `gyrostat.units.SI_UNIT`, or the SI unit of a plain number.
+        default: SI; None where the file must give it.
+        meaning: one sentence for the documentation.
+        least: smallest value that makes sense.
+        most: largest.
+        positive: whether `least` itself makes none.
+        size: of a vector; 1 for a number.
+    """
+
+    dimension: str
+    default: float | None
+    meaning: str
+    least: float = -inf
+    most: float = inf
+    positive: bool = False
+    size: int = 1
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        return SI_UNIT.get(self.dimension, self.dimension)
+
+    def allows(self, value: float) -> bool:
+        """Whether a value makes sense; NaN does not."""
+        return self.least <= value <= self.most and not (self.positive and value == self.least)
+
+    def range(self) -> str:
+        """What it allows, for a message."""
+        if self.least == -inf:
+            return f"a finite number in {self.unit}"
+        bound = f"above {self.least:g}" if self.positive else f"{self.least:g} or more"
+        return f"{bound}{'' if self.most == inf else f', at most {self.most:g}'}, in {self.unit}"
+
+
+def positive(dimension: str, default: float | None, meaning: str) -> Key:
+    """A key above 0."""
+    return Key(dimension, default, meaning, least=0.0, positive=True)
+
+
+def size(dimension: str, default: float | None, meaning: str) -> Key:
+    """A key of 0 or more."""
+    return Key(dimension, default, meaning, least=0.0)
+
+
+def vector(dimension: str, meaning: str) -> Key:
+    """Three components in body axes, by default zero."""
+    return Key(dimension, 0.0, meaning, size=3)
+
+
+RUN: dict[str, Key] = {
+    "duration": positive("time", None, "Of a run; a whole number of control periods."),
+    "control_period": positive("time", None, "From one sample and command to the next."),
+}
+START: dict[str, Key] = {
+    "attitude_error": vector("angle", "Rotation vector that turns the start away from `attitude`."),
+    "rate": vector("speed", "Body rate, in body axes."),
+}
+ENVIRONMENT: dict[str, Key] = {
+    "external_torque": vector("torque", "Constant torque from outside, in body axes."),
+}
+METRICS: dict[str, Key] = {
+    "after": size("time", 0.0, "Start of the time that error and crossing metrics count."),
+    "settled_angle": positive("angle", 0.1 * pi / 180.0, "Pointing error of a settled run."),
+    "settled_rate": positive("speed", 0.01 * pi / 180.0, "Body rate of a settled run."),
+    "crossing_window": positive(
+        "time", 10.0, "After a wheel came to zero speed: whose error counts as its peak."
+    ),
+}
+_TIME = size("time", None, "When it happens.")
+_DETECTED = size("time", 1.0, "From then until the controller allocates to the other wheels.")
+_DRAG = size("viscous", 0.0, "Drag added to the bearing.")
+EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
+    "slew": ("The controller gets another `target`.", {"time": _TIME}),
+    "torque_lost": (
+        "The motor of `wheel` gives no more torque; the rotor runs down.",
+        {"time": _TIME, "detected_after": _DETECTED, "added_viscous": _DRAG},
+    ),
+    "stuck_torque": (
+        "The motor of `wheel` gives one torque whatever is commanded.",
+        {
+            "time": _TIME,
+            "detected_after": _DETECTED,
+            "torque": Key("torque", None, "That it gives."),
+        },
+    ),
+    "seized": (
+        "The rotor of `wheel` stops at once and gives its momentum to the body.",
+        {"time": _TIME, "detected_after": _DETECTED},
+    ),
+    "degraded": (
+        "The motor of `wheel` gives a share of its torque; the controller is not told.",
+        {
+            "time": _TIME,
+            "torque_share": Key("1", None, "That is left.", least=0.0, most=1.0),
+            "added_viscous": _DRAG,
+        },
+    ),
+    "drag": (
+        "The bearing of `wheel` gets heavier; the controller is not told.",
+        {"time": _TIME, "added_viscous": size("viscous", None, "Drag added to the bearing.")},
+    ),
+    "tachometer_lost": (
+        "The speed of `wheel` is no longer measured: the last value stays.",
+        {"time": _TIME},
+    ),
+}
+"""Kind of event -> what happens, and its numbers."""
+WHEEL_IS_LOST = ("torque_lost", "stuck_torque", "seized")
+"""Events after which the controller does without the wheel."""
+WHEEL: dict[str, Key] = {
+    "speed": Key("speed", 0.0, "At the start, relative to the body."),
+    "inertia": positive("inertia", None, "Of the rotor about its axis."),
+    "torque_limit": positive("torque", inf, "Largest motor torque."),
+    "momentum_limit": positive("momentum", inf, "Largest inertia times speed."),
+}
+"""Numbers of each wheel beside its friction; all but the speed from the spacecraft file."""
+INERTIA = Key("inertia", None, "Of the body without the rotors' own spin.")
+DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
+    "normal": ("sigma",),
+    "uniform": ("low", "high"),
+    "log_normal": ("sigma",),
+}
+"""Distribution -> what it needs."""
+
+
+def key_of(key: str, parts: Mapping[str, Mapping[str, Key]]) -> Key:
+    """The entry of a value's key.
+
+    Args:
+        key: as in `Scenario.values`.
+        parts: "controller", "compensator" and "sensors" -> the keys of those chosen, "friction" ->
+            those of the friction model, "event.NAME" -> those of its kind.
+    """
+    section, *rest = key.split(".")
+    if section == "body":
+        return INERTIA
+    if section == "wheel":
+        name = rest[-1]
+        return WHEEL[name] if name in WHEEL else parts["friction"][name]
+    if section == "event":
+        return parts[".".join((section, *rest[:-1]))][rest[-1]]
+    own = {"run": RUN, "start": START, "environment": ENVIRONMENT, "metrics": METRICS}
+    return (own[section] if section in own else parts[section])[rest[0]]

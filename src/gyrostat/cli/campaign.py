@@ -1,0 +1,192 @@
+"""Verbs that fly scenarios: once, many times, again; and what came of it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gyrostat.arguments import command_line, say
+from gyrostat.cli.options import Json, Out
+from gyrostat.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Device = Annotated[str, typer.Option(help="cpu, or gpu where JAX sees one.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Processes; by default one a core.")]
+Scheduler = Annotated[
+    str | None, typer.Option(help="Address of a Dask scheduler that has workers.")
+]
+
+
+def simulate(
+    scenario: Annotated[Path, typer.Argument(help="scenario.toml.")],
+    out: Annotated[Path, typer.Option(help="netCDF file of the run; its report stands beside it.")],
+    seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
+    device: Device = "cpu",
+    json_output: Json = False,
+) -> None:
+    """Fly a scenario once, with its nominal values: RUN.nc and RUN.html."""
+    from gyrostat.campaign.engine_record import FLAGS, engine_record, use_engine
+    from gyrostat.files import check_writable
+
+    if out.suffix != ".nc":
+        raise InputError(f"--out: found {str(out)!r}, expected a name that ends in .nc")
+    check_writable(out.parent)
+    use_engine(engine_record(_device(device), FLAGS[device]))
+    from gyrostat.campaign.engine import fly
+    from gyrostat.campaign.scenario_file import read_scenario
+    from gyrostat.report.campaign_run import write_run
+
+    found = read_scenario(scenario)
+    say(f"flying {found.name}: {found.duration:g} s")
+    flown = fly(found.text(), seed, None, keep=[0])
+    text = write_run(found, flown, out, command=command_line(), say=say)
+    if json_output:
+        print(text)
+    if int(flown.columns["status"][0]) != 0:
+        raise typer.Exit(1)
+
+
+def campaign(
+    scenario: Annotated[Path, typer.Argument(help="scenario.toml with [[dispersion]].")],
+    runs: Annotated[int, typer.Option(min=1, help="How many.")],
+    out: Out,
+    seed: Annotated[int, typer.Option(min=0, help="Of everything that is drawn.")] = 0,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    device: Device = "cpu",
+    block: Annotated[int, typer.Option(min=1, help="Runs in a block; changes no result.")] = 64,
+    keep: Annotated[str, typer.Option(help="Runs whose histories are kept: 0,5,17.")] = "",
+    worst: Annotated[int, typer.Option(min=0, help="So many worst runs are kept too.")] = 3,
+    worst_by: Annotated[
+        str | None, typer.Option(help="Metric; by default the last percentile of the error.")
+    ] = None,
+) -> None:
+    """Fly a scenario many times, each with its own draws; run again to go on after a stop."""
+    from gyrostat.campaign import cluster, run_campaign
+    from gyrostat.campaign.scenario_file import read_scenario
+    from gyrostat.files import check_writable
+    from gyrostat.report.campaign import write_campaign
+
+    check_writable(out)
+    _device(device)
+    found = read_scenario(scenario)
+    if not found.dispersions:
+        raise InputError(f"{scenario}: key dispersion: found none, expected what shall scatter")
+    opener = None if scheduler is None else cluster(scheduler)
+    with _Progress() as told:
+        run_campaign(
+            found,
+            out,
+            runs=runs,
+            seed=seed,
+            device=device,
+            opener=opener,
+            workers=workers,
+            block=block,
+            keep=_numbers(keep),
+            worst=worst,
+            worst_by=worst_by,
+            on_progress=told,
+            say=say,
+        )
+    write_campaign(out, command=command_line(), say=say)
+
+
+def replay(
+    folder: Annotated[Path, typer.Argument(help="Of a finished campaign.")],
+    run: Annotated[int, typer.Argument(min=0, help="Number of the run.")],
+) -> None:
+    """Fly one run of a campaign again, bit for bit: its history and a report of it."""
+    from gyrostat.campaign import Store, processes
+    from gyrostat.campaign import replay as fly_again
+    from gyrostat.campaign.engine_record import refuse_other
+    from gyrostat.report.campaign import write_replay
+
+    store = Store(folder)
+    known = store.read()
+    if known is None:
+        raise InputError(f"{folder}: found no campaign.json, expected the folder of a campaign")
+    if run >= known.runs:
+        raise InputError(f"run: found {run}, expected 0 to {known.runs - 1}")
+    refuse_other(known.engine, str(folder))
+    with store.locked():
+        path = fly_again(store, known, [run], processes(1))[0]
+    write_replay(known, path, run, command=command_line(), say=say)
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(help="Of a finished campaign.")],
+    json_output: Json = False,
+) -> None:
+    """Say what a campaign has shown: report.html and report.json."""
+    from gyrostat.report.campaign import write_campaign
+
+    text = write_campaign(folder, command=command_line(), say=say)
+    if json_output:
+        print(text)
+
+
+def _device(name: str) -> str:
+    from gyrostat.campaign.engine_record import FLAGS
+
+    if name not in FLAGS:
+        raise InputError(f"--device: found {name!r}, expected one of {', '.join(FLAGS)}")
+    return name
+
+
+def _numbers(text: str) -> list[int]:
+    try:
+        return [int(part) for part in text.split(",") if part.strip()]
+    except ValueError:
+        raise InputError(f"--keep: found {text!r}, expected numbers with commas between") from None
+
+
+class _Progress:
+    """Runs done, their rate and the time left: a bar in a terminal, lines elsewhere."""
+
+    def __enter__(self) -> "Callable[[int, int], None]":
+        from rich.console import Console
+        from rich.progress import (
+            BarColumn,
+            MofNCompleteColumn,
+            Progress,
+            TextColumn,
+            TimeRemainingColumn,
+        )
+
+        console = Console(stderr=True)
+        self._bar = Progress(
+            TextColumn("runs"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[rate]}"),
+            TimeRemainingColumn(),
+            console=console,
+            disable=not console.is_terminal,
+        )
+        self._bar.__enter__()
+        self._task: int | None = None
+        return self._told
+
+    def _told(self, done: int, total: int) -> None:
+        import time
+
+        now = time.monotonic()
+        if self._task is None:
+            self._begun, self._before, self._said = now, done, now
+            self._task = self._bar.add_task("runs", total=total, completed=done, rate="")
+            return
+        self._done = done, total
+        rate = (done - self._before) / max(now - self._begun, 1e-9)
+        self._bar.update(self._task, completed=done, rate=f"{rate:.1f} a second")
+        if self._bar.disable and (now - self._said > 10.0 or done == total):
+            self._said = now
+            left = (total - done) / max(rate, 1e-9)
+            say(f"{done} of {total} runs, {rate:.1f} a second, {left:.0f} s left")
+
+    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
+        self._bar.__exit__(kind, *rest)  # pyright: ignore[reportArgumentType]
+        if kind is KeyboardInterrupt:
+            say("stopped: the blocks that are done are kept; the same command goes on")

@@ -1,0 +1,207 @@
+"""The report of a campaign: distributions, percentiles, what drives them, the worst runs."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from gyrostat.campaign import Campaign, Scenario, Store, worst_runs
+from gyrostat.campaign.metrics import METRICS, metric_units
+from gyrostat.campaign.summary import chance_level, percentile_of, rank_correlation
+from gyrostat.errors import InputError
+from gyrostat.files import write_whole
+from gyrostat.report.campaign_run import run_page, told
+from gyrostat.report.figures import MARK, MODEL, STYLE, svg
+from gyrostat.report.page import render
+from gyrostat.simulate import Status
+
+if TYPE_CHECKING:
+    from gyrostat._types import Vector
+
+PERCENTILES = (50.0, 95.0, 99.7)
+"""Of the runs."""
+SHOWN = 5
+"""Drivers of a metric in the table, and worst runs."""
+
+
+def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) -> str:
+    """Write report.json and report.html of a finished campaign; say what they hold.
+
+    Args:
+        folder: of the campaign.
+        command: what produced it.
+        say: takes each line for a person.
+
+    Returns:
+        The text of report.json.
+
+    Raises:
+        InputError: the folder has no finished campaign, or cannot be written.
+    """
+    store = Store(folder)
+    known = store.read()
+    if known is None:
+        raise InputError(f"{folder}: found no campaign.json, expected the folder of a campaign")
+    scenario = Scenario.from_text(known.scenario)
+    table = store.read_table()
+    columns = {name: table[name].to_numpy() for name in table.column_names}
+    content = _content(scenario, known, columns, store)
+    page = render(
+        "campaign.html",
+        scenario=scenario,
+        known=known,
+        content=content,
+        figure=svg(distribution_figure(scenario, columns)),
+        units=metric_units(scenario),
+        meanings={name: meaning for name, (_, meaning) in METRICS.items()},
+        told=lambda value, unit: told(np.nan if value is None else value, unit),
+        folder=folder,
+        command=command,
+    )
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+    write_whole(folder / "report.json", text + "\n")
+    write_whole(folder / "report.html", page)
+    for line in _lines(scenario, content):
+        say(line)
+    say(f"written: {folder / 'report.html'}, {folder / 'report.json'}, {store.table}")
+    return text
+
+
+def _content(
+    scenario: Scenario, known: Campaign, columns: "dict[str, Vector]", store: Store
+) -> dict[str, Any]:
+    """Everything that the report says, SI units."""
+    status, keys = columns["status"], scenario.dispersed
+    drawn = np.stack([columns[key] for key in keys], axis=1)
+    ended = {
+        kind.name.lower(): int(np.sum(status == kind)) for kind in Status if np.any(status == kind)
+    }
+    bad = np.flatnonzero(status != Status.COMPLETE)
+    metrics: dict[str, Any] = {}
+    for name, unit in metric_units(scenario).items():
+        found = [percentile_of(columns[name], percent) for percent in PERCENTILES]
+        rho = rank_correlation(drawn, columns[name])
+        order = [k for k in np.argsort(-np.abs(rho)) if np.isfinite(rho[k])]
+        metrics[name] = {
+            "unit": unit,
+            "runs": int(np.sum(np.isfinite(columns[name]))),
+            "percentiles": [{k: _or_none(v) for k, v in vars(p).items()} for p in found],
+            "drivers": [{"key": keys[k], "rank_correlation": float(rho[k])} for k in order],
+        }
+    ranked = f"error_p{scenario.percentiles[-1]:g}"
+    return {
+        "scenario": scenario.name,
+        "digest": known.digest,
+        "seed": known.seed,
+        "runs": known.runs,
+        "ended": ended,
+        "not_complete": [
+            {
+                "run": int(k),
+                "status": Status(status[k]).name.lower(),
+                "ended": float(columns["ended"][k]),
+            }
+            for k in bad[:100]
+        ],
+        "chance_level": chance_level(int(np.sum(status == 0))),
+        "metrics": metrics,
+        "worst_by": ranked,
+        "worst": [
+            {
+                "run": run,
+                "value": _or_none(float(columns[ranked][run])),
+                "kept": store.history(run).exists(),
+            }
+            for run in worst_runs(store, SHOWN, ranked)
+        ],
+        "engine": dict(known.engine),
+    }
+
+
+def _or_none(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
+    """The outcome for a terminal."""
+    ended = ", ".join(
+        f"{count} {kind.replace('_', ' ')}" for kind, count in content["ended"].items()
+    )
+    lines = [f"{content['runs']} runs of {scenario.name}: {ended}"]
+    own = content["metrics"][content["worst_by"]]
+    for entry in own["percentiles"]:
+        value, low, high = (
+            told(np.nan if entry[k] is None else entry[k], own["unit"])
+            for k in ("value", "low", "high")
+        )
+        lines.append(
+            f"  {content['worst_by']}: {entry['percent']:g} % of the runs stay below {value} "
+            f"(95 % confidence: {low} to {high})"
+        )
+    driving = [d for d in own["drivers"] if abs(d["rank_correlation"]) > content["chance_level"]]
+    if driving:
+        told_of = ", ".join(f"{d['key']} ({d['rank_correlation']:+.2f})" for d in driving[:3])
+        lines.append(f"  driven by {told_of}, by rank correlation")
+    return lines
+
+
+def distribution_figure(scenario: Scenario, columns: "dict[str, Vector]") -> Figure:
+    """A histogram of every metric that differs between runs, its 99.7 % percentile marked.
+
+    Args:
+        scenario: that was flown.
+        columns: of the table of runs.
+    """
+    units = metric_units(scenario)
+    finite = {name: columns[name][np.isfinite(columns[name])] for name in units}
+    shown = [name for name, values in finite.items() if len(values) and np.ptp(values) > 0.0]
+    count = max(len(shown), 1)
+    with mpl.rc_context(STYLE):
+        height = -(-count // 3)
+        figure = Figure(figsize=(9.0, 1.9 * height + 0.2))
+        grid = np.atleast_1d(figure.subplots(height, 3)).ravel()
+        for axes, name in zip(grid, shown, strict=False):
+            degrees = units[name] == "rad"
+            values = np.degrees(finite[name]) if degrees else finite[name]
+            axes.stairs(
+                *np.histogram(values, bins=min(50, 5 + len(values) // 10)), fill=True, color=MODEL
+            )
+            mark = percentile_of(values, PERCENTILES[-1]).value
+            axes.axvline(mark, color=MARK, lw=0.9, ls="--")
+            unit = "deg" if degrees else units[name]
+            axes.set_xlabel(name if unit == "1" else f"{name} ({unit})")
+        for axes in grid[len(shown) :]:
+            axes.set_visible(False)
+        figure.tight_layout()
+    return figure
+
+
+def write_replay(
+    known: Campaign, path: Path, run: int, *, command: str, say: Callable[[str], None]
+) -> None:
+    """Write the page of a run that was flown again, beside its history.
+
+    Args:
+        known: the campaign.
+        path: of the history.
+        run: number of the run.
+        command: what produced it.
+        say: takes each line for a person.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    import xarray as xr
+
+    scenario = Scenario.from_text(known.scenario)
+    table = Store(path.parents[1]).read_table()
+    values = {name: table[name][run].as_py() for name in table.column_names}
+    with xr.open_dataset(path, engine="h5netcdf") as history:
+        page = run_page(scenario, values, history, f"{scenario.name}, run {run}", command)
+    write_whole(path.with_suffix(".html"), page)
+    say(f"run {run} flown again: every number is that of the table, bit for bit")
+    say(f"written: {path}, {path.with_suffix('.html')}")
