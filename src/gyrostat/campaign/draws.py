@@ -10,10 +10,11 @@ from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Array, PRNGKeyArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
 from gyrostat._jax import jax, jnp
-from gyrostat._types import Matrix, Vector
+from gyrostat._types import Matrix
 from gyrostat.body import check_inertia
 from gyrostat.campaign.build import parts_of, phase_starts
 from gyrostat.campaign.scenario import INERTIA, Dispersion, Scenario
@@ -38,7 +39,7 @@ def _streams(size: int):
     return jax.jit(jax.vmap(one, in_axes=(None, 0, None)))
 
 
-def draw(scenario: Scenario, seed: int, runs: Vector) -> tuple[Matrix, PRNGKeyArray]:
+def draw(scenario: Scenario, seed: int, runs: ArrayLike) -> tuple[Matrix, PRNGKeyArray]:
     """Draw.
 
     Args:
@@ -52,10 +53,10 @@ def draw(scenario: Scenario, seed: int, runs: Vector) -> tuple[Matrix, PRNGKeyAr
     dispersions = scenario.dispersions
     codes = jnp.array([zlib.crc32(d.keys[0].encode()) for d in dispersions], dtype=jnp.uint32)
     size = max((len(d.keys) for d in dispersions), default=1)
-    numbers = jnp.asarray(np.asarray(runs), dtype=jnp.uint32)
+    numbers = jnp.asarray(runs, dtype=jnp.uint32)
     noise, bits = _streams(size)(jax.random.key(seed), numbers, codes)
     # the middle of each of 2^53 equal parts of 0 to 1: neither end is ever drawn
-    share = ((np.asarray(bits) >> np.uint64(11)) + 0.5) * 2.0**-53
+    share: Matrix = ((np.asarray(bits) >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
     drawn = [
         _values(dispersion, scenario, share[:, k, : len(dispersion.keys)])
         for k, dispersion in enumerate(dispersions)
@@ -85,9 +86,9 @@ def check_draws(scenario: Scenario, seed: int, runs: int) -> None:
     """
     parts = parts_of(scenario)
     for first in range(0, runs, AT_ONCE):
-        numbers = np.arange(first, min(first + AT_ONCE, runs))
+        numbers = range(first, min(first + AT_ONCE, runs))
         # one size of array, so that one is compiled
-        values = draw(scenario, seed, np.resize(numbers, min(AT_ONCE, runs)))[0][: len(numbers)]
+        values = draw(scenario, seed, np.resize(np.array(numbers), AT_ONCE))[0][: len(numbers)]
         for key, drawn in zip(scenario.dispersed, values.T, strict=True):
             entry = key_of(key, parts)
             for number, value in zip(numbers, drawn.tolist(), strict=True):
@@ -99,7 +100,7 @@ def check_draws(scenario: Scenario, seed: int, runs: int) -> None:
         _check_together(scenario, numbers, values)
 
 
-def _check_together(scenario: Scenario, numbers: Vector, values: Matrix) -> None:
+def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:
     inertia = any(key.startswith("body.inertia.") for key in scenario.dispersed)
     events = any(key.startswith("event.") for key in scenario.dispersed)
     if not inertia and not events:
@@ -109,7 +110,7 @@ def _check_together(scenario: Scenario, numbers: Vector, values: Matrix) -> None
         if inertia:
             xx, yy, zz, xy, xz, yz = (own[f"body.inertia.{end}"] for end in INERTIA)
             try:
-                check_inertia(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+                check_inertia(jnp.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
             except InputError as error:
                 raise InputError(f"dispersion of body.inertia in run {number}: {error}") from None
         starts = phase_starts(scenario, own)

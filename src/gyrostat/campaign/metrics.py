@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Float, Int
 
 from gyrostat._jax import jax, jnp
 from gyrostat._types import Matrix, Vector
@@ -140,7 +140,7 @@ class Observer(eqx.Module):
         """All but histogram and status, taking the sample to be valid."""
         values, wheels = self.values, self.setup.plant.spacecraft.wheels
         momentum, torque = row.record.wheel_momentum, row.command.torque
-        counts: Bool[Array, ""] = time + 1e-9 >= values["metrics.after"]
+        counts = time + 1e-9 >= values["metrics.after"]
         sense = jnp.sign(row.state.wheel_speed)
         crossing = jnp.sum(counts & (sense != seen.sense) & (seen.sense != 0.0))
         crossed = jnp.where(crossing > 0, time, seen.crossed)
@@ -185,7 +185,7 @@ def concluded(scenario: Scenario, seen: Any) -> dict[str, Vector]:
         scenario: of the runs.
         seen: `Seen` with a leading axis of runs.
     """
-    seen = Seen(*(np.asarray(entry) for entry in seen))
+    seen = jax.tree.map(np.asarray, seen)
     period = scenario.values["run.control_period"]
     counted, samples = np.maximum(seen.counted, 1), np.maximum(seen.samples, 1)
     found = {

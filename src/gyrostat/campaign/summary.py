@@ -68,7 +68,7 @@ def rank_correlation(drawn: Matrix, metric: Vector) -> Vector:
         return found
     for k, values in enumerate(drawn.T):
         if np.ptp(values[fine]) > 0.0:
-            found[k] = spearmanr(values[fine], metric[fine]).statistic
+            found[k] = spearmanr(values[fine], metric[fine])[0]
     return found
 
 

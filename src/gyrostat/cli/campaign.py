@@ -152,6 +152,7 @@ class _Progress:
             BarColumn,
             MofNCompleteColumn,
             Progress,
+            TaskID,
             TextColumn,
             TimeRemainingColumn,
         )
@@ -167,7 +168,7 @@ class _Progress:
             disable=not console.is_terminal,
         )
         self._bar.__enter__()
-        self._task: int | None = None
+        self._task: TaskID | None = None
         return self._told
 
     def _told(self, done: int, total: int) -> None:
@@ -178,7 +179,6 @@ class _Progress:
             self._begun, self._before, self._said = now, done, now
             self._task = self._bar.add_task("runs", total=total, completed=done, rate="")
             return
-        self._done = done, total
         rate = (done - self._before) / max(now - self._begun, 1e-9)
         self._bar.update(self._task, completed=done, rate=f"{rate:.1f} a second")
         if self._bar.disable and (now - self._said > 10.0 or done == total):
