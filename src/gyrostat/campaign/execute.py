@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from gyrostat.campaign.engine_record import FLAGS, engine_record, refuse_other, use_engine
 from gyrostat.campaign.executors import Opener, carry_out, processes
 from gyrostat.campaign.scenario import Scenario
+from gyrostat.campaign.schema import metric_units
 from gyrostat.campaign.store import Campaign, Store
 from gyrostat.errors import InputError
 
@@ -85,21 +86,19 @@ def run_campaign(
         InputError: the folder has another campaign or engine or cannot be written, a run draws
             values that make no sense, or workers do not live.
     """
-    from gyrostat.campaign.metrics import metric_units
-
     if not 1 <= runs <= MOST_RUNS or block < 1:
         raise InputError(f"runs: found {runs}, expected 1 to {MOST_RUNS}")
     for run in keep:
         if run not in range(runs):
             raise InputError(f"kept run: found {run}, expected 0 to {runs - 1}")
-    metrics = metric_units(scenario)
+    metrics = metric_units(scenario.percentiles)
     worst_by = worst_by or f"error_p{scenario.percentiles[-1]:g}"
     if worst_by not in metrics:
         raise InputError(f"worst by: found {worst_by!r}, expected one of {', '.join(metrics)}")
     engine = engine_record(device, FLAGS[device])
     store = Store(out)
     known = store.read()
-    if known is None:
+    if known is None and scenario.dispersions:
         from gyrostat.campaign.draws import check_draws
 
         check_draws(scenario, seed, runs)

@@ -115,9 +115,13 @@ def carry_out(
 
         def give(pool: Executor, running: dict[Any, Any] = running) -> None:
             job = again.popleft() if again else next(rest, None)
-            if job is not None:
-                again.append(job)  # until it is given
-                running[pool.submit(work, job)] = again.pop()
+            if job is None:
+                return
+            try:
+                running[pool.submit(work, job)] = job
+            except BrokenExecutor:
+                again.append(job)
+                raise
 
         try:
             with opener() as pool:

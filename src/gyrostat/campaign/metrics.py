@@ -19,27 +19,6 @@ LEAST_ERROR, WIDTH, BINS = 1e-8, 0.02, 990
 FULL = 0.999
 """Share of a limit at which a wheel counts as saturated."""
 
-METRICS: dict[str, tuple[str, str]] = {
-    "error_max": ("rad", "Largest pointing error after `metrics.after`."),
-    "error_rms": ("rad", "Root mean square of the pointing error after `metrics.after`."),
-    "error_end": ("rad", "Pointing error at the end."),
-    "settling": ("s", "Time from which error and body rate stay settled to the end; none: never."),
-    "crossings": ("1", "How often a wheel came to zero speed after `metrics.after`."),
-    "crossing_peak": ("rad", "Largest error within `metrics.crossing_window` of one; none: none."),
-    "momentum_peak": ("N·m·s", "Largest momentum of any wheel."),
-    "torque_peak": ("N·m", "Largest motor torque of any wheel."),
-    "torque_rms": ("N·m", "Root mean square of the motor torques of all wheels."),
-    "saturated": ("1", "Share of the time in which a wheel was at its torque or momentum limit."),
-    "energy": ("J", "Mechanical work of the motors, braking counted as work."),
-}
-"""Metric -> its unit and meaning; before them stand the percentiles of the pointing error."""
-
-
-def metric_units(scenario: Scenario) -> dict[str, str]:
-    """Every metric of a scenario -> its unit."""
-    percentiles = {f"error_p{p:g}": "rad" for p in scenario.percentiles}
-    return percentiles | {name: unit for name, (unit, _) in METRICS.items()}
-
 
 class Seen(NamedTuple):
     """What has been seen of a run.

@@ -1,6 +1,6 @@
 """Every key of a scenario file: its dimension, its default and what it means."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf, pi
 
@@ -135,6 +135,27 @@ DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
     "log_normal": ("sigma",),
 }
 """Distribution -> what it needs."""
+
+RESULTS: dict[str, tuple[str, str]] = {
+    "error_max": ("rad", "Largest pointing error after `metrics.after`."),
+    "error_rms": ("rad", "Root mean square of the pointing error after `metrics.after`."),
+    "error_end": ("rad", "Pointing error at the end."),
+    "settling": ("s", "Time from which error and body rate stay settled to the end; none: never."),
+    "crossings": ("1", "How often a wheel came to zero speed after `metrics.after`."),
+    "crossing_peak": ("rad", "Largest error within `metrics.crossing_window` of one; none: none."),
+    "momentum_peak": ("N·m·s", "Largest momentum of any wheel."),
+    "torque_peak": ("N·m", "Largest motor torque of any wheel."),
+    "torque_rms": ("N·m", "Root mean square of the motor torques of all wheels."),
+    "saturated": ("1", "Share of the time in which a wheel was at its torque or momentum limit."),
+    "energy": ("J", "Mechanical work of the motors, braking counted as work."),
+}
+"""Metric -> its unit and meaning; before them stand the percentiles of the pointing error."""
+
+
+def metric_units(percentiles: Iterable[float]) -> dict[str, str]:
+    """Every metric -> its unit; those of these percentiles of the pointing error first."""
+    first = {f"error_p{p:g}": "rad" for p in percentiles}
+    return first | {name: unit for name, (unit, _) in RESULTS.items()}
 
 
 def key_of(key: str, parts: Mapping[str, Mapping[str, Key]]) -> Key:

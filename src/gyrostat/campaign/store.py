@@ -82,19 +82,23 @@ class Store:
         """
         try:
             self._blocks.mkdir(parents=True, exist_ok=True)
-            with (self.folder / ".lock").open("w") as handle:
-                try:
-                    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                except BlockingIOError:
-                    raise InputError(
-                        f"{self.folder}: found another campaign at work here, expected none"
-                    ) from None
-                yield
+            handle = (self.folder / ".lock").open("w")
         except OSError as error:
-            reason = error.strerror or str(error)
             raise InputError(
-                f"{self.folder}: found no way to write ({reason}), expected a writable folder"
+                f"{self.folder}: found no way to write ({error.strerror}), expected a writable "
+                "folder"
             ) from None
+        with handle:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(
+                    f"{self.folder}: found another campaign at work here, expected none"
+                ) from None
+            for left in self.folder.rglob(".*"):  # what a killed process has not finished
+                if left.name != ".lock":
+                    left.unlink()
+            yield
 
     def read(self) -> Campaign | None:
         """The campaign of the folder; None where there is none yet.
@@ -159,7 +163,7 @@ class Store:
     def blocks(self) -> tuple[dict[int, Path], list[int]]:
         """The blocks that are whole, by number, and the numbers of those that were not.
 
-        What is not whole is removed.
+        What is not whole is removed; files of another kind are left alone.
         """
         found: dict[int, Path] = {}
         broken: list[int] = []
@@ -167,10 +171,9 @@ class Store:
             match = _BLOCK.fullmatch(path.name)
             if match and hashlib.sha256(path.read_bytes()).hexdigest() == match[2]:
                 found[int(match[1])] = path
-            else:
+            elif match:
                 path.unlink()
-                if match:
-                    broken.append(int(match[1]))
+                broken.append(int(match[1]))
         return found, broken
 
     def merge(self, campaign: Campaign) -> None:

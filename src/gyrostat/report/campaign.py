@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gyrostat.campaign import Campaign, Scenario, Store, worst_runs
-from gyrostat.campaign.metrics import METRICS, metric_units
+from gyrostat.campaign.schema import RESULTS, metric_units
 from gyrostat.campaign.summary import chance_level, percentile_of, rank_correlation
 from gyrostat.errors import InputError
 from gyrostat.files import write_whole
@@ -56,8 +56,8 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
         known=known,
         content=content,
         figure=svg(distribution_figure(scenario, columns)),
-        units=metric_units(scenario),
-        meanings={name: meaning for name, (_, meaning) in METRICS.items()},
+        units=metric_units(scenario.percentiles),
+        meanings={name: meaning for name, (_, meaning) in RESULTS.items()},
         told=lambda value, unit: told(np.nan if value is None else value, unit),
         folder=folder,
         command=command,
@@ -82,7 +82,7 @@ def _content(
     }
     bad = np.flatnonzero(status != Status.COMPLETE)
     metrics: dict[str, Any] = {}
-    for name, unit in metric_units(scenario).items():
+    for name, unit in metric_units(scenario.percentiles).items():
         found = [percentile_of(columns[name], percent) for percent in PERCENTILES]
         rho = rank_correlation(drawn, columns[name])
         order = [k for k in np.argsort(-np.abs(rho)) if np.isfinite(rho[k])]
@@ -156,7 +156,7 @@ def distribution_figure(scenario: Scenario, columns: "dict[str, Vector]") -> Fig
         scenario: that was flown.
         columns: of the table of runs.
     """
-    units = metric_units(scenario)
+    units = metric_units(scenario.percentiles)
     finite = {name: columns[name][np.isfinite(columns[name])] for name in units}
     shown = [name for name, values in finite.items() if len(values) and np.ptp(values) > 0.0]
     count = max(len(shown), 1)

@@ -10,8 +10,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from gyrostat.campaign.metrics import metric_units
 from gyrostat.campaign.scenario import Scenario
+from gyrostat.campaign.schema import metric_units
 from gyrostat.files import whole_file, write_whole
 from gyrostat.report.figures import MARK, STYLE, svg
 from gyrostat.report.page import render
@@ -61,7 +61,7 @@ def write_run(
         "scenario": scenario.name,
         "status": Status(values["status"]).name.lower(),
         "ended": values["ended"],
-        "metrics": {n: _or_none(values[n]) for n in metric_units(scenario)},
+        "metrics": {n: _or_none(values[n]) for n in metric_units(scenario.percentiles)},
     }
     return json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False)
 
@@ -112,7 +112,7 @@ def told(value: float, unit: str) -> str:
 
 def metric_rows(scenario: Scenario, values: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Metrics as names and entries."""
-    units = metric_units(scenario)
+    units = metric_units(scenario.percentiles)
     return [(name, told(float(values[name]), unit)) for name, unit in units.items()]
 
 
