@@ -1,4 +1,4 @@
-"""A campaign whose runs cost nothing, as a process of its own: python fake_campaign.py OUT RUNS PAUSE.
+"""A campaign whose runs cost nothing: python fake_campaign.py OUT RUNS PAUSE.
 
 Store, executor and order of work are the real ones; only what a worker computes is made up.
 """

@@ -1,8 +1,9 @@
-"""Flying runs: blocks of one fixed width, in segments of one fixed length, by one program.
+"""Flying runs: 64 at a time, in segments of one fixed length, by one program.
 
-The width is the same for every block, filled up where runs are too few, and every run passes
-through the same machine code whether its history is wanted or not. So the numbers of a run do not
-depend on the runs beside it, on the size of a block or on what is kept of it.
+Vectorised code does not treat every lane alike: the last ones may pass through other instructions
+and end with another last bit. So run n always flies in lane n mod 64 beside the same 63 others,
+also where it alone is wanted, and through the same machine code whether its history is kept or not.
+Then its numbers depend on nothing but scenario, seed and n.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LANES = 64
-"""Runs that are carried together."""
+"""Runs that are carried together: more do not run faster."""
 LONGEST_SEGMENT = 500
 """Control periods whose samples are in memory at a time."""
 
@@ -105,7 +106,7 @@ def fly(text: str, seed: int, runs: Sequence[int] | None, *, keep: Sequence[int]
     Args:
         text: of the scenario.
         seed: of the campaign.
-        runs: their numbers; None for one run with the nominal values.
+        runs: their numbers, rising; None for one run with the nominal values.
         keep: numbers, among them, of those whose histories are wanted.
     """
     programs = _programs(text)
@@ -113,11 +114,11 @@ def fly(text: str, seed: int, runs: Sequence[int] | None, *, keep: Sequence[int]
         values, noise = draw(programs.scenario, seed, np.zeros(LANES))
         nominal = [programs.scenario.values[key] for key in programs.scenario.dispersed]
         return _block(programs, np.zeros(1, int), values * 0.0 + nominal, noise, keep)
-    flown = []
-    for first in range(0, len(runs), LANES):
-        own = np.asarray(runs[first : first + LANES])
-        filled = np.concatenate([own, np.full(LANES - len(own), own[-1])])
-        flown.append(_block(programs, own, *draw(programs.scenario, seed, filled), keep))
+    wanted, flown = np.asarray(runs), []
+    for group in np.unique(wanted // LANES):
+        whole = group * LANES + np.arange(LANES)
+        own = wanted[wanted // LANES == group]
+        flown.append(_block(programs, own, *draw(programs.scenario, seed, whole), keep))
     histories = [block.histories for block in flown if block.histories is not None]
     return Flown(
         {name: np.concatenate([b.columns[name] for b in flown]) for name in flown[0].columns},
@@ -128,9 +129,11 @@ def fly(text: str, seed: int, runs: Sequence[int] | None, *, keep: Sequence[int]
 def _block(
     programs: _Programs, runs: Vector, values: Matrix, noise: Any, keep: Sequence[int]
 ) -> Flown:
-    """Runs of one block; values and noise of the whole width."""
+    """Some of the runs of one group of lanes, from values and noise of all of them."""
     scenario, plans, nominal = programs.scenario, programs.plans, programs.nominal
-    lanes = np.flatnonzero(np.isin(runs, keep))
+    picked = runs % LANES
+    kept_runs = runs[np.isin(runs, keep)]
+    lanes = kept_runs % LANES
     carry = programs.begin(nominal, values, plans, noise)
     kept = []
     for first in range(0, scenario.count + 1, programs.length):
@@ -138,21 +141,20 @@ def _block(
         if len(lanes):
             kept.append(jax.tree.map(lambda leaf: np.asarray(leaf)[lanes], rows))
     seen = carry[1]
-    count = len(runs)
     period = scenario.values["run.control_period"]
     columns = {
         "run": np.asarray(runs, dtype=np.int64),
-        **{key: values[:count, k] for k, key in enumerate(scenario.dispersed)},
-        "status": np.asarray(seen.status)[:count].astype(np.int8),
-        "ended": (np.asarray(seen.samples)[:count] - 1) * period,
+        **{key: values[picked, k] for k, key in enumerate(scenario.dispersed)},
+        "status": np.asarray(seen.status)[picked].astype(np.int8),
+        "ended": (np.asarray(seen.samples)[picked] - 1) * period,
     }
-    columns |= {name: entry[:count] for name, entry in concluded(scenario, seen).items()}
+    columns |= {name: entry[picked] for name, entry in concluded(scenario, seen).items()}
     if not kept:
         return Flown(columns, None)
     rows, error = jax.tree.map(
         lambda *leaves: np.concatenate(leaves, axis=1)[:, : scenario.count + 1], *kept
     )
-    histories = labelled(rows, period).assign_coords(run=runs[lanes])
+    histories = labelled(rows, period).assign_coords(run=kept_runs)
     fine = rows.status == Status.COMPLETE
     histories["error"] = (("run", "time"), np.where(fine, error, np.nan), {"units": "rad"})
     return Flown(columns, histories)

@@ -56,7 +56,9 @@ def campaign(
     workers: Workers = None,
     scheduler: Scheduler = None,
     device: Device = "cpu",
-    block: Annotated[int, typer.Option(min=1, help="Runs in a block; changes no result.")] = 64,
+    block: Annotated[
+        int, typer.Option(min=1, help="Runs in a block; a multiple of 64 is best.")
+    ] = 64,
     keep: Annotated[str, typer.Option(help="Runs whose histories are kept: 0,5,17.")] = "",
     worst: Annotated[int, typer.Option(min=0, help="So many worst runs are kept too.")] = 3,
     worst_by: Annotated[

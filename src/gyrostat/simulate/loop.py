@@ -110,16 +110,17 @@ def loop_parts(
         `begin`, (state, key of the noise of sample 0) -> carry, and `tick`, (carry, (k, key of the
         noise of sample k + 1)) -> (carry, `Histories` at sample k).
     """
-    step = period / substeps
 
-    def carry_over(state, command, time):
+    def carry_over(state, command, time, length):
+        step = length / substeps
+
         def substep(carry, k):
             state, resolved = carry
             state, fine = plant(state, command, time + k * step, step)
             return (state, resolved & fine), None
 
         if substeps == 1:  # one scan less to compile
-            return plant(state, command, time, period)
+            return plant(state, command, time, length)
         return jax.lax.scan(substep, (state, jnp.array(True)), jnp.arange(substeps))[0]
 
     def commanded(memory, measurement):
@@ -146,9 +147,11 @@ def loop_parts(
         queue = jax.tree.map(lambda q, c: jnp.concatenate([q, c[None]]), under_way, command)
         command = jax.tree.map(lambda q: q[0], queue)
         under_way = jax.tree.map(lambda q: q[1:], queue)
-        after, resolved = carry_over(state, command, k * period)
-        row = Histories(state, measurement, command, plant.record(state, command), status)
         goes_on = status == 0
+        # what ended beyond all bounds needs many steps: a batch would wait for it to the end
+        length = jnp.where(goes_on, period, 0.0)
+        after, resolved = carry_over(state, command, k * period, length)
+        row = Histories(state, measurement, command, plant.record(state, command), status)
         state = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), after, state)
         status = jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status)
         sensed = sensor(sensor_memory, state, next_draw)

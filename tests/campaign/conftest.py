@@ -1,0 +1,112 @@
+"""A small campaign with everything in it, flown once by one worker for all tests of this folder."""
+
+import contextlib
+import os
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
+SCENARIO = """
+name = "small"
+[run]
+duration = "30 s"
+control_period = "0.25 s"
+[spacecraft]
+file = "cubesat.toml"
+[start]
+attitude_error = ["0.2 deg", 0.0, "-0.1 deg"]
+wheel_speed = ["30 rpm", "-200 rpm", "200 rpm", "-30 rpm"]
+[controller]
+kind = "three_axis"
+turn_gain = 0.4
+[compensator]
+kind = "friction_model"
+[sensors]
+attitude_sigma = "0.003 deg"
+rate_sigma = "0.002 deg/s"
+wheel_sigma = "2 µN·m·s"
+[environment]
+external_torque = ["1 µN·m", 0.0, 0.0]
+[[event]]
+name = "turn"
+kind = "slew"
+time = "18 s"
+target = [1.0, 0.0, 0.0, 0.002]
+[[event]]
+name = "loss"
+kind = "torque_lost"
+wheel = "c"
+time = "8 s"
+detected_after = "1 s"
+[metrics]
+after = "2 s"
+boresight = [1.0, 0.0, 0.0]
+crossing_window = "3 s"
+[[dispersion]]
+key = "wheel.*.coulomb"
+distribution = "log_normal"
+sigma = "30 %"
+[[dispersion]]
+key = "environment.external_torque.x"
+distribution = "log_normal"
+sigma = 4.0                # so wide that one in a hundred spins up beyond all bounds
+[[dispersion]]
+key = "event.loss.time"
+distribution = "uniform"
+low = "6 s"
+high = "10 s"
+[[dispersion]]
+key = "wheel.a.speed"
+distribution = "normal"
+sigma = "20 rpm"
+"""
+RUNS, SEED = 100, 178
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory):
+    """The small scenario and what it names: scenario.toml, cubesat.toml, cubesat_wheel.toml."""
+    made = tmp_path_factory.mktemp("scenario")
+    for name in ("cubesat.toml", "cubesat_wheel.toml"):
+        (made / name).write_text((EXAMPLES / name).read_text())
+    (made / "scenario.toml").write_text(SCENARIO)
+    return made
+
+
+@pytest.fixture(scope="session")
+def scenario(folder):
+    """The small scenario."""
+    from gyrostat.campaign.scenario_file import read_scenario
+
+    return read_scenario(folder / "scenario.toml")
+
+
+@pytest.fixture(scope="session")
+def small(scenario, folder, tmp_path_factory):
+    """Its campaign, flown; the worker that has the compiled program; how to fly more with it."""
+    from gyrostat.campaign import Campaign, Job, Store, run_campaign
+    from gyrostat.campaign.engine_record import FLAGS, engine_record
+    from gyrostat.campaign.execute import work
+
+    # workers of other tests find the compiled code there
+    os.environ["JAX_COMPILATION_CACHE_DIR"] = str(tmp_path_factory.mktemp("compiled"))
+    os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0.05"
+    out = tmp_path_factory.mktemp("campaign")
+    engine = engine_record("cpu", FLAGS["cpu"])
+    known = Campaign(scenario.text(), scenario.digest(), SEED, RUNS, 64, engine)
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+
+        def fly(*runs, keep=()):
+            return pool.submit(work, Job(known, runs, keep, -1)).result()
+
+        def opener():
+            return contextlib.nullcontext(pool)
+
+        run_campaign(scenario, out, runs=RUNS, seed=SEED, opener=opener, keep=[5], worst=1)
+        yield SimpleNamespace(
+            out=out, store=Store(out), campaign=known, fly=fly, opener=opener, runs=RUNS, seed=SEED
+        )
