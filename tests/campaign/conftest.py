@@ -101,6 +101,7 @@ def small(scenario, folder, tmp_path_factory):
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
 
         def fly(*runs, keep=()):
+            runs = None if runs == (None,) else runs
             return pool.submit(work, Job(known, runs, keep, -1)).result()
 
         def opener():

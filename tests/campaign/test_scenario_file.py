@@ -1,0 +1,232 @@
+"""The scenario file: read, compared, refused by the path of its key and never by a traceback."""
+
+import json
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from gyrostat.campaign import Scenario
+from gyrostat.campaign.scenario_file import read_scenario
+from gyrostat.errors import InputError
+from gyrostat.units import RPM
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
+
+
+@pytest.fixture
+def variant(folder, tmp_path):
+    """Write the small scenario with lines replaced, and read it."""
+
+    def make(*changes, more=""):
+        for name in ("cubesat.toml", "cubesat_wheel.toml"):
+            (tmp_path / name).write_text((folder / name).read_text())
+        text = (folder / "scenario.toml").read_text()
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new, 1)
+        path = tmp_path / "scenario.toml"
+        path.write_text(text + more)
+        return path
+
+    return make
+
+
+def test_values_are_in_si(scenario):
+    values = scenario.values
+    assert scenario.count == 120
+    assert scenario.substeps == 1
+    assert values["start.attitude_error.x"] == pytest.approx(math.radians(0.2))
+    assert values["wheel.b.speed"] == pytest.approx(-200.0 * RPM)
+    assert values["wheel.d.torque_limit"] == 1e-3
+    assert values["wheel.a.coulomb"] == 2e-5
+    assert values["body.inertia.yy"] == 0.12
+    assert values["sensors.wheel_sigma"] == pytest.approx(2e-6)
+    assert values["compensator.share"] == 1.0
+    assert [event.name for event in scenario.events] == ["loss", "turn"]  # by time
+    assert np.linalg.norm(scenario.axes, axis=1) == pytest.approx(1.0)
+    assert scenario.dispersed[:2] == ("wheel.a.coulomb", "wheel.b.coulomb")
+
+
+def test_the_text_gives_the_same_scenario(scenario):
+    again = Scenario.from_text(scenario.text())
+    assert vars(again) == vars(scenario)
+    assert again.digest() == scenario.digest()
+
+
+def test_the_digest_looks_at_the_content_alone(scenario, variant):
+    path = variant(('"30 s"', "30.0 # seconds"), ('"0.25 s"', '"250 ms"'))
+    assert read_scenario(path).digest() == scenario.digest()
+    assert read_scenario(variant(("turn_gain = 0.4", ""))).digest() != scenario.digest()
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        (
+            ("duration =", "durration ="),
+            "key run.durration: found an unknown key (did you mean run.d",
+        ),
+        (("[sensors]", "[sensor]"), "key sensor: found an unknown key (did you mean sensors?)"),
+        (
+            ("turn_gain", "turn_gian"),
+            "key controller.turn_gian: found an unknown key (did you mean",
+        ),
+        (('"30 s"', '"30 kg"'), "key run.duration '30 kg': found unit 'kg'"),
+        (('"30 s"', '"-30 s"'), "key run.duration: found '-30 s', expected above 0, in s"),
+        (('"30 s"', "30.1"), "key run.duration: found 30.1, expected a whole multiple"),
+        (('"0.25 s"', "1e-300"), "key run.duration: found 30.0, expected a whole multiple"),
+        (('"three_axis"', '"two_axis"'), "key controller.kind: found 'two_axis', expected one of"),
+        (('"cubesat.toml"', '"cube.toml"'), "cube.toml: found no such file"),
+        (('"cubesat.toml"', "3"), "key spacecraft.file: found 3, expected a text"),
+        (('["1 µN·m", 0.0, 0.0]', "[1.0, 2.0]"), "key environment.external_torque: found"),
+        (('["1 µN·m", 0.0, 0.0]', "[nan, 0, 0]"), "key environment.external_torque[0]: found nan"),
+        (('"30 rpm", ', ""), "key start.wheel_speed: found 3 values, expected one or 4"),
+        (('kind = "slew"', 'kind = "slow"'), "key event[turn].kind: found 'slow', expected one of"),
+        (('wheel = "c"', 'wheel = "e"'), "key event[loss].wheel: found no wheel 'e'"),
+        (
+            ('detected_after = "1 s"', 'torque = "1 N·m"'),
+            "key event[loss].torque: found an unknown",
+        ),
+        (('time = "8 s"', ""), "key event[loss].time: found none, expected 0 or more, in s"),
+        (
+            ("0.0, 0.002]", "0.0, 0.2]"),
+            "key event[turn].target: found [1.0, 0.0, 0.0, 0.2], expected",
+        ),
+        (
+            ("[1.0, 0.0, 0.0]", "[0, 0, 0]"),
+            "key metrics.boresight: found [0, 0, 0], expected a dir",
+        ),
+        (
+            ("wheel.*.coulomb", "wheel.*.colomb"),
+            "dispersion[0].key: found 'wheel.*.colomb', expected",
+        ),
+        (("wheel.*.coulomb", "wheel.a.speed"), "key dispersion[3].key: found 'wheel.a.speed'"),
+        (('"log_normal"', '"cauchy"'), "key dispersion[0].distribution: found 'cauchy', expected"),
+        (('"30 %"', '"a %"'), "key dispersion[0].sigma: found 'a %', expected a share"),
+        (('"30 %"', "-1"), "key dispersion[0].sigma: found -1, expected above 0"),
+        (
+            ('low = "6 s"', 'low = "60 s"'),
+            "key dispersion[2].high: found '10 s', expected more than",
+        ),
+        (
+            ('low = "6 s"', 'low = "-6 s"'),
+            "key dispersion[2].low: found '-6 s', expected event.loss",
+        ),
+        (('"20 rpm"', '"0 %"'), "key dispersion[3].sigma: found '0 %', expected above 0"),
+    ],
+)
+def test_bad_input_names_the_key(variant, change, found):
+    path = variant(change)
+    with pytest.raises(InputError) as refused:
+        read_scenario(path)
+    message = str(refused.value)
+    assert found in message
+    assert "\n" not in message
+
+
+def test_a_second_loss_leaves_too_few_wheels(variant):
+    more = "".join(
+        f'[[event]]\nname = "{w}"\nkind = "seized"\nwheel = "{w}"\ntime = 20\n' for w in "ab"
+    )
+    with pytest.raises(InputError, match=r"key event\[a\]: found working wheels that do not span"):
+        read_scenario(variant(more=more))
+
+
+def test_the_covariance_of_a_fit_is_taken_over(variant, tmp_path):
+    names = ["motor_constant", "viscous", "coulomb"]
+    sigma, rho = [1e-4, 1e-8, 2e-6], [[1.0, 0.1, 0.2], [0.1, 1.0, -0.8], [0.2, -0.8, 1.0]]
+    fit = {
+        "parameters": {n: {"value": 1.0, "sigma": s} for n, s in zip(names, sigma, strict=True)},
+        "correlation": {"names": names, "matrix": rho},
+    }
+    path = variant(("wheel.*.coulomb", "wheel.b.coulomb"))
+    (tmp_path / "fit.json").write_text(json.dumps(fit))
+    path.write_text(path.read_text() + '[[dispersion]]\nfit = "fit.json"\nwheel = "a"\n')
+    found = read_scenario(path).dispersions[-1]
+    assert found.keys == ("wheel.a.viscous", "wheel.a.coulomb")
+    spread = np.array(found.spread)
+    expected = np.outer(sigma[1:], sigma[1:]) * np.array(rho)[1:, 1:]
+    np.testing.assert_allclose(spread @ spread.T, expected, rtol=1e-12)
+    fit["correlation"]["matrix"] = "none"
+    (tmp_path / "fit.json").write_text(json.dumps(fit))
+    with pytest.raises(InputError, match=r"fit\.json: found no parameters with sigma"):
+        read_scenario(path)
+
+
+def leaves(table, path=()):
+    """Paths of every value of a scenario."""
+    for key, value in table.items() if isinstance(table, dict) else enumerate(table):
+        yield (*path, key)
+        if isinstance(value, dict | list):
+            yield from leaves(value, (*path, key))
+
+
+ODD = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-(10**400), 10**400),
+    st.floats(),
+    st.sampled_from(
+        [1e300, -1e300, 5e-324, "", "20 %", "1e999 s", "-1 rpm", "1 parsec", "\0", "../.."]
+    ),
+    st.text(max_size=8),
+    st.lists(st.floats(), max_size=4),
+    st.dictionaries(st.text(max_size=4), st.integers(), max_size=2),
+)
+
+
+def written(value):
+    """A TOML value."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=True)
+    if isinstance(value, list):
+        return f"[{', '.join(map(written, value))}]"
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{written(k)} = {written(v)}" for k, v in value.items()) + "}"
+    return repr(value)
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_odd_scenarios_are_read_or_refused_in_one_line(folder, data):
+    table = tomllib.loads((folder / "scenario.toml").read_text())
+    where = data.draw(st.sampled_from(sorted(leaves(table), key=str)))
+    value = data.draw(ODD)
+    inner = table
+    for key in where[:-1]:
+        inner = inner[key]
+    if value is None and isinstance(inner, dict):
+        inner[data.draw(st.text(max_size=6))] = inner.pop(where[-1])  # under another name
+    elif value is not None:
+        inner[where[-1]] = value
+    path = folder / "odd.toml"
+    try:
+        path.write_text("\n".join(f"{written(k)} = {written(v)}" for k, v in table.items()))
+    except UnicodeEncodeError:
+        return
+    try:
+        read_scenario(path)
+    except InputError as error:
+        message = str(error)
+        assert len(message.splitlines()) == 1
+        assert "found" in message
+        assert "expected" in message
+        assert message.startswith(str(folder))
+
+
+@pytest.mark.parametrize(
+    "path",
+    sorted(p for p in EXAMPLES.glob("*.toml") if "[run]" in p.read_text()),
+    ids=lambda p: p.stem,
+)
+def test_every_example_is_read(path):
+    found = read_scenario(path)
+    assert found.dispersions
+    assert Scenario.from_text(found.text()).digest() == found.digest()
