@@ -1,4 +1,4 @@
-"""A campaign whose runs cost nothing: python fake_campaign.py OUT RUNS PAUSE.
+"""A campaign whose runs cost nothing: python fake_campaign.py OUT RUNS PAUSE [SCHEDULER].
 
 Store, executor and order of work are the real ones; only what a worker computes is made up.
 """
@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gyrostat.campaign import Scenario, run_campaign
+from gyrostat.campaign import Scenario, cluster, run_campaign
 from gyrostat.campaign.schema import metric_units
 
 PAUSE = float(sys.argv[3]) if __name__ in ("__main__", "__mp_main__") else 0.0
@@ -81,6 +81,7 @@ def main():
         SCENARIO,
         Path(sys.argv[1]),
         runs=int(sys.argv[2]),
+        opener=cluster(sys.argv[4]) if len(sys.argv) > 4 else None,
         workers=1,
         block=4,
         fly_job=fly,

@@ -20,9 +20,9 @@ FAKE = Path(__file__).with_name("fake_campaign.py")
 RUNS = 41  # the last block is not full
 
 
-def start(out, pause=0.0, **environment):
+def start(out, pause=0.0, *scheduler, **environment):
     """A campaign as a process of its own, at the head of its group."""
-    command = [sys.executable, str(FAKE), str(out), str(RUNS), str(pause)]
+    command = [sys.executable, str(FAKE), str(out), str(RUNS), str(pause), *scheduler]
     return subprocess.Popen(
         command,
         env={**os.environ, **environment},
@@ -167,3 +167,17 @@ def test_two_at_once_are_refused(tmp_path):
     ended(first)
     assert code == 1
     assert "found another campaign at work here" in messages
+
+
+def test_a_killed_dask_worker_costs_nothing(tmp_path, undisturbed):
+    distributed = pytest.importorskip("distributed", reason="gyrostat[cluster] is not installed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+    ) as workers:
+        process = start(tmp_path, 0.1, workers.scheduler_address)
+        while not list(tmp_path.glob("blocks/*.parquet")):
+            time.sleep(0.02)
+        os.kill(next(iter(workers.workers.values())).pid, signal.SIGKILL)
+        code, messages = ended(process)
+    assert code == 0, messages
+    assert (tmp_path / "runs.parquet").read_bytes() == undisturbed

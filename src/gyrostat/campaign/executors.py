@@ -67,7 +67,10 @@ def cluster(address: str) -> Opener:
         InputError: Dask is not installed, or nobody answers there.
     """
     try:
-        from distributed import Client  # pyright: ignore[reportMissingImports]
+        from distributed import (  # pyright: ignore[reportMissingImports]
+            Client,
+            KilledWorker,
+        )
     except ImportError:
         raise InputError(
             "--scheduler: found no dask[distributed], expected it: install gyrostat[cluster]"
@@ -82,7 +85,10 @@ def cluster(address: str) -> Opener:
                 f"--scheduler: found nobody at {address} ({error}), expected a Dask scheduler"
             ) from None
         with client:
-            yield client.get_executor(pure=False)
+            try:
+                yield client.get_executor(pure=False)
+            except KilledWorker as error:  # one job, several times
+                raise BrokenExecutor(str(error)) from error
 
     return opened
 
