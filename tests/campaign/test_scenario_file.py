@@ -230,3 +230,8 @@ def test_every_example_is_read(path):
     found = read_scenario(path)
     assert found.dispersions
     assert Scenario.from_text(found.text()).digest() == found.digest()
+
+
+def test_the_page_lists_every_key_as_the_schema_has_it(module_at):
+    docs = EXAMPLES.parents[1] / "docs"
+    assert module_at(docs / "make_scenario.py").page() == (docs / "scenario.md").read_text()

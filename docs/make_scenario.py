@@ -1,0 +1,201 @@
+"""Write docs/scenario.md from the schema: python docs/make_scenario.py. A test compares them."""
+
+from pathlib import Path
+
+from gyrostat.campaign.components import COMPENSATORS, CONTROLLERS, SENSORS
+from gyrostat.campaign.schema import (
+    ENVIRONMENT,
+    EVENTS,
+    INERTIA,
+    METRICS,
+    RESULTS,
+    RUN,
+    START,
+    WHEEL,
+)
+
+HEAD = """# Scenario file
+
+A scenario says what flies, what happens to it, what is uncertain of it and what is measured of the
+flight. `gyrostat simulate SCENARIO.toml --out RUN.nc` flies it once, with the values as they stand;
+`gyrostat campaign` flies it many times, each run with values of its own ([campaign](campaign.md)).
+
+A number is in SI units and radians, or a text with a unit: `0.25`, `"250 ms"`, `"0.1 deg/s"`,
+`"3 µN·m"`. A key that nobody reads is refused, with the one that was probably meant. Paths are
+relative to the file. `examples/scenarios/` has files to start from.
+
+```toml
+name = "my cubesat"
+
+[run]
+duration = "600 s"
+control_period = "0.25 s"
+
+[spacecraft]
+file = "cubesat.toml"
+
+[controller]
+kind = "three_axis"
+target = [1.0, 0.0, 0.0, 0.0]
+
+[[dispersion]]
+key = "wheel.*.coulomb"
+distribution = "log_normal"
+sigma = "20 %"
+```
+
+Optional at the top: `name`, for the reports; by default the name of the file.
+"""
+EXTRA = {
+    "run": [
+        (
+            "step",
+            "s",
+            "one control period",
+            "Longest integration step; divides the control period.",
+        ),
+        ("command_delay", "periods", "0", "Between a sample and its command."),
+    ],
+    "start": [
+        ("attitude", "1", "[1, 0, 0, 0]", "Quaternion, body in inertial space, scalar first."),
+        ("wheel_speed", "rad/s", "0", "Of the wheels relative to the body: one, or one a wheel."),
+    ],
+    "controller": [
+        ("kind", "", "required", "One of those below."),
+        ("target", "1", "[1, 0, 0, 0]", "Quaternion to hold, until an event gives another."),
+    ],
+    "compensator": [("kind", "", "none", "One of those below.")],
+    "sensors": [("kind", "", "white_noise", "One of those below.")],
+    "metrics": [
+        ("percentiles", "%", "[50, 95, 99.7]", "Of the pointing error, each a metric."),
+        ("boresight", "1", "none", "Body direction whose error counts; none: the whole attitude."),
+    ],
+}
+DISPERSIONS = """## [[dispersion]]
+
+One table for each value that scatters, or group of values. A campaign needs at least one; a single
+run takes none of them into account.
+
+| key | meaning |
+|---|---|
+| `key` | of a value, as in the list below; `wheel.*.NAME` means each wheel on its own |
+| `distribution` | `normal`, `uniform` or `log_normal` |
+| `sigma` | `normal`: standard deviation about the nominal value, or a share of it, `"20 %"`; \
+`log_normal`: of the natural logarithm, the nominal value being the median |
+| `low`, `high` | `uniform`: the ends, or shares by which they differ from the \
+nominal value, `"-10 %"` |
+
+Or, instead of these, what an identification has found, with its correlations:
+
+| key | meaning |
+|---|---|
+| `fit` | `fit.json` of `gyrostat identify` |
+| `wheel` | name of the wheel whose friction and inertia scatter so about the values of its model |
+
+The spacecraft scatters, not what the controller knows of it: controller and compensator work with
+the nominal values, and with `controller.` and `compensator.` keys that scatter if you say so. A
+draw that makes no sense, such as a negative friction, is refused before anything flies.
+
+Keys:
+
+| key | unit | meaning |
+|---|---|---|
+"""
+METRICS_OUT = """## What is measured
+
+The columns of the table of runs, beside `run`, the drawn values, `status` (0: complete) and `ended`
+(s). They are computed while a run flies. Percentiles come from a histogram of the error with bins
+2 % wide, so they are good to 1 % of their value.
+
+| metric | unit | meaning |
+|---|---|---|
+| `error_pNN` | rad | That percentile of the pointing error over the time after `metrics.after`. |
+"""
+
+
+def entry(name, key):
+    """A row of a table of keys."""
+    default = "required" if key.default is None else f"{key.default:.4g}"
+    default = "[0, 0, 0]" if key.size == 3 else default
+    return f"| `{name}` | {key.unit} | {default} | {key.meaning} |"
+
+
+def section(name, keys, text=""):
+    """A table [name] of the file."""
+    rows = [entry(n, key) for n, key in keys.items()]
+    rows += [f"| `{n}` | {u} | {d} | {m} |" for n, u, d, m in EXTRA.get(name, [])]
+    head = ["| key | unit | default | meaning |", "|---|---|---|---|"]
+    return [f"## [{name}]", "", *([text, ""] if text else []), *head, *rows, ""]
+
+
+def kinds(components):
+    """The kinds of a section, each with its keys."""
+    lines = []
+    for name, component in components.items():
+        lines += [f'`kind = "{name}"`: {component.meaning}', ""]
+        if component.keys:
+            lines += ["| key | unit | default | meaning |", "|---|---|---|---|"]
+            lines += [*(entry(n, key) for n, key in component.keys.items()), ""]
+    return lines
+
+
+def dispersed():
+    """Rows of the keys that can scatter."""
+    names = {f"body.inertia.{e}": INERTIA for e in ("xx", "yy", "zz", "xy", "xz", "yz")}
+    names |= {f"wheel.NAME.{n}": key for n, key in WHEEL.items()}
+    rows = [f"| `{n}` | {key.unit} | {key.meaning} |" for n, key in names.items()]
+    rows.append(
+        "| `wheel.NAME.coulomb`, ... | | Parameters of the friction model of its model file. |"
+    )
+    for name, keys in (("start", START), ("environment", ENVIRONMENT)):
+        for n, key in keys.items():
+            rows.append(f"| `{name}.{n}.x`, `.y`, `.z` | {key.unit} | {key.meaning} |")
+    rows.append(
+        "| `controller.KEY`, `compensator.KEY`, `sensors.KEY` | | Those of the chosen kinds. |"
+    )
+    rows.append("| `event.NAME.KEY` | | Numbers of an event; the order of events must stay. |")
+    return rows
+
+
+def page():
+    """The whole page."""
+    lines = [HEAD, *section("run", RUN)]
+    lines += [
+        "## [spacecraft]",
+        "",
+        "| key | meaning |",
+        "|---|---|",
+        "| `file` | [spacecraft file](conventions.md#spacecraft-file): body, wheels and, for each "
+        "wheel, the `model.toml` with its friction; required |",
+        "",
+    ]
+    lines += section("start", START)
+    for name, components, text in (
+        ("controller", CONTROLLERS, "Planned for the nominal spacecraft; planned anew at events."),
+        ("compensator", COMPENSATORS, ""),
+        ("sensors", SENSORS, ""),
+    ):
+        lines += [*section(name, {}, text), *kinds(components)]
+    lines += section("environment", ENVIRONMENT)
+    lines += [
+        "## [[event]]",
+        "",
+        "Each has a `name` of its own, a `kind`, a `wheel` (by name) unless it is a slew, and a "
+        "wheel has one event. `target` is a quaternion, scalar first.",
+        "",
+    ]
+    for kind, (meaning, keys) in EVENTS.items():
+        lines += [f'`kind = "{kind}"`: {meaning}', ""]
+        lines += ["| key | unit | default | meaning |", "|---|---|---|---|"]
+        lines += [*(entry(n, key) for n, key in keys.items()), ""]
+    lines += section("metrics", METRICS)
+    lines += [
+        METRICS_OUT + "\n".join(f"| `{n}` | {u} | {m} |" for n, (u, m) in RESULTS.items()),
+        "",
+    ]
+    lines += [DISPERSIONS + "\n".join(dispersed())]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    Path(__file__).with_name("scenario.md").write_text(page(), encoding="utf-8")
