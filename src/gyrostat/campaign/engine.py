@@ -12,6 +12,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat._jax import jax, jnp
 from gyrostat._types import Matrix, Vector
@@ -113,8 +114,8 @@ def fly(text: str, seed: int, runs: Sequence[int] | None, *, keep: Sequence[int]
     if runs is None:
         values, noise = draw(programs.scenario, seed, np.zeros(LANES))
         nominal = [programs.scenario.values[key] for key in programs.scenario.dispersed]
-        return _block(programs, np.zeros(1, int), values * 0.0 + nominal, noise, keep)
-    wanted, flown = np.asarray(runs), []
+        return _block(programs, np.zeros(1, np.int64), values * 0.0 + nominal, noise, keep)
+    wanted, flown = np.asarray(runs, dtype=np.int64), []
     for group in np.unique(wanted // LANES):
         whole = group * LANES + np.arange(LANES)
         own = wanted[wanted // LANES == group]
@@ -127,7 +128,7 @@ def fly(text: str, seed: int, runs: Sequence[int] | None, *, keep: Sequence[int]
 
 
 def _block(
-    programs: _Programs, runs: Vector, values: Matrix, noise: Any, keep: Sequence[int]
+    programs: _Programs, runs: NDArray[np.int64], values: Matrix, noise: Any, keep: Sequence[int]
 ) -> Flown:
     """Some of the runs of one group of lanes, from values and noise of all of them."""
     scenario, plans, nominal = programs.scenario, programs.plans, programs.nominal
@@ -143,7 +144,7 @@ def _block(
     seen = carry[1]
     period = scenario.values["run.control_period"]
     columns = {
-        "run": np.asarray(runs, dtype=np.int64),
+        "run": runs,
         **{key: values[picked, k] for k, key in enumerate(scenario.dispersed)},
         "status": np.asarray(seen.status)[picked].astype(np.int8),
         "ended": (np.asarray(seen.samples)[picked] - 1) * period,

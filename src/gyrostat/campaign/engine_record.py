@@ -6,6 +6,7 @@ import platform
 import re
 import sys
 from collections.abc import Mapping
+from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Literal
@@ -39,13 +40,22 @@ def use_engine(record: Record) -> None:
     """Make this process compute as recorded; before it has computed anything.
 
     Raises:
-        InputError: it has other versions or instructions.
+        InputError: it has other versions or instructions, or no such device.
     """
     os.environ["XLA_FLAGS"] = record["flags"]
     os.environ["JAX_PLATFORMS"] = _PLATFORM[record["device"]]
     if "jax" in sys.modules:
         sys.modules["jax"].config.update("jax_platforms", _PLATFORM[record["device"]])
     refuse_other(record, "this process")
+    if record["device"] == "gpu":
+        from gyrostat._jax import jax
+
+        try:
+            jax.devices()
+        except RuntimeError:
+            raise InputError(
+                "--device gpu: found none that JAX sees, expected one (and jax with its plugin)"
+            ) from None
 
 
 def refuse_other(record: Record, where: str) -> None:
@@ -67,6 +77,7 @@ def refuse_other(record: Record, where: str) -> None:
             )
 
 
+@lru_cache
 def _source_digest() -> str:
     """Version of the package, and a digest of its code: a working copy changes between versions."""
     root = Path(gyrostat.__file__).parent

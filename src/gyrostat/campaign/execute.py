@@ -16,6 +16,8 @@ BLOCK = 64
 """Runs in a block: as many as are carried together."""
 AT_ONCE = 8
 """Runs that are replayed together: their histories are in memory at a time."""
+ELSEWHERE = 128
+"""Workers that are kept busy where nobody says how many there are."""
 MOST_RUNS = 2**32
 """More have no number of their own in the random generator."""
 
@@ -70,7 +72,7 @@ def run_campaign(
         seed: of the draws.
         device: "cpu" or "gpu".
         opener: of the executor; None for processes of this machine.
-        workers: their number; None for one a core.
+        workers: their number; None for one a core, `ELSEWHERE` for another executor.
         block: runs in a block; the results do not depend on it.
         keep: numbers of runs whose histories are kept.
         worst: so many of the worst runs' histories are kept too.
@@ -107,7 +109,7 @@ def run_campaign(
             Campaign(scenario.text(), scenario.digest(), seed, runs, block, engine)
         )
         refuse_other(campaign.engine, str(out))
-        count = workers or len(os.sched_getaffinity(0))
+        count = workers or (len(os.sched_getaffinity(0)) if opener is None else ELSEWHERE)
         opener = opener or processes(count)
         _fly_blocks(store, campaign, opener, 2 * count + 2, on_progress, say, fly_job)
         store.merge(campaign)

@@ -55,6 +55,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     values |= top.table("environment", tuple(ENVIRONMENT)).numbers(ENVIRONMENT)
     metrics = top.table("metrics", (*METRICS, "percentiles", "boresight"))
     values |= metrics.numbers(METRICS)
+    _within_run(metrics, "after", values["metrics.after"], values)
     events = _events(top, craft, values)
     scenario = Scenario(
         name=top.text("name", path.stem),
@@ -118,6 +119,14 @@ def _steps(run: Table, values: dict[str, float]) -> tuple[int, int]:
     return count, run.multiple("control_period", period, "step", step, 10_000)
 
 
+def _within_run(table: Table, key: str, time: float, values: dict[str, float]) -> None:
+    """Refuse a time, s, that a run does not reach."""
+    if time >= values["run.duration"]:
+        raise table.refuse(
+            key, time, f"a time before the end of the run, {values['run.duration']:g} s"
+        )
+
+
 def _wheel_speeds(start: Table, craft: SpacecraftFile) -> dict[str, float]:
     names = craft.wheel_names
     found = start.row.get("wheel_speed", 0.0)
@@ -150,6 +159,7 @@ def _events(top: Table, craft: SpacecraftFile, values: dict[str, float]) -> list
         row.known(("name", "kind", own, *keys))
         numbers = row.numbers(keys)
         values |= {f"event.{name}.{k.rsplit('.', 1)[-1]}": v for k, v in numbers.items()}
+        _within_run(row, "time", values[f"event.{name}.time"], values)
         if kind == "slew":
             found.append(Event(name, kind, target=row.unit("target", 4, None)))
             continue
