@@ -1,5 +1,6 @@
 """Controllers of the loop, from a measurement to a command, and what they are designed with."""
 
+from gyrostat.control.allocation import LeastLargest, PseudoInverse
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.command import CurrentCommand
 from gyrostat.control.controllability import Controllability, uncontrollable
@@ -53,6 +54,7 @@ __all__ = [
     "FrictionTorqueControl",
     "Integrators",
     "Law",
+    "LeastLargest",
     "LeastSquares",
     "LinearQuadratic",
     "MRPBody",
@@ -63,6 +65,7 @@ __all__ = [
     "OnlineFrit",
     "OutputZeroing",
     "ProportionalMomentumControl",
+    "PseudoInverse",
     "QuaternionBody",
     "RiccatiSolution",
     "SampledModel",

@@ -1,6 +1,7 @@
 """A reaction wheel with true dry friction, how it answers a current, and its model file."""
 
 from gyrostat.wheel.array import PerWheel, WheelArray
+from gyrostat.wheel.axes import orthogonal_axes, pyramid_axes
 from gyrostat.wheel.bristles import bend, carry
 from gyrostat.wheel.contact import Contact, Motion
 from gyrostat.wheel.contacts import Contacts
@@ -29,6 +30,8 @@ __all__ = [
     "advance",
     "bend",
     "carry",
+    "orthogonal_axes",
+    "pyramid_axes",
     "read_model",
     "slide",
     "slide_together",
