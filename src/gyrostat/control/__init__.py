@@ -27,6 +27,7 @@ from gyrostat.control.momentum_control import (
     MomentumCommand,
     ProportionalMomentumControl,
 )
+from gyrostat.control.null_space import NullSpaceControl
 from gyrostat.control.output_zeroing import OutputZeroing, ZeroingCommand
 from gyrostat.control.recovery_momentum import MomentumRecovery
 from gyrostat.control.recovery_one_wheel import OneWheelRecovery
@@ -61,6 +62,7 @@ __all__ = [
     "ModelErrorCompensator",
     "MomentumCommand",
     "MomentumRecovery",
+    "NullSpaceControl",
     "OneWheelRecovery",
     "OnlineFrit",
     "OutputZeroing",
