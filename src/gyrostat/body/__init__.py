@@ -9,6 +9,7 @@ from gyrostat.body.bench_wheel import (
     MomentumSensor,
     TorqueCommand,
 )
+from gyrostat.body.environment import CircularOrbit, GravityGradient, HarmonicTorque
 from gyrostat.body.failures import WheelFailures
 from gyrostat.body.gyro import Gyro, TableMeasurement, TableSensors, TrueTurn, Turn
 from gyrostat.body.gyrostat import (
@@ -51,15 +52,18 @@ __all__ = [
     "BenchWheelState",
     "BodyRateRecord",
     "BodyTorqueCommand",
+    "CircularOrbit",
     "DriveRecord",
     "EulerAngles",
     "EulerMeasurement",
     "EulerSensor",
     "EulerState",
+    "GravityGradient",
     "Gyro",
     "Gyrostat",
     "GyrostatRecord",
     "GyrostatState",
+    "HarmonicTorque",
     "MomentumMeasurement",
     "MomentumSensor",
     "ReducedGyrostat",
