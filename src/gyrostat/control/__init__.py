@@ -27,6 +27,7 @@ from gyrostat.control.momentum_control import (
     MomentumCommand,
     ProportionalMomentumControl,
 )
+from gyrostat.control.momentum_management import MomentumManagement
 from gyrostat.control.null_space import NullSpaceControl
 from gyrostat.control.output_zeroing import OutputZeroing, ZeroingCommand
 from gyrostat.control.recovery_momentum import MomentumRecovery
@@ -38,10 +39,18 @@ from gyrostat.control.state_dependent import StateDependentRiccati
 from gyrostat.control.three_axis_law import ThreeAxisLaw
 from gyrostat.control.two_wheel_law import TwoWheelLaw
 from gyrostat.control.two_wheel_sweeps import TwoWheelSweeps
+from gyrostat.control.wheel_array_control import (
+    ArrayCommand,
+    AttitudeTargets,
+    WheelArrayControl,
+)
 from gyrostat.control.wheel_rate_loop import WheelRateLoop
+from gyrostat.control.wheel_watch import WheelWatch
 
 __all__ = [
+    "ArrayCommand",
     "AttitudePID",
+    "AttitudeTargets",
     "Compensation",
     "Controllability",
     "CurrentCommand",
@@ -61,6 +70,7 @@ __all__ = [
     "MRPBody",
     "ModelErrorCompensator",
     "MomentumCommand",
+    "MomentumManagement",
     "MomentumRecovery",
     "NullSpaceControl",
     "OneWheelRecovery",
@@ -76,7 +86,9 @@ __all__ = [
     "ThreeAxisLaw",
     "TwoWheelLaw",
     "TwoWheelSweeps",
+    "WheelArrayControl",
     "WheelRateLoop",
+    "WheelWatch",
     "ZeroMomentumRecovery",
     "ZeroingCommand",
     "lqr",
