@@ -1,6 +1,12 @@
 """What carries the wheels, and how its motion is measured."""
 
 from gyrostat.body import rotations
+from gyrostat.body.attitude_sensors import (
+    RateGyro,
+    StarTracker,
+    TrackerGyroMeasurement,
+    TrackerGyroSensors,
+)
 from gyrostat.body.bench_wheel import (
     BenchRecord,
     BenchWheel,
@@ -66,6 +72,7 @@ __all__ = [
     "HarmonicTorque",
     "MomentumMeasurement",
     "MomentumSensor",
+    "RateGyro",
     "ReducedGyrostat",
     "ReducedRecord",
     "ReducedSensor",
@@ -77,12 +84,15 @@ __all__ = [
     "SpacecraftSensor",
     "SpeedDrivenRecord",
     "SpeedDrivenSpacecraft",
+    "StarTracker",
     "TableCommand",
     "TableMeasurement",
     "TableSensors",
     "TableState",
     "TorqueCommand",
     "TorqueDrivenBody",
+    "TrackerGyroMeasurement",
+    "TrackerGyroSensors",
     "TrueTurn",
     "Turn",
     "WheelFailures",

@@ -4,6 +4,7 @@ from gyrostat.control.allocation import LeastLargest, PseudoInverse
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.command import CurrentCommand
 from gyrostat.control.controllability import Controllability, uncontrollable
+from gyrostat.control.estimated_control import EstimatedControl
 from gyrostat.control.estimating_compensator import EstimatingCompensator
 from gyrostat.control.factorisations import EulerCube, MRPBody, QuaternionBody
 from gyrostat.control.frit import (
@@ -56,6 +57,7 @@ __all__ = [
     "CurrentCommand",
     "CurrentMode",
     "DynamicModelCompensator",
+    "EstimatedControl",
     "EstimatingCompensator",
     "EulerCube",
     "FeedbackCommand",
