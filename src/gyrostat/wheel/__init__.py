@@ -5,6 +5,7 @@ from gyrostat.wheel.axes import orthogonal_axes, pyramid_axes
 from gyrostat.wheel.bristles import bend, carry
 from gyrostat.wheel.contact import Contact, Motion
 from gyrostat.wheel.contacts import Contacts
+from gyrostat.wheel.data_sheet import WheelSheet, read_wheel_sheet, wheel_sheets
 from gyrostat.wheel.driver import Driver
 from gyrostat.wheel.model_file import WheelModel, read_model, write_model
 from gyrostat.wheel.response import WheelStep, advance, speed_response
@@ -26,6 +27,7 @@ __all__ = [
     "Wheel",
     "WheelArray",
     "WheelModel",
+    "WheelSheet",
     "WheelStep",
     "advance",
     "bend",
@@ -33,8 +35,10 @@ __all__ = [
     "orthogonal_axes",
     "pyramid_axes",
     "read_model",
+    "read_wheel_sheet",
     "slide",
     "slide_together",
     "speed_response",
+    "wheel_sheets",
     "write_model",
 ]
