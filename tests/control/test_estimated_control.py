@@ -1,13 +1,11 @@
 """The loop closed on estimates, flown on an ideal body."""
 
-import equinox as eqx
 import numpy as np
 import pytest
 
 from gyrostat._jax import jax, jnp
 from gyrostat.body import (
     Gyrostat,
-    GyrostatState,
     RateGyro,
     Spacecraft,
     SpacecraftSensor,
@@ -16,15 +14,11 @@ from gyrostat.body import (
 )
 from gyrostat.body.rotations import (
     error,
-    normalised,
-    rate_of_quaternion,
     rotation_vector,
-    to_body,
 )
 from gyrostat.control import AttitudeTargets, EstimatedControl, WheelArrayControl
 from gyrostat.errors import InputError
 from gyrostat.estimate import AttitudeFilter
-from gyrostat.linear import inverse_definite
 from gyrostat.simulate import Status, simulate
 from gyrostat.wheel import WheelArray, pyramid_axes
 
@@ -35,49 +29,13 @@ TARGET = np.array([0.8, 0.0, 0.6, 0.0])
 PERIOD = 0.25
 
 
-class Frictionless(eqx.Module):
-    """Wheels without friction on a body: one Runge-Kutta step, which compiles soon."""
-
-    gyrostat: Gyrostat
-
-    def __call__(self, state, command, time, duration):
-        """dq/dt and dw/dt at a constant momentum."""
-        wheels = self.gyrostat.spacecraft.wheels
-
-        def slope(state):
-            rate = self.gyrostat.rate(state)
-            turning = jnp.cross(rate, to_body(state.attitude, state.momentum))
-            inverse = inverse_definite(jnp.asarray(self.gyrostat.spacecraft.inertia))
-            turn = inverse @ (-turning - wheels.axes @ command.torque)
-            speed = command.torque / wheels.inertia - wheels.axes.T @ turn
-            return GyrostatState(rate_of_quaternion(state.attitude, rate), jnp.zeros(3), speed)
-
-        def stage(carry, share):
-            total, rate = carry
-            reach, weight = share
-            there = jax.tree.map(lambda y, k: y + reach * duration * k, state, rate)
-            rate = slope(there)
-            return (jax.tree.map(lambda y, k: y + weight * duration * k, total, rate), rate), None
-
-        shares = (jnp.array([0.0, 0.5, 0.5, 1.0]), jnp.array([1.0, 2.0, 2.0, 1.0]) / 6.0)
-        nothing = jax.tree.map(jnp.zeros_like, state)
-        after = jax.lax.scan(stage, (state, nothing), shares)[0][0]
-        return after._replace(attitude=normalised(after.attitude)), jnp.array(True)
-
-    def diverged(self, state):
-        return jnp.array(False)
-
-    def record(self, state, command):
-        return self.gyrostat.record(state, command)
-
-
 @pytest.fixture(scope="module")
-def flight():
+def flight(frictionless):
     """From rest to a target 74 degrees away, with a gyro whose bias the filter does not know."""
     plant = Gyrostat(CRAFT)
     control = WheelArrayControl(CRAFT, AttitudeTargets.hold(TARGET))
     data = simulate(
-        Frictionless(plant),
+        frictionless(plant),
         EstimatedControl(AttitudeFilter(SIGMA, ANGLE, BIAS, 1e-3), control),
         TrackerGyroSensors(
             SpacecraftSensor(plant),

@@ -24,6 +24,12 @@ from gyrostat.body.gyrostat import (
     GyrostatState,
     WheelTorqueCommand,
 )
+from gyrostat.body.imbalance import (
+    Imbalance,
+    ImbalancedGyrostat,
+    ImbalancedRecord,
+    ImbalancedState,
+)
 from gyrostat.body.reduced_gyrostat import (
     ReducedGyrostat,
     ReducedRecord,
@@ -70,6 +76,10 @@ __all__ = [
     "GyrostatRecord",
     "GyrostatState",
     "HarmonicTorque",
+    "Imbalance",
+    "ImbalancedGyrostat",
+    "ImbalancedRecord",
+    "ImbalancedState",
     "MomentumMeasurement",
     "MomentumSensor",
     "RateGyro",
