@@ -10,13 +10,7 @@ from numpy.typing import ArrayLike
 from gyrostat._jax import jax, jnp
 from gyrostat.body import Spacecraft, rotations
 from gyrostat.body.rotations import Quaternion, Vector
-from gyrostat.control.allocation import (
-    LeastLargest,
-    Working,
-    largest_share,
-    spread,
-    within_limits,
-)
+from gyrostat.control.allocation import LeastLargest, Working, spread, within_limits
 from gyrostat.control.momentum_management import MomentumManagement
 from gyrostat.control.null_space import NullSpaceControl
 from gyrostat.control.two_wheel_law import brake
@@ -32,8 +26,6 @@ TURNING_SHARE = 0.4
 """Of it, what turning the momentum with the body may take."""
 LEAST_RATE = 1e-4
 """rad/s: a turn goes on even where the wheels seem full."""
-INTEGRAL_ANGLE = 0.02
-"""rad: only below it the error is integrated."""
 COARSEST = 0.5
 """Rate gain times control period, above which the loop of a held torque is hardly damped."""
 
@@ -95,34 +87,39 @@ class ArrayControlMemory(NamedTuple):
     Attributes:
         samples: taken so far.
         period: control period, s.
-        integral: (3,) of the error, rad·s.
+        momentum: (3,) of spacecraft and wheels at the last sample, inertial axes, N·m·s.
+        given: (3,) torque commanded there to the external actuator, N·m.
+        unknown: (3,) estimate of the other external torques, body axes, N·m.
         watch: of the wheels.
     """
 
     samples: Scalar
     period: Scalar
-    integral: Vector
+    momentum: Vector
+    given: Vector
+    unknown: Vector
     watch: WheelWatchMemory
 
 
 class WheelArrayControl(eqx.Module):
-    """A u = T - w x H - J (w_d' + k (w_d - w) - k_i z), shared among the wheels that work.
+    """A u = T + D - w x H - J (w_d' + k (w_d - w)), shared among the wheels that work.
 
     T is the torque of the external actuator, H the momentum of spacecraft and wheels in body axes:
-    w x H keeps it fixed in space while the body turns under it. The wanted rate w_d leads the
-    error to zero, z is its integral: a small one with k_t, so that the poles are the roots of
-    s (s + k) (s + k_t) + k_i; a large one by a turn from rest to rest about the error axis, its
-    rate within `largest_rate`, within what the wheels can brake with `BRAKING_SHARE` of their
-    torque, turn their momentum with, and still take up. To u come the drag that the wheels were
-    found to have and, where there is one, what the null space is used for. B. Wie, "Space Vehicle
-    Dynamics and Control", section 7.3.
+    w x H keeps it fixed in space while the body turns under it. D is what the other external
+    torques are found to be: the change of H in space, less T, through a low pass; a turn does not
+    disturb it, as it would an integral of the error. The wanted rate w_d leads the error to zero: a
+    small one with k_t, so that the poles are -k and -k_t; a large one by a turn from rest to rest
+    about the error axis, its rate within `largest_rate`, within what the wheels can brake with
+    `BRAKING_SHARE` of their torque, turn their momentum with, and still take up. To u come the
+    drag that the wheels were found to have, that of failed ones shared among the others, and what
+    the null space is used for. B. Wie, "Space Vehicle Dynamics and Control", section 7.3.
 
     Attributes:
         spacecraft: as the controller knows it; every wheel with finite limits.
         targets: attitude wanted over time.
         turn_gain: k_t, 1/s.
         rate_gain: k, 1/s.
-        integral_time: k k_t / k_i, s; infinite for no integral.
+        torque_time: of the low pass of D, s; infinite: D stays zero.
         largest_rate: rad/s.
         allocation: of torque among wheels: `LeastLargest` or `PseudoInverse`.
         null_space: keeps wheels from zero and from saturation; None: not done.
@@ -134,7 +131,7 @@ class WheelArrayControl(eqx.Module):
     targets: AttitudeTargets
     turn_gain: Scalar = 0.1
     rate_gain: Scalar = 0.4
-    integral_time: Scalar = 50.0
+    torque_time: Scalar = 20.0
     largest_rate: Scalar = 0.05
     allocation: Any = LeastLargest()
     null_space: NullSpaceControl | None = None
@@ -145,19 +142,15 @@ class WheelArrayControl(eqx.Module):
         """Refuse what cannot be controlled.
 
         Raises:
-            InputError: gains or limits that are not positive, an integral that makes the loop
-                unstable, wheels without finite limits, or what a part refuses.
+            InputError: gains, times or limits that are not positive, wheels without finite limits,
+                or what a part refuses.
         """
         check_parts(self.spacecraft, self.targets, self.null_space, self.management, self.watch)
         require("turn gain", self.turn_gain, "1/s", positive=True)
         require("rate gain", self.rate_gain, "1/s", positive=True)
         require("largest rate", self.largest_rate, "rad/s", positive=True)
-        least = 1.0 / (np.asarray(self.turn_gain) + np.asarray(self.rate_gain))
-        if not np.all(np.asarray(self.integral_time) > least):
-            raise InputError(
-                f"integral time: found {np.min(self.integral_time):g} s, expected above "
-                f"1 / (turn gain + rate gain) = {np.max(least):g} s"
-            )
+        if not np.all(np.asarray(self.torque_time) > 0.0):
+            raise InputError(f"torque time: found {self.torque_time}, expected above 0 s")
         for name in ("torque_limit", "momentum_limit"):
             if not np.all(np.isfinite(np.asarray(getattr(self.spacecraft.wheels, name)))):
                 raise InputError(
@@ -175,12 +168,9 @@ class WheelArrayControl(eqx.Module):
 
     def start(self, period: Scalar) -> ArrayControlMemory:
         """Nothing measured yet."""
-        return ArrayControlMemory(
-            jnp.zeros(()),
-            jnp.asarray(period, dtype=float),
-            jnp.zeros(3),
-            self.watch.start(self.spacecraft.wheels.count),
-        )
+        none, watch = jnp.zeros(3), self.watch.start(self.spacecraft.wheels.count)
+        period = jnp.asarray(period, dtype=float)
+        return ArrayControlMemory(jnp.zeros(()), period, none, none, none, watch)
 
     def __call__(
         self, memory: ArrayControlMemory, measurement: Any
@@ -202,27 +192,29 @@ class WheelArrayControl(eqx.Module):
         watch = self.watch(memory.watch, absolute, measurement.wheel_measured, limit, time, period)
         external = jnp.zeros(3) if self.management is None else self.management(momentum)
         target = self.targets(time)
-        wanted, change, error = self._wanted(measurement, target, momentum, watch.works)
-        stiffness = self.rate_gain * self.turn_gain / self.integral_time
-        push = change + self.rate_gain * (wanted - rate) - stiffness * memory.integral
-        needed = external - jnp.cross(rate, momentum) - inertia @ push
+        wanted, change = self._wanted(measurement, target, momentum, watch.works)
+        in_space = rotations.to_inertial(measurement.attitude, momentum)
+        gained = rotations.to_body(measurement.attitude, in_space - memory.momentum) / period
+        share = jnp.where(memory.watch.begun, period / (self.torque_time + period), 0.0)
+        unknown = memory.unknown + share * (gained - memory.given - memory.unknown)
+        push = change + self.rate_gain * (wanted - rate)
+        # the bearing of a failed wheel turns the body too; where it is not seen, D has it
+        failed = ~watch.works & measurement.wheel_measured
+        borne = axes @ jnp.where(failed, watch.lost, 0.0)
+        needed = external + unknown + borne - jnp.cross(rate, momentum) - inertia @ push
         left = limit - jnp.abs(watch.drag)
-        torque = self.allocation(axes, left, watch.works, needed)
-        near = (error @ error < INTEGRAL_ANGLE**2) & (largest_share(torque, left) < 1.0)
-        integral = memory.integral + jnp.where(near, period, 0.0) * error
-        torque = within_limits(torque, left)
+        torque = within_limits(self.allocation(axes, left, watch.works, needed), left)
         if self.null_space is not None:
             torque += self.null_space(axes, watch.works, relative, left - jnp.abs(torque))
         torque = wheels.within_momentum_limit(torque + watch.drag, relative, period)
-        after = ArrayControlMemory(
-            memory.samples + 1.0, period, integral, watch._replace(torque=torque)
-        )
+        watch = watch._replace(torque=torque)
+        after = ArrayControlMemory(memory.samples + 1.0, period, in_space, external, unknown, watch)
         return after, ArrayCommand(torque, external, target, watch.works)
 
     def _wanted(
         self, measurement: Any, target: Quaternion, momentum: Vector, works: Working
-    ) -> tuple[Vector, Vector, Vector]:
-        """Rate to follow, rad/s, its change along the motion, rad/s², and the error, rad."""
+    ) -> tuple[Vector, Vector]:
+        """Rate to follow, rad/s, and its change along the motion, rad/s²."""
         wheels, rate = self.spacecraft.wheels, measurement.rate
         inertia, axes = jnp.asarray(self.spacecraft.inertia), jnp.asarray(wheels.axes)
         across = spread(axes, works)
@@ -239,12 +231,11 @@ class WheelArrayControl(eqx.Module):
         fastest = jnp.minimum(turning, jnp.maximum(most(inertia @ axis, room), LEAST_RATE))
         fastest = jnp.minimum(fastest, self.largest_rate)
 
-        def law(attitude: Quaternion) -> tuple[Vector, Vector]:
+        def law(attitude: Quaternion) -> Vector:
             error = rotations.rotation_vector(rotations.error(attitude, target))
             angle = jnp.sqrt(error @ error + 1e-24)
             speed = brake(angle, self.turn_gain, slowing)
-            return -error / angle * jnp.minimum(speed, fastest), error
+            return -error / angle * jnp.minimum(speed, fastest)
 
         turned = rotations.rate_of_quaternion(measurement.attitude, rate)
-        (wanted, error), (change, _) = jax.jvp(law, (measurement.attitude,), (turned,))
-        return wanted, change, error
+        return jax.jvp(law, (measurement.attitude,), (turned,))
