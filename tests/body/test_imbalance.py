@@ -106,11 +106,11 @@ def test_the_jitter_is_that_of_forces_and_torques_that_go_round():
 
 
 def test_the_peak_is_reached_by_no_more_than_all_wheels_together():
-    angles = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, (20000, 4))
-    seen = np.max(np.abs(jitters(angles)), axis=0)
+    angles = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, (COUNT * 400, 4))
+    seen = np.max([np.abs(jitters(some)) for some in np.split(angles, 400)], axis=(0, 1))
     peak = np.asarray(IMBALANCE.peak(CRAFT))
     assert np.all(seen <= peak)
-    assert np.all(seen > 0.97 * peak)
+    assert np.all(seen > 0.95 * peak)
 
 
 def test_record_and_rate_have_the_jitter(flown):

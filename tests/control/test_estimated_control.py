@@ -16,7 +16,7 @@ from gyrostat.body.rotations import (
     error,
     rotation_vector,
 )
-from gyrostat.control import AttitudeTargets, EstimatedControl, WheelArrayControl
+from gyrostat.control import AttitudeTargets, EstimatedControl, PseudoInverse, WheelArrayControl
 from gyrostat.errors import InputError
 from gyrostat.estimate import AttitudeFilter
 from gyrostat.simulate import Status, simulate
@@ -33,7 +33,7 @@ PERIOD = 0.25
 def flight(frictionless):
     """From rest to a target 74 degrees away, with a gyro whose bias the filter does not know."""
     plant = Gyrostat(CRAFT)
-    control = WheelArrayControl(CRAFT, AttitudeTargets.hold(TARGET))
+    control = WheelArrayControl(CRAFT, AttitudeTargets.hold(TARGET), allocation=PseudoInverse())
     data = simulate(
         frictionless(plant),
         EstimatedControl(AttitudeFilter(SIGMA, ANGLE, BIAS, 1e-3), control),

@@ -133,7 +133,7 @@ def test_errors_and_innovations_have_the_covariance_that_the_filter_tells(batch)
 
 def test_the_first_attitude_begins_wherever_it_is():
     measured = from_rotation_vector(jnp.array([2.0, -1.0, 0.5]))
-    correct = jax.jit(FILTER.correct)
+    correct = jax.jit(lambda *given: FILTER.correct(*given))
     waiting = correct(FILTER.start(), measured, jnp.array(False))
     assert not waiting.started
     begun = correct(waiting, measured, jnp.array(True))

@@ -20,6 +20,7 @@ from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, require
 from gyrostat.wheel import PerWheel
+from gyrostat.wheel.array import listed
 
 
 class StarTracker(eqx.Module):
@@ -32,7 +33,7 @@ class StarTracker(eqx.Module):
             that at time 0.
     """
 
-    sigma: Vector | float
+    sigma: Vector | float = eqx.field(converter=listed)
     periods: Scalar = 1
 
     def check(self) -> None:
@@ -81,7 +82,7 @@ class RateGyro(eqx.Module):
 
     angle_walk: Scalar = 0.0
     bias_walk: Scalar = 0.0
-    bias: Vector = eqx.field(default_factory=lambda: np.zeros(3))
+    bias: Vector = eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
 
     def check(self) -> None:
         """Refuse what is no noise or bias, by `InputError`."""

@@ -14,6 +14,7 @@ from gyrostat.body.spacecraft import Spacecraft
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, require
+from gyrostat.wheel.array import listed
 
 EARTH = 3.986004418e14
 """m³/s²: gravitational parameter of the Earth (IERS Conventions, 2010)."""
@@ -111,9 +112,13 @@ class HarmonicTorque(eqx.Module):
     """
 
     rate: Scalar
-    constant: Vector = eqx.field(default_factory=lambda: np.zeros(3))
-    cosine: Float[Array, "harmonics 3"] = eqx.field(default_factory=lambda: np.zeros((1, 3)))
-    sine: Float[Array, "harmonics 3"] = eqx.field(default_factory=lambda: np.zeros((1, 3)))
+    constant: Vector = eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
+    cosine: Float[Array, "harmonics 3"] = eqx.field(
+        converter=listed, default_factory=lambda: np.zeros((1, 3))
+    )
+    sine: Float[Array, "harmonics 3"] = eqx.field(
+        converter=listed, default_factory=lambda: np.zeros((1, 3))
+    )
 
     def check(self) -> None:
         """Refuse what is no series.

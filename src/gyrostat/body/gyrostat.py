@@ -24,6 +24,7 @@ from gyrostat.friction import Scalar
 from gyrostat.linear import inverse_definite
 from gyrostat.require import check_parts, require
 from gyrostat.wheel import Motion, PerWheel, slide_together
+from gyrostat.wheel.array import listed
 
 FASTEST = 10.0
 """rad/s: beyond this body rate no controller means what it does."""
@@ -98,12 +99,12 @@ class Gyrostat(eqx.Module):
 
     spacecraft: Spacecraft
     failures: WheelFailures | None = None
-    external_torque: Vector = eqx.field(default_factory=lambda: np.zeros(3))
+    external_torque: Vector = eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
     torque_history: Callable[[Quaternion, Scalar], Vector] | None = eqx.field(
         static=True, default=None
     )
     environment: tuple[Any, ...] = ()
-    external_torque_limit: Vector | None = None
+    external_torque_limit: Vector | None = eqx.field(converter=listed, default=None)
 
     def torque(self, attitude: Quaternion, time: Scalar) -> Vector:
         """External torque in body axes, N·m, at a time, s."""

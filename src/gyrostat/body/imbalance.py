@@ -15,6 +15,7 @@ from gyrostat.friction import Scalar
 from gyrostat.linear import inverse_definite
 from gyrostat.require import check_parts, require
 from gyrostat.wheel import PerWheel
+from gyrostat.wheel.array import listed
 
 
 class Imbalance(eqx.Module):
@@ -29,9 +30,9 @@ class Imbalance(eqx.Module):
         position: (3, wheels) of the wheels from the centre of mass, body axes, m.
     """
 
-    static: PerWheel
-    dynamic: PerWheel
-    position: Float[Array, "3 wheels"]
+    static: PerWheel = eqx.field(converter=listed)
+    dynamic: PerWheel = eqx.field(converter=listed)
+    position: Float[Array, "3 wheels"] = eqx.field(converter=listed)
 
     def check(self) -> None:
         """Refuse imbalances that are no sizes and positions that are none, by `InputError`."""

@@ -7,6 +7,7 @@ from gyrostat._jax import jnp
 from gyrostat.body.rotations import Vector
 from gyrostat.friction import Scalar
 from gyrostat.require import require
+from gyrostat.wheel.array import listed
 
 
 class MomentumManagement(eqx.Module):
@@ -20,7 +21,7 @@ class MomentumManagement(eqx.Module):
         gain: k, 1/s; slow against the attitude loop.
     """
 
-    limit: Vector
+    limit: Vector = eqx.field(converter=listed)
     gain: Scalar = 1e-3
 
     def check(self) -> None:

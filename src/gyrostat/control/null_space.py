@@ -14,6 +14,7 @@ from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.require import require
 from gyrostat.wheel import PerWheel
+from gyrostat.wheel.array import listed
 
 NOTHING = 1e-9
 """Square of a direction in the null space below which there is none."""
@@ -37,8 +38,8 @@ class NullSpaceControl(eqx.Module):
         gain: k, 1/s.
     """
 
-    pattern: PerWheel
-    largest: PerWheel
+    pattern: PerWheel = eqx.field(converter=listed)
+    largest: PerWheel = eqx.field(converter=listed)
     gain: Scalar = 0.05
 
     def check(self) -> None:

@@ -19,6 +19,7 @@ from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, require
 from gyrostat.wheel import PerWheel
+from gyrostat.wheel.array import listed
 
 BRAKING_SHARE = 0.5
 """Of the wheels' torque that braking a turn counts on."""
@@ -56,8 +57,8 @@ class AttitudeTargets(eqx.Module):
         attitudes: (targets, 4) quaternions, scalar first.
     """
 
-    times: Float[Array, " targets"]
-    attitudes: Float[Array, "targets 4"]
+    times: Float[Array, " targets"] = eqx.field(converter=listed)
+    attitudes: Float[Array, "targets 4"] = eqx.field(converter=listed)
 
     @classmethod
     def hold(cls, attitude: ArrayLike) -> Self:

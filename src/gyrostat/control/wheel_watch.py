@@ -12,6 +12,7 @@ from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.require import require
 from gyrostat.wheel import PerWheel
+from gyrostat.wheel.array import listed
 
 
 class WheelWatchMemory(NamedTuple):
@@ -52,8 +53,8 @@ class WheelWatch(eqx.Module):
 
     drag_time: Scalar = 10.0
     failure_time: Scalar = 5.0
-    failure_torque: PerWheel | float = np.inf
-    told: PerWheel | float = np.inf
+    failure_torque: PerWheel | float = eqx.field(converter=listed, default=np.inf)
+    told: PerWheel | float = eqx.field(converter=listed, default=np.inf)
 
     def check(self) -> None:
         """Refuse what is no time or torque.

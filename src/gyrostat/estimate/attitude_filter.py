@@ -11,6 +11,7 @@ from gyrostat.body.rotations import Quaternion, Vector, cross_matrix
 from gyrostat.friction import Scalar
 from gyrostat.linear import inverse_definite, symmetric
 from gyrostat.require import require
+from gyrostat.wheel.array import listed
 
 
 class AttitudeEstimate(NamedTuple):
@@ -50,7 +51,7 @@ class AttitudeFilter(eqx.Module):
         bias_sigma: standard deviation of the bias at the start, rad/s.
     """
 
-    attitude_sigma: Vector | float
+    attitude_sigma: Vector | float = eqx.field(converter=listed)
     angle_walk: Scalar
     bias_walk: Scalar
     bias_sigma: Scalar
