@@ -8,7 +8,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from gyrostat._jax import jax, jnp
-from gyrostat.body import CircularOrbit, GravityGradient, Gyrostat, HarmonicTorque, Spacecraft
+from gyrostat.body import (
+    CircularOrbit,
+    GravityGradient,
+    Gyrostat,
+    HarmonicTorque,
+    Spacecraft,
+    WheelTorqueCommand,
+)
 from gyrostat.body.rotations import to_body
 from gyrostat.errors import InputError
 from gyrostat.friction import ViscousCoulomb
@@ -156,3 +163,11 @@ def test_an_environment_that_is_none_is_refused(item, message):
         plant.check()
     with pytest.raises(InputError, match="external torque limit"):
         craft(np.eye(3), limit=-1.0).check()
+
+
+def test_an_actuator_that_is_not_commanded_is_refused():
+    plant = craft(np.eye(3))
+    with pytest.raises(InputError, match="found no external_torque"):
+        plant(plant.start(), WheelTorqueCommand(jnp.zeros(3)), 0.0, 1.0)
+    with pytest.raises(InputError, match=r"found shape \(2,\)"):
+        eqx.tree_at(lambda plant: plant.external_torque_limit, plant, np.ones(2)).check()

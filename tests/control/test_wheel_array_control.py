@@ -186,6 +186,7 @@ def test_targets_come_at_their_times():
         ({"largest_rate": -1.0}, "largest rate"),
         ({"torque_time": 0.0}, "torque time"),
         ({"targets": AttitudeTargets(jnp.zeros(2), jnp.ones((2, 4)) / 2)}, "rising"),
+        ({"targets": AttitudeTargets([], np.zeros((0, 4)))}, "rising"),
         ({"targets": AttitudeTargets.hold([1.0, 1.0, 0, 0])}, "length"),
         ({"targets": AttitudeTargets(jnp.zeros(1), jnp.ones((2, 4)) / 2)}, "targets: found shape"),
         ({"watch": WheelWatch(told=np.nan)}, "told"),

@@ -94,7 +94,7 @@ class Gyrostat(eqx.Module):
             (3,) N·m in body axes, as smooth and slow.
         external_torque_limit: (3,) what an ideal actuator beside the wheels, as magnetorquers, may
             add of the `external_torque` of a command along each body axis, N·m; None: there is no
-            such actuator.
+            such actuator, and what is commanded to it is not given.
     """
 
     spacecraft: Spacecraft
@@ -129,6 +129,9 @@ class Gyrostat(eqx.Module):
         check_parts(*self.environment)
         if self.external_torque_limit is not None:
             require("external torque limit", self.external_torque_limit, "N·m")
+            shape = np.shape(self.external_torque_limit)
+            if shape[-1:] != (3,):
+                raise InputError(f"external torque limit: found shape {shape}, expected (3,)")
         if self.failures is not None:
             self.failures.check()
             told, count = np.shape(self.failures.time)[-1], self.spacecraft.wheels.count
@@ -196,6 +199,11 @@ class Gyrostat(eqx.Module):
         """
         craft = self
         if self.external_torque_limit is not None:
+            if not hasattr(command, "external_torque"):
+                raise InputError(
+                    f"{type(command).__name__}: found no external_torque, expected one: the "
+                    "spacecraft has an actuator for it"
+                )
             limit = jnp.asarray(self.external_torque_limit)
             given = self.external_torque + jnp.clip(command.external_torque, -limit, limit)
             craft = eqx.tree_at(lambda plant: plant.external_torque, self, given)

@@ -68,7 +68,8 @@ class AttitudeTargets(eqx.Module):
     def check(self) -> None:
         """Refuse times that do not rise and quaternions that are no attitudes, by `InputError`."""
         times = np.asarray(self.times, dtype=float)
-        if not np.all(np.diff(times, axis=-1) > 0.0) or not np.all(np.isfinite(times)):
+        rising = times.size > 0 and times.ndim > 0 and np.all(np.isfinite(times))
+        if not rising or not np.all(np.diff(times, axis=-1) > 0.0):
             raise InputError(f"times of the targets: found {times}, expected rising times, s")
         shape = np.shape(self.attitudes)
         if shape != (*times.shape, 4):
