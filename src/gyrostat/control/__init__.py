@@ -1,8 +1,10 @@
 """Controllers of the loop, from a measurement to a command, and what they are designed with."""
 
+from gyrostat.control.allocation import LeastLargest, PseudoInverse
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.command import CurrentCommand
 from gyrostat.control.controllability import Controllability, uncontrollable
+from gyrostat.control.estimated_control import EstimatedControl
 from gyrostat.control.estimating_compensator import EstimatingCompensator
 from gyrostat.control.factorisations import EulerCube, MRPBody, QuaternionBody
 from gyrostat.control.friction_feed_forward import FrictionFeedForward
@@ -27,6 +29,8 @@ from gyrostat.control.momentum_control import (
     MomentumCommand,
     ProportionalMomentumControl,
 )
+from gyrostat.control.momentum_management import MomentumManagement
+from gyrostat.control.null_space import NullSpaceControl
 from gyrostat.control.output_zeroing import OutputZeroing, ZeroingCommand
 from gyrostat.control.recovery_momentum import MomentumRecovery
 from gyrostat.control.recovery_one_wheel import OneWheelRecovery
@@ -37,15 +41,24 @@ from gyrostat.control.state_dependent import StateDependentRiccati
 from gyrostat.control.three_axis_law import ThreeAxisLaw
 from gyrostat.control.two_wheel_law import TwoWheelLaw
 from gyrostat.control.two_wheel_sweeps import TwoWheelSweeps
+from gyrostat.control.wheel_array_control import (
+    ArrayCommand,
+    AttitudeTargets,
+    WheelArrayControl,
+)
 from gyrostat.control.wheel_rate_loop import WheelRateLoop
+from gyrostat.control.wheel_watch import WheelWatch
 
 __all__ = [
+    "ArrayCommand",
     "AttitudePID",
+    "AttitudeTargets",
     "Compensation",
     "Controllability",
     "CurrentCommand",
     "CurrentMode",
     "DynamicModelCompensator",
+    "EstimatedControl",
     "EstimatingCompensator",
     "EulerCube",
     "FeedbackCommand",
@@ -55,16 +68,20 @@ __all__ = [
     "FrictionTorqueControl",
     "Integrators",
     "Law",
+    "LeastLargest",
     "LeastSquares",
     "LinearQuadratic",
     "MRPBody",
     "ModelErrorCompensator",
     "MomentumCommand",
+    "MomentumManagement",
     "MomentumRecovery",
+    "NullSpaceControl",
     "OneWheelRecovery",
     "OnlineFrit",
     "OutputZeroing",
     "ProportionalMomentumControl",
+    "PseudoInverse",
     "QuaternionBody",
     "RiccatiSolution",
     "SampledModel",
@@ -73,7 +90,9 @@ __all__ = [
     "ThreeAxisLaw",
     "TwoWheelLaw",
     "TwoWheelSweeps",
+    "WheelArrayControl",
     "WheelRateLoop",
+    "WheelWatch",
     "ZeroMomentumRecovery",
     "ZeroingCommand",
     "lqr",
