@@ -2,9 +2,14 @@
 
 from pathlib import Path
 
-from gyrostat.campaign.components import COMPENSATORS, CONTROLLERS, SENSORS
+from gyrostat.campaign.components import (
+    COMPENSATORS,
+    CONTROLLERS,
+    ENVIRONMENTS,
+    ESTIMATORS,
+    SENSORS,
+)
 from gyrostat.campaign.schema import (
-    ENVIRONMENT,
     EVENTS,
     INERTIA,
     METRICS,
@@ -66,6 +71,8 @@ EXTRA = {
     ],
     "compensator": [("kind", "", "none", "One of those below.")],
     "sensors": [("kind", "", "white_noise", "One of those below.")],
+    "estimator": [("kind", "", "what the sensors need", "One of those below.")],
+    "environment": [("kind", "", "constant", "One of those below.")],
     "metrics": [
         ("percentiles", "%", "[50, 95, 99.7]", "Of the pointing error, each a metric."),
         ("boresight", "1", "none", "Body direction whose error counts; none: the whole attitude."),
@@ -147,11 +154,15 @@ def dispersed():
     rows.append(
         "| `wheel.NAME.coulomb`, ... | | Parameters of the friction model of its model file. |"
     )
-    for name, keys in (("start", START), ("environment", ENVIRONMENT)):
-        for n, key in keys.items():
-            rows.append(f"| `{name}.{n}.x`, `.y`, `.z` | {key.unit} | {key.meaning} |")
+    rows += [
+        f"| `start.{n}.x`, `.y`, `.z` | {key.unit} | {key.meaning} |" for n, key in START.items()
+    ]
+    parts = ", ".join(
+        f"`{name}.KEY`"
+        for name in ("controller", "compensator", "estimator", "sensors", "environment")
+    )
     rows.append(
-        "| `controller.KEY`, `compensator.KEY`, `sensors.KEY` | | Those of the chosen kinds. |"
+        f"| {parts} | | Those of the chosen kinds; of a vector `.x`, `.y`, `.z` of the key. |"
     )
     rows.append("| `event.NAME.KEY` | | Numbers of an event; the order of events must stay. |")
     return rows
@@ -174,9 +185,10 @@ def page():
         ("controller", CONTROLLERS, "Planned for the nominal spacecraft; planned anew at events."),
         ("compensator", COMPENSATORS, ""),
         ("sensors", SENSORS, ""),
+        ("estimator", ESTIMATORS, "Between sensors and controller."),
+        ("environment", ENVIRONMENTS, ""),
     ):
         lines += [*section(name, {}, text), *kinds(components)]
-    lines += section("environment", ENVIRONMENT)
     lines += [
         "## [[event]]",
         "",

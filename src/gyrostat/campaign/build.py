@@ -7,9 +7,15 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat._jax import jax, jnp
-from gyrostat.body import Gyrostat, GyrostatState, Spacecraft, SpacecraftSensor, WheelFailures
+from gyrostat.body import Gyrostat, GyrostatState, Spacecraft, WheelFailures
 from gyrostat.body.rotations import from_rotation_vector, product
-from gyrostat.campaign.components import COMPENSATORS, CONTROLLERS, SENSORS, SURROUNDINGS
+from gyrostat.campaign.components import (
+    COMPENSATORS,
+    CONTROLLERS,
+    ENVIRONMENTS,
+    ESTIMATORS,
+    SENSORS,
+)
 from gyrostat.campaign.phases import Phases
 from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
 from gyrostat.campaign.schema import EVENTS, WHEEL_IS_LOST, Key, size
@@ -35,7 +41,7 @@ class Setup(NamedTuple):
 
     plant: Gyrostat
     controller: Any
-    sensor: SpacecraftSensor
+    sensor: Any
     start: GyrostatState
     starts: Float[Array, " phases"]
     targets: Float[Array, "phases 4"]
@@ -62,6 +68,8 @@ def parts_of(scenario: Scenario) -> dict[str, Mapping[str, Key]]:
         "controller": CONTROLLERS[scenario.controller].keys,
         "compensator": COMPENSATORS[scenario.compensator].keys,
         "sensors": SENSORS[scenario.sensors].keys,
+        "estimator": ESTIMATORS[scenario.estimator].keys,
+        "environment": ENVIRONMENTS[scenario.environment].keys,
         "friction": {
             n: size(d, None, "Of its friction.") for n, d in friction.dimensions().items()
         },
@@ -169,7 +177,10 @@ def plan(scenario: Scenario) -> Plans:
 
 def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
     """What flies; pure, for `jit` and `vmap` over the values."""
-    own = SURROUNDINGS.make(_options(values, "environment"))
+    own = ENVIRONMENTS[scenario.environment].make(_options(values, "environment"))
+    options = _options(values, "controller")
+    if "external_torque_limit" in options:
+        own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
     plant = Gyrostat(spacecraft_of(scenario, values), _failures(scenario, values), **own)
     error = jnp.stack([jnp.asarray(values[f"start.attitude_error.{axis}"]) for axis in AXES])
     start = plant.start(
@@ -177,7 +188,6 @@ def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
         rate=jnp.stack([jnp.asarray(values[f"start.rate.{axis}"]) for axis in AXES]),
         wheel_speed=jnp.stack([jnp.asarray(values[f"wheel.{w}.speed"]) for w in scenario.wheels]),
     )
-    options = _options(values, "controller")
     made = [
         CONTROLLERS[scenario.controller].make(plan, options, start.momentum)
         for plan in plans.controllers
@@ -186,6 +196,9 @@ def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
     joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
     controller = COMPENSATORS[scenario.compensator].make(
         _options(values, "compensator"), Phases(starts, joined), plans.known
+    )
+    controller = ESTIMATORS[scenario.estimator].make(
+        _options(values, "estimator"), controller, _options(scenario.values, "sensors")
     )
     sensor = SENSORS[scenario.sensors].make(_options(values, "sensors"), plant)
     return Setup(plant, controller, sensor, start, starts, jnp.asarray(plans.targets))

@@ -1,4 +1,4 @@
-"""What a scenario can name: controllers, compensators and sensors, one entry each.
+"""What a scenario can name: each part of the loop, one entry each.
 
 To add a component is to add an entry: its keys, and how it is made of their values.
 """
@@ -10,11 +10,35 @@ from typing import Any
 import numpy as np
 
 from gyrostat._jax import jnp
-from gyrostat.body import Gyrostat, Spacecraft, SpacecraftSensor
+from gyrostat.body import (
+    CircularOrbit,
+    GravityGradient,
+    Gyrostat,
+    HarmonicTorque,
+    RateGyro,
+    Spacecraft,
+    SpacecraftSensor,
+    StarTracker,
+    TrackerGyroSensors,
+)
+from gyrostat.body.environment import EARTH, EARTH_RADIUS
 from gyrostat.body.rotations import Vector
-from gyrostat.campaign.schema import ENVIRONMENT, Key, positive, size
-from gyrostat.control import FrictionFeedForward, MomentumRecovery
+from gyrostat.campaign.schema import Key, positive, size, vector
+from gyrostat.control import (
+    AttitudeTargets,
+    EstimatedControl,
+    FrictionFeedForward,
+    LeastLargest,
+    MomentumManagement,
+    MomentumRecovery,
+    NullSpaceControl,
+    PseudoInverse,
+    WheelArrayControl,
+    WheelWatch,
+)
+from gyrostat.estimate import AttitudeFilter
 from gyrostat.friction import Scalar
+from gyrostat.require import check_parts
 
 Options = Mapping[str, Scalar]
 """Values of a component's keys, SI."""
@@ -69,6 +93,41 @@ def _three_axis(plan: MomentumRecovery, options: Options, momentum: Vector) -> M
     return replace(plan, law=law)
 
 
+def _plan_array(allocation: Any) -> Callable[..., WheelArrayControl]:
+    def plan(spacecraft: Spacecraft, working: np.ndarray, seized: np.ndarray, target: Any):
+        wheels, null_space = spacecraft.wheels, None
+        if wheels.count > 3:
+            null_space = NullSpaceControl.plan(wheels.axes, wheels.momentum_limit)
+        found = WheelArrayControl(
+            spacecraft,
+            AttitudeTargets.hold(target),
+            allocation=allocation,
+            null_space=null_space,
+            watch=WheelWatch(told=np.where(working, np.inf, 0.0)),
+        )
+        check_parts(found)
+        return found
+
+    return plan
+
+
+def _array(plan: WheelArrayControl, options: Options, momentum: Vector) -> WheelArrayControl:
+    limit = options["external_torque_limit"] * jnp.ones(3)
+    null_space = plan.null_space
+    if null_space is not None:
+        null_space = replace(null_space, gain=options["null_space_gain"])
+    return replace(
+        plan,
+        turn_gain=options["turn_gain"],
+        rate_gain=options["rate_gain"],
+        torque_time=options["torque_time"],
+        largest_rate=options["largest_rate"],
+        null_space=null_space,
+        management=MomentumManagement(limit, options["momentum_gain"]),
+        watch=replace(plan.watch, drag_time=options["drag_time"]),
+    )
+
+
 def _friction_model(options: Options, controller: Any, known: Spacecraft) -> FrictionFeedForward:
     wheels = known.wheels
     return FrictionFeedForward(
@@ -85,8 +144,53 @@ def _white_noise(options: Options, plant: Gyrostat) -> SpacecraftSensor:
     return SpacecraftSensor(plant, **options)
 
 
+def _stacked(options: Options, name: str) -> Vector:
+    return jnp.stack([jnp.asarray(options[f"{name}.{axis}"], dtype=float) for axis in "xyz"])
+
+
+def _tracker_gyro(options: Options, plant: Gyrostat) -> TrackerGyroSensors:
+    return TrackerGyroSensors(
+        SpacecraftSensor(plant, wheel_sigma=options["wheel_sigma"]),
+        StarTracker(options["attitude_sigma"], jnp.round(options["tracker_periods"])),
+        RateGyro(options["angle_walk"], options["bias_walk"], _stacked(options, "bias")),
+    )
+
+
+def _kalman(options: Options, controller: Any, sensors: Options) -> EstimatedControl:
+    sigmas = (sensors[name] for name in ("attitude_sigma", "angle_walk", "bias_walk"))
+    return EstimatedControl(AttitudeFilter(*sigmas, options["bias_sigma"]), controller)
+
+
 def _constant_torque(options: Options) -> dict[str, Any]:
-    return {"external_torque": jnp.stack([options[f"external_torque.{axis}"] for axis in "xyz"])}
+    return {"external_torque": _stacked(options, "external_torque")}
+
+
+def _in_orbit(options: Options) -> dict[str, Any]:
+    rate = jnp.sqrt(EARTH / (EARTH_RADIUS + options["altitude"]) ** 3)
+    elements = (options[name] for name in ("inclination", "ascending_node", "latitude"))
+    harmonic = HarmonicTorque(
+        rate,
+        cosine=_stacked(options, "cosine_torque")[None],
+        sine=_stacked(options, "sine_torque")[None],
+    )
+    gravity = GravityGradient(CircularOrbit(rate, *elements))
+    return {**_constant_torque(options), "environment": (gravity, harmonic)}
+
+
+_ARRAY_KEYS = {
+    "turn_gain": positive("1/s", 0.1, "Rate over error near the target."),
+    "rate_gain": positive("1/s", 0.4, "Of the rate loop."),
+    "torque_time": positive("time", 20.0, "Of the filter that learns the external torque."),
+    "largest_rate": positive("speed", 0.05, "Of a turn."),
+    "drag_time": positive("time", 10.0, "Of the filter that learns the drag of the wheels."),
+    "null_space_gain": positive(
+        "1/s", 0.05, "Of what keeps four and more wheels from zero and from saturation."
+    ),
+    "external_torque_limit": size(
+        "torque", 0.0, "Of the actuator that unloads the wheels, about each body axis; 0: none."
+    ),
+    "momentum_gain": positive("1/s", 1e-3, "Of the unloading."),
+}
 
 
 CONTROLLERS: dict[str, PlannedController] = {
@@ -101,6 +205,20 @@ CONTROLLERS: dict[str, PlannedController] = {
         },
         _three_axis,
         _plan_three_axis,
+    ),
+    "wheel_array": PlannedController(
+        "Shares the torque among any number of wheels so that the largest is least, keeps them from "
+        "zero speed and from saturation, learns drag and external torque, unloads the wheels "
+        "(`gyrostat.control.WheelArrayControl`).",
+        _ARRAY_KEYS,
+        _array,
+        _plan_array(LeastLargest()),
+    ),
+    "wheel_array_pseudo_inverse": PlannedController(
+        "The same, with the least sum of squares of the torques.",
+        _ARRAY_KEYS,
+        _array,
+        _plan_array(PseudoInverse()),
     ),
 }
 COMPENSATORS: dict[str, Component] = {
@@ -125,9 +243,49 @@ SENSORS: dict[str, Component] = {
         },
         _white_noise,
     ),
+    "star_tracker_gyro": Component(
+        "Star tracker, gyro and tachometers (`gyrostat.body.TrackerGyroSensors`), for the estimator "
+        "`kalman`.",
+        {
+            "attitude_sigma": positive("angle", None, "Of a sample of the star tracker."),
+            "tracker_periods": Key(
+                "1", 1.0, "Control periods between its samples, a whole number.", least=1.0
+            ),
+            "angle_walk": positive("rad/√s", None, "Of the gyro: its integrated noise."),
+            "bias_walk": size("rad/s/√s", 0.0, "Of the gyro: how its bias walks."),
+            "bias": vector("speed", "Of the gyro, at the start."),
+            "wheel_sigma": size("momentum", 0.0, "Of a sample of each wheel's momentum."),
+        },
+        _tracker_gyro,
+    ),
 }
-SURROUNDINGS = Component(
-    "Torque from outside; gives the arguments of `gyrostat.body.Gyrostat`.",
-    ENVIRONMENT,
-    _constant_torque,
-)
+ESTIMATORS: dict[str, Component] = {
+    "none": Component("None.", {}, lambda options, controller, sensors: controller),
+    "kalman": Component(
+        "Attitude and gyro bias by the multiplicative Kalman filter "
+        "(`gyrostat.estimate.AttitudeFilter`), which takes the noise of the sensors to be nominal.",
+        {"bias_sigma": positive("speed", 1e-4, "Of the gyro's bias before anything is measured.")},
+        _kalman,
+    ),
+}
+ESTIMATOR_OF = {"white_noise": "none", "star_tracker_gyro": "kalman"}
+"""Sensors -> the estimator that makes of them what controllers need."""
+_EXTERNAL = {"external_torque": vector("torque", "Constant torque from outside, in body axes.")}
+ENVIRONMENTS: dict[str, Component] = {
+    "constant": Component("A torque that stays.", _EXTERNAL, _constant_torque),
+    "orbit": Component(
+        "A circular orbit of the Earth: gravity gradient (`gyrostat.body.GravityGradient`), a "
+        "constant torque and one with the period of the orbit (`gyrostat.body.HarmonicTorque`).",
+        {
+            **_EXTERNAL,
+            "altitude": positive("m", None, "Above the equator's radius."),
+            "inclination": Key("angle", 0.0, "To the inertial x-y plane."),
+            "ascending_node": Key("angle", 0.0, "From x towards y."),
+            "latitude": Key("angle", 0.0, "From the ascending node, at the start."),
+            "cosine_torque": vector("torque", "Times the cosine of the orbit's phase since then."),
+            "sine_torque": vector("torque", "Times its sine."),
+        },
+        _in_orbit,
+    ),
+}
+"""Kind -> torques from outside; gives the arguments of `gyrostat.body.Gyrostat`."""

@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from gyrostat._jax import jax, jnp
 from gyrostat.friction import Scalar
-from gyrostat.require import check_parts
+from gyrostat.require import check_parts, check_period
 
 
 class PhasesMemory(NamedTuple):
@@ -38,6 +38,10 @@ class Phases(eqx.Module):
     def check(self) -> None:
         """Refuse what any plan refuses, by `InputError`."""
         check_parts(self.plans)
+
+    def check_period(self, period: float) -> None:
+        """Refuse a control period, s, that any plan refuses, by `InputError`."""
+        check_period(period, self.plans)
 
     def at(self, time: Scalar) -> Any:
         """The controller in force at a time, s."""

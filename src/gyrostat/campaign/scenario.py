@@ -62,6 +62,8 @@ class Scenario:
         controller: key of `gyrostat.campaign.components.CONTROLLERS`.
         compensator: key of `gyrostat.campaign.components.COMPENSATORS`.
         sensors: key of `gyrostat.campaign.components.SENSORS`.
+        estimator: key of `gyrostat.campaign.components.ESTIMATORS`.
+        environment: key of `gyrostat.campaign.components.ENVIRONMENTS`.
         attitude: (4,) at the start, scalar first.
         target: (4,) attitude to hold until an event gives another.
         boresight: (3,) body direction whose error counts; None: the whole attitude.
@@ -81,6 +83,8 @@ class Scenario:
     controller: str
     compensator: str
     sensors: str
+    estimator: str
+    environment: str
     attitude: tuple[float, ...]
     target: tuple[float, ...]
     boresight: tuple[float, ...] | None

@@ -11,17 +11,24 @@ import numpy as np
 
 from gyrostat.body import SpacecraftFile, read_spacecraft
 from gyrostat.campaign.build import build, parts_of, plan
-from gyrostat.campaign.components import COMPENSATORS, CONTROLLERS, SENSORS
+from gyrostat.campaign.components import (
+    COMPENSATORS,
+    CONTROLLERS,
+    ENVIRONMENTS,
+    ESTIMATOR_OF,
+    ESTIMATORS,
+    SENSORS,
+)
 from gyrostat.campaign.read_dispersions import read_dispersions
 from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
-from gyrostat.campaign.schema import ENVIRONMENT, EVENTS, METRICS, RUN, START
+from gyrostat.campaign.schema import EVENTS, METRICS, RUN, START
 from gyrostat.campaign.tables import Table, one_of, opened
 from gyrostat.errors import InputError
-from gyrostat.require import check_parts
+from gyrostat.require import check_parts, check_period
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", "controller", "compensator", "sensors"),
-    *("environment", "event", "dispersion", "metrics"),
+    *("estimator", "environment", "event", "dispersion", "metrics"),
 )
 MOST_PERIODS = 100_000_000
 """Control periods in a run: more are a slip of units."""
@@ -48,11 +55,19 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
         ("controller", CONTROLLERS, None),
         ("compensator", COMPENSATORS, "none"),
         ("sensors", SENSORS, "white_noise"),
+        ("estimator", ESTIMATORS, ""),
+        ("environment", ENVIRONMENTS, "constant"),
     ):
+        default = ESTIMATOR_OF[chosen["sensors"]] if section == "estimator" else default
         kind = chosen[section] = one_of(top, section, "kind", kinds, default)
         extra = ("kind", "target") if section == "controller" else ("kind",)
         values |= top.table(section, (*kinds[kind].keys, *extra)).numbers(kinds[kind].keys)
-    values |= top.table("environment", tuple(ENVIRONMENT)).numbers(ENVIRONMENT)
+    if chosen["estimator"] != ESTIMATOR_OF[chosen["sensors"]]:
+        raise top.table("estimator", None).refuse(
+            "kind",
+            chosen["estimator"],
+            f"{ESTIMATOR_OF[chosen['sensors']]} for the sensors {chosen['sensors']}",
+        )
     metrics = top.table("metrics", (*METRICS, "percentiles", "boresight"))
     values |= metrics.numbers(METRICS)
     _within_run(metrics, "after", values["metrics.after"], values)
@@ -79,6 +94,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     try:
         setup = build(scenario, values, plan(scenario))
         check_parts(setup.plant, setup.controller, setup.sensor)
+        check_period(values["run.control_period"], setup.controller)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     return scenario

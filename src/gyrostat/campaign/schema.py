@@ -69,9 +69,6 @@ START: dict[str, Key] = {
     "attitude_error": vector("angle", "Rotation vector that turns the start away from `attitude`."),
     "rate": vector("speed", "Body rate, in body axes."),
 }
-ENVIRONMENT: dict[str, Key] = {
-    "external_torque": vector("torque", "Constant torque from outside, in body axes."),
-}
 METRICS: dict[str, Key] = {
     "after": size("time", 0.0, "Start of the time that error and crossing metrics count."),
     "settled_angle": positive("angle", 0.1 * pi / 180.0, "Pointing error of a settled run."),
@@ -163,7 +160,7 @@ def key_of(key: str, parts: Mapping[str, Mapping[str, Key]]) -> Key:
 
     Args:
         key: as in `Scenario.values`.
-        parts: "controller", "compensator" and "sensors" -> the keys of those chosen, "friction" ->
+        parts: "controller", "sensors" and so on -> the keys of those chosen, "friction" ->
             those of the friction model, "event.NAME" -> those of its kind.
     """
     section, *rest = key.split(".")
@@ -174,5 +171,5 @@ def key_of(key: str, parts: Mapping[str, Mapping[str, Key]]) -> Key:
         return WHEEL[name] if name in WHEEL else parts["friction"][name]
     if section == "event":
         return parts[".".join((section, *rest[:-1]))][rest[-1]]
-    own = {"run": RUN, "start": START, "environment": ENVIRONMENT, "metrics": METRICS}
+    own = {"run": RUN, "start": START, "metrics": METRICS}
     return (own[section] if section in own else parts[section])[rest[0]]

@@ -6,7 +6,7 @@ import equinox as eqx
 
 from gyrostat._jax import jnp
 from gyrostat.friction import Friction, Scalar
-from gyrostat.require import check_parts, require
+from gyrostat.require import check_parts, check_period, require
 from gyrostat.wheel import PerWheel
 
 SOFTNESS = 0.2
@@ -42,6 +42,10 @@ class FrictionFeedForward(eqx.Module):
         require("speed band of the compensator", self.band, "rad/s", positive=True)
         require("share of the compensator", self.share)
         check_parts(self.controller, self.friction)
+
+    def check_period(self, period: float) -> None:
+        """Refuse a control period, s, that the controller refuses, by `InputError`."""
+        check_period(period, self.controller)
 
     def start(self, period: Scalar) -> Any:
         """Memory of the controller."""
