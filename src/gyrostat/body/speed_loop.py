@@ -216,8 +216,9 @@ class SpeedLoopSpacecraft(eqx.Module):
         drift = to_body(attitude, change) - jnp.cross(rate, momentum)
         # speeds as straight lines, with what is left of friction at zero
         given = axes.T @ (inverse @ (axes @ (torque - friction) - drift))
-        free = torque / wheels.inertia + given
-        brake = coulomb / wheels.inertia
+        own = jnp.sum(axes * (inverse @ axes), axis=0)
+        free = torque / wheels.inertia + given + own * friction
+        brake = (1.0 / wheels.inertia + own) * coulomb
         speed = state.wheel_speed
         sliding = free - before * brake
         passes = before * (speed + length * sliding) <= 0.0

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 from gyrostat._jax import jnp
 from gyrostat.body import Spacecraft
 from gyrostat.body.rotations import Vector
+from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.linear import inverse_definite
 from gyrostat.require import require
@@ -78,8 +79,9 @@ class BoresightLaw(eqx.Module):
         """Refuse a gain or shares that are not positive, or shares above 1, by `InputError`."""
         require("boresight gain", self.gain, "1/s", positive=True)
         for name in ("braking", "top_share"):
-            require(f"boresight {name} (at most 1)", getattr(self, name), positive=True)
-            require(f"1 less boresight {name}", 1.0 - np.asarray(getattr(self, name)))
+            share = np.asarray(getattr(self, name), dtype=float)
+            if not np.all((share > 0.0) & (share <= 1.0)):
+                raise InputError(f"boresight {name}: found {share}, expected in (0, 1]")
 
     def __call__(
         self, direction: Vector, resting: Pair, map: WheelMap, limits: tuple[Pair, Pair]
