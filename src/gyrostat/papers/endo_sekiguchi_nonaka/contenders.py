@@ -118,7 +118,7 @@ class Outcome:
     roll: Vector
 
     @property
-    def holds(self) -> Vector:
+    def holds(self) -> np.ndarray:
         """Whether the error stays below what is required."""
         return self.last < REQUIRED
 
@@ -178,24 +178,25 @@ def evaluate(
     controller = contender.make()
     count = round(contender.duration / PERIOD)
     judged_from = jnp.asarray(contender.duration - contender.judged)
-    keys = jax.random.split(jax.random.key(seed), len(cases))
+    # not a split, whose keys may depend on how many there are
+    keys = jax.vmap(jax.random.fold_in, (None, 0))(jax.random.key(seed), jnp.arange(len(cases)))
 
     def fly(first: int) -> np.ndarray:
         # the last block is filled up with its last case, so that one size is compiled
         rows = np.minimum(np.arange(first, first + lanes), len(cases) - 1)
-        items = [
+        plants, starts, sensors = (
             stack([getattr(cases[row], name) for row in rows]).items
             for name in ("plant", "start", "sensor")
-        ]
-        found = _block(*items, keys[rows], controller, judged_from, count)
-        return np.stack(found)[:, : len(cases) - first]
+        )
+        block = _block(plants, starts, sensors, keys[rows], controller, judged_from, count)
+        return np.stack(block)[:, : len(cases) - first]
 
-    starts = range(0, len(cases), lanes)
+    firsts = range(0, len(cases), lanes)
     found = []
     with ThreadPoolExecutor(THREADS) as threads:
         # one alone compiles for all
-        for block in chain([fly(starts[0])], threads.map(fly, starts[1:])):
-            found.append(block)
+        for kept in chain([fly(firsts[0])], threads.map(fly, firsts[1:])):
+            found.append(kept)
             if on_progress is not None:
                 on_progress(min(len(found) * lanes, len(cases)), len(cases))
     return Outcome(*np.concatenate(found, axis=1))
