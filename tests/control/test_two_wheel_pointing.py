@@ -232,3 +232,13 @@ def test_gains_beyond_two_over_the_period_are_refused():
     with pytest.raises(InputError, match="it would diverge"):
         TwoWheelPointing(spacecraft(), tuner=tuner(highest=jnp.full(2, 25.0))).check_period(0.1)
     TwoWheelPointing(spacecraft(), gain=np.full(2, 19.9)).check_period(0.1)
+
+
+def test_a_bias_is_added_to_the_rate_and_refused_where_it_is_none():
+    body = Gyrostat(spacecraft())
+    state, bias = body.start(rate=(0.01, 0.0, 0.0)), np.array([1e-3, -2e-3, 3e-3])
+    sensor = SpacecraftSensor(body, rate_bias=jnp.asarray(bias))
+    _, seen = sensor(sensor.start(state, 0.1), state, jax.random.key(0))
+    assert np.allclose(seen.rate, [0.011, -2e-3, 3e-3], atol=1e-15)
+    with pytest.raises(InputError, match="rate bias"):
+        SpacecraftSensor(body, rate_bias=np.nan).check()

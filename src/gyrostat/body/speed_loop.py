@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from gyrostat._jax import jax, jnp
-from gyrostat.body.gyrostat import FASTEST, Gyrostat
+from gyrostat.body.gyrostat import FASTEST, Gyrostat, GyrostatState
 from gyrostat.body.rotations import (
     Quaternion,
     Vector,
@@ -155,7 +155,7 @@ class SpeedLoopSpacecraft(eqx.Module):
 
     def rate(self, state: SpeedLoopState) -> Vector:
         """Body rate in body axes, rad/s."""
-        return Gyrostat(self.spacecraft).rate(state)  # pyright: ignore[reportArgumentType]
+        return Gyrostat(self.spacecraft).rate(GyrostatState(*state[:3]))
 
     def __call__(
         self, state: SpeedLoopState, command: Any, time: Scalar, duration: Scalar
