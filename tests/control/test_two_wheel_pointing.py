@@ -209,6 +209,7 @@ def test_governor_keeps_the_direction():
         ({"gain": np.array([-0.1, 0.1])}, "compensator gain"),
         ({"momentum_time": 0.0}, "momentum time"),
         ({"torque_share": 0.0}, "torque share"),
+        ({"torque_share": 1.2}, "torque share"),
         ({"law": BoresightLaw(gain=0.0)}, "boresight gain"),
         ({"law": BoresightLaw(braking=1.5)}, "braking"),
         ({"law": BoresightLaw(top_share=np.nan)}, "top_share"),

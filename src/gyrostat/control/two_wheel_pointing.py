@@ -107,7 +107,7 @@ class TwoWheelPointing(eqx.Module):
 
         Raises:
             InputError: see the parts and `check_two_wheels`; wheels without a torque limit, a
-                momentum time, gain or torque share that is not positive.
+                momentum time that is not positive, a negative gain, a torque share outside (0, 1].
         """
         check_parts(self.spacecraft, self.law, self.filter, self.tuner)
         check_two_wheels("two-wheel pointing", self.spacecraft)
@@ -115,7 +115,9 @@ class TwoWheelPointing(eqx.Module):
         if not np.all(np.isfinite(limit)):
             raise InputError(f"two-wheel pointing: found a torque limit of {limit}, expected N·m")
         require("momentum time", self.momentum_time, "s", positive=True)
-        require("torque share", self.torque_share, positive=True)
+        share = np.asarray(self.torque_share, dtype=float)
+        if not np.all((share > 0.0) & (share <= 1.0)):
+            raise InputError(f"torque share: found {share}, expected in (0, 1]")
         require("compensator gain", self.gain, "1/s")
 
     def check_period(self, period: float) -> None:
