@@ -1,7 +1,7 @@
 """Controllers of the loop, from a measurement to a command, and what they are designed with."""
 
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
-from gyrostat.control.boresight import BoresightLaw, WheelMap
+from gyrostat.control.boresight import BoresightLaw, WheelMap, governed
 from gyrostat.control.command import CurrentCommand
 from gyrostat.control.conditioned_compensator import ConditionedCompensator
 from gyrostat.control.controllability import Controllability, uncontrollable
@@ -84,6 +84,7 @@ __all__ = [
     "WheelRateLoop",
     "ZeroMomentumRecovery",
     "ZeroingCommand",
+    "governed",
     "lqr",
     "lyapunov",
     "recursive_least_squares",

@@ -20,7 +20,7 @@ from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, require
 
 COMPENSATOR = ConditionedCompensator(Integrators())
-ALONG = np.array([0.0, 0.0, 1.0])
+ALONG = (0.0, 0.0, 1.0)
 
 
 class PointingCommand(NamedTuple):
@@ -196,7 +196,7 @@ class TwoWheelPointing(eqx.Module):
         fastest = jnp.broadcast_to(wheels.momentum_limit / wheels.inertia, (2,))
         quickest = jnp.broadcast_to(self.torque_share * wheels.torque_limit / wheels.inertia, (2,))
         resting = map.speed(momentum, jnp.zeros(2))
-        rate = self.law(to_body(attitude, ALONG), resting, map, (quickest, fastest))
+        rate = self.law(to_body(attitude, jnp.array(ALONG)), resting, map, (quickest, fastest))
         wanted = map.speed(momentum, rate + memory.compensator.correction)
         before = jnp.where(memory.estimate.begun, memory.speed, speed)
         wanted = jnp.clip(wanted, -fastest, fastest)
