@@ -34,7 +34,8 @@ def replay_data(
     for event in phases_of(scenario):
         targets.append(event.target or targets[-1])
     time = history.time.values[frames]
-    phase = np.searchsorted(phase_starts(scenario, own), time + 1e-9, side="right") - 1
+    starts = np.array(phase_starts(scenario, own), dtype=float)
+    phase = np.searchsorted(starts, time + 1e-9, side="right") - 1
     xx, yy, zz = (own[f"body.inertia.{end}"] for end in ("xx", "yy", "zz"))
     # sides of the cuboid of even density that has these moments of inertia
     sides = np.sqrt(np.maximum([yy + zz - xx, zz + xx - yy, xx + yy - zz], 1e-3 * (xx + yy + zz)))
