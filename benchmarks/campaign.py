@@ -83,6 +83,8 @@ def main():
             )
             found = json.loads(done.stdout)
             peaks.append(found["parent"] + options.workers * found["worker"])
+            if len(peaks) == 1:
+                continue
             print(
                 f"| {runs} | {found['rate']:.0f} | {found['steps']:.3g} | "
                 f"{found['parent']:.0f} MiB | {found['worker']:.0f} MiB |",

@@ -94,7 +94,7 @@ def test_workers_that_always_die_end_the_campaign(tmp_path):
 
 def test_control_c_stops_cleanly_and_it_goes_on(tmp_path, undisturbed):
     process = start(tmp_path, 0.1)
-    while not list(tmp_path.glob("blocks/*.parquet")):
+    while not list(tmp_path.glob("blocks/0*.parquet")):
         time.sleep(0.02)
     os.killpg(process.pid, signal.SIGINT)  # a terminal sends it to all of them
     code, messages = ended(process)
@@ -133,6 +133,16 @@ def test_another_engine_is_refused(tmp_path):
     assert "expected 0.0.1, as recorded" in messages
 
 
+def test_results_of_unknown_origin_are_refused_and_hidden_files_left_alone(tmp_path):
+    (tmp_path / ".profile").write_text("mine")
+    assert ended(start(tmp_path))[0] == 0
+    (tmp_path / "campaign.json").unlink()
+    code, messages = ended(start(tmp_path))
+    assert code == 1
+    assert "found results without campaign.json" in messages
+    assert (tmp_path / ".profile").read_text() == "mine"
+
+
 def test_a_full_disk_is_told_and_survived(tmp_path, undisturbed):
     small = tmp_path / "small"
     small.mkdir()
@@ -147,7 +157,7 @@ def test_a_full_disk_is_told_and_survived(tmp_path, undisturbed):
         assert code == 1
         assert "Traceback" not in messages
         assert "No space left on device" in messages
-        found = [path.name for path in small.glob("blocks/*.parquet")]
+        found = [path.name for path in small.glob("blocks/0*.parquet")]
         assert 0 < len(found) < 11
         subprocess.run(["mount", "-o", "remount,size=4m", str(small)], check=True)
         code, messages = ended(start(small))
@@ -160,7 +170,7 @@ def test_a_full_disk_is_told_and_survived(tmp_path, undisturbed):
 
 def test_two_at_once_are_refused(tmp_path):
     first = start(tmp_path, 0.2)
-    while not list(tmp_path.glob("blocks/*.parquet")):
+    while not list(tmp_path.glob("blocks/0*.parquet")):
         time.sleep(0.02)
     code, messages = ended(start(tmp_path))
     os.killpg(first.pid, signal.SIGINT)
@@ -175,7 +185,7 @@ def test_a_killed_dask_worker_costs_nothing(tmp_path, undisturbed):
         n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
     ) as workers:
         process = start(tmp_path, 0.1, workers.scheduler_address)
-        while not list(tmp_path.glob("blocks/*.parquet")):
+        while not list(tmp_path.glob("blocks/0*.parquet")):
             time.sleep(0.02)
         os.kill(next(iter(workers.workers.values())).pid, signal.SIGKILL)
         code, messages = ended(process)

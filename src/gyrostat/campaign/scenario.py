@@ -106,10 +106,6 @@ class Scenario:
         """Of a run, s."""
         return self.count * self.values["run.control_period"]
 
-    def vector(self, prefix: str, ends: tuple[str, ...] = AXES) -> tuple[float, ...]:
-        """The values of several keys."""
-        return tuple(self.values[f"{prefix}.{end}"] for end in ends)
-
     def text(self) -> str:
         """Everything, as JSON that gives the same scenario bit by bit."""
         return json.dumps(asdict(self), ensure_ascii=False, sort_keys=True)

@@ -84,7 +84,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
         count=count,
         substeps=substeps,
         command_delay=run.whole("command_delay", 0, 1000),
-        percentiles=metrics.list("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0),
+        percentiles=metrics.rising("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0),
         events=tuple(sorted(events, key=lambda e: values[f"event.{e.name}.time"])),
         dispersions=(),
         values=values,

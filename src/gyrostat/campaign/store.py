@@ -28,6 +28,8 @@ FORMAT = 1
 GROUP = 64
 """Blocks in one row group of the table: what is in memory while it is written."""
 _BLOCK = re.compile(r"(\d{6,})\.([0-9a-f]{64})\.parquet")
+# what a killed process has not finished: names as `gyrostat.files.whole_file` gives them
+_UNFINISHED = ("blocks/.????????.parquet", "runs/.????????.nc", ".????????.parquet")
 
 
 @dataclass(frozen=True)
@@ -95,8 +97,8 @@ class Store:
                 raise InputError(
                     f"{self.folder}: found another campaign at work here, expected none"
                 ) from None
-            for left in self.folder.rglob(".*"):  # what a killed process has not finished
-                if left.name != ".lock":
+            for pattern in _UNFINISHED:
+                for left in self.folder.glob(pattern):
                     left.unlink()
             yield
 
@@ -130,6 +132,11 @@ class Store:
         """
         known = self.read()
         if known is None:
+            if self.table.exists() or any(self._blocks.iterdir()):
+                raise InputError(
+                    f"{self.folder}: found results without campaign.json, expected none: give "
+                    "another folder"
+                )
             content = {"format": FORMAT, **asdict(campaign)}
             write_whole(self._manifest, json.dumps(content, ensure_ascii=False, indent=1) + "\n")
             return campaign

@@ -123,7 +123,7 @@ class Table:
             raise self.refuse(key, found, f"a whole number from 0 to {most}")
         return found
 
-    def list(
+    def rising(
         self, key: str, default: tuple[float, ...], low: float, high: float
     ) -> tuple[float, ...]:
         """Some numbers strictly between two, rising."""

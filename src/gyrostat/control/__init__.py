@@ -2,7 +2,9 @@
 
 from gyrostat.control.allocation import LeastLargest, PseudoInverse
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
+from gyrostat.control.boresight import BoresightLaw, WheelMap, governed
 from gyrostat.control.command import CurrentCommand
+from gyrostat.control.conditioned_compensator import ConditionedCompensator
 from gyrostat.control.controllability import Controllability, uncontrollable
 from gyrostat.control.estimated_control import EstimatedControl
 from gyrostat.control.estimating_compensator import EstimatingCompensator
@@ -36,10 +38,12 @@ from gyrostat.control.recovery_momentum import MomentumRecovery
 from gyrostat.control.recovery_one_wheel import OneWheelRecovery
 from gyrostat.control.recovery_zero_momentum import ZeroMomentumRecovery
 from gyrostat.control.riccati import RiccatiSolution, lyapunov, riccati
+from gyrostat.control.safe_frit import SafeFrit
 from gyrostat.control.speed_mode import SpeedMode
 from gyrostat.control.state_dependent import StateDependentRiccati
 from gyrostat.control.three_axis_law import ThreeAxisLaw
 from gyrostat.control.two_wheel_law import TwoWheelLaw
+from gyrostat.control.two_wheel_pointing import PointingCommand, TwoWheelPointing
 from gyrostat.control.two_wheel_sweeps import TwoWheelSweeps
 from gyrostat.control.wheel_array_control import (
     ArrayCommand,
@@ -53,7 +57,9 @@ __all__ = [
     "ArrayCommand",
     "AttitudePID",
     "AttitudeTargets",
+    "BoresightLaw",
     "Compensation",
+    "ConditionedCompensator",
     "Controllability",
     "CurrentCommand",
     "CurrentMode",
@@ -80,21 +86,26 @@ __all__ = [
     "OneWheelRecovery",
     "OnlineFrit",
     "OutputZeroing",
+    "PointingCommand",
     "ProportionalMomentumControl",
     "PseudoInverse",
     "QuaternionBody",
     "RiccatiSolution",
+    "SafeFrit",
     "SampledModel",
     "SpeedMode",
     "StateDependentRiccati",
     "ThreeAxisLaw",
     "TwoWheelLaw",
+    "TwoWheelPointing",
     "TwoWheelSweeps",
     "WheelArrayControl",
+    "WheelMap",
     "WheelRateLoop",
     "WheelWatch",
     "ZeroMomentumRecovery",
     "ZeroingCommand",
+    "governed",
     "lqr",
     "lyapunov",
     "recursive_least_squares",

@@ -15,6 +15,7 @@ from gyrostat.campaign.schema import metric_units
 from gyrostat.files import whole_file, write_whole
 from gyrostat.report.figures import MARK, STYLE, svg
 from gyrostat.report.page import render
+from gyrostat.report.replay import replay_data
 from gyrostat.report.text import plain
 from gyrostat.simulate import Status
 from gyrostat.units import RPM
@@ -86,6 +87,7 @@ def run_page(
         rows=metric_rows(scenario, values),
         drawn=[(key, f"{values[key]:.9g}") for key in scenario.dispersed],
         figure=svg(run_figure(scenario, history)),
+        motion=replay_data(scenario, values, history),
         command=command,
     )
 

@@ -1,7 +1,16 @@
 """Running models: the closed loop, and the virtual bench."""
 
 from gyrostat.simulate.bench import CurrentRange, Telemetry, bench_record, default_range
-from gyrostat.simulate.loop import Controller, Histories, Plant, Sensor, Status, loop_parts, run
+from gyrostat.simulate.loop import (
+    Controller,
+    Histories,
+    Plant,
+    Sensor,
+    Status,
+    loop_parts,
+    run,
+    run_folded,
+)
 from gyrostat.simulate.simulation import Batch, labelled, simulate, stack
 
 __all__ = [
@@ -18,6 +27,7 @@ __all__ = [
     "labelled",
     "loop_parts",
     "run",
+    "run_folded",
     "simulate",
     "stack",
 ]
