@@ -70,6 +70,12 @@ def table_reference(module_at):
 
 
 @pytest.fixture(scope="session")
+def frictionless(module_at):
+    """The gyrostat without friction and external torques of frictionless.py beside this file."""
+    return module_at(Path(__file__).with_name("frictionless.py")).Frictionless
+
+
+@pytest.fixture(scope="session")
 def g2():
     """The closed loop "G2" of Carrara and Kuga: table, wheel and gains, SI units."""
     from types import SimpleNamespace

@@ -5,12 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import gyrostat.wheel
 from gyrostat.body import read_spacecraft
 from gyrostat.errors import InputError
 from gyrostat.friction import FRICTION_MODELS
 from gyrostat.wheel import WheelModel, write_model
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "three_wheels.toml"
+SHIPPED = Path(gyrostat.wheel.__file__).with_name("data_sheets")
 GOOD = """
 [body]
 inertia = [[8.0, 0.5, 0.0], [0.5, "12 kg·m²", 0.0], [0.0, 0.0, "160000 kg·cm²"]]
@@ -136,3 +138,45 @@ def test_models_that_do_not_fit_together(tmp_path):
         InputError, match=r"found 0.0015 kg·m², expected the 0.015 kg·m² of 0/model"
     ):
         read_spacecraft(written(tmp_path, text))
+
+
+SHEETS = """
+[body]
+inertia = [0.12, 0.10, 0.06]
+[[wheel]]
+name = "a"
+axis = [1, 0, 0]
+sheet = "bct-rwp015"
+[[wheel]]
+name = "b"
+axis = [0, 1, 0]
+sheet = "own.toml"
+torque_limit = "2 mN·m"
+"""
+
+
+def test_a_data_sheet_gives_what_the_file_leaves_out(tmp_path):
+    own = (SHIPPED / "bct-rwp015.toml").read_text(encoding="utf-8")
+    text = own.replace('"0.05 mN·m"', '"0.07 mN·m"')
+    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
+    wheels = read_spacecraft(written(tmp_path, SHEETS)).spacecraft.wheels
+    np.testing.assert_allclose(wheels.torque_limit, [0.004, 0.002])
+    np.testing.assert_allclose(wheels.momentum_limit, [0.015, 0.015])
+    np.testing.assert_allclose(wheels.inertia, 2.38732e-5)
+    assert wheels.friction.name == "viscous-coulomb"
+    np.testing.assert_allclose(wheels.friction.coulomb, [5e-5, 7e-5])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ('"bct-rwp015"', '"bct-rwp15"', r"wheel\[a\].sheet: .*did you mean bct-rwp015"),
+        ('"bct-rwp015"', "15", r"wheel\[a\].sheet: found 15"),
+        ('"own.toml"', '"sunspace-0.65"', r"wheel\[b\].model: found stribeck friction"),
+        ('sheet = "own.toml"', "inertia = 1.0", r"wheel\[b\].model: found none"),
+        ('"own.toml"', '"none.toml"', r"wheel\[b\].sheet: .*none.toml"),
+    ],
+)
+def test_a_sheet_that_does_not_fit_is_refused(tmp_path, old, new, complaint):
+    with pytest.raises(InputError, match=complaint):
+        read_spacecraft(written(tmp_path, SHEETS.replace(old, new)))

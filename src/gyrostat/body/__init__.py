@@ -1,6 +1,12 @@
 """What carries the wheels, and how its motion is measured."""
 
 from gyrostat.body import rotations
+from gyrostat.body.attitude_sensors import (
+    RateGyro,
+    StarTracker,
+    TrackerGyroMeasurement,
+    TrackerGyroSensors,
+)
 from gyrostat.body.bench_wheel import (
     BenchRecord,
     BenchWheel,
@@ -9,6 +15,7 @@ from gyrostat.body.bench_wheel import (
     MomentumSensor,
     TorqueCommand,
 )
+from gyrostat.body.environment import CircularOrbit, GravityGradient, HarmonicTorque
 from gyrostat.body.failures import WheelFailures
 from gyrostat.body.gyro import Gyro, TableMeasurement, TableSensors, TrueTurn, Turn
 from gyrostat.body.gyrostat import (
@@ -16,6 +23,12 @@ from gyrostat.body.gyrostat import (
     GyrostatRecord,
     GyrostatState,
     WheelTorqueCommand,
+)
+from gyrostat.body.imbalance import (
+    Imbalance,
+    ImbalancedGyrostat,
+    ImbalancedRecord,
+    ImbalancedState,
 )
 from gyrostat.body.reduced_gyrostat import (
     ReducedGyrostat,
@@ -52,17 +65,25 @@ __all__ = [
     "BenchWheelState",
     "BodyRateRecord",
     "BodyTorqueCommand",
+    "CircularOrbit",
     "DriveRecord",
     "EulerAngles",
     "EulerMeasurement",
     "EulerSensor",
     "EulerState",
+    "GravityGradient",
     "Gyro",
     "Gyrostat",
     "GyrostatRecord",
     "GyrostatState",
+    "HarmonicTorque",
+    "Imbalance",
+    "ImbalancedGyrostat",
+    "ImbalancedRecord",
+    "ImbalancedState",
     "MomentumMeasurement",
     "MomentumSensor",
+    "RateGyro",
     "ReducedGyrostat",
     "ReducedRecord",
     "ReducedSensor",
@@ -77,12 +98,15 @@ __all__ = [
     "SpeedLoopRecord",
     "SpeedLoopSpacecraft",
     "SpeedLoopState",
+    "StarTracker",
     "TableCommand",
     "TableMeasurement",
     "TableSensors",
     "TableState",
     "TorqueCommand",
     "TorqueDrivenBody",
+    "TrackerGyroMeasurement",
+    "TrackerGyroSensors",
     "TrueTurn",
     "Turn",
     "WheelFailures",

@@ -22,7 +22,9 @@ from gyrostat.body.wheels_on_body import Carrier, WheelsOnBody
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.linear import inverse_definite
+from gyrostat.require import check_parts, require
 from gyrostat.wheel import Motion, PerWheel, slide_together
+from gyrostat.wheel.array import listed
 
 FASTEST = 10.0
 """rad/s: beyond this body rate no controller means what it does."""
@@ -88,21 +90,30 @@ class Gyrostat(eqx.Module):
         external_torque: (3,) constant in body axes, N·m.
         torque_history: external torque in body axes over attitude and time, (quaternion, s) ->
             (3,) N·m, added to the constant; smooth and slow against the control period.
+        environment: further external torques, each called with (spacecraft, attitude, time) for
+            (3,) N·m in body axes, as smooth and slow.
+        external_torque_limit: (3,) what an ideal actuator beside the wheels, as magnetorquers, may
+            add of the `external_torque` of a command along each body axis, N·m; None: there is no
+            such actuator, and what is commanded to it is not given.
     """
 
     spacecraft: Spacecraft
     failures: WheelFailures | None = None
-    external_torque: Vector = eqx.field(default_factory=lambda: np.zeros(3))
+    external_torque: Vector = eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
     torque_history: Callable[[Quaternion, Scalar], Vector] | None = eqx.field(
         static=True, default=None
     )
+    environment: tuple[Any, ...] = ()
+    external_torque_limit: Vector | None = eqx.field(converter=listed, default=None)
 
     def torque(self, attitude: Quaternion, time: Scalar) -> Vector:
         """External torque in body axes, N·m, at a time, s."""
-        constant = jnp.asarray(self.external_torque)
-        if self.torque_history is None:
-            return constant
-        return constant + self.torque_history(attitude, time)
+        torque = jnp.asarray(self.external_torque)
+        if self.torque_history is not None:
+            torque = torque + self.torque_history(attitude, time)
+        for item in self.environment:
+            torque = torque + item(self.spacecraft, attitude, time)
+        return torque
 
     def check(self) -> None:
         """Refuse what no spacecraft is.
@@ -115,6 +126,12 @@ class Gyrostat(eqx.Module):
         torque = np.asarray(self.external_torque, dtype=float)
         if torque.shape[-1:] != (3,) or not np.all(np.isfinite(torque)):
             raise InputError(f"external torque: found {torque}, expected three finite values, N·m")
+        check_parts(*self.environment)
+        if self.external_torque_limit is not None:
+            require("external torque limit", self.external_torque_limit, "N·m")
+            shape = np.shape(self.external_torque_limit)
+            if shape[-1:] != (3,):
+                raise InputError(f"external torque limit: found shape {shape}, expected (3,)")
         if self.failures is not None:
             self.failures.check()
             told, count = np.shape(self.failures.time)[-1], self.spacecraft.wheels.count
@@ -165,13 +182,14 @@ class Gyrostat(eqx.Module):
         return inverse @ (to_body(state.attitude, state.momentum) - rotors)
 
     def __call__(
-        self, state: GyrostatState, command: WheelTorqueCommand, time: Scalar, duration: Scalar
+        self, state: GyrostatState, command: Any, time: Scalar, duration: Scalar
     ) -> tuple[GyrostatState, Bool[Array, ""]]:
         """Carry the spacecraft over an interval of held command.
 
         Args:
             state: at its start.
-            command: motor torques.
+            command: has the motor torques `torque` (wheels,), N·m, and, where there is an actuator
+                for it, `external_torque` (3,), N·m.
             time: of its start, s.
             duration: s.
 
@@ -179,7 +197,20 @@ class Gyrostat(eqx.Module):
             The state at its end, and whether it was resolved. A failure inside the interval acts
             from its own time on.
         """
-        torque = self.spacecraft.wheels.within_torque_limit(command.torque)
+        craft = self
+        if self.external_torque_limit is not None:
+            if not hasattr(command, "external_torque"):
+                raise InputError(
+                    f"{type(command).__name__}: found no external_torque, expected one: the "
+                    "spacecraft has an actuator for it"
+                )
+            limit = jnp.asarray(self.external_torque_limit)
+            given = self.external_torque + jnp.clip(command.external_torque, -limit, limit)
+            craft = eqx.tree_at(lambda plant: plant.external_torque, self, given)
+        return craft._under(state, command.torque, time, duration)
+
+    def _under(self, state, torque, time, duration):
+        torque = self.spacecraft.wheels.within_torque_limit(torque)
         failures = self.failures
         if failures is None:
             none = jnp.zeros(torque.shape)

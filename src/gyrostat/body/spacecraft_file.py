@@ -11,6 +11,7 @@ inertia = "0.015 kg·m²"           # of the rotor; may be left out where the mo
 torque_limit = 0.1                # N·m, optional
 momentum_limit = "3 N·m·s"        # optional
 model = "x/model.toml"            # as `gyrostat identify` writes it, optional: friction
+sheet = "bct-rwp015"              # a data sheet, optional: what the lines above leave out
 """
 
 import difflib
@@ -26,12 +27,12 @@ from gyrostat._types import Matrix, Vector
 from gyrostat.body.spacecraft import Spacecraft, check_inertia
 from gyrostat.errors import InputError
 from gyrostat.toml_file import number, quantity, read_toml, refuse_unknown
-from gyrostat.wheel import WheelArray, WheelModel, read_model
+from gyrostat.wheel import WheelArray, WheelModel, read_model, read_wheel_sheet
 
 SAME = 1e-3
 """Largest relative difference of two inertias that are meant to be one."""
 _LIMITS = {"torque_limit": "torque", "momentum_limit": "momentum"}
-_WHEEL = ("name", "axis", "inertia", *_LIMITS, "model")
+_WHEEL = ("name", "axis", "inertia", *_LIMITS, "model", "sheet")
 
 
 @dataclass(frozen=True)
@@ -141,9 +142,11 @@ def _wheel(path: Path, prefix: str, row: dict[str, Any]) -> dict[str, Any]:
     length = float(np.linalg.norm(axis))
     if length == 0.0:
         raise InputError(f"{path}: key {prefix}axis: found zero, expected a direction")
-    found: dict[str, Any] = {"axis": axis / length, "model": None}
+    sheet = _sheet(path, prefix, row)
+    known = {} if sheet is None else sheet.values
+    found: dict[str, Any] = {"axis": axis / length, "model": sheet}
     for name, dimension in _LIMITS.items():
-        found[name] = np.inf
+        found[name] = known.get(name, np.inf)
         if name in row:
             key = f"{prefix}{name}"
             found[name] = quantity(path, key, row[name], dimension, positive=True)
@@ -155,16 +158,29 @@ def _wheel(path: Path, prefix: str, row: dict[str, Any]) -> dict[str, Any]:
         found["model"] = model = read_model(
             path.parent / _text(path, f"{prefix}model", row["model"])
         )
-        known = model.values.get("inertia", inertia)
-        if inertia is not None and known is not None and abs(known - inertia) > SAME * inertia:
+        own = model.values.get("inertia", inertia)
+        if inertia is not None and own is not None and abs(own - inertia) > SAME * inertia:
             raise InputError(
-                f"{path}: key {prefix}inertia: found {inertia:g} kg·m², expected the {known:g} "
+                f"{path}: key {prefix}inertia: found {inertia:g} kg·m², expected the {own:g} "
                 f"kg·m² of {row['model']}"
             )
-        inertia = known if inertia is None else inertia
+        inertia = own if inertia is None else inertia
+    inertia = known.get("inertia") if inertia is None else inertia
     if inertia is None:
         raise InputError(f"{path}: key {prefix}inertia: found none, expected it in kg·m²")
     return {**found, "inertia": inertia}
+
+
+def _sheet(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel | None:
+    """The data sheet of a wheel as a model; None where none is named."""
+    if "sheet" not in row:
+        return None
+    name = _text(path, f"{prefix}sheet", row["sheet"])
+    try:
+        sheet = read_wheel_sheet(path.parent / name if name.endswith(".toml") else name)
+    except InputError as error:
+        raise InputError(f"{path}: key {prefix}sheet: {error}") from None
+    return WheelModel(type(sheet.friction()), sheet.values)
 
 
 def _friction(
@@ -177,7 +193,8 @@ def _friction(
     if len(known) < len(models):
         name = names[models.index(None)]
         raise InputError(
-            f"{path}: key wheel[{name}].model: found none, expected one for every wheel or for none"
+            f"{path}: key wheel[{name}].model: found none, expected one for every wheel or for "
+            "none; a sheet will do"
         )
     kind = known[0].friction
     for name, model in zip(names, known, strict=True):

@@ -1,10 +1,12 @@
 """Controllers of the loop, from a measurement to a command, and what they are designed with."""
 
+from gyrostat.control.allocation import LeastLargest, PseudoInverse
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.boresight import BoresightLaw, WheelMap, governed
 from gyrostat.control.command import CurrentCommand
 from gyrostat.control.conditioned_compensator import ConditionedCompensator
 from gyrostat.control.controllability import Controllability, uncontrollable
+from gyrostat.control.estimated_control import EstimatedControl
 from gyrostat.control.estimating_compensator import EstimatingCompensator
 from gyrostat.control.factorisations import EulerCube, MRPBody, QuaternionBody
 from gyrostat.control.frit import (
@@ -28,6 +30,8 @@ from gyrostat.control.momentum_control import (
     MomentumCommand,
     ProportionalMomentumControl,
 )
+from gyrostat.control.momentum_management import MomentumManagement
+from gyrostat.control.null_space import NullSpaceControl
 from gyrostat.control.output_zeroing import OutputZeroing, ZeroingCommand
 from gyrostat.control.recovery_momentum import MomentumRecovery
 from gyrostat.control.recovery_one_wheel import OneWheelRecovery
@@ -40,10 +44,18 @@ from gyrostat.control.three_axis_law import ThreeAxisLaw
 from gyrostat.control.two_wheel_law import TwoWheelLaw
 from gyrostat.control.two_wheel_pointing import PointingCommand, TwoWheelPointing
 from gyrostat.control.two_wheel_sweeps import TwoWheelSweeps
+from gyrostat.control.wheel_array_control import (
+    ArrayCommand,
+    AttitudeTargets,
+    WheelArrayControl,
+)
 from gyrostat.control.wheel_rate_loop import WheelRateLoop
+from gyrostat.control.wheel_watch import WheelWatch
 
 __all__ = [
+    "ArrayCommand",
     "AttitudePID",
+    "AttitudeTargets",
     "BoresightLaw",
     "Compensation",
     "ConditionedCompensator",
@@ -51,6 +63,7 @@ __all__ = [
     "CurrentCommand",
     "CurrentMode",
     "DynamicModelCompensator",
+    "EstimatedControl",
     "EstimatingCompensator",
     "EulerCube",
     "FeedbackCommand",
@@ -59,17 +72,21 @@ __all__ = [
     "FrictionTorqueControl",
     "Integrators",
     "Law",
+    "LeastLargest",
     "LeastSquares",
     "LinearQuadratic",
     "MRPBody",
     "ModelErrorCompensator",
     "MomentumCommand",
+    "MomentumManagement",
     "MomentumRecovery",
+    "NullSpaceControl",
     "OneWheelRecovery",
     "OnlineFrit",
     "OutputZeroing",
     "PointingCommand",
     "ProportionalMomentumControl",
+    "PseudoInverse",
     "QuaternionBody",
     "RiccatiSolution",
     "SafeFrit",
@@ -80,8 +97,10 @@ __all__ = [
     "TwoWheelLaw",
     "TwoWheelPointing",
     "TwoWheelSweeps",
+    "WheelArrayControl",
     "WheelMap",
     "WheelRateLoop",
+    "WheelWatch",
     "ZeroMomentumRecovery",
     "ZeroingCommand",
     "governed",

@@ -15,7 +15,7 @@ from gyrostat.control.model_error_compensator import Integrators
 from gyrostat.control.output_zeroing import check_two_wheels
 from gyrostat.control.safe_frit import SafeFrit, SafeFritMemory
 from gyrostat.errors import InputError
-from gyrostat.estimate import AttitudeEstimate, AttitudeFilter
+from gyrostat.estimate import SteadyAttitudeEstimate, SteadyAttitudeFilter
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, require
 
@@ -62,7 +62,7 @@ class PointingMemory(NamedTuple):
         period: of control, s.
     """
 
-    estimate: AttitudeEstimate
+    estimate: SteadyAttitudeEstimate
     momentum: Vector
     speed: Pair
     acting: Pair
@@ -96,7 +96,7 @@ class TwoWheelPointing(eqx.Module):
 
     spacecraft: Spacecraft
     law: BoresightLaw = BoresightLaw()
-    filter: AttitudeFilter = AttitudeFilter()
+    filter: SteadyAttitudeFilter = SteadyAttitudeFilter()
     momentum_time: Scalar = 30.0
     gain: Pair = eqx.field(default_factory=lambda: np.full(2, 0.05))
     torque_share: Scalar = 0.98

@@ -4,6 +4,10 @@ from gyrostat.estimate.attitude_filter import AttitudeEstimate, AttitudeFilter
 from gyrostat.estimate.friction_scale import FrictionScaleEstimate, FrictionScaleFilter
 from gyrostat.estimate.friction_torque import FrictionTorqueEstimate, FrictionTorqueFilter
 from gyrostat.estimate.rate_observer import RateEstimate, RateObserver
+from gyrostat.estimate.steady_attitude_filter import (
+    SteadyAttitudeEstimate,
+    SteadyAttitudeFilter,
+)
 from gyrostat.estimate.torque_walk import TorqueWalk
 from gyrostat.estimate.track import FrictionTrack, track_friction
 from gyrostat.estimate.wheel_momentum import MomentumEstimate, WheelMomentumFilter
@@ -19,6 +23,8 @@ __all__ = [
     "MomentumEstimate",
     "RateEstimate",
     "RateObserver",
+    "SteadyAttitudeEstimate",
+    "SteadyAttitudeFilter",
     "TorqueWalk",
     "WheelMomentumFilter",
     "track_friction",

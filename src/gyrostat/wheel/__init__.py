@@ -1,9 +1,11 @@
 """A reaction wheel with true dry friction, how it answers a current, and its model file."""
 
 from gyrostat.wheel.array import PerWheel, WheelArray
+from gyrostat.wheel.axes import orthogonal_axes, pyramid_axes
 from gyrostat.wheel.bristles import bend, carry
 from gyrostat.wheel.contact import Contact, Motion
 from gyrostat.wheel.contacts import Contacts
+from gyrostat.wheel.data_sheet import WheelSheet, read_wheel_sheet, wheel_sheets
 from gyrostat.wheel.driver import Driver
 from gyrostat.wheel.model_file import WheelModel, read_model, write_model
 from gyrostat.wheel.response import WheelStep, advance, speed_response
@@ -25,13 +27,18 @@ __all__ = [
     "Wheel",
     "WheelArray",
     "WheelModel",
+    "WheelSheet",
     "WheelStep",
     "advance",
     "bend",
     "carry",
+    "orthogonal_axes",
+    "pyramid_axes",
     "read_model",
+    "read_wheel_sheet",
     "slide",
     "slide_together",
     "speed_response",
+    "wheel_sheets",
     "write_model",
 ]

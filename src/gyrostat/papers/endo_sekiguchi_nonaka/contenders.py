@@ -14,7 +14,7 @@ from gyrostat._jax import jax, jnp
 from gyrostat._types import Vector
 from gyrostat.body.rotations import to_body
 from gyrostat.control import FirstOrderLags, SafeFrit, TwoWheelPointing
-from gyrostat.estimate import AttitudeEstimate, AttitudeFilter
+from gyrostat.estimate import SteadyAttitudeEstimate, SteadyAttitudeFilter
 from gyrostat.friction import Scalar
 from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import AS_KNOWN, Case
 from gyrostat.papers.endo_sekiguchi_nonaka.printed import PERIOD, REQUIRED, fixed, tuned
@@ -34,9 +34,9 @@ class Estimated(eqx.Module):
     """
 
     controller: Any
-    filter: AttitudeFilter = AttitudeFilter()
+    filter: SteadyAttitudeFilter = SteadyAttitudeFilter()
 
-    def start(self, period: Scalar) -> tuple[AttitudeEstimate, Any, Scalar]:
+    def start(self, period: Scalar) -> tuple[SteadyAttitudeEstimate, Any, Scalar]:
         """Memories of both, and the period."""
         return self.filter.start(), self.controller.start(period), jnp.asarray(period, dtype=float)
 

@@ -1,0 +1,154 @@
+"""Data sheets of wheels: published numbers, each with its source.
+
+A sheet is a TOML file: `name`, and for each quantity a table with its `value`, a number in SI units
+or a text with a unit, and its `source`, where it comes from or why it is what it is:
+
+name = "Maker, type"
+
+[momentum_limit]
+value = "15 mN·m·s"
+source = "data sheet, 2019"
+...
+
+`coulomb` and `viscous` make a wheel with viscous and Coulomb friction, `static` and
+`stribeck_speed` beside them one with Stribeck friction. `torque_limit`, `motor_constant`,
+`static_imbalance` and `dynamic_imbalance` may be left out.
+"""
+
+import difflib
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Array, Float
+
+from gyrostat.errors import InputError
+from gyrostat.friction import Friction, Stribeck, ViscousCoulomb
+from gyrostat.toml_file import number, quantity, read_toml, refuse_unknown
+from gyrostat.wheel.array import WheelArray
+
+FOLDER = Path(__file__).with_name("data_sheets")
+SAME = 0.01
+"""Largest relative difference of the inertia from momentum over speed."""
+_NEEDED = {
+    "momentum_limit": "momentum",
+    "speed_limit": "speed",
+    "inertia": "inertia",
+    "coulomb": "torque",
+    "viscous": "viscous",
+}
+_OPTIONAL = {
+    "torque_limit": "torque",
+    "static": "torque",
+    "stribeck_speed": "speed",
+    "motor_constant": None,
+    "static_imbalance": None,
+    "dynamic_imbalance": None,
+}
+_MAY_BE_ZERO = ("coulomb", "viscous", "static", "static_imbalance", "dynamic_imbalance")
+
+
+@dataclass(frozen=True)
+class WheelSheet:
+    """What a data sheet says of a wheel.
+
+    Attributes:
+        name: maker and type.
+        values: quantity -> value, SI: see the module; imbalances in kg·m and kg·m², the motor
+            constant in N·m/A.
+        sources: quantity -> where the value comes from.
+    """
+
+    name: str
+    values: Mapping[str, float]
+    sources: Mapping[str, str]
+
+    def friction(self) -> Friction:
+        """The friction of its bearing."""
+        names = ("viscous", "coulomb", "static", "stribeck_speed")
+        kind = Stribeck if "static" in self.values else ViscousCoulomb
+        return kind(**{n: self.values[n] for n in names if n in self.values})
+
+    def array(self, axes: Float[Array, "3 wheels"] | np.ndarray) -> WheelArray:
+        """Wheels of this kind.
+
+        Args:
+            axes: (3, wheels) spin axes in body axes, unit length.
+        """
+        each = np.ones(np.shape(axes)[1])
+        friction = self.friction()
+        return WheelArray(
+            axes=axes,
+            inertia=each * self.values["inertia"],
+            torque_limit=each * self.values.get("torque_limit", np.inf),
+            momentum_limit=each * self.values["momentum_limit"],
+            friction=type(friction)(**{n: each * v for n, v in friction.parameters().items()}),
+        )
+
+
+def wheel_sheets() -> tuple[str, ...]:
+    """The sheets that come with the package, by the names that `read_wheel_sheet` takes."""
+    return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
+
+
+def read_wheel_sheet(name: str | os.PathLike[str]) -> WheelSheet:
+    """Read a data sheet.
+
+    Args:
+        name: of a sheet of the package, or the path of a file whose name ends in .toml.
+
+    Raises:
+        InputError: there is no such sheet, or it cannot be read, a key is unknown, missing or has
+            a value that no wheel has.
+    """
+    path = Path(name)
+    if path.suffix != ".toml":
+        if str(name) not in wheel_sheets():
+            near = difflib.get_close_matches(str(name), wheel_sheets(), n=1)
+            hint = f" (did you mean {near[0]}?)" if near else ""
+            raise InputError(
+                f"wheel data sheet: found {str(name)!r}{hint}, expected one of "
+                f"{', '.join(wheel_sheets())}, or a .toml file"
+            )
+        path = FOLDER / f"{name}.toml"
+    table = read_toml(path, "a data sheet of a wheel")
+    refuse_unknown(path, "", table, ("name", *_NEEDED, *_OPTIONAL))
+    title = table.pop("name", None)
+    if not isinstance(title, str):
+        raise InputError(f"{path}: key name: found {title!r}, expected a text")
+    for key in _NEEDED:
+        if key not in table:
+            raise InputError(f"{path}: key {key}: found none, expected a table with its value")
+    values, sources = {}, {}
+    for key, entry in table.items():
+        values[key], sources[key] = _entry(path, key, entry)
+    if ("static" in values) != ("stribeck_speed" in values):
+        raise InputError(f"{path}: keys static, stribeck_speed: found one, expected both or none")
+    implied = values["momentum_limit"] / values["speed_limit"]
+    if abs(values["inertia"] - implied) > SAME * implied:
+        raise InputError(
+            f"{path}: key inertia: found {values['inertia']:g} kg·m², expected {implied:g} kg·m², "
+            "momentum over speed"
+        )
+    return WheelSheet(title, values, sources)
+
+
+def _entry(path: Path, key: str, entry: object) -> tuple[float, str]:
+    """Value and source of a quantity."""
+    if not isinstance(entry, dict):
+        raise InputError(f"{path}: key {key}: found {entry!r}, expected a table [{key}]")
+    refuse_unknown(path, f"{key}.", entry, ("value", "source"))
+    source = entry.get("source")
+    if not isinstance(source, str) or not source:
+        raise InputError(f"{path}: key {key}.source: found {source!r}, expected where it is from")
+    dimension = {**_NEEDED, **_OPTIONAL}[key]
+    where, positive = f"{key}.value", key not in _MAY_BE_ZERO
+    if dimension is None:
+        value = number(path, where, entry.get("value"), positive=positive)
+    else:
+        value = quantity(path, where, entry.get("value"), dimension, positive=positive)
+    if value < 0.0:
+        raise InputError(f"{path}: key {where}: found {value:g}, expected 0 or more")
+    return value, source

@@ -1,0 +1,206 @@
+"""The controller of a wheel array: its law by hand, and flown through slews and failures."""
+
+import dataclasses
+
+import equinox as eqx
+import numpy as np
+import pytest
+
+from gyrostat._jax import jax, jnp
+from gyrostat.body import (
+    Gyrostat,
+    Spacecraft,
+    SpacecraftMeasurement,
+    SpacecraftSensor,
+    WheelFailures,
+)
+from gyrostat.body.rotations import error_angle, from_rotation_vector
+from gyrostat.control import (
+    AttitudeTargets,
+    MomentumManagement,
+    NullSpaceControl,
+    PseudoInverse,
+    WheelArrayControl,
+    WheelWatch,
+)
+from gyrostat.errors import InputError
+from gyrostat.friction import ViscousCoulomb
+from gyrostat.simulate import Status, simulate, stack
+from gyrostat.wheel import WheelArray, pyramid_axes
+
+AXES = pyramid_axes(4)
+WHEELS = WheelArray(
+    AXES,
+    np.full(4, 2.0e-5),
+    np.full(4, 3.0e-3),
+    np.full(4, 1.5e-2),
+    ViscousCoulomb(np.full(4, 2e-8), np.full(4, 2e-5)),
+)
+"""A cubesat's: 3 mN·m, 15 mN·m·s."""
+CRAFT = Spacecraft(np.array([[0.12, 0.004, 0], [0.004, 0.10, -0.003], [0, -0.003, 0.06]]), WHEELS)
+SLEW = np.array([0.5, -0.5, 0.5, 0.5])
+"""120 degrees."""
+EARLY = AttitudeTargets(jnp.array([0.0, 10.0]), jnp.array([[1.0, 0, 0, 0], SLEW]))
+CONTROL = WheelArrayControl(
+    CRAFT,
+    EARLY,
+    null_space=NullSpaceControl.plan(AXES, 1.5e-2),
+    management=MomentumManagement(np.full(3, 2e-5), 0.02),
+    watch=WheelWatch(failure_torque=np.full(4, 5e-4), failure_time=3.0, told=np.full(4, np.inf)),
+)
+PLAIN = WheelArrayControl(
+    CRAFT, AttitudeTargets.hold([1.0, 0, 0, 0]), allocation=PseudoInverse(), torque_time=np.inf
+)
+command_of = eqx.filter_jit(lambda control, memory, measurement: control(memory, measurement))
+
+
+def measured(attitude, rate, momentum):
+    known = jnp.ones(4, bool)
+    return SpacecraftMeasurement(attitude, jnp.asarray(rate), jnp.asarray(momentum), known)
+
+
+def felt(attitude, rate, momentum):
+    """Torque that the command gives the body, external and gyroscopic ones included, N·m."""
+    rate, momentum = np.asarray(rate), np.asarray(momentum)
+    _, command = command_of(PLAIN, PLAIN.start(0.1), measured(attitude, rate, momentum))
+    total = CRAFT.inertia @ rate + AXES @ (momentum + 2e-5 * AXES.T @ rate)
+    return -AXES @ np.asarray(command.torque) - np.cross(rate, total)
+
+
+def test_a_small_error_gives_the_two_poles():
+    """J^-1 torque is -k k_t e - (k + k_t) w, whatever the wheels carry."""
+    error, rate = np.array([1e-5, -2e-5, 3e-5]), np.array([2e-6, 1e-6, -3e-6])
+    attitude = from_rotation_vector(jnp.asarray(error))
+    wanted = -CRAFT.inertia @ (0.4 * 0.1 * error + 0.5 * rate)
+    found = felt(attitude, rate, [5e-3, -6e-3, 7e-3, 2e-3])
+    assert np.allclose(found, wanted, rtol=1e-3, atol=1e-12)
+
+
+def test_nothing_is_done_at_rest_at_the_target():
+    assert np.allclose(felt(jnp.array([-1.0, 0, 0, 0]), np.zeros(3), [1e-3, 2e-3, 0, 0]), 0.0)
+
+
+def settled(flight, after):
+    """Largest error from the target after a time, rad."""
+    target, attitude = (jnp.asarray(v.values) for v in (flight.target, flight.attitude))
+    error = jax.vmap(error_angle)(attitude, target)
+    return float(np.max(error[flight.time.values >= after]))
+
+
+@pytest.fixture(scope="module")
+def flights():
+    """A slew of 120 degrees from 10 s on, alone, through two kinds of failure, and reused.
+
+    One batch, so that it is compiled once.
+    """
+    none = WheelFailures.none(4)
+    plant = Gyrostat(
+        CRAFT, none, np.array([2e-6, -1e-6, 1.5e-6]), external_torque_limit=np.full(3, 2e-5)
+    )
+    told = dataclasses.replace(CONTROL.watch, told=np.array([np.inf, np.inf, 42.0, np.inf]))
+    failures = [none, none.torque_lost(0, 40.0), none.seizes(2, 40.0)]
+    plants = [eqx.tree_at(lambda p: p.failures, plant, f) for f in failures]
+    controls = [CONTROL, CONTROL, dataclasses.replace(CONTROL, watch=told)]
+    data = simulate(
+        stack(plants),
+        stack(controls),
+        SpacecraftSensor(plant),
+        start=plant.start(wheel_speed=[200.0, -200.0, 200.0, -200.0]),
+        duration=500.0,
+        control_period=0.5,
+        runs=3,
+    )
+    assert np.all(data.status == Status.COMPLETE)
+    return [data.isel(run=k) for k in range(3)]
+
+
+def test_a_slew_keeps_its_limits_and_ends_at_rest(flights):
+    """In spite of friction and an external torque, which the controller does not know."""
+    flight = flights[0]
+    rate = np.linalg.norm(flight.rate, axis=1)
+    assert np.max(rate) == pytest.approx(0.05, rel=0.02)
+    assert np.max(np.abs(flight.torque)) <= 3e-3
+    assert settled(flight, 300.0) < 1e-4
+    assert settled(flight, 450.0) < 2e-6
+    # the shortest way, 120 degrees at 0.05 rad/s, and what speeding up, braking and settling take
+    assert settled(flight, 10.0 + 2.0 * np.pi / 3.0 / 0.05 + 60.0) < 1e-2
+
+
+def test_the_slew_turns_about_one_axis(flights):
+    """Away from the error axis the body turns by less than 3 % of its rate."""
+    flight = flights[0].isel(time=slice(30, 90))
+    axis = np.array([-1.0, 1.0, 1.0]) / np.sqrt(3.0)
+    rate = flight.rate.values
+    assert np.all(np.linalg.norm(np.cross(rate, axis), axis=1) < 0.03 * (rate @ axis))
+
+
+def test_the_wheels_stay_clear_of_zero_and_of_their_limit(flights):
+    momentum = np.abs(flights[0].wheel_momentum.values[600:])
+    assert np.min(momentum) > 1e-3
+    assert np.max(momentum) < 1.4e-2
+
+
+def test_momentum_is_held_where_the_external_actuator_balances_the_torque(flights):
+    """H = T / k in the end, and not the 1e-3 N·m·s that the torque would pile up."""
+    flight = flights[0]
+    start, end = flight.momentum.values[0], flight.momentum.values[-1]
+    assert np.linalg.norm(end) == pytest.approx(np.linalg.norm([1e-4, 5e-5, 7.5e-5]), rel=1e-2)
+    assert np.linalg.norm(start) < 1e-9
+
+
+def test_a_dead_motor_is_found_and_the_others_take_over(flights):
+    """While its rotor runs down, until 270 s, the others bear its drag; then it rubs no more.
+
+    They are at zero shortly before, as the sum of all is near zero.
+    """
+    works, time = flights[1].works.values, flights[1].time.values
+    found = time[np.argmin(works[:, 0])]
+    assert 40.0 < found < 100.0
+    assert np.all(works[:, 1:])
+    assert np.all(flights[1].torque.values[time >= found, 0] == 0.0)
+    rests = time[np.argmax(flights[1].wheel_speed.values[:, 0] == 0.0)]
+    assert rests == pytest.approx(270.0, abs=5.0)
+    rubbing = flights[1].isel(time=slice(0, int((rests - 15.0) / 0.5)))
+    assert settled(rubbing, 200.0) < 1e-4
+    assert settled(flights[1], 400.0) < 1e-4
+
+
+def test_a_seized_wheel_that_is_told_is_left_out(flights):
+    works, time = flights[2].works.values, flights[2].time.values
+    assert np.all(works[time < 40.0])
+    assert not np.any(works[time >= 42.0, 2])
+    assert np.all(works[:, [0, 1, 3]])
+    assert settled(flights[2], 400.0) < 1e-4
+
+
+def test_targets_come_at_their_times():
+    for time, expected in ((-1.0, [1.0, 0, 0, 0]), (9.99, [1.0, 0, 0, 0]), (10.0, SLEW)):
+        assert np.array_equal(EARLY(time), expected)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"turn_gain": 0.0}, "turn gain"),
+        ({"rate_gain": np.nan}, "rate gain"),
+        ({"largest_rate": -1.0}, "largest rate"),
+        ({"torque_time": 0.0}, "torque time"),
+        ({"targets": AttitudeTargets(jnp.zeros(2), jnp.ones((2, 4)) / 2)}, "rising"),
+        ({"targets": AttitudeTargets([], np.zeros((0, 4)))}, "rising"),
+        ({"targets": AttitudeTargets.hold([1.0, 1.0, 0, 0])}, "length"),
+        ({"targets": AttitudeTargets(jnp.zeros(1), jnp.ones((2, 4)) / 2)}, "targets: found shape"),
+        ({"watch": WheelWatch(told=np.nan)}, "told"),
+        ({"watch": WheelWatch(failure_torque=0.0)}, "failure torque"),
+        ({"management": MomentumManagement(np.ones(3), 0.0)}, "gain of the momentum"),
+        ({"spacecraft": Spacecraft(np.eye(3), WheelArray(AXES, np.ones(4)))}, "torque_limit"),
+    ],
+)
+def test_a_controller_that_cannot_work_is_refused(changes, message):
+    with pytest.raises(InputError, match=message):
+        dataclasses.replace(PLAIN, **changes).check()
+
+
+def test_a_period_too_long_for_the_gain_is_refused():
+    CONTROL.check_period(1.25)
+    with pytest.raises(InputError, match=r"expected 1\.25 s or less"):
+        CONTROL.check_period(1.26)
