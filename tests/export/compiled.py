@@ -52,13 +52,18 @@ def leaves(array, content):
     return [leaf for m in content.members for leaf in leaves(array[m.name], m.content)]
 
 
+def write(module, folder):
+    """Write header and source."""
+    (folder / f"{module.name}.h").write_text(module.header, encoding="utf-8")
+    (folder / f"{module.name}.c").write_text(module.source, encoding="utf-8")
+
+
 class Compiled:
     """An emitted module, loaded; every entry runs over many lanes at once."""
 
     def __init__(self, module, folder, *, precision="double"):
         self.module, self.real = module, "f8" if precision == "double" else "f4"
-        (folder / f"{module.name}.h").write_text(module.header, encoding="utf-8")
-        (folder / f"{module.name}.c").write_text(module.source, encoding="utf-8")
+        write(module, folder)
         self.driver = "\n".join([f'#include "{module.name}.h"', *map(self._loop, module.ports)])
         (folder / "driver.c").write_text(self.driver, encoding="utf-8")
         build(folder, "-shared", "-fPIC", f"{module.name}.c", "driver.c", "-o", "lib.so", "-lm")
@@ -68,7 +73,7 @@ class Compiled:
         if isinstance(content, Struct):
             return content.name
         real = "double" if self.real == "f8" else "float"
-        return {"real": real, "integer": "int64_t", "logical": "_Bool"}[content.kind]
+        return {"real": real, "integer": "int64_t", "logical": "bool"}[content.kind]
 
     def _loop(self, entry):
         ports = self.module.ports[entry]

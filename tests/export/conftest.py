@@ -13,7 +13,7 @@ def tools(module_at):
     interpreter = module_at(here / "interpreter.py")
     return SimpleNamespace(
         Compiled=compiled.Compiled,
-        STRICT=compiled.STRICT,
+        write=compiled.write,
         build=compiled.build,
         compiler=compiled.compiler,
         interpret=interpreter.interpret,

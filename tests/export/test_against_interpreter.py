@@ -1,5 +1,7 @@
 """The C of flight pieces: bit by bit as a separate interpreter has it, and as compiled JAX."""
 
+import shutil
+import subprocess
 from functools import partial
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -135,6 +137,27 @@ def test_the_wheels_of_these_lanes_rest_turn_and_cross(piece):
     speed = this.call(given)[1]["speed"][0]
     for seen in (speed == 0.0, speed * given["speed"] < 0.0, speed * given["speed"] > 0.0):
         assert seen.mean() > 0.05
+
+
+@pytest.mark.parametrize("name", ["compensator", "wheel"])
+def test_the_static_analyser_finds_nothing(name, piece, tools, tmp_path):
+    if "gcc" not in tools.compiler():
+        pytest.skip(f"{tools.compiler()} has no -fanalyzer: found no gcc")
+    tools.write(piece(name).module, tmp_path)
+    tools.build(tmp_path, "-fanalyzer", "-c", f"{name}.c")
+
+
+@pytest.mark.parametrize("name", ["compensator", "wheel"])
+def test_cppcheck_finds_nothing(name, piece, tools, tmp_path):
+    """Nor does its addon for the rules of MISRA C, as far as that knows them."""
+    if shutil.which("cppcheck") is None:
+        pytest.skip("found no cppcheck")
+    tools.write(piece(name).module, tmp_path)
+    checks = "--enable=warning,style,performance,portability"
+    command = ["cppcheck", "--std=c99", checks, "--addon=misra", "--quiet", f"{name}.c"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.stderr + done.stdout == ""
+    assert done.returncode == 0
 
 
 @pytest.mark.parametrize("name", NAMES)

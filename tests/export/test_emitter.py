@@ -216,7 +216,7 @@ def test_structs_have_the_names_the_meaning_and_the_state_of_python(tools, tmp_p
         "    /* K, N·m/rad. A word of C. */\n    double static_;",
         "    /* of a matrix, 1/s. */\n    double rows[2][2];",
         "    /* rad */\n    double angle;",
-        "    _Bool flag;\n} Seen;",
+        "    bool flag;\n} Seen;",
         "    double item_0;\n    double item_1;\n} law_step_memory;",
     ):
         assert line in module.header

@@ -9,7 +9,7 @@ import numpy as np
 
 from gyrostat._jax import jax
 from gyrostat.errors import InputError
-from gyrostat.export.expressions import HELPERS, Dialect
+from gyrostat.export.expressions import Dialect
 from gyrostat.export.header import header, prototype, wrapped
 from gyrostat.export.lower import Lowering
 from gyrostat.export.module import Entry, Module, Port, Precision
@@ -58,7 +58,7 @@ def emit(name: str, entries: Sequence[Entry], precision: Precision = "double") -
     helpers: set[str] = set()
     texts = [_inner(function, dialect, reserved, helpers) for function in inner]
     texts += [_entry(root, dialect, reserved, helpers) for root in roots]
-    used = [HELPERS[each][1].format(t=dialect.real) for each in sorted(helpers)]
+    used = [dialect.helper(each) for each in sorted(helpers)]
     source = "\n".join(
         [
             _TOP.format(name=name, real=dialect.real),
@@ -73,7 +73,7 @@ def emit(name: str, entries: Sequence[Entry], precision: Precision = "double") -
 
 _TOP = """\
 /* Made by gyrostat from Python; the comments name the line of Python that each group of
-   statements comes from. No heap, no recursion, no globals; of the library only math.h. */
+   statements comes from. No heap, no recursion, no globals; nothing is linked but math.h. */
 #include "{name}.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 """Loops and branches of a jaxpr, lowered as loops and branches."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.export.primitives import Scalars
@@ -17,7 +17,7 @@ from gyrostat.export.program import (
     Store,
     Table,
 )
-from gyrostat.export.tracing import refused
+from gyrostat.export.tracing import Source, refused
 
 if TYPE_CHECKING:
     from gyrostat.export.lower import Lowering
@@ -28,6 +28,16 @@ def argument_name(closed: Any, number: int) -> str:
     names = getattr(getattr(closed.jaxpr, "debug_info", None), "arg_names", None) or ()
     name = names[number] if number < len(names) else ""
     return re.sub(r"\W+", "_", str(name or "")).strip("_")
+
+
+def _carried_names(
+    lowering: "Lowering", body: Any, fixed: int, atoms: Sequence[Any], where: Source
+) -> list[Scalars]:
+    """Names for what a loop carries: those of the Python that its body is, where they are known."""
+    return [
+        lowering.names(atom, where._replace(name=argument_name(body, fixed + k) or where.name))
+        for k, atom in enumerate(atoms)
+    ]
 
 
 def _scan(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block):
@@ -41,7 +51,7 @@ def _scan(lowering: "Lowering", equation: Any, given: list[Scalars], block: Bloc
     )
     results = equation.outvars
     counter = Name("integer", "pass", lowering.new_group())
-    carried = [lowering.names(atom, where) for atom in results[:carries]]
+    carried = _carried_names(lowering, body_jaxpr, constants, results[:carries], where)
     body: Block = []
     index: Operand = counter
     if params["reverse"]:
@@ -85,7 +95,8 @@ def _while(lowering: "Lowering", equation: Any, given: list[Scalars], block: Blo
     split = params["cond_nconsts"]
     ends = split + params["body_nconsts"]
     test_fixed, body_fixed, first = given[:split], given[split:ends], given[ends:]
-    carried = [lowering.names(atom, where) for atom in equation.outvars]
+    fixed = params["body_nconsts"]
+    carried = _carried_names(lowering, params["body_jaxpr"], fixed, equation.outvars, where)
     test: Block = []
     goes_on = lowering.graph(params["cond_jaxpr"], [*test_fixed, *carried], test)[0].item()
     body: Block = []

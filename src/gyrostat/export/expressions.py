@@ -17,36 +17,40 @@ class Text:
     text: str
     strength: int
 
-    def within(self, least: int) -> str:
-        """The text, in brackets where it holds together less than this."""
-        return self.text if self.strength >= least else f"({self.text})"
+    def beside(self, own: int = 8) -> str:
+        """The text, in brackets unless it is a word, a signed one or of the operation's own kind.
+
+        No reader and no coding rule then needs the order in which C takes operators.
+        """
+        return self.text if self.strength >= UNARY or self.strength == own else f"({self.text})"
+
+    def word(self) -> str:
+        """The text, in brackets unless it is a word."""
+        return self.text if self.strength == WORD else f"({self.text})"
 
 
 WORD, UNARY, PRODUCT, SUM, TEST, BOTH, EITHER, CHOICE = 8, 7, 6, 5, 4, 3, 2, 1
 
-_SUMS = {"add": "+", "sub": "-"}
-_PRODUCTS = {"mul": "*", "div": "/"}
-_TESTS = {
-    "lt": "<",
-    "le": "<=",
-    "gt": ">",
-    "ge": ">=",
-    "eq": "==",
-    "ne": "!=",
-    "xor": "!=",
-}
+_TESTS = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!=", "xor": "!="}
+_BINARY = (
+    ({"add": "+", "sub": "-"}, SUM),
+    ({"mul": "*", "div": "/"}, PRODUCT),
+    (_TESTS, TEST),
+    ({"and": "&&"}, BOTH),
+    ({"or": "||"}, EITHER),
+)
 HELPERS = {
     "max": (
         "largest",
-        "static {t} largest({t} a, {t} b)\n{{\n    return (a >= b || a != a) ? a : b;\n}}\n",
+        "static {t} largest({t} a, {t} b)\n{{\n    return ((a >= b) || (a != a)) ? a : b;\n}}\n",
     ),
     "min": (
         "smallest",
-        "static {t} smallest({t} a, {t} b)\n{{\n    return (a <= b || a != a) ? a : b;\n}}\n",
+        "static {t} smallest({t} a, {t} b)\n{{\n    return ((a <= b) || (a != a)) ? a : b;\n}}\n",
     ),
     "sign": (
         "sense",
-        "static {t} sense({t} a)\n{{\n    return a > 0 ? 1 : (a < 0 ? -1 : a);\n}}\n",
+        "static {t} sense({t} a)\n{{\n    return (a > {zero}) ? {one} : ((a < {zero}) ? -{one} : a);\n}}\n",
     ),
 }
 """Operation -> name and text of a function that the file has where it is used. NaN stays NaN."""
@@ -62,15 +66,20 @@ class Dialect:
 
     real: str = "double"
 
+    def helper(self, operation: str) -> str:
+        """Text of the function that stands for an operation."""
+        zero, one = (self.number(Number("real", value)).text for value in (0.0, 1.0))
+        return HELPERS[operation][1].format(t=self.real, zero=zero, one=one)
+
     def type_of(self, kind: Kind) -> str:
         """Type of C for a kind of number."""
-        return {"real": self.real, "integer": "int64_t", "logical": "_Bool"}[kind]
+        return {"real": self.real, "integer": "int64_t", "logical": "bool"}[kind]
 
     def number(self, number: Number) -> Text:
         """A constant."""
         value = number.value
         if number.kind == "logical":
-            return Text("1" if value else "0", WORD)
+            return Text("true" if value else "false", WORD)
         if number.kind == "integer":
             return Text(str(value), WORD if value >= 0 else UNARY)
         if math.isnan(value):
@@ -84,33 +93,21 @@ class Dialect:
 
     def operation(self, name: str, operands: Sequence[Text]) -> Text:
         """An operation on expressions."""
-        if name in _SUMS:
-            left, right = operands
-            return Text(f"{left.within(SUM)} {_SUMS[name]} {right.within(PRODUCT)}", SUM)
-        if name in _PRODUCTS:
-            left, right = operands
-            text = f"{left.within(PRODUCT)} {_PRODUCTS[name]} {right.within(UNARY)}"
-            return Text(text, PRODUCT)
-        if name in _TESTS:
-            left, right = operands
-            return Text(f"{left.within(SUM)} {_TESTS[name]} {right.within(SUM)}", TEST)
-        if name == "and":
-            left, right = operands
-            return Text(f"{left.within(BOTH)} && {right.within(TEST)}", BOTH)
-        if name == "or":
-            # compilers warn of `a && b || c`, though it says what is meant
-            left, right = (o.within(EITHER if o.strength == EITHER else TEST) for o in operands)
-            right = f"({right})" if operands[1].strength == EITHER else right
-            return Text(f"{left} || {right}", EITHER)
+        for table, strength in _BINARY:
+            if name in table:
+                left, right = operands
+                # tests are not chained
+                first = left.beside(WORD if strength == TEST else strength)
+                return Text(f"{first} {table[name]} {right.beside()}", strength)
         if name == "select":
-            test, yes, no = operands
-            return Text(f"{test.within(TEST)} ? {yes.within(EITHER)} : {no.within(EITHER)}", CHOICE)
+            test, yes, no = (operand.beside() for operand in operands)
+            return Text(f"{test} ? {yes} : {no}", CHOICE)
         if name in ("neg", "not"):
             sign = "-" if name == "neg" else "!"
-            return Text(sign + operands[0].within(WORD), UNARY)
+            return Text(f"{sign}{operands[0].word()}", UNARY)
         if name in ("to_real", "to_integer"):
             kind = self.real if name == "to_real" else "int64_t"
-            return Text(f"({kind}){operands[0].within(WORD)}", UNARY)
+            return Text(f"({kind}){operands[0].word()}", UNARY)
         return self._call(name, operands)
 
     def _call(self, name: str, operands: Sequence[Text]) -> Text:

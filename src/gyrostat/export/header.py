@@ -52,6 +52,7 @@ def header(
         f"#ifndef {guard}",
         f"#define {guard}",
         "",
+        "#include <stdbool.h>",
         "#include <stdint.h>",
         "",
     ]

@@ -7,7 +7,19 @@ KEYWORDS = frozenset(
         *("auto", "break", "case", "char", "const", "continue", "default", "do", "double"),
         *("else", "enum", "extern", "float", "for", "goto", "if", "inline", "int", "long"),
         *("register", "restrict", "return", "short", "signed", "sizeof", "static"),
-        *("struct", "switch", "typedef", "union", "unsigned", "void", "volatile", "while"),
+        *(
+            "struct",
+            "switch",
+            "typedef",
+            "union",
+            "unsigned",
+            "void",
+            "volatile",
+            "while",
+            "bool",
+            "true",
+            "false",
+        ),
     }
 )
 FUNCTIONS = frozenset(

@@ -3,7 +3,7 @@
 import textwrap
 from collections import Counter
 
-from gyrostat.export.expressions import HELPERS, UNARY, WORD, Dialect, Text
+from gyrostat.export.expressions import HELPERS, WORD, Dialect, Text
 from gyrostat.export.program import (
     Assign,
     Block,
@@ -41,6 +41,16 @@ def used(statement: Statement) -> list[Operand]:
             return [each.first for each in carried]
         case Branch(index=index):
             return [index]
+
+
+def _takes_in(reader: Statement, statement: Assign, made: Text) -> bool:
+    """Whether a statement may hold the expression of another in place of its name."""
+    if reader.source != statement.source or len(made.text) > LONGEST:
+        return False
+    # what a choice chooses from is read best as names
+    if isinstance(reader, Assign) and reader.operation == "select":
+        return made.strength == WORD or reader.operands[0] is statement.target
+    return True
 
 
 def may_stop_early(function: Function) -> bool:
@@ -146,8 +156,7 @@ class Writer:
                 made = self._expression(statement)
                 reader = readers.get(statement.target)
                 alone = self._uses[statement.target] == 1 and id(statement.target) not in kept
-                same_line = reader is not None and reader.source == statement.source
-                if alone and same_line and len(made.text) <= LONGEST:
+                if alone and reader is not None and _takes_in(reader, statement, made):
                     self._texts[statement.target] = made
                     continue
                 self._say(statement.source)
@@ -190,8 +199,8 @@ class Writer:
                 every = ", ".join(self.text(value).text for value in values)
                 self.line(f"const {kinds(table.kind)} {name}[{table.size}] = {{{every}}};")
             case Store(table, index, width, offset, value):
-                place = self.text(index).within(UNARY)
-                place = f"{width} * {place}" if width > 1 else place
+                place = self.text(index).beside()
+                place = f"({width} * {place})" if width > 1 else place
                 place = f"{place} + {offset}" if offset else place
                 self.line(f"{self._texts[table].text}[{place}] = {self.text(value).text};")
             case Loop():
@@ -220,7 +229,7 @@ class Writer:
         self._depth += 1
         if loop.goes_on is not None:
             self._block(loop.test, [loop.goes_on])
-            self.line(f"if (!{self.text(loop.goes_on).within(WORD)}) {{ break; }}")
+            self.line(f"if (!{self.text(loop.goes_on).word()}) {{ break; }}")
         self._block(loop.body, [each.next for each in loop.carried])
         self._carry(loop)
         self._depth -= 1
@@ -253,7 +262,7 @@ class Writer:
             if branch.index.kind == "logical":
                 test = index.text
             else:
-                test = f"{index.within(UNARY)} {'<=' if number == 0 else '=='} {number}"
+                test = f"{index.beside()} {'<=' if number == 0 else '=='} {number}"
             head = f"if ({test}) {{" if step == 0 else f"}} else if ({test}) {{"
             self.line("} else {" if step == last else head)
             self._depth += 1
