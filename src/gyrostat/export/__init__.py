@@ -1,6 +1,9 @@
 """What leaves for other programs: C for flight software, data sheets."""
 
 from gyrostat.export.c import emit
+from gyrostat.export.folder import files
 from gyrostat.export.module import Entry, Module, Port
+from gyrostat.export.sheet import sheet
+from gyrostat.export.targets import TARGETS, Target
 
-__all__ = ["Entry", "Module", "Port", "emit"]
+__all__ = ["TARGETS", "Entry", "Module", "Port", "Target", "emit", "files", "sheet"]

@@ -50,7 +50,8 @@ HELPERS = {
     ),
     "sign": (
         "sense",
-        "static {t} sense({t} a)\n{{\n    return (a > {zero}) ? {one} : ((a < {zero}) ? -{one} : a);\n}}\n",
+        "static {t} sense({t} a)\n{{\n"
+        "    return (a > {zero}) ? {one} : ((a < {zero}) ? -{one} : a);\n}}\n",
     ),
 }
 """Operation -> name and text of a function that the file has where it is used. NaN stays NaN."""
