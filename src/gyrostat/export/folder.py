@@ -144,9 +144,7 @@ def _costs(target: Target, module: Module, compiled: Compiled | None) -> list[st
     lines.append("")
     if compiled is None:
         return [*lines, "Size and stack: not measured, for want of a C compiler."]
-    told = (
-        ["it compiles"] if compiled.code is None else [f"{compiled.code} bytes of code, constants"]
-    )
+    told = [] if compiled.code is None else [f"{compiled.code} bytes of code and constants"]
     if compiled.stack:
         deepest = max(_depth(functions[e.name], compiled) for e in target.entries)
         told.append(f"{deepest} bytes of stack at most, without what the C library needs")
