@@ -40,6 +40,8 @@ def power(params, base):
         if left % 2:
             total = base if total is None else total * base
         base, left = base * base, left // 2
+    if total is None:
+        return np.ones_like(base)
     return 1.0 / total if params["y"] < 0 else total
 
 

@@ -19,6 +19,7 @@ class Format(StrEnum):
     """What is written."""
 
     c = "c"
+    fmu = "fmu"
     json = "json"
 
 
@@ -44,8 +45,10 @@ Text = str | None
 def export(
     model: Annotated[Path, typer.Argument(help="model.toml: the wheel.")],
     out: Out,
-    to: Annotated[Format, typer.Option(help="C for flight, or a data sheet with units.")],
-    what: Annotated[What | None, typer.Option(help="With --to c: what flies.")] = None,
+    to: Annotated[
+        Format, typer.Option(help="C for flight, a co-simulation unit (FMI 2.0), a data sheet.")
+    ],
+    what: Annotated[What | None, typer.Option(help="With --to c and fmu: what flies.")] = None,
     precision: Annotated[Precision, typer.Option(help="Of the numbers in C.")] = Precision.double,
     period: Annotated[Text, typer.Option(help="Control period, s or with a unit.")] = None,
     gains: Annotated[
@@ -64,10 +67,10 @@ def export(
     ] = None,
     json_output: Json = False,
 ) -> None:
-    """Write flight code in C, or a data sheet."""
+    """Write flight code in C, a co-simulation unit, or a data sheet."""
     import json
 
-    from gyrostat.export import files, sheet
+    from gyrostat.export import files, sheet, write_fmu
     from gyrostat.files import check_writable, write_whole
     from gyrostat.wheel import read_model
 
@@ -81,21 +84,29 @@ def export(
         "--scale-drift": scale_drift,
     }
     content = read_model(model)
+    if to is not Format.c:
+        refuse_given({"--precision": precision is Precision.float}, f"--to {to}", "--to c")
     if to is Format.json:
-        refuse_given({"--what": what, "--period": period, **given}, "--to json", "--to c")
-        texts = {"wheel.json": sheet(content)}
+        refuse_given({"--what": what, "--period": period, **given}, "--to json", "--to c or fmu")
+        names = ["wheel.json"]
+        write_whole(out / names[0], sheet(content))
     else:
         if what is None or period is None:
             missing = "--what" if what is None else "--period"
-            raise InputError(f"--to c: found no {missing}, expected what flies and its period")
+            raise InputError(f"--to {to}: found no {missing}, expected what flies and its period")
         target = _target(what, content.wheel(), period, given)
-        origin = f"Made by `{command_line()}`."
-        texts = files(target, precision.value, origin)
-    for name, text in texts.items():
-        write_whole(out / name, text)
-    say(f"written: {', '.join(str(out / name) for name in texts)}")
+        if to is Format.fmu:
+            names = [f"{what}.fmu"]
+            if write_fmu(target, out / names[0]) is None:
+                say("found no C compiler: the unit holds its sources alone")
+        else:
+            texts = files(target, precision.value, f"Made by `{command_line()}`.")
+            names = list(texts)
+            for name, text in texts.items():
+                write_whole(out / name, text)
+    say(f"written: {', '.join(str(out / name) for name in names)}")
     if json_output:
-        print(json.dumps({"files": list(texts)}))
+        print(json.dumps({"files": names}))
 
 
 NEEDED = {

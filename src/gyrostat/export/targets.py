@@ -1,7 +1,7 @@
 """What of a wheel model can fly: the functions, their state and a run to test them with."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from gyrostat.wheel import Wheel, advance
 
 STEPS = 40
 """Of the run that a test program repeats."""
+UNITS = {"speed": "rad/s", "current": "A", "slope": "A/s", "duration": "s", "period": "s"}
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ class Target:
         steps: functions called once in every period, in this order.
         constants: name -> value of arguments that stay.
         inputs: name -> value of arguments that change, first axis the step, for a test run.
+        units: name -> unit of arguments and results that are single numbers.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Target:
     steps: tuple[Entry, ...]
     constants: Mapping[str, Any]
     inputs: Mapping[str, Any]
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def entries(self) -> tuple[Entry, ...]:
@@ -142,6 +145,7 @@ def _loop(name: str, title: str, controller: Any, period: float) -> Target:
         ),
         constants={"period": period},
         inputs={"measurement": measured},
+        units=UNITS,
     )
 
 
@@ -179,6 +183,7 @@ def estimator(filter: FrictionScaleFilter, period: float) -> Target:
             "current": np.linspace(-0.02, 0.1, STEPS),
             "measured": np.linspace(-1.0, 2.0, STEPS) + 0.1 * random.standard_normal(STEPS),
         },
+        units={**UNITS, "measured": "rad/s", "torque": "N·m", "sigma": "N·m"},
     )
 
 
@@ -199,6 +204,7 @@ def wheel(model: Wheel, period: float) -> Target:
         ),
         constants={"speed": -1.0, "slope": 0.0, "duration": period},
         inputs={"current": 0.1 * np.sin(0.2 * np.arange(STEPS))},
+        units=UNITS,
     )
 
 
