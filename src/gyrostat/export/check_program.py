@@ -7,7 +7,7 @@ import numpy as np
 
 from gyrostat._jax import jax
 from gyrostat.export.expressions import Dialect
-from gyrostat.export.module import Module, Port, Precision, by_address
+from gyrostat.export.module import Entry, Module, Port, Precision, by_address
 from gyrostat.export.program import Number
 from gyrostat.export.structs import Leaf, Struct, scalars
 from gyrostat.export.targets import STEPS, Target
@@ -16,68 +16,86 @@ TOLERANCE = {"double": 1e-12, "float": 1e-3}
 """Largest error of an output, over the largest value that it takes in the run."""
 
 
+PROGRAM = """\
+/* {title}: {steps} steps against the results of Python. */
+#include "{name}.h"
+
+#include <math.h>
+#include <stdio.h>
+
+{given}
+{expected}
+{scale}
+static const char *const name[{count}] = {{
+{names}
+}};
+
+int main(int arguments, char **argument)
+{{
+    double worst[{count}] = {{0.0}};
+    int status = 0;
+{declared}
+    (void)argument;
+{begin}
+    for (int k = 0; k < {steps}; ++k) {{
+{inputs}
+{calls}
+        const double seen[{count}] = {{
+{seen}
+        }};
+        for (int n = 0; n < {count}; ++n) {{
+            const double error = fabs(seen[n] - expected[k][n]) / scale[0][n];
+            if (!(error <= worst[n])) {{ worst[n] = error; }} /* NaN is the worst */
+        }}
+    }}
+    for (int n = 0; n < {count}; ++n) {{
+        const int fine = worst[n] <= {tolerance!r};
+        status |= !fine;
+        if (arguments > 1) {{
+            printf("%s %.1e\\n", name[n], worst[n]);
+        }} else {{
+            printf("%s: %s\\n", name[n], fine ? "as in Python" : "not as in Python");
+        }}
+    }}
+    return status;
+}}
+"""
+
+
 def program(target: Target, module: Module, precision: Precision) -> tuple[str, str]:
     """Text of the test program, and what it prints where all is well."""
-    dialect = Dialect(precision)
+    dialect, double = Dialect(precision), Dialect()
     ports = {port.name: port for every in module.ports.values() for port in every}
-    given_names = _texts(ports, target.inputs)
     made = target.run()
-    outputs = {name: ports[name] for name in made[0]}
-    seen_names = _texts(outputs, outputs)
+    outputs = list(made[0])
+    seen = _texts(ports, outputs)
+    names = [text.strip("(*)") for text in seen]
     given = np.array([_row(target.inputs, k) for k in range(STEPS)])
-    expected = np.array(
-        [[x for name in outputs for x in _numbers(step[name])] for step in made], dtype=float
-    )
+    expected = np.array([[x for name in outputs for x in _numbers(step[name])] for step in made])
     finite = np.where(np.isfinite(expected), np.abs(expected), 0.0)
     scale = np.maximum(np.max(finite, axis=0), np.finfo(np.float32).tiny)
-    declared = [_declared(port, target, dialect) for port in ports.values()]
-    lines = [
-        f"/* {target.title}: {STEPS} steps against the results of Python. */",
-        f'#include "{module.name}.h"',
-        "",
-        "#include <math.h>",
-        "#include <stdio.h>",
-        "",
-        _table("given", given, dialect),
-        _table("expected", expected, Dialect()),
-        _table("scale", scale[None], Dialect()),
-        f"static const char *const name[{len(seen_names)}] = {{",
-        *(f'    "{text.strip("(*)")}",' for text in seen_names),
-        "};",
-        "",
-        "int main(int arguments, char **argument)",
-        "{",
-        f"    double worst[{len(seen_names)}] = {{0.0}};",
-        "    int status = 0;",
-        *(f"    {line}" for line in declared),
-        "    (void)argument;",
-        *(f"    status |= {_called(module, entry.name)};" for entry in target.begin),
-        f"    for (int k = 0; k < {STEPS}; ++k) {{",
-        *(f"        {text} = given[k][{n}];" for n, text in enumerate(given_names)),
-        *(f"        status |= {_called(module, entry.name)};" for entry in target.steps),
-        f"        const double seen[{len(seen_names)}] = {{",
-        *(f"            (double)({text})," for text in seen_names),
-        "        };",
-        f"        for (int n = 0; n < {len(seen_names)}; ++n) {{",
-        "            const double error = fabs(seen[n] - expected[k][n]) / scale[0][n];",
-        "            if (!(error <= worst[n])) { worst[n] = error; } /* NaN is the worst */",
-        "        }",
-        "    }",
-        f"    for (int n = 0; n < {len(seen_names)}; ++n) {{",
-        f"        const int fine = worst[n] <= {TOLERANCE[precision]!r};",
-        "        status |= !fine;",
-        "        if (arguments > 1) {",
-        '            printf("%s %.1e\\n", name[n], worst[n]);',
-        "        } else {",
-        '            printf("%s: %s\\n", name[n], fine ? "as in Python" : "not as in Python");',
-        "        }",
-        "    }",
-        "    return status;",
-        "}",
-        "",
-    ]
-    printed = "".join(f"{text.strip('(*)')}: as in Python\n" for text in seen_names)
-    return "\n".join(lines), printed
+
+    def calls(entries: Sequence[Entry], indent: str) -> str:
+        return "\n".join(f"{indent}status |= {_called(module, e.name)};" for e in entries)
+
+    inputs = (f"{text} = given[k][{n}];" for n, text in enumerate(_texts(ports, target.inputs)))
+    text = PROGRAM.format(
+        title=target.title,
+        name=module.name,
+        steps=STEPS,
+        count=len(seen),
+        tolerance=TOLERANCE[precision],
+        given=_table("given", given, dialect),
+        expected=_table("expected", expected, double),
+        scale=_table("scale", scale[None], double),
+        names="\n".join(f'    "{name}",' for name in names),
+        declared="\n".join(f"    {_declared(p, target, dialect)}" for p in ports.values()),
+        begin=calls(target.begin, "    "),
+        inputs="\n".join(f"        {line}" for line in inputs),
+        calls=calls(target.steps, "        "),
+        seen="\n".join(f"            (double)({text})," for text in seen),
+    )
+    return text, "".join(f"{name}: as in Python\n" for name in names)
 
 
 def _texts(ports: dict[str, Port], names: Any) -> list[str]:

@@ -4,6 +4,8 @@ import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gyrostat.export.primitives import Scalars
 from gyrostat.export.program import (
     Assign,
@@ -50,6 +52,8 @@ def _scan(lowering: "Lowering", equation: Any, given: list[Scalars], block: Bloc
         given[constants + carries :],
     )
     results = equation.outvars
+    if count == 0:
+        return [*first, *(np.empty(atom.aval.shape, object) for atom in equation.outvars[carries:])]
     counter = Name("integer", "pass", lowering.new_group())
     carried = _carried_names(lowering, body_jaxpr, constants, results[:carries], where)
     body: Block = []

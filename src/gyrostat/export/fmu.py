@@ -170,9 +170,9 @@ def _wrapper(
             size = "".join(f"[{count}]" for count in content.shape)
             members.append(f"    {dialect.type_of(content.kind)} {port.name}{size};")
     first = [
-        f"    v->{v.name} = {dialect.number(Number('real', v.start)).text};"
+        f"    v->{v.name} = {dialect.number(Number(v.kind, v.start)).text};"
         for v in variables
-        if v.kind == "real" and v.start != 0.0
+        if v.start != 0.0
     ]
     steps = [call(entry.name) for entry in target.steps]
     if SINCE in ports:
@@ -265,7 +265,7 @@ def _describe(listed: ElementTree.Element, variable: Variable) -> None:
     if real and variable.unit:
         content["unit"] = variable.unit
     if variable.exact:
-        content["start"] = _number(variable.start) if real else "false"
+        content["start"] = _number(variable.start) if real else str(bool(variable.start)).lower()
     ElementTree.SubElement(element, "Real" if real else "Boolean", content)
 
 

@@ -32,7 +32,7 @@ from gyrostat.export.program import (
 )
 from gyrostat.export.tracing import NOWHERE, Source, called, constant, own_function, refused, source
 
-LARGEST = 256
+LARGEST = 1024
 """Elements of an array: what is larger is no scalar code."""
 
 
