@@ -306,6 +306,17 @@ def large(x):
     return jnp.sum(x * jnp.ones((200, 200)))
 
 
+HELD = np.arange(40_000.0).reshape(200, 200)
+
+
+def large_constant(x):
+    return x * jnp.asarray(HELD)[3, 4]
+
+
+def empty(x):
+    return jnp.sum(jnp.ones((2, 0)) * x)
+
+
 def large_input(x):
     return x.sum()
 
@@ -344,6 +355,8 @@ REFUSED = {
     unbounded: ("while_loop", "a loop without a bound"),
     bounded_by_data: ("fori_loop", "a loop without a bound"),
     large: ("jnp.ones((200, 200))", "an array of 200×200"),
+    large_constant: ("jnp.asarray(HELD)", "an array of 200×200"),
+    empty: ("jnp.sum", "a sum of no elements"),
     factorised: ("jnp.linalg.solve", "(lu)"),
     orthogonal: ("jnp.linalg.qr", "expected a primitive that belongs in flight code"),
     sorted_: ("jnp.sort", "(sort)"),

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.errors import InputError
 from gyrostat.export import control_flow, special
 from gyrostat.export.primitives import (
     ALIKE,
@@ -57,18 +58,17 @@ class Lowering:
     def graph(self, closed: Any, inputs: Sequence[Scalars], block: Block) -> list[Scalars]:
         """Append a closed jaxpr to a block and return its results."""
         jaxpr = closed.jaxpr
-        values: dict[Any, Scalars] = {}
-        for variables, arrays in ((jaxpr.constvars, closed.consts), (jaxpr.invars, inputs)):
-            for variable, array in zip(variables, arrays, strict=True):
-                is_scalars = isinstance(array, np.ndarray) and array.dtype == object
-                values[variable] = array if is_scalars else self.numbers(array)
+        constants = dict(zip(jaxpr.constvars, closed.consts, strict=True))
+        values: dict[Any, Scalars] = dict(zip(jaxpr.invars, inputs, strict=True))
 
         def read(atom: Any) -> Scalars:
             value = constant(atom)
+            if value is None and atom in constants:
+                value = constants[atom]
             return values[atom] if value is None else self.numbers(value)
 
         for equation in jaxpr.eqns:
-            self._refuse_large(equation)
+            self._refuse_arrays(equation)
             given = [read(atom) for atom in equation.invars]
             made = self._equation(equation, given, block)
             values.update(zip(equation.outvars, made, strict=True))
@@ -79,7 +79,10 @@ class Lowering:
         array = np.asarray(array)
         kind = kind_of(array.dtype)
         if kind is None or array.size > LARGEST:
-            raise ValueError(f"constant: found {array.dtype}{list(array.shape)}")
+            raise InputError(
+                f"constant: found {array.dtype}{list(array.shape)}, expected float64, integer or "
+                f"logical arrays of at most {LARGEST} elements"
+            )
         return one_by_one(array.shape, lambda value: Number(kind, value.item()), array)
 
     def names(self, atom: Any, origin: Source) -> Scalars:
@@ -117,7 +120,7 @@ class Lowering:
     def kind(self, atom: Any) -> Kind:
         """The kind of number of a variable."""
         kind = kind_of(atom.aval.dtype)
-        assert kind is not None  # `_refuse_types` has seen to it
+        assert kind is not None  # `_refuse_arrays` has seen to it
         return kind
 
     def new_group(self) -> int:
@@ -138,6 +141,8 @@ class Lowering:
 
     def folded(self, block: Block, operation: str, scalars: Sequence[Operand], where: Source):
         """Join scalars by an operation, the first ones first."""
+        if not scalars:
+            raise InputError(f"{where}: found a sum of no elements, expected one or more")
         total, group = scalars[0], self.new_group()
         for scalar in scalars[1:]:
             name = Name(scalar.kind, where.name, group)
@@ -235,7 +240,8 @@ class Lowering:
         self, operation: str, axes: Sequence[int], array: Scalars, block: Block, where: Source
     ) -> Scalars:
         kept = [axis for axis in range(array.ndim) if axis not in axes]
-        rows = array.transpose([*kept, *axes]).reshape([*(array.shape[k] for k in kept), -1])
+        count = int(np.prod([array.shape[k] for k in axes]))
+        rows = array.transpose([*kept, *axes]).reshape([*(array.shape[k] for k in kept), count])
         made = np.empty(rows.shape[:-1], dtype=object)
         for place in np.ndindex(made.shape):
             made[place] = self.folded(block, operation, list(rows[place]), where)
@@ -251,7 +257,7 @@ class Lowering:
             allowed = "logical" if operation in LOGICAL_ONLY else "float64"
             raise refused(equation, where, f"operands {found}", f"{allowed} ones")
 
-    def _refuse_large(self, equation: Any) -> None:
+    def _refuse_arrays(self, equation: Any) -> None:
         where = self.source(equation)
         for atom in (*equation.invars, *equation.outvars):
             size, dtype = int(np.prod(atom.aval.shape)), atom.aval.dtype
