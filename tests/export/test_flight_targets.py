@@ -135,6 +135,11 @@ def test_a_data_sheet_has_every_number_with_its_unit(exported):
     assert len(parameters) == 6
 
 
+def test_a_module_for_basilisk_is_written(exported):
+    out, _ = exported("sheet", to="basilisk")
+    assert "def add_wheel" in (out / "wheel_basilisk.py").read_text(encoding="utf-8")
+
+
 WHAT = ("--to", "c", "--period", "0.1", "--what")
 
 
@@ -155,6 +160,7 @@ WHAT = ("--to", "c", "--period", "0.1", "--what")
         ((*WHAT, "wheel", *GAINS), "--gains"),
         (("--to", "c", "--what", "wheel", "--period", "0"), "--period"),
         (("--to", "json", "--what", "wheel"), "--what"),
+        (("--to", "basilisk", "--precision", "float"), "--precision"),
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing(words, told, run, model, tmp_path):

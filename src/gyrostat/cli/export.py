@@ -20,6 +20,7 @@ class Format(StrEnum):
 
     c = "c"
     fmu = "fmu"
+    basilisk = "basilisk"
     json = "json"
 
 
@@ -46,7 +47,11 @@ def export(
     model: Annotated[Path, typer.Argument(help="model.toml: the wheel.")],
     out: Out,
     to: Annotated[
-        Format, typer.Option(help="C for flight, a co-simulation unit (FMI 2.0), a data sheet.")
+        Format,
+        typer.Option(
+            help="C for flight, a co-simulation unit (FMI 2.0), a Python module for Basilisk, a "
+            "data sheet."
+        ),
     ],
     what: Annotated[What | None, typer.Option(help="With --to c and fmu: what flies.")] = None,
     precision: Annotated[Precision, typer.Option(help="Of the numbers in C.")] = Precision.double,
@@ -67,10 +72,10 @@ def export(
     ] = None,
     json_output: Json = False,
 ) -> None:
-    """Write flight code in C, a co-simulation unit, or a data sheet."""
+    """Write flight code in C, a unit or module for other simulators, or a data sheet."""
     import json
 
-    from gyrostat.export import files, sheet, write_fmu
+    from gyrostat.export import basilisk, files, sheet, write_fmu
     from gyrostat.files import check_writable, write_whole
     from gyrostat.wheel import read_model
 
@@ -86,10 +91,10 @@ def export(
     content = read_model(model)
     if to is not Format.c:
         refuse_given({"--precision": precision is Precision.float}, f"--to {to}", "--to c")
-    if to is Format.json:
-        refuse_given({"--what": what, "--period": period, **given}, "--to json", "--to c or fmu")
-        names = ["wheel.json"]
-        write_whole(out / names[0], sheet(content))
+    if to in (Format.json, Format.basilisk):
+        refuse_given({"--what": what, "--period": period, **given}, f"--to {to}", "--to c or fmu")
+        names = ["wheel.json" if to is Format.json else "wheel_basilisk.py"]
+        write_whole(out / names[0], sheet(content) if to is Format.json else basilisk(content))
     else:
         if what is None or period is None:
             missing = "--what" if what is None else "--period"

@@ -1,5 +1,6 @@
-"""What leaves for other programs: C for flight, co-simulation units, data sheets."""
+"""What leaves for other programs: C for flight, co-simulation units, Basilisk, data sheets."""
 
+from gyrostat.export.basilisk import basilisk
 from gyrostat.export.c import emit
 from gyrostat.export.fmu import write_fmu
 from gyrostat.export.folder import files
@@ -7,4 +8,15 @@ from gyrostat.export.module import Entry, Module, Port
 from gyrostat.export.sheet import sheet
 from gyrostat.export.targets import TARGETS, Target
 
-__all__ = ["TARGETS", "Entry", "Module", "Port", "Target", "emit", "files", "sheet", "write_fmu"]
+__all__ = [
+    "TARGETS",
+    "Entry",
+    "Module",
+    "Port",
+    "Target",
+    "basilisk",
+    "emit",
+    "files",
+    "sheet",
+    "write_fmu",
+]
