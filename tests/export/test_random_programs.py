@@ -6,7 +6,7 @@ import pytest
 from gyrostat._jax import jax, jnp
 from gyrostat.export import Entry, emit
 
-PROGRAMS, OPERATIONS, LANES = 4, 30, 300
+PROGRAMS, OPERATIONS, LANES = 3, 30, 300
 
 
 def random_program(seed):
@@ -33,7 +33,7 @@ def random_program(seed):
 
         def turn(carry, k):
             # each carried value becomes another one
-            return tuple(carry[n] for n in order[:2]) + (carry[order[2]] + k,), carry[0]
+            return (carry[order[0]], carry[order[1]], carry[order[2]] + k), carry[0]
 
         (a, b, c), seen = jax.lax.scan(turn, tuple(first), jnp.arange(4.0))
         d = jax.lax.cond(a < b, lambda p: p[0] - (p[1] - p[2]), lambda p: p[2] / p[0], (a, b, c))

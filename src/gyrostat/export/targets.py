@@ -51,11 +51,13 @@ class Target:
     def run(self) -> list[dict[str, Any]]:
         """What Python says in the test run: name -> value of all results, one for each step."""
         values = {name: as_arrays(value) for name, value in self.constants.items()}
-        compiled = {entry.name: jax.jit(entry.function) for entry in self.entries}
+        # what is called once is not worth compiling
+        called = {entry.name: entry.function for entry in self.begin}
+        called |= {entry.name: jax.jit(entry.function) for entry in self.steps}
         made = []
 
         def call(entry: Entry) -> None:
-            results = compiled[entry.name](*(values[name] for name in entry.arguments))
+            results = called[entry.name](*(values[name] for name in entry.arguments))
             several = results if len(entry.results) > 1 else (results,)
             values.update(zip(entry.results, several, strict=True))
 
