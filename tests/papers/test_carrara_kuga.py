@@ -264,7 +264,6 @@ def quick(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.xdist_group("quick reproduction")
 def test_a_quick_run_gives_every_id(quick):
     folder, result = quick
     text = (folder / "claims.json").read_text(encoding="utf-8")
@@ -295,7 +294,6 @@ def test_a_quick_run_gives_every_id(quick):
 
 
 @pytest.mark.slow
-@pytest.mark.xdist_group("quick reproduction")
 def test_a_quick_run_gives_the_known_numbers(quick):
     rows = json.loads((quick[0] / "claims.json").read_text(encoding="utf-8"))["claims"]
     ours = {row["id"]: row["ours"] for row in rows}
@@ -328,7 +326,6 @@ def test_a_quick_run_gives_the_known_numbers(quick):
 
 
 @pytest.mark.slow
-@pytest.mark.xdist_group("quick reproduction")
 def test_a_quick_run_crosses_zero_as_computed_elsewhere(quick):
     rows = json.loads((quick[0] / "claims.json").read_text(encoding="utf-8"))["claims"]
     ours = {row["id"]: row["ours"] for row in rows}
@@ -348,7 +345,6 @@ def test_a_quick_run_crosses_zero_as_computed_elsewhere(quick):
 
 
 @pytest.mark.slow
-@pytest.mark.xdist_group("quick reproduction")
 def test_a_quick_run_reports_and_shows_progress(quick):
     folder, result = quick
     page = (folder / "report.html").read_text(encoding="utf-8")

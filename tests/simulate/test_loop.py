@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gyrostat._jax import jnp
+from gyrostat._jax import jax, jnp
 from gyrostat.body import AirBearingTable, Gyro, TableCommand, TableSensors
 from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
 from gyrostat.errors import InputError
 from gyrostat.friction import ViscousCoulomb
-from gyrostat.simulate import Status, simulate, stack
+from gyrostat.simulate import Status, run_folded, simulate, stack
 from gyrostat.wheel import Delayed, Driver, LowPass, PulseTachometer, Tachometer, Wheel
 
 PERIOD, COUNT = 0.1, 100
@@ -55,6 +55,23 @@ def noisy(loop, g2):
 @pytest.fixture(scope="module")
 def quiet(loop):
     return loop()
+
+
+def test_a_folded_run_is_the_run(g2, noisy):
+    def fold(kept, time, row):
+        count, _, total = kept
+        return count + (row.status == 0), time, total + row.measurement.speed
+
+    zero = jnp.zeros(())
+    start = g2.table.start(attitude=0.01, speed=-3.0)
+    key = jax.random.split(jax.random.key(0), 3)[1]
+    count, last, total = run_folded(
+        g2.table, controller(), NOISY, start, key, PERIOD, count=COUNT, fold=fold, first=(zero,) * 3
+    )
+    assert count == COUNT + 1
+    assert last == pytest.approx(PERIOD * COUNT)
+    whole = noisy().isel(run=1)
+    assert total == pytest.approx(float(np.sum(whole.measured_speed)), rel=1e-9)
 
 
 def test_histories_have_names_units_and_coordinates(quiet):

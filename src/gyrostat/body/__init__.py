@@ -34,6 +34,7 @@ from gyrostat.body.speed_driven import (
     WheelSpeedCommand,
     unit_quaternion,
 )
+from gyrostat.body.speed_loop import SpeedLoopRecord, SpeedLoopSpacecraft, SpeedLoopState
 from gyrostat.body.table import AirBearingTable, DriveRecord, TableCommand, TableState
 from gyrostat.body.torque_driven import (
     BodyRateRecord,
@@ -73,6 +74,9 @@ __all__ = [
     "SpacecraftSensor",
     "SpeedDrivenRecord",
     "SpeedDrivenSpacecraft",
+    "SpeedLoopRecord",
+    "SpeedLoopSpacecraft",
+    "SpeedLoopState",
     "TableCommand",
     "TableMeasurement",
     "TableSensors",

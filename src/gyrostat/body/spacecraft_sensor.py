@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Bool, PRNGKeyArray
 
 from gyrostat._jax import jax, jnp
@@ -46,6 +47,7 @@ class SpacecraftSensor(eqx.Module):
         gyrostat: that is measured; its failures say which tachometers are lost, and when.
         attitude_sigma: of a sample about each body axis, rad.
         rate_sigma: of a sample of each component, rad/s.
+        rate_bias: (3,) or one for all, rad/s.
         wheel_sigma: of a sample of each wheel, N·m·s.
     """
 
@@ -53,12 +55,14 @@ class SpacecraftSensor(eqx.Module):
     attitude_sigma: Scalar = 0.0
     rate_sigma: Scalar = 0.0
     wheel_sigma: Scalar = 0.0
+    rate_bias: Vector | Scalar = 0.0
 
     def check(self) -> None:
         """Refuse noise that is none, by `InputError`."""
         require("attitude sigma", self.attitude_sigma, "rad")
         require("rate sigma", self.rate_sigma, "rad/s")
         require("wheel momentum sigma", self.wheel_sigma, "N·m·s")
+        require("rate bias", np.abs(self.rate_bias), "rad/s")
         check_parts(self.gyrostat)
 
     def start(self, state: GyrostatState, period: Scalar) -> _Memory:
@@ -76,13 +80,14 @@ class SpacecraftSensor(eqx.Module):
         # a sum of periods would drift, and a multiple is not exactly the time that it stands for
         time = memory.samples * memory.period + 1e-9
         measured = ~(failures.failed(time) & failures.sensor_lost)
-        noise = self.wheel_sigma * jax.random.normal(wheel, (count,))
-        momentum = self.gyrostat.spacecraft.wheels.inertia * state.wheel_speed + noise
+        momentum = self.gyrostat.spacecraft.wheels.inertia * state.wheel_speed
+        momentum = momentum + self.wheel_sigma * jax.random.normal(wheel, (count,))
         momentum = jnp.where(measured, momentum, memory.wheel_momentum)
         small = self.attitude_sigma * jax.random.normal(turn, (3,))
+        noise = self.rate_sigma * jax.random.normal(rate, (3,))
         measurement = SpacecraftMeasurement(
             attitude=product(state.attitude, from_rotation_vector(small)),
-            rate=self.gyrostat.rate(state) + self.rate_sigma * jax.random.normal(rate, (3,)),
+            rate=self.gyrostat.rate(state) + self.rate_bias + noise,
             wheel_momentum=momentum,
             wheel_measured=measured,
         )

@@ -1,7 +1,9 @@
 """Controllers of the loop, from a measurement to a command, and what they are designed with."""
 
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
+from gyrostat.control.boresight import BoresightLaw, WheelMap, governed
 from gyrostat.control.command import CurrentCommand
+from gyrostat.control.conditioned_compensator import ConditionedCompensator
 from gyrostat.control.controllability import Controllability, uncontrollable
 from gyrostat.control.estimating_compensator import EstimatingCompensator
 from gyrostat.control.factorisations import EulerCube, MRPBody, QuaternionBody
@@ -31,16 +33,20 @@ from gyrostat.control.recovery_momentum import MomentumRecovery
 from gyrostat.control.recovery_one_wheel import OneWheelRecovery
 from gyrostat.control.recovery_zero_momentum import ZeroMomentumRecovery
 from gyrostat.control.riccati import RiccatiSolution, lyapunov, riccati
+from gyrostat.control.safe_frit import SafeFrit
 from gyrostat.control.speed_mode import SpeedMode
 from gyrostat.control.state_dependent import StateDependentRiccati
 from gyrostat.control.three_axis_law import ThreeAxisLaw
 from gyrostat.control.two_wheel_law import TwoWheelLaw
+from gyrostat.control.two_wheel_pointing import PointingCommand, TwoWheelPointing
 from gyrostat.control.two_wheel_sweeps import TwoWheelSweeps
 from gyrostat.control.wheel_rate_loop import WheelRateLoop
 
 __all__ = [
     "AttitudePID",
+    "BoresightLaw",
     "Compensation",
+    "ConditionedCompensator",
     "Controllability",
     "CurrentCommand",
     "CurrentMode",
@@ -62,18 +68,23 @@ __all__ = [
     "OneWheelRecovery",
     "OnlineFrit",
     "OutputZeroing",
+    "PointingCommand",
     "ProportionalMomentumControl",
     "QuaternionBody",
     "RiccatiSolution",
+    "SafeFrit",
     "SampledModel",
     "SpeedMode",
     "StateDependentRiccati",
     "ThreeAxisLaw",
     "TwoWheelLaw",
+    "TwoWheelPointing",
     "TwoWheelSweeps",
+    "WheelMap",
     "WheelRateLoop",
     "ZeroMomentumRecovery",
     "ZeroingCommand",
+    "governed",
     "lqr",
     "lyapunov",
     "recursive_least_squares",

@@ -23,6 +23,34 @@ PARALLEL = 1e-6
 """Least sine of the angle between two wheels, and least share of their authority."""
 
 
+def check_two_wheels(name: str, spacecraft: Spacecraft) -> None:
+    """Refuse wheels that cannot lead body z anywhere.
+
+    Args:
+        name: for the message.
+        spacecraft: that has them.
+
+    Raises:
+        InputError: not two wheels, wheels that are parallel or that turn the body z axis about one
+            axis only.
+    """
+    axes = np.asarray(spacecraft.wheels.axes, dtype=float)
+    if axes.shape[-1] != 2:
+        raise InputError(f"{name}: found {axes.shape[-1]} wheels, expected 2")
+    crossed = np.cross(axes[..., 0], axes[..., 1], axis=-1)
+    sine = float(np.min(np.linalg.norm(crossed, axis=-1)))
+    if not sine > PARALLEL:
+        raise InputError(f"{name}: found parallel wheels (sine of angle {sine:.2g})")
+    inertia = np.asarray(spacecraft.inertia, dtype=float)
+    rows = np.linalg.solve(inertia, axes)[..., :2, :]
+    size = np.sum(rows**2, axis=(-2, -1))
+    if not np.min(np.abs(np.linalg.det(rows)) / size) > PARALLEL:
+        raise InputError(
+            f"{name}: found wheels that turn body z about one axis only, expected axes whose parts "
+            "across z are independent"
+        )
+
+
 class ZeroingCommand(NamedTuple):
     """Wheel speeds, and how they came about.
 
@@ -74,26 +102,11 @@ class OutputZeroing(eqx.Module):
         """Refuse what cannot point.
 
         Raises:
-            InputError: see `Spacecraft.check`; not two wheels, wheels that are parallel or that
-                turn the body z axis about one axis only, feedback that is not positive, a momentum
-                that is not finite.
+            InputError: see `Spacecraft.check` and `check_two_wheels`; feedback that is not
+                positive, a momentum that is not finite.
         """
         self.spacecraft.check()
-        axes = np.asarray(self.spacecraft.wheels.axes, dtype=float)
-        if axes.shape[-1] != 2:
-            raise InputError(f"output zeroing: found {axes.shape[-1]} wheels, expected 2")
-        crossed = np.cross(axes[..., 0], axes[..., 1], axis=-1)
-        sine = float(np.min(np.linalg.norm(crossed, axis=-1)))
-        if not sine > PARALLEL:
-            raise InputError(f"output zeroing: found parallel wheels (sine of angle {sine:.2g})")
-        inertia = np.asarray(self.spacecraft.inertia, dtype=float)
-        rows = np.linalg.solve(inertia, axes)[..., :2, :]
-        size = np.sum(rows**2, axis=(-2, -1))
-        if not np.min(np.abs(np.linalg.det(rows)) / size) > PARALLEL:
-            raise InputError(
-                "output zeroing: found wheels that turn body z about one axis only, expected "
-                "axes whose parts across z are independent"
-            )
+        check_two_wheels("output zeroing", self.spacecraft)
         require("output zeroing feedback", self.feedback, "1/s", positive=True)
         if not np.all(np.isfinite(np.asarray(self.total_momentum))):
             raise InputError("output zeroing: found a momentum that is not finite")

@@ -1,7 +1,7 @@
 """Running models: the closed loop, and the virtual bench."""
 
 from gyrostat.simulate.bench import CurrentRange, Telemetry, bench_record, default_range
-from gyrostat.simulate.loop import Controller, Histories, Plant, Sensor, Status, run
+from gyrostat.simulate.loop import Controller, Histories, Plant, Sensor, Status, run, run_folded
 from gyrostat.simulate.simulation import Batch, simulate, stack
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "bench_record",
     "default_range",
     "run",
+    "run_folded",
     "simulate",
     "stack",
 ]

@@ -1,5 +1,6 @@
 """The one loop: a continuous plant, a sampled sensor and a sampled controller, as one scan."""
 
+from collections.abc import Callable
 from enum import IntEnum
 from typing import Any, NamedTuple, Protocol
 
@@ -115,6 +116,53 @@ def run(
     Returns:
         Histories of `count` + 1 samples. After a run has failed its state is frozen.
     """
+    items = (plant, controller, sensor, state)
+    tick, start, ticks = _loop(items, key, period, count, substeps, command_delay)
+    return jax.lax.scan(tick, start, ticks)[1]
+
+
+def run_folded(
+    plant: Plant,
+    controller: Controller,
+    sensor: Sensor,
+    state: Any,
+    key: PRNGKeyArray,
+    period: Scalar,
+    *,
+    count: int,
+    fold: Callable[[Any, Scalar, Histories], Any],
+    first: Any,
+) -> Any:
+    """Run the loop and keep of it what a function takes from each sample, for long runs.
+
+    Args:
+        plant: what is controlled.
+        controller: gives the commands.
+        sensor: gives the measurements.
+        state: of the plant at time 0.
+        key: of the noise, as that of `run`.
+        period: control period, s.
+        count: of control periods.
+        fold: (kept so far, time in s, signals of this sample) -> kept.
+        first: kept before the first sample.
+
+    Returns:
+        What is kept after `count` + 1 samples.
+    """
+    items = (plant, controller, sensor, state)
+    tick, start, ticks = _loop(items, key, period, count, 1, 0)
+
+    def folded(carry, now):
+        inner, kept = carry
+        inner, row = tick(inner, now)
+        return (inner, fold(kept, now[0] * period, row)), None
+
+    return jax.lax.scan(folded, (start, first), ticks)[0][1]
+
+
+def _loop(items, key, period, count, substeps, command_delay):
+    """A control period as a function for a scan, its first carry, and what it scans over."""
+    plant, controller, sensor, state = items
     step = period / substeps
 
     def carry_over(state, command, time):
@@ -159,4 +207,4 @@ def run(
     under_way = jax.tree.map(lambda c: jnp.zeros((command_delay, *c.shape), c.dtype), command)
     start = (state, sensed, memory, under_way, jnp.array(int(Status.COMPLETE)))
     draws = jnp.roll(keys, -1)  # the last tick measures what nobody sees
-    return jax.lax.scan(tick, start, (jnp.arange(count + 1), draws))[1]
+    return tick, start, (jnp.arange(count + 1), draws)

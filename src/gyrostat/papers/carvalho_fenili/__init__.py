@@ -4,19 +4,28 @@ C. A. de Carvalho Junior and A. Fenili, "Nonlinear attitude control of artificia
 considering failure in momentum wheels".
 """
 
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
 from gyrostat.papers.carvalho_fenili import exchange, judged, recoveries
 from gyrostat.papers.carvalho_fenili.drawings import (
     case_drawing,
     exchange_drawing,
     frozen_drawing,
 )
-from gyrostat.papers.carvalho_fenili.exchange import exchange_claims, exchanged
+from gyrostat.papers.carvalho_fenili.exchange import (
+    Exchange,
+    exchange_claims,
+    exchanged,
+    flown_on_wheels,
+)
 from gyrostat.papers.carvalho_fenili.flights import continuous, held
 from gyrostat.papers.carvalho_fenili.goals import goals
 from gyrostat.papers.carvalho_fenili.laws import laws
-from gyrostat.papers.carvalho_fenili.numbers import number_claims
+from gyrostat.papers.carvalho_fenili.numbers import Flights, number_claims
 from gyrostat.papers.carvalho_fenili.printed import CASES, CITATION, NAME
-from gyrostat.papers.carvalho_fenili.recoveries import recovered, recovery_claims
+from gyrostat.papers.carvalho_fenili.recoveries import Recovered, recovered, recovery_claims
 from gyrostat.papers.carvalho_fenili.recovery_drawing import recovery_drawing
 from gyrostat.papers.carvalho_fenili.sentences_lqr import sentences_lqr
 from gyrostat.papers.carvalho_fenili.sentences_sdre import conclusion, sentences_sdre
@@ -32,25 +41,48 @@ SETTINGS = (
 )
 
 
-def reproduce(*, quick: bool, say: Say) -> Reproduction:
-    """Rebuild the paper and judge each claim.
+class Flown(NamedTuple):
+    """Every flight, by law.
+
+    Attributes:
+        flights: the law at every stage of a step.
+        sampled: the law sampled and held.
+        wheels: on wheels.
+        recoveries: from each failure on wheels.
+    """
+
+    flights: Flights
+    sampled: Flights
+    wheels: Mapping[str, Mapping[str, Exchange]]
+    recoveries: Mapping[str, Recovered]
+
+
+def fly(say: Say) -> Flown:
+    """Fly all cases.
 
     Args:
-        quick: leaves out the dispersed cases of the goals.
         say: told about the progress.
     """
     both = laws()._asdict()
-    flights, sampled, wheels, after = {}, {}, {}, {}
-    for law, function in both.items():
-        say(f"{NAME}: {len(CASES)} cases by {law.upper()}, the law at every stage")
-        flights[law] = continuous(function)
-        say(f"{NAME}: the same, sampled and held")
-        sampled[law] = held(function)
-        say(f"{NAME}: the same on wheels")
-        wheels[law] = exchanged(function)
-        say(f"{NAME}: recovery after each failure")
-        after[law] = recovered(function)
-    parts = (
+    sampled, wheels, after = {}, {}, {}
+    with ThreadPoolExecutor() as beside:
+        say(f"{NAME}: {len(CASES)} cases by each law, evaluated at every stage")
+        flights = {law: beside.submit(continuous, function) for law, function in both.items()}
+        for law, function in both.items():
+            say(f"{NAME}: the same by {law.upper()}, sampled and held")
+            sampled[law] = held(function)
+            say(f"{NAME}: the same by {law.upper()} on wheels")
+            on_wheels = flown_on_wheels(function)
+            wheels[law] = exchanged(on_wheels)
+            say(f"{NAME}: recovery after each failure under {law.upper()}")
+            after[law] = recovered(on_wheels)
+        return Flown({law: run.result() for law, run in flights.items()}, sampled, wheels, after)
+
+
+def judge(flown: Flown) -> tuple[Part, ...]:
+    """Judge each claim of the paper, and what was flown beside it."""
+    flights, sampled, wheels, after = flown
+    return (
         Part(
             claims=number_claims(flights, sampled),
             drawings=(
@@ -73,8 +105,17 @@ def reproduce(*, quick: bool, say: Say) -> Reproduction:
             drawings=(recovery_drawing(after),),
             settings=recoveries.SETTINGS,
         ),
-        goals(say, quick=quick),
     )
+
+
+def reproduce(*, quick: bool, say: Say) -> Reproduction:
+    """Rebuild the paper and judge each claim.
+
+    Args:
+        quick: leaves out the dispersed cases of the goals.
+        say: told about the progress.
+    """
+    parts = (*judge(fly(say)), goals(say, quick=quick))
     return Reproduction(NAME, CITATION, parts, complete=not quick)
 
 

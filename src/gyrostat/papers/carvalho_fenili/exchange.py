@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
@@ -13,6 +13,7 @@ from gyrostat.body import (
     EulerAngles,
     EulerState,
     Gyrostat,
+    GyrostatState,
     Spacecraft,
     SpacecraftMeasurement,
     SpacecraftSensor,
@@ -36,15 +37,29 @@ from gyrostat.papers.claims import Claim
 from gyrostat.simulate import simulate, stack
 from gyrostat.wheel import WheelArray
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 ROTOR = 0.01
 """kg·m², of each rotor about its axis: 3 N·m·s at 2900 rpm."""
 PERIOD = 0.1
 """s, of control: the laws' own time constants are seconds."""
 TARGET = EulerAngles(phi=0.0, theta=0.5 * np.pi, psi=0.0)
-CRAFT = Spacecraft(
-    inertia=(INERTIA - ROTOR) * jnp.eye(3),
-    wheels=WheelArray(axes=jnp.eye(3), inertia=jnp.full(3, ROTOR)),
-)
+TORQUE, MOMENTUM = 0.1, 3.0
+"""N·m and N·m·s, of each wheel where limits act."""
+
+
+def _craft(torque: float, momentum: float) -> Spacecraft:
+    wheels = WheelArray(
+        axes=jnp.eye(3),
+        inertia=jnp.full(3, ROTOR),
+        torque_limit=jnp.full(3, torque),
+        momentum_limit=jnp.full(3, momentum),
+    )
+    return Spacecraft(inertia=(INERTIA - ROTOR) * jnp.eye(3), wheels=wheels)
+
+
+CRAFT, LIMITED = _craft(np.inf, np.inf), _craft(TORQUE, MOMENTUM)
 SETTINGS = (
     f"Gyrostat: three wheels along x, y and z at rest at first, rotors of {ROTOR:g} kg·m²; with "
     "the rotors locked the body has the paper's inertia; no limits and no friction, as in the "
@@ -132,12 +147,21 @@ class Exchange:
     spun_up: bool
 
 
-def exchanged(law: Any, duration: float = DURATION) -> Mapping[str, Exchange]:
-    """Fly all cases on wheels.
+def start() -> GyrostatState:
+    """Table 2, wheels at rest."""
+    return Gyrostat(CRAFT).start(
+        attitude=rotations.from_euler(ANGLES), rate=rotations.rate_of_euler(ANGLES, RATES)
+    )
+
+
+def flown_on_wheels(law: Any) -> "xr.Dataset":
+    """Fly Table 2 on wheels.
 
     Args:
         law: state -> body torque, (3,), N·m.
-        duration: s.
+
+    Returns:
+        Histories, `run` the case; and "limited", in which nothing fails but limits act.
     """
     plants: list[Any] = []
     for failed in CASES.values():
@@ -145,22 +169,30 @@ def exchanged(law: Any, duration: float = DURATION) -> Mapping[str, Exchange]:
         for wheel in failed:
             failures = failures.torque_lost(wheel, FAILURE)
         plants.append(Gyrostat(CRAFT, failures))
+    plants.append(Gyrostat(LIMITED, WheelFailures.none(3)))
     every: Any = stack(plants)
     flown = simulate(
         every,
         WheelsOnAngles(law),
         SpacecraftSensor(Gyrostat(CRAFT)),
-        start=plants[0].start(
-            attitude=rotations.from_euler(ANGLES), rate=rotations.rate_of_euler(ANGLES, RATES)
-        ),
-        duration=duration,
+        start=start(),
+        duration=DURATION,
         control_period=PERIOD,
-        runs=len(CASES),
+        runs=len(plants),
     )
+    return flown.assign_coords(run=[*CASES, "limited"])
+
+
+def exchanged(flown: "xr.Dataset") -> Mapping[str, Exchange]:
+    """The cases, each as far as it is valid.
+
+    Args:
+        flown: of `flown_on_wheels`.
+    """
     target = rotations.from_euler(TARGET)
     runs = {}
-    for run, case in enumerate(CASES):
-        one = flown.isel(run=run)
+    for case in CASES:
+        one = flown.sel(run=case)
         lawful, followed = int(one.lawful.sum()), round(float(one.valid_until) / PERIOD) + 1
         last = min(lawful, followed)
         attitude = jnp.asarray(one.attitude.values[last - 1])

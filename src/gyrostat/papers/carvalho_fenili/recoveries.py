@@ -6,44 +6,39 @@ there on `gyrostat.recovery.recover` goes to the nearest attitude that can be he
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
-import equinox as eqx
 import numpy as np
 
 from gyrostat._jax import jnp
 from gyrostat._types import Vector
-from gyrostat.body import Gyrostat, GyrostatState, Spacecraft, SpacecraftSensor, rotations
+from gyrostat.body import Gyrostat, GyrostatState, rotations
 from gyrostat.holdable import Holdable
-from gyrostat.papers.carvalho_fenili.exchange import CRAFT, PERIOD, ROTOR, TARGET, WheelsOnAngles
+from gyrostat.papers.carvalho_fenili.exchange import (
+    CRAFT,
+    LIMITED,
+    MOMENTUM,
+    PERIOD,
+    ROTOR,
+    TARGET,
+    TORQUE,
+    start,
+)
 from gyrostat.papers.carvalho_fenili.printed import (
-    ANGLES,
     AXES,
     CASES,
     FAILURE,
     LAWS,
-    RATES,
     failure_of,
 )
 from gyrostat.papers.claims import Claim
 from gyrostat.recovery import Loss, Recovery, plan_recovery, recover
-from gyrostat.simulate import simulate
 
-TORQUE, MOMENTUM = 0.1, 3.0
-"""N·m and N·m·s, of each wheel."""
+if TYPE_CHECKING:
+    import xarray as xr
+
 DURATION = 600.0
 """s from the failure on."""
-
-
-def _craft(torque: float, momentum: float) -> Spacecraft:
-    # limits of one shape, so that one size is compiled
-    limits = jnp.full(3, torque), jnp.full(3, momentum)
-    return eqx.tree_at(
-        lambda craft: (craft.wheels.torque_limit, craft.wheels.momentum_limit), CRAFT, limits
-    )
-
-
-LIMITED, UNLIMITED = _craft(TORQUE, MOMENTUM), _craft(np.inf, np.inf)
 LOSSES = {
     "frozen": (Loss("frozen"), "the failed wheels keep their momentum"),
     "seized": (Loss("seized"), "the failed wheels stop at once"),
@@ -75,34 +70,17 @@ class Onset:
     limited: float
 
 
-def start(craft: Spacecraft) -> GyrostatState:
-    """Table 2, wheels at rest."""
-    return Gyrostat(craft).start(
-        attitude=rotations.from_euler(ANGLES), rate=rotations.rate_of_euler(ANGLES, RATES)
-    )
-
-
-def onset(law: Any, craft: Spacecraft = LIMITED) -> Onset:
-    """Fly Table 2 to the failure.
+def onset(one: "xr.Dataset") -> Onset:
+    """A run without a failure, to the time of the failure.
 
     Args:
-        law: state -> body torque, (3,), N·m.
-        craft: with three wheels.
+        one: of `flown_on_wheels`.
     """
-    plant = Gyrostat(craft)
-    flown = simulate(
-        plant,
-        WheelsOnAngles(law),
-        SpacecraftSensor(plant),
-        start=start(craft),
-        duration=FAILURE,
-        control_period=PERIOD,
-    )
-    last = (jnp.asarray(flown[name].values[-1]) for name in GyrostatState._fields)
-    # the last sample belongs to the time after
-    before = flown.isel(time=slice(None, -1))
+    count = round(FAILURE / PERIOD)
+    then = (jnp.asarray(one[name].values[count]) for name in GyrostatState._fields)
+    before = one.isel(time=slice(None, count))
     return Onset(
-        state=GyrostatState(*last),
+        state=GyrostatState(*then),
         demand=float(np.max(np.abs(before.torque.values))),
         limited=PERIOD * float(np.sum(np.any(before.saturated.values, axis=1))),
     )
@@ -124,15 +102,15 @@ class Recovered:
     unlimited: Mapping[str, Holdable]
 
 
-def recovered(law: Any) -> Recovered:
+def recovered(flown: "xr.Dataset") -> Recovered:
     """Recover from all failures.
 
     Args:
-        law: of the paper, which flies before; state -> body torque, (3,), N·m.
+        flown: of `flown_on_wheels`, by the law that flies before.
     """
     target = np.asarray(rotations.from_euler(TARGET))
-    limited, free = onset(law), onset(law, UNLIMITED).state
-    flown = {
+    limited, free = onset(flown.sel(run="limited")), onset(flown.sel(run="none")).state
+    recoveries = {
         case: {
             kind: recover(
                 LIMITED,
@@ -154,9 +132,9 @@ def recovered(law: Any) -> Recovered:
             failed={wheel: float(held[wheel]) for wheel in CASES[case]},
             target=target,
         ).answer
-        for case in flown
+        for case in recoveries
     }
-    return Recovered(limited, flown, unlimited)
+    return Recovered(limited, recoveries, unlimited)
 
 
 def _rotor_momentum(state: GyrostatState) -> Vector:
@@ -166,7 +144,7 @@ def _rotor_momentum(state: GyrostatState) -> Vector:
 
 def momentum_claims() -> tuple[Claim, ...]:
     """The total momentum, which nothing changes."""
-    momentum = np.asarray(start(LIMITED).momentum)
+    momentum = np.asarray(start().momentum)
     why = "R I w of Table 2 in inertial axes; wheels at rest at first, and no torque from outside."
     return tuple(
         Claim(f"recover.momentum_{axis}", f"total momentum along {axis}", float(part), "N·m·s", why)

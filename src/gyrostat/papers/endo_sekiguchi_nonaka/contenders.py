@@ -1,0 +1,202 @@
+"""The controllers that fly the dispersed cases, and what is kept of their runs."""
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, fields
+from itertools import chain
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+
+from gyrostat._jax import jax, jnp
+from gyrostat._types import Vector
+from gyrostat.body.rotations import to_body
+from gyrostat.control import FirstOrderLags, SafeFrit, TwoWheelPointing
+from gyrostat.estimate import AttitudeEstimate, AttitudeFilter
+from gyrostat.friction import Scalar
+from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import AS_KNOWN, Case
+from gyrostat.papers.endo_sekiguchi_nonaka.printed import PERIOD, REQUIRED, fixed, tuned
+from gyrostat.simulate import run_folded, stack
+
+LANES = 64
+"""Runs that are carried together by one thread."""
+THREADS = min(2, os.cpu_count() or 1)
+
+
+class Estimated(eqx.Module):
+    """A controller that is given the attitude filter's attitude and rate.
+
+    Attributes:
+        controller: of the loop.
+        filter: of star tracker and gyro.
+    """
+
+    controller: Any
+    filter: AttitudeFilter = AttitudeFilter()
+
+    def start(self, period: Scalar) -> tuple[AttitudeEstimate, Any, Scalar]:
+        """Memories of both, and the period."""
+        return self.filter.start(), self.controller.start(period), jnp.asarray(period, dtype=float)
+
+    def __call__(self, memory: Any, measurement: Any) -> tuple[Any, Any]:
+        """Estimate, then command."""
+        estimate, inner, period = memory
+        estimate = self.filter(estimate, measurement.attitude, measurement.rate, period)
+        seen = measurement._replace(attitude=estimate.attitude, rate=estimate.rate)
+        inner, command = self.controller(inner, seen)
+        return (estimate, inner, period), command
+
+
+def _safe_tuner() -> SafeFrit:
+    """The dead zone is what the attitude filter's noise is; the cap, its information."""
+    return SafeFrit(
+        feedback=jnp.full(2, 0.1),
+        reference=FirstOrderLags(jnp.full(2, 0.1)),
+        forgetting=0.995,
+        smoothing=0.45,
+        dead_zone=jnp.full(2, 1e-5),
+        initial_gain=jnp.full(2, 0.05),
+        lowest=jnp.full(2, 0.02),
+        highest=jnp.full(2, 0.2),
+        largest_covariance=1e10,
+    )
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A controller of the comparison.
+
+    Attributes:
+        key: in the ids of its claims.
+        name: for a person.
+        make: builds it.
+        duration: of a run, s.
+        judged: s before its end, in which the error must not exceed the required one.
+    """
+
+    key: str
+    name: str
+    make: Callable[[], Any]
+    duration: float = 6000.0
+    judged: float = 4000.0
+
+
+OURS = Contender("pointing", "pointing law with governor", lambda: TwoWheelPointing(AS_KNOWN))
+SAFE_FRIT = Contender(
+    "safe_frit",
+    "the same with safe on-line FRIT",
+    lambda: TwoWheelPointing(AS_KNOWN, tuner=_safe_tuner()),
+)
+UNCOMPENSATED = Contender(
+    "uncompensated",
+    "the same without compensator",
+    lambda: TwoWheelPointing(AS_KNOWN, gain=jnp.zeros(2)),
+)
+SLOW = (
+    Contender("paper", "paper's MEC with FRIT", lambda: Estimated(tuned()), 15_000.0, 5000.0),
+    Contender("fixed_gain", "MEC with K = 0.1", lambda: Estimated(fixed(0.1)), 15_000.0, 5000.0),
+    Contender("no_mec", "without MEC", lambda: Estimated(fixed(0.0)), 15_000.0, 5000.0),
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What is kept of runs, each array over them.
+
+    Attributes:
+        settled: from when on the error is below 0.05 degrees to the end, s.
+        last: largest error in the judged window, degrees; infinite where the run failed.
+        demand: largest torque demanded of a wheel, N·m.
+        roll: largest rate about body z, rad/s.
+    """
+
+    settled: Vector
+    last: Vector
+    demand: Vector
+    roll: Vector
+
+    @property
+    def holds(self) -> np.ndarray:
+        """Whether the error stays below what is required."""
+        return self.last < REQUIRED
+
+    def part(self, rows: slice) -> "Outcome":
+        """Some of the runs."""
+        return Outcome(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+
+def _fold(kept, time, row, judged_from):
+    settled, last, demand, roll = kept
+    p = to_body(row.state.attitude, jnp.array([0.0, 0.0, 1.0]))
+    error = jnp.rad2deg(jnp.arctan2(jnp.sqrt(p[0] ** 2 + p[1] ** 2), p[2]))
+    error = jnp.where(row.status == 0, error, jnp.inf)
+    return (
+        jnp.where(error < REQUIRED, settled, time + PERIOD),
+        jnp.where(time >= judged_from, jnp.maximum(last, error), last),
+        jnp.maximum(demand, jnp.max(jnp.abs(row.state.torque_demand))),
+        jnp.maximum(roll, jnp.abs(row.record.rate[2])),
+    )
+
+
+@eqx.filter_jit
+def _block(plants, starts, sensors, keys, controller, judged_from, count):
+    def single(plant, start, sensor, key):
+        return run_folded(
+            plant,
+            controller,
+            sensor,
+            start,
+            key,
+            PERIOD,
+            count=count,
+            fold=lambda kept, time, row: _fold(kept, time, row, judged_from),
+            first=(jnp.zeros(()),) * 4,
+        )
+
+    return jax.vmap(single)(plants, starts, sensors, keys)
+
+
+def evaluate(
+    contender: Contender,
+    cases: Sequence[Case],
+    *,
+    seed: int = 0,
+    lanes: int = LANES,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> Outcome:
+    """Fly a controller through cases; each case has its own noise, the same for every controller.
+
+    Args:
+        contender: with its duration.
+        cases: one for each run.
+        seed: of the noise.
+        lanes: runs that are carried together.
+        on_progress: called with the runs done and the runs in all.
+    """
+    controller = contender.make()
+    count = round(contender.duration / PERIOD)
+    judged_from = jnp.asarray(contender.duration - contender.judged)
+    # not a split, whose keys may depend on how many there are
+    keys = jax.vmap(jax.random.fold_in, (None, 0))(jax.random.key(seed), jnp.arange(len(cases)))
+
+    def fly(first: int) -> np.ndarray:
+        # the last block is filled up with its last case, so that one size is compiled
+        rows = np.minimum(np.arange(first, first + lanes), len(cases) - 1)
+        plants, starts, sensors = (
+            stack([getattr(cases[row], name) for row in rows]).items
+            for name in ("plant", "start", "sensor")
+        )
+        block = _block(plants, starts, sensors, keys[rows], controller, judged_from, count)
+        return np.stack(block)[:, : len(cases) - first]
+
+    firsts = range(0, len(cases), lanes)
+    found = []
+    with ThreadPoolExecutor(THREADS) as threads:
+        # one alone compiles for all
+        for kept in chain([fly(firsts[0])], threads.map(fly, firsts[1:])):
+            found.append(kept)
+            if on_progress is not None:
+                on_progress(min(len(found) * lanes, len(cases)), len(cases))
+    return Outcome(*np.concatenate(found, axis=1))

@@ -1,0 +1,167 @@
+"""The dispersed cases: other spacecraft, momenta, sensors and starts, with real wheels."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat._jax import jnp
+from gyrostat._types import Matrix, Vector
+from gyrostat.body import (
+    Gyrostat,
+    SinusoidalMomentum,
+    Spacecraft,
+    SpacecraftSensor,
+    SpeedLoopSpacecraft,
+    SpeedLoopState,
+)
+from gyrostat.friction import ViscousCoulomb
+from gyrostat.papers.endo_sekiguchi_nonaka.printed import (
+    ACTUAL,
+    NOMINAL,
+    ROTOR,
+    attitude,
+    momentum,
+)
+from gyrostat.wheel import WheelArray
+
+TORQUE, TOP_MOMENTUM, COULOMB = 0.1, 30.0, 0.9e-3
+"""Of each wheel, N·m, N·m·s and N·m."""
+FARTHEST, NEAREST = 150.0, 1.0
+"""Pointing error at the start, degrees."""
+LARGEST_MOMENTUM = 0.2
+"""N·m·s."""
+FREQUENCIES = (1e-4, 1e-3)
+"""Hz."""
+INERTIA_ERROR, PRODUCTS, TILT = 0.05, 0.02, np.deg2rad(0.5)
+"""Share of a moment of inertia; product over the root of its two moments; of a wheel axis, rad."""
+WHEEL_SPEEDS = (-5.0, 0.0, 5.0)
+"""rad/s."""
+TRACKER, GYRO, TACHOMETER = np.deg2rad(10.0 / 3600.0), 5e-6, 2e-3
+"""Noise of a sample: rad about each axis, rad/s, rad/s."""
+BIAS = np.deg2rad(1.0 / 3600.0)
+"""Of the gyro about each axis, rad/s, of either sign."""
+
+
+def body(total: Matrix, axes: Matrix, coulomb: float) -> Spacecraft:
+    """A spacecraft with two wheels that have limits.
+
+    Args:
+        total: (3, 3) inertia with the wheels locked, kg·m².
+        axes: (3, 2) of the wheels, unit vectors.
+        coulomb: of each wheel, N·m.
+    """
+    wheels = WheelArray(
+        axes=jnp.asarray(axes),
+        inertia=jnp.full(2, ROTOR),
+        torque_limit=jnp.full(2, TORQUE),
+        momentum_limit=jnp.full(2, TOP_MOMENTUM),
+        friction=ViscousCoulomb(viscous=jnp.zeros(2), coulomb=jnp.full(2, coulomb)),
+    )
+    return Spacecraft(inertia=jnp.asarray(total - ROTOR * axes @ axes.T), wheels=wheels)
+
+
+AS_KNOWN = body(NOMINAL, np.eye(3)[:, :2], 0.0)
+"""What a controller believes."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run.
+
+    Attributes:
+        plant: with its wheels.
+        start: state at time zero.
+        sensor: with its bias.
+        angle: pointing error at the start, rad.
+        quickest: T = 2 sqrt(angle j / 0.1), s: at full torque half the way, braking the other half;
+            j = max(Jx |nx|, Jy |ny|), n the axis of the pointing error in the body.
+    """
+
+    plant: SpeedLoopSpacecraft
+    start: SpeedLoopState
+    sensor: SpacecraftSensor
+    angle: float
+    quickest: float
+
+
+def _case(
+    total: Matrix,
+    axes: Matrix,
+    given: SinusoidalMomentum,
+    quaternion: Vector,
+    speeds: Vector,
+    bias: Vector,
+) -> Case:
+    plant = SpeedLoopSpacecraft(body(total, axes, COULOMB), given)
+    q0, q1, q2, q3 = quaternion
+    # inertial z in body axes; body z turns towards it about z x p
+    p = np.array([2.0 * (q1 * q3 - q0 * q2), 2.0 * (q2 * q3 + q0 * q1)])
+    sine = float(np.hypot(*p))
+    angle = float(np.arctan2(sine, q0**2 + q3**2 - q1**2 - q2**2))
+    inertia = np.max(np.diag(total)[:2] * np.abs([p[1], p[0]])) / sine
+    sensor = SpacecraftSensor(
+        Gyrostat(plant.spacecraft), TRACKER, GYRO, ROTOR * TACHOMETER, jnp.asarray(bias)
+    )
+    return Case(
+        plant=plant,
+        start=plant.start(attitude=quaternion, wheel_speed=speeds),
+        sensor=sensor,
+        angle=angle,
+        quickest=float(2.0 * np.sqrt(angle * inertia / TORQUE)),
+    )
+
+
+def dispersed(count: int, seed: int) -> list[Case]:
+    """Cases drawn at random; the first ones are the same for every count.
+
+    Args:
+        count: of cases.
+        seed: of all of them.
+    """
+    random = np.random.default_rng(seed)
+    return [_drawn(random) for _ in range(count)]
+
+
+def _across(random: np.random.Generator, axis: Vector) -> Vector:
+    """A unit vector at right angles to another."""
+    vector = random.normal(size=3)
+    vector -= vector @ axis * axis
+    return vector / np.linalg.norm(vector)
+
+
+def _drawn(random: np.random.Generator) -> Case:
+    moments = np.diag(NOMINAL) * (1.0 + random.uniform(-INERTIA_ERROR, INERTIA_ERROR, 3))
+    total = np.diag(moments)
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        product = random.uniform(-PRODUCTS, PRODUCTS) * np.sqrt(moments[i] * moments[j])
+        total[i, j] = total[j, i] = product
+    axes = np.stack(
+        [np.cos(TILT) * x + np.sin(TILT) * _across(random, x) for x in np.eye(3)[:2]], axis=1
+    )
+    direction = random.normal(size=3)
+    given = SinusoidalMomentum(
+        amplitude=jnp.asarray(
+            random.uniform(0.0, LARGEST_MOMENTUM) * direction / np.linalg.norm(direction)
+        ),
+        frequency=float(random.choice(FREQUENCIES)),
+        phase=jnp.asarray(random.uniform(0.0, 2.0 * np.pi, 3)),
+    )
+    # a turn about inertial z, then by the pointing error about an axis across it
+    angle = np.deg2rad(random.uniform(NEAREST, FARTHEST))
+    roll, azimuth = random.uniform(0.0, 2.0 * np.pi, 2)
+    cosine, sine = np.cos(0.5 * angle), np.sin(0.5 * angle)
+    quaternion = np.array(
+        [
+            cosine * np.cos(0.5 * roll),
+            sine * np.cos(azimuth + 0.5 * roll),
+            sine * np.sin(azimuth + 0.5 * roll),
+            cosine * np.sin(0.5 * roll),
+        ]
+    )
+    speeds = random.choice(WHEEL_SPEEDS, 2)
+    return _case(total, axes, given, quaternion, speeds, BIAS * random.choice((-1.0, 1.0), 3))
+
+
+def paper_case() -> Case:
+    """The paper's own start, from rest, with these wheels and sensors."""
+    return _case(ACTUAL, np.eye(3)[:, :2], momentum(), attitude(), np.zeros(2), np.full(3, BIAS))

@@ -1,0 +1,154 @@
+"""The dispersed cases of two-wheel pointing: what is drawn, what is kept, what is claimed."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from gyrostat._jax import jnp
+from gyrostat.body import SpacecraftMeasurement
+from gyrostat.papers.endo_sekiguchi_nonaka import dispersed as judged
+from gyrostat.papers.endo_sekiguchi_nonaka.contenders import (
+    OURS,
+    SAFE_FRIT,
+    SLOW,
+    UNCOMPENSATED,
+    Estimated,
+    Outcome,
+    evaluate,
+)
+from gyrostat.papers.endo_sekiguchi_nonaka.dispersed_drawing import dispersed_drawing
+from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import dispersed, paper_case
+from gyrostat.require import check_parts
+
+NOMINAL = np.array([4000.675, 5000.675, 6000.45])
+
+
+def own_angle(case):
+    """Pointing error and its axis, from the attitude by another library."""
+    seen = Rotation.from_quat(case.start.attitude, scalar_first=True).inv().apply([0, 0, 1])
+    axis = np.cross([0, 0, 1], seen)
+    return np.arctan2(np.linalg.norm(axis), seen[2]), axis / np.linalg.norm(axis)
+
+
+def test_cases_are_what_the_settings_say():
+    cases = dispersed(30, 5)
+    for case in cases:
+        craft = case.plant.spacecraft
+        check_parts(case.plant, case.sensor)
+        total = np.asarray(craft.inertia_locked())
+        assert np.all(np.abs(np.diag(total) / NOMINAL - 1.0) <= 0.05)
+        assert np.abs(total[0, 1]) <= 0.02 * np.sqrt(total[0, 0] * total[1, 1]) * (1 + 1e-9)
+        assert np.allclose(np.diag(craft.wheels.axes[:2]), np.cos(np.deg2rad(0.5)), atol=1e-12)
+        momentum = case.plant.momentum
+        assert np.linalg.norm(momentum.amplitude) <= 0.2
+        angle, axis = own_angle(case)
+        assert np.deg2rad(1.0) <= angle <= np.deg2rad(150.0)
+        assert case.angle == pytest.approx(angle, abs=1e-9)
+        inertia = max(total[0, 0] * abs(axis[0]), total[1, 1] * abs(axis[1]))
+        assert case.quickest == pytest.approx(2.0 * np.sqrt(angle * inertia / 0.1), rel=1e-9)
+        # the body rate is what makes up the momentum
+        rate = np.asarray(case.plant.rate(case.start))
+        wheels = np.asarray(craft.wheels.axes) @ (0.45 * np.asarray(case.start.wheel_speed))
+        held = Rotation.from_quat(case.start.attitude, scalar_first=True).apply(
+            total @ rate + wheels
+        )
+        assert np.allclose(held, momentum(0.0), atol=1e-12)
+    drawn = np.array([case.start.wheel_speed for case in cases])
+    assert set(np.unique(drawn)) == {-5.0, 0.0, 5.0}
+    assert {case.plant.momentum.frequency for case in cases} == {1e-4, 1e-3}
+    few = dispersed(3, 5)
+    assert all(a.quickest == b.quickest for a, b in zip(few, cases, strict=False))
+    assert dispersed(1, 6)[0].quickest != cases[0].quickest
+
+
+def test_a_small_set_and_the_papers_case_reach_the_goals():
+    contender = dataclasses.replace(OURS, duration=900.0, judged=100.0)
+    cases = [*dispersed(3, 17), paper_case()]
+    told = []
+    found = evaluate(contender, cases, lanes=4, on_progress=lambda *done: told.append(done))
+    assert told == [(4, 4)]
+    limit = np.array([1.1 * case.quickest + 40.0 for case in cases])
+    assert np.all(found.holds)
+    assert np.all(found.settled <= limit)
+    assert np.all(found.last <= 0.005)
+    assert np.all((found.demand > 0.09) & (found.demand <= 0.105))
+    assert np.all((found.roll > 0.0) & (found.roll < 1e-3))
+    assert found.settled[3] <= 270.0
+
+
+class Echo:
+    def start(self, period):
+        return period
+
+    def __call__(self, memory, measurement):
+        return memory, measurement
+
+
+def test_controllers_are_given_the_filters_attitude():
+
+    wrapped = Estimated(Echo())
+    memory = wrapped.start(0.1)
+    true = jnp.array([1.0, 0.0, 0.0, 0.0])
+    off = jnp.array([np.cos(5e-5), np.sin(5e-5), 0.0, 0.0])
+    for seen in (true, off):
+        sample = SpacecraftMeasurement(seen, jnp.zeros(3), jnp.array([2.0, 3.0]), True)
+        memory, got = wrapped(memory, sample)
+    # one sample of the tracker pulls by twice the bandwidth times the period
+    assert got.attitude[1] == pytest.approx(2.0 * 0.05 * 0.1 * 5e-5, rel=1e-3)
+    assert got.rate[0] == pytest.approx(0.05**2 * 0.1 * 1e-4, rel=1e-3)
+    assert np.array_equal(got.wheel_momentum, [2.0, 3.0])
+
+
+def made_up(last, settled):
+    last = np.asarray(last, dtype=float)
+    return Outcome(np.array(settled), last, np.full_like(last, 0.1), np.full_like(last, 1e-4))
+
+
+@pytest.fixture(scope="module")
+def runs():
+    cases = dispersed(4, 5)
+    quickest = np.array([case.quickest for case in cases])
+    ours = made_up([0.001, 0.002, 0.003, 0.06], quickest * [1.0, 1.1, 1.2, 9.0])
+    others = {one.key: made_up([0.01, 0.2], [50.0, 6000.0]) for one in (SAFE_FRIT, UNCOMPENSATED)}
+    others |= {one.key: made_up([np.inf, 60.0], [15_000.0] * 2) for one in SLOW}
+    return judged.Runs(cases, ours, others, made_up([0.001], [226.0]))
+
+
+def test_claims_are_read_off_the_runs(runs, monkeypatch):
+    monkeypatch.setattr(judged, "fly_dispersed", lambda say: runs)
+    part = judged.dispersed_part(lambda text: None, quick=False)
+    values = {claim.id: claim.ours for claim in part.claims}
+    assert values["dispersed.cases"] == 4.0
+    assert values["dispersed.success_fraction"] == 0.75
+    assert values["dispersed.worst_settle_ratio"] == pytest.approx(9.0)
+    assert values["dispersed.worst_last_error_deg"] == 0.06
+    assert values["dispersed.within_1p10_T_plus_40s_fraction"] == np.mean(
+        runs.ours.settled <= 1.1 * runs.quickest + 40.0
+    )
+    assert values["dispersed.paper_success_fraction"] == 0.0
+    assert values["dispersed.safe_frit_success_fraction"] == 0.5
+    assert values["dispersed.ours_mean_last_error_deg"] == pytest.approx(0.0015)
+    assert values["paper_case.settle_s"] == 226.0
+    assert len(part.drawings[0].figure.axes) == 2
+
+
+def test_quick_says_that_nothing_was_computed():
+    part = judged.dispersed_part(lambda text: None, quick=True)
+    verdicts = {claim.verdict for claim in part.claims}
+    assert verdicts == {"not-testable"}
+    assert {
+        "dispersed.cases",
+        "dispersed.success_fraction",
+        "dispersed.worst_settle_ratio",
+        "dispersed.worst_last_error_deg",
+        "dispersed.paper_success_fraction",
+        "dispersed.fixed_gain_success_fraction",
+        "paper_case.settle_s",
+    } <= {claim.id for claim in part.claims}
+
+
+def test_a_failed_run_can_be_drawn(runs):
+    figure = dispersed_drawing(runs.quickest, runs.ours, runs.others).figure
+    assert np.max(figure.axes[1].lines[1].get_xdata()) == 180.0
