@@ -8,6 +8,7 @@ from pathlib import Path
 import typer
 
 from gyrostat.arguments import say
+from gyrostat.cli.export import export
 from gyrostat.cli.paper import reproduce
 from gyrostat.cli.recovery import recover
 from gyrostat.cli.spacecraft import holdable
@@ -22,7 +23,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for _verb in (identify, validate, bench, holdable, recover, reproduce):
+for _verb in (identify, validate, bench, holdable, recover, export, reproduce):
     app.command()(_verb)
 
 
