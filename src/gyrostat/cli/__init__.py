@@ -9,6 +9,7 @@ import typer
 
 from gyrostat.arguments import say
 from gyrostat.cli.campaign import campaign, replay, report, simulate
+from gyrostat.cli.export import export
 from gyrostat.cli.paper import reproduce
 from gyrostat.cli.recovery import recover
 from gyrostat.cli.spacecraft import holdable
@@ -25,7 +26,7 @@ app = typer.Typer(
 )
 for _verb in (
     *(identify, validate, bench, holdable, recover),
-    *(simulate, campaign, replay, report, reproduce),
+    *(simulate, campaign, replay, report, export, reproduce),
 ):
     app.command()(_verb)
 

@@ -1,0 +1,177 @@
+"""The verb that hands a wheel, or what controls it, to other programs."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gyrostat.arguments import command_line, refuse_given, say
+from gyrostat.cli.options import Json, Out
+from gyrostat.errors import InputError
+
+if TYPE_CHECKING:
+    from gyrostat.export import Target
+    from gyrostat.wheel import Wheel
+
+
+class Format(StrEnum):
+    """What is written."""
+
+    c = "c"
+    fmu = "fmu"
+    basilisk = "basilisk"
+    json = "json"
+
+
+class What(StrEnum):
+    """What flies."""
+
+    compensator = "compensator"
+    controller = "controller"
+    estimator = "estimator"
+    wheel = "wheel"
+
+
+class Precision(StrEnum):
+    """Of real numbers in C."""
+
+    double = "double"
+    float = "float"
+
+
+Text = str | None
+
+
+def export(
+    model: Annotated[Path, typer.Argument(help="model.toml: the wheel.")],
+    out: Out,
+    to: Annotated[
+        Format,
+        typer.Option(
+            help="C for flight, a co-simulation unit (FMI 2.0), a Python module for Basilisk, a "
+            "data sheet."
+        ),
+    ],
+    what: Annotated[What | None, typer.Option(help="With --to c and fmu: what flies.")] = None,
+    precision: Annotated[Precision, typer.Option(help="Of the numbers in C.")] = Precision.double,
+    period: Annotated[Text, typer.Option(help="Control period, s or with a unit.")] = None,
+    gains: Annotated[
+        Text, typer.Option(help="Of the attitude law: KP,KI,KD in N·m/rad, N·m/(rad·s), N·m·s/rad.")
+    ] = None,
+    table_inertia: Annotated[
+        Text, typer.Option(help="Of what the wheel turns, without its rotor, kg·m² or a unit.")
+    ] = None,
+    speed_sigma: Annotated[
+        Text, typer.Option(help="Noise of a tachometer sample, rad/s or with a unit.")
+    ] = None,
+    current_limit: Annotated[Text, typer.Option(help="Of the motor, A or with a unit.")] = None,
+    delay: Annotated[int, typer.Option(help="Control periods from a sample to its command.")] = 0,
+    scale_drift: Annotated[
+        Text, typer.Option(help="Of the friction level, 1/√s, for the estimator.")
+    ] = None,
+    json_output: Json = False,
+) -> None:
+    """Write flight code in C, a unit or module for other simulators, or a data sheet."""
+    import json
+
+    from gyrostat.export import basilisk, files, sheet, write_fmu
+    from gyrostat.files import check_writable, write_whole
+    from gyrostat.wheel import read_model
+
+    check_writable(out)
+    given = {
+        "--gains": gains,
+        "--table-inertia": table_inertia,
+        "--speed-sigma": speed_sigma,
+        "--current-limit": current_limit,
+        "--delay": str(delay) if delay else None,
+        "--scale-drift": scale_drift,
+    }
+    content = read_model(model)
+    if to is not Format.c:
+        refuse_given({"--precision": precision is Precision.float}, f"--to {to}", "--to c")
+    if to in (Format.json, Format.basilisk):
+        refuse_given({"--what": what, "--period": period, **given}, f"--to {to}", "--to c or fmu")
+        names = ["wheel.json" if to is Format.json else "wheel_basilisk.py"]
+        write_whole(out / names[0], sheet(content) if to is Format.json else basilisk(content))
+    else:
+        if what is None or period is None:
+            missing = "--what" if what is None else "--period"
+            raise InputError(f"--to {to}: found no {missing}, expected what flies and its period")
+        target = _target(what, content.wheel(), period, given)
+        if to is Format.fmu:
+            names = [f"{what}.fmu"]
+            if write_fmu(target, out / names[0]) is None:
+                say("found no C compiler: the unit holds its sources alone")
+        else:
+            texts = files(target, precision.value, f"Made by `{command_line()}`.")
+            names = list(texts)
+            for name, text in texts.items():
+                write_whole(out / name, text)
+    say(f"written: {', '.join(str(out / name) for name in names)}")
+    if json_output:
+        print(json.dumps({"files": names}))
+
+
+NEEDED = {
+    What.compensator: ("--gains", "--table-inertia", "--speed-sigma"),
+    What.controller: ("--gains",),
+    What.estimator: ("--speed-sigma", "--scale-drift"),
+    What.wheel: (),
+}
+TAKEN = {What.compensator: ("--current-limit", "--delay"), What.controller: ("--current-limit",)}
+
+
+def _target(what: What, wheel: "Wheel", period_text: str, given: dict[str, Text]) -> "Target":
+    """The flight piece that the options describe."""
+    import math
+
+    from gyrostat.cli.spacecraft import numbers
+    from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
+    from gyrostat.estimate import FrictionScaleFilter
+    from gyrostat.export import TARGETS
+    from gyrostat.require import check_parts, require
+    from gyrostat.units import parse_quantity
+
+    known = (*NEEDED[what], *TAKEN.get(what, ()))
+    for option in NEEDED[what]:
+        if given[option] is None:
+            raise InputError(f"--what {what}: found no {option}, expected its value")
+    others = {option: value for option, value in given.items() if option not in known}
+    refuse_given(others, f"--what {what}", "what flies being another")
+    period = parse_quantity(period_text, "time", "--period")
+    require("--period", period, "s", positive=True)
+
+    def quantity(option: str, dimension: str) -> float:
+        return parse_quantity(str(given[option]), dimension, option)
+
+    limit = math.inf
+    if given["--current-limit"] is not None:
+        limit = quantity("--current-limit", "current")
+        require("--current-limit", limit, "A", positive=True)
+    if what is What.wheel:
+        return TARGETS[what](wheel, period)
+    if what is What.estimator:
+        drift = float(numbers(str(given["--scale-drift"]), 1, None, "--scale-drift")[0])
+        piece = FrictionScaleFilter(wheel, quantity("--speed-sigma", "speed"), drift)
+        check_parts(piece)
+        return TARGETS[what](piece, period)
+    law = AttitudePID(*map(float, numbers(str(given["--gains"]), 3, None, "--gains")))
+    if not all(map(math.isfinite, (law.proportional, law.integral, law.derivative))):
+        raise InputError(f"--gains: found {given['--gains']}, expected finite numbers")
+    if what is What.controller:
+        return TARGETS[what](CurrentMode(law, wheel.motor_constant, limit), period)
+    delay = int(given["--delay"] or 0)
+    require("--delay", delay, "periods")
+    compensator = EstimatingCompensator.tuned(
+        law,
+        wheel,
+        quantity("--table-inertia", "inertia"),
+        quantity("--speed-sigma", "speed"),
+        period,
+        current_limit=limit,
+        delay=delay,
+    )
+    check_parts(compensator)
+    return TARGETS[what](compensator, period)

@@ -1,0 +1,121 @@
+"""Operations as expressions of C, with no more brackets than they need."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gyrostat.export.program import Kind, Number
+
+FLOAT_LEAST = 1.1754943508222875e-38
+FLOAT_LARGEST = 3.4028234663852886e38
+
+
+@dataclass(frozen=True)
+class Text:
+    """An expression and how strongly it holds together, from `CHOICE` to `WORD`."""
+
+    text: str
+    strength: int
+
+    def beside(self, own: int = 8) -> str:
+        """The text, in brackets unless it is a word, a signed one or of the operation's own kind.
+
+        No reader and no coding rule then needs the order in which C takes operators.
+        """
+        return self.text if self.strength >= UNARY or self.strength == own else f"({self.text})"
+
+    def word(self) -> str:
+        """The text, in brackets unless it is a word."""
+        return self.text if self.strength == WORD else f"({self.text})"
+
+
+WORD, UNARY, PRODUCT, SUM, TEST, BOTH, EITHER, CHOICE = 8, 7, 6, 5, 4, 3, 2, 1
+
+_TESTS = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!=", "xor": "!="}
+_BINARY = (
+    ({"add": "+", "sub": "-"}, SUM),
+    ({"mul": "*", "div": "/"}, PRODUCT),
+    (_TESTS, TEST),
+    ({"and": "&&"}, BOTH),
+    ({"or": "||"}, EITHER),
+)
+HELPERS = {
+    "max": (
+        "largest",
+        "static {t} largest({t} a, {t} b)\n{{\n    return ((a >= b) || (a != a)) ? a : b;\n}}\n",
+    ),
+    "min": (
+        "smallest",
+        "static {t} smallest({t} a, {t} b)\n{{\n    return ((a <= b) || (a != a)) ? a : b;\n}}\n",
+    ),
+    "sign": (
+        "sense",
+        "static {t} sense({t} a)\n{{\n"
+        "    return (a > {zero}) ? {one} : ((a < {zero}) ? -{one} : a);\n}}\n",
+    ),
+}
+"""Operation -> name and text of a function that the file has where it is used. NaN stays NaN."""
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """C with one type for real numbers.
+
+    Attributes:
+        real: "double" or "float".
+    """
+
+    real: str = "double"
+
+    def helper(self, operation: str) -> str:
+        """Text of the function that stands for an operation."""
+        zero, one = (self.number(Number("real", value)).text for value in (0.0, 1.0))
+        return HELPERS[operation][1].format(t=self.real, zero=zero, one=one)
+
+    def type_of(self, kind: Kind) -> str:
+        """Type of C for a kind of number."""
+        return {"real": self.real, "integer": "int64_t", "logical": "bool"}[kind]
+
+    def number(self, number: Number) -> Text:
+        """A constant."""
+        value = number.value
+        if number.kind == "logical":
+            return Text("true" if value else "false", WORD)
+        if number.kind == "integer":
+            return Text(str(value), WORD if value >= 0 else UNARY)
+        if math.isnan(value):
+            return Text("NAN", WORD)
+        size = abs(value)
+        if self.real == "float" and 0.0 < size < FLOAT_LEAST:
+            size = FLOAT_LEAST
+        infinite = math.isinf(size) or (self.real == "float" and size > FLOAT_LARGEST)
+        text = "INFINITY" if infinite else repr(float(size)) + ("f" if self.real == "float" else "")
+        return Text(f"-{text}", UNARY) if math.copysign(1.0, value) < 0 else Text(text, WORD)
+
+    def operation(self, name: str, operands: Sequence[Text]) -> Text:
+        """An operation on expressions."""
+        for table, strength in _BINARY:
+            if name in table:
+                left, right = operands
+                # tests are not chained
+                first = left.beside(WORD if strength == TEST else strength)
+                return Text(f"{first} {table[name]} {right.beside()}", strength)
+        if name == "select":
+            test, yes, no = (operand.beside() for operand in operands)
+            return Text(f"{test} ? {yes} : {no}", CHOICE)
+        if name in ("neg", "not"):
+            sign = "-" if name == "neg" else "!"
+            return Text(f"{sign}{operands[0].word()}", UNARY)
+        if name in ("to_real", "to_integer"):
+            kind = self.real if name == "to_real" else "int64_t"
+            return Text(f"({kind}){operands[0].word()}", UNARY)
+        return self._call(name, operands)
+
+    def _call(self, name: str, operands: Sequence[Text]) -> Text:
+        arguments = ", ".join(operand.text for operand in operands)
+        if name == "finite":
+            return Text(f"isfinite({arguments}) != 0", TEST)
+        if name in HELPERS:
+            return Text(f"{HELPERS[name][0]}({arguments})", WORD)
+        function = "fabs" if name == "abs" else name
+        return Text(f"{function}{'f' if self.real == 'float' else ''}({arguments})", WORD)

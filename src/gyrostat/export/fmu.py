@@ -1,0 +1,299 @@
+"""A co-simulation unit (FMI 2.0) from an emitted module."""
+
+import hashlib
+import platform
+import re
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from gyrostat._jax import jax
+from gyrostat.errors import InputError
+from gyrostat.export.c import emit
+from gyrostat.export.expressions import Dialect
+from gyrostat.export.fmi2 import WRAPPER
+from gyrostat.export.measure import FLAGS, compiler
+from gyrostat.export.module import Module, Port, by_address
+from gyrostat.export.program import Kind, Number
+from gyrostat.export.structs import Leaf, Struct
+from gyrostat.export.targets import Target
+from gyrostat.export.unit_text import base_exponents, unit_of
+from gyrostat.files import whole_file
+
+SINCE = "duration"
+"""An argument of this name is the communication step; a target without one has its own period."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A scalar of the unit.
+
+    Attributes:
+        name: as C reaches it in the values, without the place in arrays.
+        kind: "real" or "logical".
+        role: "parameter", "input", "output" or "local".
+        meaning: its description.
+        unit: SI, or "".
+        exact: whether its value before the simulation is the user's.
+        reference: among those of its kind.
+        start: value before the simulation.
+    """
+
+    name: str
+    kind: Kind
+    role: str
+    exact: bool
+    meaning: str
+    unit: str
+    reference: int
+    start: float
+
+
+def write_fmu(target: Target, path: Path) -> str | None:
+    """Write a co-simulation unit: sources, description, and a binary where there is a compiler.
+
+    Args:
+        target: what it does in each communication step.
+        path: of the file, NAME.fmu.
+
+    Returns:
+        The platform of the binary; None where it holds none.
+
+    Raises:
+        InputError: the target cannot be emitted, or has integers, or the compiler refuses.
+    """
+    name = target.name
+    module = emit(name, target.entries)
+    ports = {port.name: port for every in module.ports.values() for port in every}
+    variables = list(_variables(target, ports))
+    key = hashlib.sha256((module.header + module.source).encode()).hexdigest()
+    guid = f"{{{key[:8]}-{key[8:12]}-{key[12:16]}-{key[16:20]}-{key[20:32]}}}"
+    wrapper = _wrapper(target, module, ports, variables, guid)
+    sources = {f"{name}.h": module.header, f"{name}.c": module.source, f"{name}_fmi2.c": wrapper}
+    binary = _binary(sources, name)
+    contents: dict[str, str | bytes] = {
+        "modelDescription.xml": _description(target, variables, guid),
+        **{f"sources/{file}": text for file, text in sources.items()},
+    }
+    where, suffix = _platform()
+    if binary is not None:
+        contents[f"binaries/{where}/{name}{suffix}"] = binary
+    with whole_file(path) as unfinished, zipfile.ZipFile(unfinished, "w") as archive:
+        for file, content in contents.items():
+            # of one date: the same unit is the same file, byte by byte
+            archive.writestr(
+                zipfile.ZipInfo(file, (1980, 1, 1, 0, 0, 0)), content, zipfile.ZIP_DEFLATED
+            )
+    return None if binary is None else where
+
+
+def _variables(target: Target, ports: dict[str, Port]) -> Iterator[Variable]:
+    """All scalars, in the order of the ports."""
+    given = _given(target)
+    counts = {"real": 0, "logical": 0}
+    for port in ports.values():
+        role, exact = _role(target, port)
+        values = [float(x) for leaf in given.get(port.name, ()) for x in np.ravel(leaf)]
+        unit = target.units.get(port.name, "")
+        for number, (name, kind, meaning) in enumerate(_leaves(port.content, port.name, "")):
+            if kind == "integer":
+                raise InputError(f"{target.name}: found the integer {name}, expected real numbers")
+            start = values[number] if values else 0.0
+            known = unit or unit_of(meaning)
+            yield Variable(name, kind, role, exact, meaning, known, counts[kind], start)
+            counts[kind] += 1
+
+
+def _role(target: Target, port: Port) -> tuple[str, bool]:
+    """Causality of an argument, and whether its value before the simulation is the user's."""
+    name = port.name
+    read = {name for entry in target.steps for name in entry.arguments}
+    if name == SINCE:
+        return "local", False
+    if name in target.begin[0].results or name == "period":
+        return "parameter", True
+    if any(name in entry.results for entry in target.steps):
+        # a state of one number is an output too; one of a struct is only for looking at
+        state = name in read
+        kind = "local" if state and isinstance(port.content, Struct) else "output"
+        return kind, state and kind == "output"
+    return ("input" if name in read else "parameter"), True
+
+
+def _given(target: Target) -> dict[str, list[Any]]:
+    """Leaves of what has a value before the simulation: the parameters, and what stays."""
+    stays = {name: [value] for name, value in target.constants.items() if name in ("period",)}
+    first = target.begin[0]
+    return stays | {first.results[0]: jax.tree.leaves(first.function())}
+
+
+def _leaves(content: Leaf | Struct, path: str, meaning: str) -> Iterator[tuple[str, Kind, str]]:
+    if isinstance(content, Struct):
+        for member in content.members:
+            yield from _leaves(member.content, f"{path}.{member.name}", member.meaning)
+        return
+    for place in np.ndindex(content.shape):
+        yield path + "".join(f"[{k}]" for k in place), content.kind, meaning
+
+
+def _wrapper(
+    target: Target, module: Module, ports: dict[str, Port], variables: list[Variable], guid: str
+) -> str:
+    dialect = Dialect()
+
+    def call(entry: str) -> str:
+        given = [
+            f"&v->{p.name}" if by_address(p) or isinstance(p.content, Struct) else f"v->{p.name}"
+            for p in module.ports[entry]
+        ]
+        return f"    status |= {entry}({', '.join(given)});"
+
+    def places(kind: Kind) -> str:
+        return "\n".join(
+            f"    case {v.reference}: return &v->{v.name};" for v in variables if v.kind == kind
+        )
+
+    members = []
+    for port in ports.values():
+        content = port.content
+        if isinstance(content, Struct):
+            members.append(f"    {content.name} {port.name};")
+        else:
+            size = "".join(f"[{count}]" for count in content.shape)
+            members.append(f"    {dialect.type_of(content.kind)} {port.name}{size};")
+    first = [
+        f"    v->{v.name} = {dialect.number(Number(v.kind, v.start)).text};"
+        for v in variables
+        if v.start != 0.0
+    ]
+    steps = [call(entry.name) for entry in target.steps]
+    if SINCE in ports:
+        steps = [f"    v->{SINCE} = duration;", *steps]
+    else:
+        period = repr(float(target.period))
+        steps = [
+            f"    const double periods = floor((duration / {period}) + 0.5);",
+            f"    if (!((periods >= 1.0) && (fabs((duration / {period}) - periods) < 1e-6))) {{",
+            "        return FAULT; /* a sampled unit goes on by whole periods of its own */",
+            "    }",
+            "    for (double k = 0.0; k < periods; k += 1.0) {",
+            *(f"    {line}" for line in steps),
+            "    }",
+        ]
+    return WRAPPER.format(
+        name=target.name,
+        guid=guid,
+        members="\n".join(members),
+        reals=places("real"),
+        logicals=places("logical") or "    case 0xFFFFFFFF: return NULL;",
+        first="\n".join(first),
+        begin="\n".join(call(entry.name) for entry in target.begin[1:]) or "    (void)v;",
+        step="\n".join(steps),
+    )
+
+
+def _description(target: Target, variables: list[Variable], guid: str) -> str:
+    """modelDescription.xml."""
+    root = ElementTree.Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=target.name,
+        guid=guid,
+        description=target.title,
+        generationTool="gyrostat",
+        variableNamingConvention="structured",
+    )
+    simulation = ElementTree.SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=target.name,
+        canHandleVariableCommunicationStepSize="true",
+        canGetAndSetFMUstate="true",
+        canSerializeFMUstate="true",
+    )
+    files = ElementTree.SubElement(simulation, "SourceFiles")
+    for file in (f"{target.name}.c", f"{target.name}_fmi2.c"):
+        ElementTree.SubElement(files, "File", name=file)
+    units = sorted({variable.unit for variable in variables} - {""})
+    if units:
+        definitions = ElementTree.SubElement(root, "UnitDefinitions")
+        for unit in units:
+            base = {name: str(power) for name, power in base_exponents(unit).items()}
+            made = ElementTree.SubElement(definitions, "Unit", name=unit)
+            ElementTree.SubElement(made, "BaseUnit", base)
+    ElementTree.SubElement(
+        root, "DefaultExperiment", startTime="0", stepSize=repr(float(target.period))
+    )
+    listed = ElementTree.SubElement(root, "ModelVariables")
+    outputs = []
+    for index, variable in enumerate(variables, start=1):
+        outputs += [index] if variable.role == "output" else []
+        _describe(listed, variable)
+    structure = ElementTree.SubElement(root, "ModelStructure")
+    unknown = [k for k in outputs if not variables[k - 1].exact]
+    for tag, indices in (("Outputs", outputs), ("InitialUnknowns", unknown)):
+        if indices:
+            every = ElementTree.SubElement(structure, tag)
+            for index in indices:
+                ElementTree.SubElement(every, "Unknown", index=str(index))
+    ElementTree.indent(root)
+    text = ElementTree.tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
+
+
+def _describe(listed: ElementTree.Element, variable: Variable) -> None:
+    about = {"name": variable.name, "valueReference": str(variable.reference)}
+    if variable.meaning:
+        about["description"] = variable.meaning
+    about["causality"] = variable.role
+    real = variable.kind == "real"
+    about["variability"] = "continuous" if real else "discrete"
+    if variable.role == "parameter":
+        about["variability"] = "fixed" if variable.name == "period" else "tunable"
+    if variable.role != "input":
+        about["initial"] = "exact" if variable.exact else "calculated"
+    element = ElementTree.SubElement(listed, "ScalarVariable", about)
+    content = {}
+    if real and variable.unit:
+        content["unit"] = variable.unit
+    if variable.exact:
+        content["start"] = _number(variable.start) if real else str(bool(variable.start)).lower()
+    ElementTree.SubElement(element, "Real" if real else "Boolean", content)
+
+
+def _number(value: float) -> str:
+    """As XML writes it, infinity as the largest double: FMI 2.0 knows no other."""
+    return repr(float(np.clip(value, -sys.float_info.max, sys.float_info.max)))
+
+
+def _platform() -> tuple[str, str]:
+    bits = "64" if sys.maxsize > 2**32 else "32"
+    system = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib")}
+    name, suffix = system.get(platform.system(), ("win", ".dll"))
+    return name + bits, suffix
+
+
+def _binary(sources: dict[str, str], name: str) -> bytes | None:
+    """The shared library, by the user's compiler."""
+    program = compiler()
+    if program is None:
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        for file, text in sources.items():
+            (Path(folder) / file).write_text(text, encoding="utf-8")
+        files = [file for file in sources if file.endswith(".c")]
+        flags = [*FLAGS.split(), "-O2", "-shared", "-fPIC", "-fvisibility=hidden"]
+        command = [program, *flags, *files, "-lm", "-o", "unit"]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+        if done.returncode != 0:
+            first = re.sub(r"\s+", " ", done.stderr)[:200]
+            raise InputError(f"{program}: found it refuses the unit ({first}), expected C99")
+        return (Path(folder) / "unit").read_bytes()

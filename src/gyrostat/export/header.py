@@ -1,0 +1,85 @@
+"""The header of an emitted module: structs with what their fields mean, and prototypes."""
+
+import inspect
+import textwrap
+from collections.abc import Sequence
+
+from gyrostat.export.expressions import Dialect
+from gyrostat.export.module import Entry, Port, by_address
+from gyrostat.export.structs import Struct
+from gyrostat.export.words import comment
+from gyrostat.export.write import WIDTH
+
+
+def prototype(entry: str, ports: Sequence[Port], dialect: Dialect) -> str:
+    """How an entry is declared."""
+    parameters = []
+    for port in ports:
+        content, constant = port.content, "" if port.set else "const "
+        if isinstance(content, Struct):
+            parameters.append(f"{constant}{content.name} *{port.name}")
+        elif content.shape:
+            size = "".join(f"[{count}]" for count in content.shape)
+            parameters.append(f"{constant}{dialect.type_of(content.kind)} {port.name}{size}")
+        else:
+            address = "*" if by_address(port) else ""
+            parameters.append(f"{dialect.type_of(content.kind)} {address}{port.name}")
+    return wrapped(f"int {entry}({', '.join(parameters)})")
+
+
+def wrapped(text: str) -> str:
+    """Lines of C that are not too long."""
+    return "\n".join(textwrap.wrap(text, WIDTH, subsequent_indent="    "))
+
+
+def header(
+    name: str,
+    structs: Sequence[Struct],
+    entries: Sequence[tuple[Entry, Sequence[Port]]],
+    dialect: Dialect,
+) -> str:
+    """Text of a header.
+
+    Args:
+        name: of the module.
+        structs: all, each after those that it holds.
+        entries: with their arguments in C.
+        dialect: type of real numbers.
+    """
+    guard = f"GYROSTAT_{name.upper()}_H"
+    lines = [
+        "/* Made by gyrostat from Python; structs and fields have Python's names. SI units. */",
+        f"#ifndef {guard}",
+        f"#define {guard}",
+        "",
+        "#include <stdbool.h>",
+        "#include <stdint.h>",
+        "",
+    ]
+    for struct in structs:
+        lines += _comment(struct.meaning, "")
+        lines.append("typedef struct {")
+        for member in struct.members:
+            content = member.content
+            kind = content.name if isinstance(content, Struct) else dialect.type_of(content.kind)
+            shape = () if isinstance(content, Struct) else content.shape
+            size = "".join(f"[{count}]" for count in shape)
+            lines += _comment(member.meaning, "    ")
+            lines.append(f"    {kind} {member.name}{size};")
+        lines += [f"}} {struct.name};", ""]
+    for entry, ports in entries:
+        lines += _comment(
+            (inspect.getdoc(entry.function) or "").partition("\n")[0]
+            + " Returns 0, or 1 where a loop has reached its bound.",
+            "",
+        )
+        lines += [prototype(entry.name, ports, dialect) + ";", ""]
+    return "\n".join([*lines, "#endif", ""])
+
+
+def _comment(text: str, indent: str) -> list[str]:
+    if not text:
+        return []
+    return textwrap.wrap(
+        f"/* {comment(text)} */", WIDTH, initial_indent=indent, subsequent_indent=indent + "   "
+    )

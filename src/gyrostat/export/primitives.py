@@ -1,0 +1,130 @@
+"""What may stand in flight code: the primitives that the emitter knows, and nothing else."""
+
+import operator
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Scalars = NDArray[Any]
+"""An array of the operands that stand for its elements."""
+
+
+def one_by_one(shape: tuple[int, ...], make: Callable[..., Any], *arrays: Scalars) -> Scalars:
+    """An array of what `make` gives for the elements of arrays of its shape."""
+    made = np.empty(shape, dtype=object)
+    for place in np.ndindex(shape):
+        made[place] = make(*(array[place] for array in arrays))
+    return made
+
+
+FLIGHT_CODE = (
+    "a primitive that belongs in flight code: arithmetic, selects, elementary functions, moves "
+    "of elements, loops of a known length"
+)
+
+ELEMENTWISE = {
+    **{
+        name: name
+        for name in (
+            *("add", "sub", "mul", "div", "neg", "max", "min", "abs", "sign", "sqrt"),
+            *("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "xor"),
+            *("exp", "exp2", "expm1", "log", "log1p", "sin", "cos", "tan", "asin", "acos", "atan"),
+            *("sinh", "cosh", "tanh", "cbrt", "atan2", "pow", "floor", "ceil"),
+        )
+    },
+    "add_any": "add",
+    "rem": "fmod",
+    "is_finite": "finite",
+}
+"""Primitive -> operation on each element."""
+
+REAL_ONLY = frozenset(
+    {
+        *("div", "sqrt", "exp", "exp2", "expm1", "log", "log1p", "sin", "cos", "tan", "asin"),
+        *("acos", "atan", "sinh", "cosh", "tanh", "cbrt", "atan2", "pow", "floor", "ceil", "fmod"),
+        *("finite", "sign", "max", "min", "abs", "rint", "round"),
+    }
+)
+"""Operations on real numbers alone."""
+
+TEST = frozenset({"lt", "le", "gt", "ge", "eq", "ne"})
+LOGICAL_ONLY = frozenset({"and", "or", "not", "xor"})
+
+FOLDED: dict[str, Callable[..., Any]] = {
+    "add": operator.add,
+    "sub": operator.sub,
+    "mul": operator.mul,
+    "neg": operator.neg,
+    "lt": operator.lt,
+    "le": operator.le,
+    "gt": operator.gt,
+    "ge": operator.ge,
+    "eq": operator.eq,
+    "ne": operator.ne,
+    "and": operator.and_,
+    "or": operator.or_,
+    "not": operator.not_,
+    "xor": operator.xor,
+}
+"""Operation -> what it is on constants; each is exact, or rounds once as C does."""
+
+REDUCTIONS = {
+    "reduce_sum": "add",
+    "reduce_prod": "mul",
+    "reduce_max": "max",
+    "reduce_min": "min",
+    "reduce_and": "and",
+    "reduce_or": "or",
+}
+"""Primitive -> operation that joins the elements, the first ones first."""
+
+ALIKE = frozenset({"copy", "copy_p", "stop_gradient", "reduce_precision", "optimization_barrier"})
+"""Primitives whose results are their operands."""
+
+
+def _broadcast(params: dict[str, Any], array: Scalars) -> list[Scalars]:
+    shape, kept = params["shape"], params["broadcast_dimensions"]
+    thin = [1] * len(shape)
+    for axis, place in enumerate(kept):
+        thin[place] = array.shape[axis]
+    return [np.broadcast_to(array.reshape(thin), shape)]
+
+
+def _cut(params: dict[str, Any], array: Scalars) -> list[Scalars]:
+    strides = params["strides"] or (1,) * array.ndim
+    ranges = zip(params["start_indices"], params["limit_indices"], strides, strict=True)
+    return [array[tuple(slice(*each) for each in ranges)]]
+
+
+def _pad(params: dict[str, Any], array: Scalars, value: Scalars) -> list[Scalars]:
+    for axis, (low, high, inside) in enumerate(params["padding_config"]):
+        count = array.shape[axis]
+        size = low + high + count + max(count - 1, 0) * inside
+        grown = np.full((*array.shape[:axis], size, *array.shape[axis + 1 :]), value[()])
+        places = low + (inside + 1) * np.arange(count)
+        inner = (places >= 0) & (places < size)
+        grown[(slice(None),) * axis + (places[inner],)] = np.compress(inner, array, axis)
+        array = grown
+    return [array]
+
+
+def _split(params: dict[str, Any], array: Scalars) -> list[Scalars]:
+    return np.split(array, np.cumsum(params["sizes"])[:-1], params["axis"])
+
+
+MOVES: dict[str, Callable[..., Sequence[Scalars]]] = {
+    "broadcast_in_dim": _broadcast,
+    "concatenate": lambda params, *arrays: [np.concatenate(arrays, params["dimension"])],
+    "expand_dims": lambda params, array: [np.expand_dims(array, params["dimensions"])],
+    "pad": _pad,
+    "reshape": lambda params, array: [array.reshape(params["new_sizes"])],
+    "rev": lambda params, array: [np.flip(array, params["dimensions"])],
+    "slice": _cut,
+    "split": _split,
+    "squeeze": lambda params, array: [array.squeeze(params["dimensions"])],
+    "stack": lambda params, *arrays: [np.stack(arrays, params["axis"])],
+    "transpose": lambda params, array: [array.transpose(params["permutation"])],
+}
+"""Primitive -> (its parameters, arrays) -> arrays: elements that only change their places."""

@@ -1,0 +1,142 @@
+"""What no result needs is left out: derivatives of constants, elements that nobody reads."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from gyrostat.export.program import (
+    Assign,
+    Block,
+    Branch,
+    Call,
+    Fill,
+    Function,
+    Loop,
+    Name,
+    Operand,
+    Statement,
+    Store,
+    Table,
+    inner_blocks,
+)
+
+
+class _Needed:
+    """What the roots need, over all functions together."""
+
+    def __init__(self, functions: Sequence[Function], roots: Sequence[Function]) -> None:
+        self.names: set[Name | Table] = set()
+        self._given: dict[Name | Table, list[Iterable[Operand | Table]]] = {}
+        for function in functions:
+            self._learn(function.body)
+        self._waiting: list[Operand | Table | None] = [
+            result for root in roots for result in root.results
+        ]
+        while self._waiting:
+            operand = self._waiting.pop()
+            if not isinstance(operand, Name | Table) or operand in self.names:
+                continue
+            self.names.add(operand)
+            for needed in self._given.get(operand, ()):
+                self._waiting += needed
+
+    def _gives(self, target: Name | Table, needs: Iterable[Operand | Table | None]) -> None:
+        known = [need for need in needs if need is not None]
+        self._given.setdefault(target, []).append(known)
+
+    def _learn(self, block: Block) -> None:
+        for statement in block:
+            match statement:
+                case Assign(target, _, operands, _, table):
+                    self._gives(target, (*operands, table))
+                case Fill(table, values):
+                    self._gives(table, values)
+                case Loop(carried=carried, goes_on=goes_on, stacked=stacked):
+                    for each in carried:
+                        self._gives(each.name, (each.first, each.next, goes_on))
+                    for table in stacked:
+                        self._gives(table, (goes_on,))
+                case Store(table, index, _, _, value):
+                    self._gives(table, (index, value))
+                case Branch(index, _, values, targets):
+                    for target, *made in zip(targets, *values, strict=True):
+                        self._gives(target, (index, *made))
+                case Call(function, operands, targets):
+                    for target, result in zip(targets, function.results, strict=True):
+                        self._gives(target, (result,))
+                    for parameter, operand in zip(function.parameters, operands, strict=True):
+                        self._gives(parameter, (operand,))
+            for inner in inner_blocks(statement):
+                self._learn(inner)
+
+
+def prune(functions: Sequence[Function], roots: Sequence[Function]) -> list[Function]:
+    """Leave out, in place, every statement, parameter and result that the roots do not need.
+
+    Args:
+        functions: all, each after those that it calls.
+        roots: those whose results and parameters all stay.
+
+    Returns:
+        The functions that are left.
+    """
+    left = list(functions)
+    # a call that goes in the first round no longer needs what it was given in the second
+    for _ in range(2):
+        names = _Needed(left, roots).names
+        given: dict[Function, set[int]] = {function: set() for function in left}
+        for function in left:
+            for call in _calls(function.body):
+                given[call.function] |= {k for k, t in enumerate(call.targets) if t in names}
+        for function in left:
+            function.body = _kept(function.body, names, given)
+        for function in left:
+            if function not in roots:
+                function.results = _at(function.results, given[function])
+                function.parameters = [p for p in function.parameters if p in names]
+        left = [function for function in left if function in roots or given[function]]
+    return left
+
+
+def _kept(block: Block, names: set[Name | Table], given: dict[Function, set[int]]) -> Block:
+    kept: list[Statement] = []
+    for statement in block:
+        match statement:
+            case Assign(target):
+                needed = target in names
+            case Fill(table) | Store(table):
+                needed = table in names
+            case Loop():
+                statement.carried = [c for c in statement.carried if c.name in names]
+                statement.stacked = [t for t in statement.stacked if t in names]
+                needed = bool(statement.carried or statement.stacked)
+                statement.test = _kept(statement.test, names, given)
+                statement.body = _kept(statement.body, names, given)
+            case Branch(targets=targets):
+                rows = {k for k, target in enumerate(targets) if target in names}
+                statement.targets = _at(targets, rows)
+                statement.values = [_at(made, rows) for made in statement.values]
+                statement.blocks = [_kept(inner, names, given) for inner in statement.blocks]
+                needed = bool(rows)
+            case Call(function, operands, targets):
+                needed = any(target in names for target in targets)
+                if needed:
+                    pairs = zip(function.parameters, operands, strict=True)
+                    statement.operands = [o for parameter, o in pairs if parameter in names]
+                    statement.targets = _at(targets, given[function])
+        if needed:
+            kept.append(statement)
+    return kept
+
+
+def _at(items: Sequence[Any], places: set[int]) -> list[Any]:
+    return [item for k, item in enumerate(items) if k in places]
+
+
+def _calls(block: Block) -> list[Call]:
+    found: list[Call] = []
+    for statement in block:
+        if isinstance(statement, Call):
+            found.append(statement)
+        for inner in inner_blocks(statement):
+            found += _calls(inner)
+    return found

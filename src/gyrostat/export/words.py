@@ -1,0 +1,56 @@
+"""Names and comments of C."""
+
+import re
+
+KEYWORDS = frozenset(
+    {
+        *("auto", "break", "case", "char", "const", "continue", "default", "do", "double"),
+        *("else", "enum", "extern", "float", "for", "goto", "if", "inline", "int", "long"),
+        *("register", "restrict", "return", "short", "signed", "sizeof", "static"),
+        *(
+            "struct",
+            "switch",
+            "typedef",
+            "union",
+            "unsigned",
+            "void",
+            "volatile",
+            "while",
+            "bool",
+            "true",
+            "false",
+        ),
+    }
+)
+FUNCTIONS = frozenset(
+    {
+        *("acos", "asin", "atan", "atan2", "cbrt", "ceil", "cos", "cosh", "exp", "exp2"),
+        *("expm1", "fabs", "floor", "fmod", "isfinite", "log", "log1p", "pow", "rint"),
+        *("round", "sin", "sinh", "sqrt", "tan", "tanh", "largest", "smallest", "sense"),
+        *("status", "main", "printf"),
+    }
+)
+"""Names that the emitted code uses itself, so that no variable may take them."""
+
+
+def identifier(name: str) -> str:
+    """A name of C: Python's own, but for a word of the language, which gets an underscore."""
+    made = re.sub(r"[^0-9A-Za-z_]+", "_", name)
+    if not made or made[0].isdigit():
+        made = f"item_{made}"
+    return f"{made}_" if made in KEYWORDS | FUNCTIONS else made
+
+
+def free_name(wanted: str, taken: set[str]) -> str:
+    """The name, or with the first number behind it that makes it new."""
+    name, number = wanted, 2
+    while name in taken:
+        name, number = f"{wanted}_{number}", number + 1
+    return name
+
+
+def comment(text: str) -> str:
+    """A text that cannot end a comment of C, begin one or continue its line."""
+    for pair in ("*/", "/*", "??"):  # two question marks begin a trigraph
+        text = text.replace(pair, f"{pair[0]} {pair[1]}")
+    return text.replace("\\", "/").strip()
