@@ -157,8 +157,9 @@ def _tracker_gyro(options: Options, plant: Gyrostat) -> TrackerGyroSensors:
 
 
 def _kalman(options: Options, controller: Any, sensors: Options) -> EstimatedControl:
-    sigmas = (sensors[name] for name in ("attitude_sigma", "angle_walk", "bias_walk"))
-    return EstimatedControl(AttitudeFilter(*sigmas, options["bias_sigma"]), controller)
+    names = ("attitude_sigma", "angle_walk", "bias_walk")
+    noise = {name: sensors[name] for name in names}
+    return EstimatedControl(AttitudeFilter(**noise, **options), controller)
 
 
 def _constant_torque(options: Options) -> dict[str, Any]:
@@ -167,14 +168,14 @@ def _constant_torque(options: Options) -> dict[str, Any]:
 
 def _in_orbit(options: Options) -> dict[str, Any]:
     rate = jnp.sqrt(EARTH / (EARTH_RADIUS + options["altitude"]) ** 3)
-    elements = (options[name] for name in ("inclination", "ascending_node", "latitude"))
+    names = ("inclination", "ascending_node", "latitude")
+    orbit = CircularOrbit(rate, **{name: options[name] for name in names})
     harmonic = HarmonicTorque(
         rate,
         cosine=_stacked(options, "cosine_torque")[None],
         sine=_stacked(options, "sine_torque")[None],
     )
-    gravity = GravityGradient(CircularOrbit(rate, *elements))
-    return {**_constant_torque(options), "environment": (gravity, harmonic)}
+    return {**_constant_torque(options), "environment": (GravityGradient(orbit), harmonic)}
 
 
 _ARRAY_KEYS = {
@@ -207,8 +208,8 @@ CONTROLLERS: dict[str, PlannedController] = {
         _plan_three_axis,
     ),
     "wheel_array": PlannedController(
-        "Shares the torque among any number of wheels so that the largest is least, keeps them from "
-        "zero speed and from saturation, learns drag and external torque, unloads the wheels "
+        "Shares the torque among any number of wheels so that the largest is least, keeps them "
+        "from zero speed and from saturation, learns drag and external torque, unloads the wheels "
         "(`gyrostat.control.WheelArrayControl`).",
         _ARRAY_KEYS,
         _array,
@@ -244,8 +245,8 @@ SENSORS: dict[str, Component] = {
         _white_noise,
     ),
     "star_tracker_gyro": Component(
-        "Star tracker, gyro and tachometers (`gyrostat.body.TrackerGyroSensors`), for the estimator "
-        "`kalman`.",
+        "Star tracker, gyro and tachometers (`gyrostat.body.TrackerGyroSensors`), for the "
+        "estimator `kalman`.",
         {
             "attitude_sigma": positive("angle", None, "Of a sample of the star tracker."),
             "tracker_periods": Key(
