@@ -1,7 +1,6 @@
 """A small campaign with everything in it, flown once by one worker for all tests of this folder."""
 
 import contextlib
-import os
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -92,9 +91,6 @@ def small(scenario, folder, tmp_path_factory):
     from gyrostat.campaign.engine_record import FLAGS, engine_record
     from gyrostat.campaign.execute import work
 
-    # workers of other tests find the compiled code there
-    os.environ["JAX_COMPILATION_CACHE_DIR"] = str(tmp_path_factory.mktemp("compiled"))
-    os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0.05"
     out = tmp_path_factory.mktemp("campaign")
     engine = engine_record("cpu", FLAGS["cpu"])
     known = Campaign(scenario.text(), scenario.digest(), SEED, RUNS, 64, engine)

@@ -39,6 +39,13 @@ def ended(process):
     return process.returncode, messages
 
 
+def begun(process, out):
+    """Wait for the first block."""
+    while not list(out.glob("blocks/0*.parquet")):
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.02)
+
+
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
     """Bytes of the table of a campaign that nothing happened to."""
@@ -94,8 +101,7 @@ def test_workers_that_always_die_end_the_campaign(tmp_path):
 
 def test_control_c_stops_cleanly_and_it_goes_on(tmp_path, undisturbed):
     process = start(tmp_path, 0.1)
-    while not list(tmp_path.glob("blocks/0*.parquet")):
-        time.sleep(0.02)
+    begun(process, tmp_path)
     os.killpg(process.pid, signal.SIGINT)  # a terminal sends it to all of them
     code, messages = ended(process)
     assert (code, messages) == (130, "")
@@ -170,8 +176,7 @@ def test_a_full_disk_is_told_and_survived(tmp_path, undisturbed):
 
 def test_two_at_once_are_refused(tmp_path):
     first = start(tmp_path, 0.2)
-    while not list(tmp_path.glob("blocks/0*.parquet")):
-        time.sleep(0.02)
+    begun(first, tmp_path)
     code, messages = ended(start(tmp_path))
     os.killpg(first.pid, signal.SIGINT)
     ended(first)
@@ -185,8 +190,7 @@ def test_a_killed_dask_worker_costs_nothing(tmp_path, undisturbed):
         n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
     ) as workers:
         process = start(tmp_path, 0.1, workers.scheduler_address)
-        while not list(tmp_path.glob("blocks/0*.parquet")):
-            time.sleep(0.02)
+        begun(process, tmp_path)
         os.kill(next(iter(workers.workers.values())).pid, signal.SIGKILL)
         code, messages = ended(process)
     assert code == 0, messages
