@@ -102,6 +102,58 @@ def flown(items, count, period=0.5):
     return eqx.filter_vmap(single)(*items)
 
 
+@eqx.filter_jit
+def commanded(case, memory, state):
+    return case.controller(memory, measured(case, state))
+
+
+def moved(case, rest, works, small):
+    """At rest at the target but for a small turn and some momentum in the working wheels."""
+    turn = rotations.from_rotation_vector(small[:3])
+    rotors = rest.rotor_momentum.at[works].add(small[3:5])
+    return ReducedState(rotations.product(rest.attitude, turn), rotors)
+
+
+@eqx.filter_jit
+def plant_slope(case, rest, works, memory, period):
+    """Derivative of turn and momentum a period later."""
+
+    def after(small):
+        state = moved(case, rest, works, small)
+        _, command = case.controller(memory, measured(case, state))
+        state, _ = case.plant(state, command, 0.0, period)
+        back = rotations.rotation_vector(rotations.error(state.attitude, rest.attitude))
+        return jnp.concatenate([back, (state.rotor_momentum - rest.rotor_momentum)[works]])
+
+    return jax.jacfwd(after)(1e-9 * jnp.ones(5))
+
+
+@eqx.filter_jit
+def loop_slope(case, rest, works, memory):
+    """The same with what the controller remembers, half a second later."""
+
+    def after(small):
+        state, wheels = moved(case, rest, works, small), memory.wheels
+        wheels = wheels._replace(
+            momentum=wheels.momentum.at[works].add(small[5:7]),
+            torque=wheels.torque.at[works].add(small[7:9]),
+            drag=wheels.drag.at[works].add(small[9:]),
+        )
+        last, command = case.controller(memory._replace(wheels=wheels), measured(case, state))
+        state, _ = case.plant(state, command, 0.0, 0.5)
+        return jnp.concatenate(
+            [
+                rotations.rotation_vector(rotations.error(state.attitude, rest.attitude)),
+                (state.rotor_momentum - rest.rotor_momentum)[works],
+                (last.wheels.momentum - memory.wheels.momentum)[works],
+                last.wheels.torque[works],
+                last.wheels.drag[works],
+            ]
+        )
+
+    return jax.jacfwd(after)(1e-9 * jnp.ones(11))
+
+
 @pytest.mark.parametrize("rest", [True, False])
 def test_settles_in_time_with_an_inertia_that_is_wrong(rest):
     random = np.random.default_rng(11)
@@ -121,7 +173,7 @@ def test_rest_at_the_target_is_a_fixed_point():
     case = draw(np.random.default_rng(2))
     memory = case.controller.start(0.5)
     for _ in range(2):
-        memory, command = case.controller(memory, measured(case, at_target(case)))
+        memory, command = commanded(case, memory, at_target(case))
         np.testing.assert_allclose(command.torque, 0.0, atol=1e-12)
 
 
@@ -146,24 +198,15 @@ def test_linear_part_has_the_rates_that_the_gains_say(across):
     # sampled quickly, the poles of the loop are exp(-rate period)
     period = 0.002
     case = draw(np.random.default_rng(4), across=across)
-    law, works = case.controller.law, np.flatnonzero(case.plant.working)
-    rest = at_target(case)
-    memory, _ = case.controller(case.controller.start(period), measured(case, rest))
-
-    def after(small):
-        turn = rotations.from_rotation_vector(small[:3])
-        rotors = rest.rotor_momentum.at[works].add(small[3:])
-        state = ReducedState(rotations.product(rest.attitude, turn), rotors)
-        _, command = case.controller(memory, measured(case, state))
-        state, _ = case.plant(state, command, 0.0, period)
-        back = rotations.rotation_vector(rotations.error(state.attitude, law.target))
-        return jnp.concatenate([back, (state.rotor_momentum - rest.rotor_momentum)[works]])
-
+    case = case._replace(allowed=0.0)
+    memory, _ = commanded(case, case.controller.start(period), at_target(case))
     # the drag filter would answer a jump of the wheels that no torque made
     case = case._replace(
         controller=eqx.tree_at(lambda c: c.law.wheels.drag_time, case.controller, 1e12)
     )
-    poles = np.linalg.eigvals(jax.jacfwd(after)(1e-9 * jnp.ones(5)))
+    law, works = case.controller.law, jnp.flatnonzero(case.plant.working)
+    slope = plant_slope(case, at_target(case), works, memory, period)
+    poles = np.linalg.eigvals(slope)
     rates = np.sort(-np.log(poles.real) / period)
     assert np.abs(poles.imag).max() < 1e-4
     gain = law.wheels.gain
@@ -173,38 +216,10 @@ def test_linear_part_has_the_rates_that_the_gains_say(across):
 
 def test_sampled_loop_is_stable_about_the_target():
     for seed, across in ((0, (0.1, 0.11)), (1, (2.0, 2.8))):
-        case = draw(np.random.default_rng(seed), error=0.05, across=across)
-        rest, works = at_target(case), np.flatnonzero(case.plant.working)
-        memory, _ = case.controller(case.controller.start(0.5), measured(case, rest))
-
-        def after(small, case=case, rest=rest, works=works, memory=memory):
-            turn = rotations.from_rotation_vector(small[:3])
-            state = ReducedState(
-                rotations.product(rest.attitude, turn),
-                rest.rotor_momentum.at[works].add(small[3:5]),
-            )
-            wheels = memory.wheels
-            wheels = wheels._replace(
-                momentum=wheels.momentum.at[works].add(small[5:7]),
-                torque=wheels.torque.at[works].add(small[7:9]),
-                drag=wheels.drag.at[works].add(small[9:]),
-            )
-            last = memory._replace(wheels=wheels)
-            last, command = case.controller(last, measured(case, state))
-            state, _ = case.plant(state, command, 0.0, 0.5)
-            target = case.controller.law.target
-            return jnp.concatenate(
-                [
-                    rotations.rotation_vector(rotations.error(state.attitude, target)),
-                    (state.rotor_momentum - rest.rotor_momentum)[works],
-                    (last.wheels.momentum - memory.wheels.momentum)[works],
-                    last.wheels.torque[works],
-                    last.wheels.drag[works],
-                ]
-            )
-
-        poles = np.linalg.eigvals(jax.jit(jax.jacfwd(after))(1e-9 * jnp.ones(11)))
-        assert np.abs(poles).max() < 0.99
+        case = draw(np.random.default_rng(seed), error=0.05, across=across)._replace(allowed=0.0)
+        rest, works = at_target(case), jnp.flatnonzero(case.plant.working)
+        memory, _ = commanded(case, case.controller.start(0.5), rest)
+        assert np.abs(np.linalg.eigvals(loop_slope(case, rest, works, memory))).max() < 0.99
 
 
 def test_four_wheels_less_one_reach_any_attitude():
