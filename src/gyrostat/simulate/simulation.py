@@ -182,10 +182,8 @@ def simulate(
     items = jax.tree.map(_as_leaf, (plant, controller, sensor, start))
     for name, item in zip(("plant", "controller", "sensor", "start"), items, strict=True):
         _refuse_other_counts(name, item, runs)
-    # as a Python number it would be compiled in
-    period = jnp.asarray(control_period, dtype=float)
     if runs is None:
-        found = _one(items, jax.random.key(seed), period, counts)
+        found = _one(items, jax.random.key(seed), control_period, counts)
         histories = jax.tree.map(lambda x: np.asarray(x)[None], found)
     else:
         keys = jax.random.split(jax.random.key(seed), runs)
@@ -199,7 +197,7 @@ def simulate(
                 else item
                 for item in items
             )
-            block = _many(picked, keys[rows], period, counts)
+            block = _many(picked, keys[rows], control_period, counts)
             kept = min(LANES, runs - first)
             blocks.append(jax.tree.map(lambda x: np.asarray(x)[:kept], block))  # noqa: B023
             if on_progress is not None:
