@@ -6,6 +6,7 @@ import pytest
 
 from gyrostat._jax import jax, jnp
 from gyrostat.control import FirstOrderLags, LeastSquares, OnlineFrit, recursive_least_squares
+from gyrostat.control.frit import regression
 from gyrostat.errors import InputError
 
 PERIOD, F = 0.1, np.array([0.5, 0.5])
@@ -49,7 +50,7 @@ def test_recursion_gives_the_weighted_batch_solution():
 def fed(frit, output, error, input):
     def step(memory, sample):
         y, e, u = sample
-        xi_eta = frit.regression(memory, y)
+        xi_eta = regression(frit, memory, y)
         memory = frit(memory, error=e, input=u, output=y, period=PERIOD)
         return memory, (memory.gain, memory.rows.estimate, xi_eta)
 

@@ -15,9 +15,10 @@ from gyrostat.campaign.components import (
     ENVIRONMENTS,
     ESTIMATORS,
     SENSORS,
+    stacked,
 )
 from gyrostat.campaign.phases import Phases
-from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
+from gyrostat.campaign.scenario import INERTIA, Event, Scenario
 from gyrostat.campaign.schema import EVENTS, WHEEL_IS_LOST, Key, size
 from gyrostat.errors import InputError
 from gyrostat.friction import FRICTION_MODELS, Scalar
@@ -182,10 +183,10 @@ def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
     if "external_torque_limit" in options:
         own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
     plant = Gyrostat(spacecraft_of(scenario, values), _failures(scenario, values), **own)
-    error = jnp.stack([jnp.asarray(values[f"start.attitude_error.{axis}"]) for axis in AXES])
+    error = stacked(values, "start.attitude_error")
     start = plant.start(
         attitude=product(jnp.asarray(scenario.attitude), from_rotation_vector(error)),
-        rate=jnp.stack([jnp.asarray(values[f"start.rate.{axis}"]) for axis in AXES]),
+        rate=stacked(values, "start.rate"),
         wheel_speed=jnp.stack([jnp.asarray(values[f"wheel.{w}.speed"]) for w in scenario.wheels]),
     )
     made = [

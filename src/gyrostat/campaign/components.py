@@ -144,7 +144,8 @@ def _white_noise(options: Options, plant: Gyrostat) -> SpacecraftSensor:
     return SpacecraftSensor(plant, **options)
 
 
-def _stacked(options: Options, name: str) -> Vector:
+def stacked(options: Options, name: str) -> Vector:
+    """The vector whose components are the values of its keys."""
     return jnp.stack([jnp.asarray(options[f"{name}.{axis}"], dtype=float) for axis in "xyz"])
 
 
@@ -152,7 +153,7 @@ def _tracker_gyro(options: Options, plant: Gyrostat) -> TrackerGyroSensors:
     return TrackerGyroSensors(
         SpacecraftSensor(plant, wheel_sigma=options["wheel_sigma"]),
         StarTracker(options["attitude_sigma"], jnp.round(options["tracker_periods"])),
-        RateGyro(options["angle_walk"], options["bias_walk"], _stacked(options, "bias")),
+        RateGyro(options["angle_walk"], options["bias_walk"], stacked(options, "bias")),
     )
 
 
@@ -163,7 +164,7 @@ def _kalman(options: Options, controller: Any, sensors: Options) -> EstimatedCon
 
 
 def _constant_torque(options: Options) -> dict[str, Any]:
-    return {"external_torque": _stacked(options, "external_torque")}
+    return {"external_torque": stacked(options, "external_torque")}
 
 
 def _in_orbit(options: Options) -> dict[str, Any]:
@@ -172,8 +173,8 @@ def _in_orbit(options: Options) -> dict[str, Any]:
     orbit = CircularOrbit(rate, **{name: options[name] for name in names})
     harmonic = HarmonicTorque(
         rate,
-        cosine=_stacked(options, "cosine_torque")[None],
-        sine=_stacked(options, "sine_torque")[None],
+        cosine=stacked(options, "cosine_torque")[None],
+        sine=stacked(options, "sine_torque")[None],
     )
     return {**_constant_torque(options), "environment": (GravityGradient(orbit), harmonic)}
 

@@ -116,6 +116,28 @@ class FritMemory(NamedTuple):
     output: Any
 
 
+def check_shares(**shares: Scalar) -> None:
+    """Refuse forgetting and smoothing outside (0, 1], by `InputError`."""
+    for name, value in shares.items():
+        every = np.asarray(value, dtype=float)
+        bad = ~((every > 0.0) & (every <= 1.0))
+        if np.any(bad):
+            raise InputError(f"FRIT {name}: found {every[bad].flat[0]:g}, expected in (0, 1]")
+
+
+def regression(tuner: Any, memory: Any, output: Signal) -> tuple[Signal, Signal]:
+    """Xi and eta of K xi = eta at a sample.
+
+    Args:
+        tuner: has `reference` M and `feedback` F.
+        memory: its; has the states of M that filter `error`, `input` and `output`.
+        output: (n,) of the plant at this sample.
+    """
+    filtered = tuner.reference.output(memory.output)
+    eta = tuner.reference.output(memory.input) - tuner.feedback * (output - filtered)
+    return tuner.reference.output(memory.error), eta
+
+
 class OnlineFrit(eqx.Module):
     """Tunes the gain K of u = F (r - y) + K e so that y = M r, from u, y and e as they come.
 
@@ -155,11 +177,7 @@ class OnlineFrit(eqx.Module):
                 dead zone below zero, a gain or feedback of the wrong shape or not finite.
         """
         check_parts(self.reference)
-        for name, value in (("forgetting", self.forgetting), ("smoothing", self.smoothing)):
-            every = np.asarray(value, dtype=float)
-            bad = ~((every > 0.0) & (every <= 1.0))
-            if np.any(bad):
-                raise InputError(f"FRIT {name}: found {every[bad].flat[0]:g}, expected in (0, 1]")
+        check_shares(forgetting=self.forgetting, smoothing=self.smoothing)
         require("FRIT initial covariance", self.initial_covariance, positive=True)
         require("FRIT dead zone", self.dead_zone)
         feedback, gain = np.asarray(self.feedback), np.asarray(self.initial_gain)
@@ -185,13 +203,6 @@ class OnlineFrit(eqx.Module):
         filtered = self.reference.start(jnp.where(self.filters_from_output, output, zero))
         return FritMemory(gain, LeastSquares(gain, covariance), at_rest, at_rest, filtered)
 
-    def regression(self, memory: FritMemory, output: Signal) -> tuple[Signal, Signal]:
-        """Xi and eta of K xi = eta at a sample with this output."""
-        output_filtered = self.reference.output(memory.output)
-        xi = self.reference.output(memory.error)
-        eta = self.reference.output(memory.input) - self.feedback * (output - output_filtered)
-        return xi, eta
-
     def __call__(
         self, memory: FritMemory, *, error: Signal, input: Signal, output: Signal, period: Scalar
     ) -> FritMemory:
@@ -204,7 +215,7 @@ class OnlineFrit(eqx.Module):
             output: (n,) of the plant.
             period: to the next sample, s.
         """
-        xi, eta = self.regression(memory, output)
+        xi, eta = regression(self, memory, output)
         found = jax.vmap(recursive_least_squares, in_axes=(0, None, 0, None))(
             memory.rows, xi, eta, self.forgetting
         )

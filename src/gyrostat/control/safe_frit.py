@@ -7,7 +7,14 @@ import numpy as np
 from jaxtyping import Array, Bool
 
 from gyrostat._jax import jax, jnp
-from gyrostat.control.frit import LeastSquares, SampledModel, Signal, recursive_least_squares
+from gyrostat.control.frit import (
+    LeastSquares,
+    SampledModel,
+    Signal,
+    check_shares,
+    recursive_least_squares,
+    regression,
+)
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, require
@@ -75,11 +82,7 @@ class SafeFrit(eqx.Module):
                 dead zone, gain or wait below zero, a first gain outside its range.
         """
         check_parts(self.reference)
-        for name, value in (("forgetting", self.forgetting), ("smoothing", self.smoothing)):
-            every = np.asarray(value, dtype=float)
-            bad = ~((every > 0.0) & (every <= 1.0))
-            if np.any(bad):
-                raise InputError(f"FRIT {name}: found {every[bad].flat[0]:g}, expected in (0, 1]")
+        check_shares(forgetting=self.forgetting, smoothing=self.smoothing)
         require("FRIT largest covariance", self.largest_covariance, positive=True)
         require("FRIT feedback", self.feedback, "1/s", positive=True)
         require("FRIT dead zone", self.dead_zone)
@@ -128,9 +131,7 @@ class SafeFrit(eqx.Module):
             cut: whether the actuators gave less than was asked for.
             period: to the next sample, s.
         """
-        xi = self.reference.output(memory.error)
-        filtered = self.reference.output(memory.output)
-        eta = self.reference.output(memory.input) - self.feedback * (output - filtered)
+        xi, eta = regression(self, memory, output)
         found = jax.vmap(recursive_least_squares, in_axes=(0, 0, 0, None))(
             memory.rows, xi[:, None], eta, self.forgetting
         )

@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 Value = float | bool | None
 Verdict = Literal["reproduced", "not-reproduced", "not-testable", "ours-only"]
 
@@ -69,3 +71,15 @@ class Claim:
             "verdict": self.verdict,
             "why": self.why,
         }
+
+
+def statement(name: str, quantity: str, holds: bool | np.bool_, why: str) -> Claim:
+    """A sentence of the paper, which takes it to be true.
+
+    Args:
+        name: id of the claim.
+        quantity: the sentence.
+        holds: whether it does here.
+        why: what that rests on.
+    """
+    return Claim(name, quantity, bool(holds), "", why, paper=True, tolerance=0.0)

@@ -4,7 +4,7 @@ import numpy as np
 
 from gyrostat.papers.carvalho_fenili.flights import Flight
 from gyrostat.papers.carvalho_fenili.numbers import ANGLE_NAMES, frozen_argument
-from gyrostat.papers.claims import Claim
+from gyrostat.papers.claims import Claim, statement
 
 BAND, FROM = 0.05, 50.0
 """rad and s: an angle is controlled if it stays this near to its goal from this time on. Without a
@@ -22,18 +22,6 @@ SETTINGS = (
     "where the first of the two runs ends.",
     "Sentences that only announce a case, a figure or a table carry no claim.",
 )
-
-
-def statement(name: str, quantity: str, holds: bool | np.bool_, why: str) -> Claim:
-    """A sentence of the paper, which takes it to be true.
-
-    Args:
-        name: id of the claim.
-        quantity: the sentence.
-        holds: whether it does here.
-        why: what that rests on.
-    """
-    return Claim(name, quantity, bool(holds), "", why, paper=True, tolerance=0.0)
 
 
 def excursion(flight: Flight, angle: int) -> float:

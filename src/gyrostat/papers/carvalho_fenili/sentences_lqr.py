@@ -9,13 +9,12 @@ from gyrostat.papers.carvalho_fenili.judged import (
     MOVING,
     excursions,
     refuted,
-    statement,
     stays,
 )
 from gyrostat.papers.carvalho_fenili.laws import FACTORISATION, gain, linearised, rank, regulated
 from gyrostat.papers.carvalho_fenili.numbers import ANGLE_NAMES, frozen_argument
 from gyrostat.papers.carvalho_fenili.printed import ANGLES, AXES, HEALTHY, RATES
-from gyrostat.papers.claims import Claim
+from gyrostat.papers.claims import Claim, statement
 
 THETA, PHI, PSI = range(3)
 

@@ -14,7 +14,6 @@ from gyrostat.papers.carvalho_fenili.judged import (
     excursion,
     excursions,
     refuted,
-    statement,
     stays,
 )
 from gyrostat.papers.carvalho_fenili.laws import (
@@ -27,7 +26,7 @@ from gyrostat.papers.carvalho_fenili.laws import (
 )
 from gyrostat.papers.carvalho_fenili.numbers import Flights, frozen_argument
 from gyrostat.papers.carvalho_fenili.printed import ANGLES, CASES, HEALTHY, INERTIA, RATES
-from gyrostat.papers.claims import Claim
+from gyrostat.papers.claims import Claim, statement
 
 EXCITED = 0.1
 """Share of the linear field that counts as sufficiently excited nonlinear terms."""

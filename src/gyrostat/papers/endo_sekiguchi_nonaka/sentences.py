@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gyrostat.papers.claims import Claim
+from gyrostat.papers.claims import Claim, statement
 from gyrostat.papers.endo_sekiguchi_nonaka.flights import Flight
 from gyrostat.papers.endo_sekiguchi_nonaka.fragility import CASES, Outcome
 from gyrostat.papers.endo_sekiguchi_nonaka.numbers import (
@@ -36,18 +36,6 @@ SETTINGS = (
     f"where exp(-F t) is below 0.05. Gently: no step above {GENTLE:g} of the largest gain.",
     "Sentences that announce a figure, a table or a method carry no claim.",
 )
-
-
-def statement(name: str, quantity: str, holds: bool | np.bool_, why: str) -> Claim:
-    """A sentence of the paper, which takes it to be true.
-
-    Args:
-        name: id of the claim.
-        quantity: the sentence.
-        holds: whether it does here.
-        why: what that rests on.
-    """
-    return Claim(name, quantity, bool(holds), "", why, paper=True, tolerance=0.0)
 
 
 def distance(flight: Flight, ideal: Flight) -> float:
