@@ -14,7 +14,7 @@ from gyrostat.body import TableMeasurement
 from gyrostat.control import DynamicModelCompensator, EstimatingCompensator, SpeedMode
 from gyrostat.estimate import FrictionScaleFilter
 from gyrostat.export import Entry, emit
-from gyrostat.export.tracing import as_arrays
+from gyrostat.lowering.tracing import as_arrays
 from gyrostat.wheel import advance
 
 LANES = 10_000

@@ -11,15 +11,15 @@ from gyrostat._jax import jax
 from gyrostat.errors import InputError
 from gyrostat.export.expressions import Dialect
 from gyrostat.export.header import header, prototype, wrapped
-from gyrostat.export.lower import Lowering
 from gyrostat.export.module import Entry, Module, Port, Precision
-from gyrostat.export.primitives import Scalars
-from gyrostat.export.program import Block, Function, Name, Operand
-from gyrostat.export.prune import prune
 from gyrostat.export.structs import Leaf, Struct, Structs, scalars
-from gyrostat.export.tracing import as_arrays, trace
 from gyrostat.export.words import comment, free_name, identifier
 from gyrostat.export.write import Writer, may_stop_early
+from gyrostat.lowering.lower import Lowering
+from gyrostat.lowering.primitives import Scalars
+from gyrostat.lowering.program import Block, Function, Name, Operand
+from gyrostat.lowering.prune import prune
+from gyrostat.lowering.tracing import as_arrays, trace
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ import numpy as np
 from gyrostat._jax import jax
 from gyrostat.export.expressions import Dialect
 from gyrostat.export.module import Entry, Module, Port, Precision, by_address
-from gyrostat.export.program import Number
 from gyrostat.export.structs import Leaf, Struct, scalars
 from gyrostat.export.targets import STEPS, Target
+from gyrostat.lowering.program import Number
 
 TOLERANCE = {"double": 1e-12, "float": 1e-3}
 """Largest error of an output, over the largest value that it takes in the run."""

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping
 
-from gyrostat.export.program import Assign, Block, Branch, Call, Function, Loop
+from gyrostat.lowering.program import Assign, Block, Branch, Call, Function, Loop
 
 CLASSES: Mapping[str, tuple[str, ...]] = {
     "additions, multiplications": ("add", "sub", "mul", "neg"),

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gyrostat.export.program import Kind, Number
+from gyrostat.lowering.program import Kind, Number
 
 FLOAT_LEAST = 1.1754943508222875e-38
 FLOAT_LARGEST = 3.4028234663852886e38

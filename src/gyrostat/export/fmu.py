@@ -22,11 +22,11 @@ from gyrostat.export.expressions import Dialect
 from gyrostat.export.fmi2 import WRAPPER
 from gyrostat.export.measure import FLAGS, compiler
 from gyrostat.export.module import Module, Port, by_address
-from gyrostat.export.program import Kind, Number
 from gyrostat.export.structs import Leaf, Struct
 from gyrostat.export.targets import Target
 from gyrostat.export.unit_text import base_exponents, unit_of
 from gyrostat.files import whole_file
+from gyrostat.lowering.program import Kind, Number
 
 SINCE = "duration"
 """An argument of this name is the communication step; a target without one has its own period."""

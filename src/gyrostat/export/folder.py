@@ -7,9 +7,9 @@ from gyrostat.export.expressions import Dialect
 from gyrostat.export.header import prototype
 from gyrostat.export.measure import FLAGS, OPTIMISATION, Compiled, measure
 from gyrostat.export.module import Module, Precision
-from gyrostat.export.program import Call, Function, inner_blocks
 from gyrostat.export.structs import Leaf
 from gyrostat.export.targets import STEPS, Target
+from gyrostat.lowering.program import Call, Function, inner_blocks
 
 MAKEFILE = """\
 # Strict C99 without contracted products: then every run has the same last digits.

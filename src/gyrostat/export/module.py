@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from gyrostat.export.program import Function
 from gyrostat.export.structs import Leaf, Struct
+from gyrostat.lowering.program import Function
 
 Precision = Literal["double", "float"]
 

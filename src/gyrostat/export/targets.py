@@ -11,7 +11,7 @@ from gyrostat.body import TableMeasurement
 from gyrostat.control import CurrentMode, EstimatingCompensator
 from gyrostat.estimate import FrictionScaleFilter
 from gyrostat.export.module import Entry
-from gyrostat.export.tracing import as_arrays
+from gyrostat.lowering.tracing import as_arrays
 from gyrostat.wheel import Wheel, advance
 
 STEPS = 40

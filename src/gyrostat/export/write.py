@@ -4,7 +4,8 @@ import textwrap
 from collections import Counter
 
 from gyrostat.export.expressions import HELPERS, WORD, Dialect, Text
-from gyrostat.export.program import (
+from gyrostat.export.words import comment, free_name, identifier
+from gyrostat.lowering.program import (
     Assign,
     Block,
     Branch,
@@ -20,8 +21,7 @@ from gyrostat.export.program import (
     Table,
     inner_blocks,
 )
-from gyrostat.export.tracing import NOWHERE, Source
-from gyrostat.export.words import comment, free_name, identifier
+from gyrostat.lowering.tracing import NOWHERE, Source
 
 WIDTH = 100
 LONGEST = 70

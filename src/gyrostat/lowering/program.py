@@ -7,7 +7,7 @@ at the end of each pass.
 from dataclasses import dataclass, field
 from typing import Literal
 
-from gyrostat.export.tracing import NOWHERE, Source
+from gyrostat.lowering.tracing import NOWHERE, Source
 
 Kind = Literal["real", "integer", "logical"]
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from gyrostat.export.program import (
+from gyrostat.lowering.program import (
     Assign,
     Block,
     Branch,

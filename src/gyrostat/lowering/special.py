@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyrostat.export.primitives import Scalars, one_by_one
-from gyrostat.export.program import Assign, Block, Fill, Name, Number, Operand, Table
-from gyrostat.export.tracing import Source, refused
+from gyrostat.lowering.primitives import Scalars, one_by_one
+from gyrostat.lowering.program import Assign, Block, Fill, Name, Number, Operand, Table
+from gyrostat.lowering.tracing import Source, refused
 
 if TYPE_CHECKING:
-    from gyrostat.export.lower import Lowering
+    from gyrostat.lowering.lower import Lowering
 
 ONE = Number("real", 1.0)
 

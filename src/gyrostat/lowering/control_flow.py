@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyrostat.export.primitives import Scalars
-from gyrostat.export.program import (
+from gyrostat.lowering.primitives import Scalars
+from gyrostat.lowering.program import (
     Assign,
     Block,
     Branch,
@@ -19,10 +19,10 @@ from gyrostat.export.program import (
     Store,
     Table,
 )
-from gyrostat.export.tracing import Source, refused
+from gyrostat.lowering.tracing import Source, refused
 
 if TYPE_CHECKING:
-    from gyrostat.export.lower import Lowering
+    from gyrostat.lowering.lower import Lowering
 
 
 def argument_name(closed: Any, number: int) -> str:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from gyrostat.errors import InputError
-from gyrostat.export import control_flow, special
-from gyrostat.export.primitives import (
+from gyrostat.lowering import control_flow, special
+from gyrostat.lowering.primitives import (
     ALIKE,
     ELEMENTWISE,
     FLIGHT_CODE,
@@ -19,7 +19,7 @@ from gyrostat.export.primitives import (
     Scalars,
     one_by_one,
 )
-from gyrostat.export.program import (
+from gyrostat.lowering.program import (
     Assign,
     Block,
     Call,
@@ -31,7 +31,15 @@ from gyrostat.export.program import (
     Operand,
     Table,
 )
-from gyrostat.export.tracing import NOWHERE, Source, called, constant, own_function, refused, source
+from gyrostat.lowering.tracing import (
+    NOWHERE,
+    Source,
+    called,
+    constant,
+    own_function,
+    refused,
+    source,
+)
 
 LARGEST = 1024
 """Elements of an array: what is larger is no scalar code."""
