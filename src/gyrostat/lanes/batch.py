@@ -205,3 +205,28 @@ def _numbers(words: Words, dtype: Any) -> NDArray[Any]:
     if dtype == np.bool_:
         return words != 0
     return words.view(np.float64) if dtype == np.float64 else words.view(np.int64).astype(dtype)
+
+
+class Batched:
+    """A function of one run for many: in lanes where that can be, else by `jit` and `vmap`.
+
+    It is compiled for the shapes of its first arguments.
+
+    Attributes:
+        function: of trees of arrays, to a tree of arrays.
+        own: for each argument whether each run has one of its own, with a leading axis.
+    """
+
+    def __init__(self, function: Callable[..., Any], own: Sequence[bool]) -> None:
+        self.function, self.own = function, tuple(own)
+        self._made: Callable[..., Any] | None = None
+
+    def __call__(self, *arguments: Any) -> Any:
+        """The results of all runs, with a leading axis."""
+        if self._made is None:
+            try:
+                self._made = lanes(self.function, self.own, arguments)
+            except InputError:
+                axes = tuple(0 if own else None for own in self.own)
+                self._made = jax.jit(jax.vmap(self.function, axes))
+        return self._made(*arguments)

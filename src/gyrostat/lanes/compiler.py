@@ -16,7 +16,7 @@ from gyrostat.errors import InputError
 
 # The same operations in the same order on every machine: nothing is contracted or taken for finite.
 FLAGS = (
-    *("-std=gnu11", "-O2", "-march=native", "-fPIC", "-shared", "-fopenmp"),
+    *("-std=gnu11", "-O2", "-march=native", "-fPIC", "-shared"),
     *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-Wno-psabi"),
 )
 FAST = ("-ffast-math",)
@@ -112,7 +112,11 @@ def _in_folder(folder: Path, digest: str, text: str, command: tuple[str, ...]) -
             source = Path(place) / "program.c"
             source.write_text(text, encoding="utf-8")
             (Path(place) / "lanes.h").write_text(header(), encoding="utf-8")
-            _run([*command, "-o", f"{place}/made.so", str(source), "-lm"])
+            command = (*command, "-o", f"{place}/made.so", str(source), "-lm")
+            try:
+                _run([*command, "-fopenmp"])
+            except InputError:  # not every compiler has it; then there is one thread
+                _run([*command])
             os.replace(f"{place}/made.so", made)
     return ctypes.CDLL(str(made))
 
