@@ -208,7 +208,7 @@ def test_the_same_unit_is_the_same_file(g2, tools, tmp_path):
 
 
 def test_an_independent_tool_validates_and_simulates_it(wheel_unit, expected):
-    fmpy = pytest.importorskip("fmpy")
+    fmpy = pytest.importorskip("fmpy", reason="found no fmpy, of the extra peers")
     from fmpy.validation import validate_fmu
 
     assert validate_fmu(str(wheel_unit)) == []
@@ -372,7 +372,7 @@ def test_what_a_unit_of_both_says_of_itself(compensated_unit, tmp_path):
 
 
 def test_an_independent_tool_simulates_both(compensated, compensated_unit, in_python):
-    fmpy = pytest.importorskip("fmpy")
+    fmpy = pytest.importorskip("fmpy", reason="found no fmpy, of the extra peers")
     from fmpy.validation import validate_fmu
 
     assert validate_fmu(str(compensated_unit)) == []
