@@ -16,7 +16,8 @@ from gyrostat.campaign.schema import (
     RESULTS,
     RUN,
     START,
-    WHEEL,
+    WHEEL_ALL,
+    WHEEL_PARTS,
 )
 
 HEAD = """# Scenario file
@@ -127,6 +128,14 @@ def entry(name, key):
     return f"| `{name}` | {key.unit} | {default} | {key.meaning} |"
 
 
+def per_wheel():
+    """The optional sections with numbers of every wheel."""
+    lines = []
+    for name, (meaning, keys) in WHEEL_PARTS.items():
+        lines += section(name, keys, f"{meaning} Each number is one for all wheels, or a list.")
+    return lines
+
+
 def section(name, keys, text=""):
     """A table [name] of the file."""
     rows = [entry(n, key) for n, key in keys.items()]
@@ -146,17 +155,21 @@ def kinds(components):
     return lines
 
 
+def named(name, key):
+    """A row with the full key of a number, or those of a vector."""
+    names = f"`{name}.x`, `.y`, `.z`" if key.size == 3 else f"`{name}`"
+    return f"| {names} | {key.unit} | {key.meaning} |"
+
+
 def dispersed():
     """Rows of the keys that can scatter."""
     names = {f"body.inertia.{e}": INERTIA for e in ("xx", "yy", "zz", "xy", "xz", "yz")}
-    names |= {f"wheel.NAME.{n}": key for n, key in WHEEL.items()}
-    rows = [f"| `{n}` | {key.unit} | {key.meaning} |" for n, key in names.items()]
+    names |= {f"wheel.NAME.{n}": key for n, key in WHEEL_ALL.items()}
+    rows = [named(name, key) for name, key in names.items()]
     rows.append(
         "| `wheel.NAME.coulomb`, ... | | Parameters of the friction model of its model file. |"
     )
-    rows += [
-        f"| `start.{n}.x`, `.y`, `.z` | {key.unit} | {key.meaning} |" for n, key in START.items()
-    ]
+    rows += [named(f"start.{name}", key) for name, key in START.items()]
     parts = ", ".join(
         f"`{name}.KEY`"
         for name in ("controller", "compensator", "estimator", "sensors", "environment")
@@ -180,7 +193,7 @@ def page():
         "wheel, the `model.toml` with its friction; required |",
         "",
     ]
-    lines += section("start", START)
+    lines += [*section("start", START), *per_wheel()]
     for name, components, text in (
         ("controller", CONTROLLERS, "Planned for the nominal spacecraft; planned anew at events."),
         ("compensator", COMPENSATORS, ""),

@@ -19,6 +19,10 @@ file = "cubesat.toml"
 [start]
 attitude_error = ["0.2 deg", 0.0, "-0.1 deg"]
 wheel_speed = ["30 rpm", "-200 rpm", "200 rpm", "-30 rpm"]
+[imbalance]
+static_imbalance = "0.5 g·mm"
+dynamic_imbalance = ["1 g·mm²", "2 g·mm²", 1e-9, 1e-9]
+position = [[0.05, 0.05, 0.05], [-0.05, 0.05, 0.05], [-0.05, -0.05, 0.05], [0.05, -0.05, 0.05]]
 [controller]
 kind = "three_axis"
 turn_gain = 0.4
@@ -62,6 +66,14 @@ high = "10 s"
 key = "wheel.a.speed"
 distribution = "normal"
 sigma = "20 rpm"
+[[dispersion]]
+key = "wheel.*.static_imbalance"
+distribution = "log_normal"
+sigma = 0.5
+[[dispersion]]
+key = "wheel.b.position.z"
+distribution = "normal"
+sigma = 0.01
 """
 RUNS, SEED = 100, 178
 

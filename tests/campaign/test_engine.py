@@ -46,6 +46,33 @@ def test_the_size_of_blocks_changes_no_byte(small, scenario, tmp_path):
     assert (tmp_path / "runs.parquet").read_bytes() == small.store.table.read_bytes()
 
 
+def test_wheels_out_of_balance_shake_the_body_by_their_drawn_imbalance(table, kept):
+    """Body inertia 0.06, 0.12, 0.14; the jitter that Newton and Euler give it, by hand."""
+    row = {name: values[5] for name, values in table.items()}
+    assert row["wheel.a.static_imbalance"] != row["wheel.b.static_imbalance"]
+    axes = np.array([[1, -1, -1, 1], [1, 1, -1, -1], [1, 1, 1, 1]]) / np.sqrt(3.0)
+    place = 0.05 * np.sqrt(3.0) * axes
+    place[2, 1] = row["wheel.b.position.z"]
+    static = np.array([row[f"wheel.{w}.static_imbalance"] for w in "abcd"])
+    angle = kept.wheel_angle.values
+    # angles count from where the axis is crossed by x
+    first = np.cross([1.0, 0.0, 0.0], axes.T)
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    second = np.cross(axes.T, first)
+    cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
+    radial, tangent = cosine * first + sine * second, cosine * second - sine * first
+    dynamic = np.array([1e-9, 2e-9, 1e-9, 1e-9])[:, None]
+    turn = dynamic * tangent - np.cross(place.T, static[:, None] * radial)
+    expected = turn.sum(axis=1) / [0.06, 0.12, 0.14]
+    np.testing.assert_allclose(kept.jitter.values, expected, atol=1e-6 * np.max(expected))
+    # the angle is the integral of the speed
+    np.testing.assert_allclose(
+        np.diff(angle, axis=0),
+        0.125 * (kept.wheel_speed.values[1:] + kept.wheel_speed.values[:-1]),
+        atol=1e-9,
+    )
+
+
 def test_metrics_are_those_of_the_history(small, table, kept, scenario):
     row = {name: values[5] for name, values in table.items()}
     assert row["status"] == 0

@@ -47,6 +47,10 @@ def test_values_are_in_si(scenario):
     assert values["body.inertia.yy"] == 0.12
     assert values["sensors.wheel_sigma"] == pytest.approx(2e-6)
     assert values["compensator.share"] == 1.0
+    assert values["wheel.c.static_imbalance"] == pytest.approx(5e-7)  # one for all
+    assert values["wheel.b.dynamic_imbalance"] == pytest.approx(2e-9)
+    assert values["wheel.b.position.x"] == -0.05
+    assert values["wheel.d.angle"] == 0.0
     assert [event.name for event in scenario.events] == ["loss", "turn"]  # by time
     assert np.linalg.norm(scenario.axes, axis=1) == pytest.approx(1.0)
     assert scenario.dispersed[:2] == ("wheel.a.coulomb", "wheel.b.coulomb")
@@ -119,6 +123,12 @@ def test_the_digest_looks_at_the_content_alone(scenario, variant):
         ),
         (('time = "8 s"', "time = 30"), "key event[loss].time: found 30.0, expected a time before"),
         (('after = "2 s"', "after = 31"), "key metrics.after: found 31.0, expected a time before"),
+        (('"0.5 g·mm"', '"-1 g·mm"'), "key imbalance.static_imbalance: found '-1 g·mm', expected"),
+        (('"0.5 g·mm"', '"1 g·mm²"'), "key imbalance.static_imbalance '1 g·mm²': found unit"),
+        (('"2 g·mm²", ', ""), "key imbalance.dynamic_imbalance: found 3 values, expected one or 4"),
+        (("1e-9, 1e-9", "1e-9, true"), "key imbalance.dynamic_imbalance[3]: found True, expected"),
+        (("[[0.05, 0.05, 0.05]", "[[0.05]"), "key imbalance.position[0]: found [0.05], expected 3"),
+        (("[imbalance]", "[inbalance]"), "did you mean imbalance?"),
         (('"20 rpm"', '"0 %"'), "key dispersion[3].sigma: found '0 %', expected above 0"),
     ],
 )

@@ -7,7 +7,13 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat._jax import jax, jnp
-from gyrostat.body import Gyrostat, GyrostatState, Spacecraft, WheelFailures
+from gyrostat.body import (
+    Gyrostat,
+    Imbalance,
+    ImbalancedGyrostat,
+    Spacecraft,
+    WheelFailures,
+)
 from gyrostat.body.rotations import from_rotation_vector, product
 from gyrostat.campaign.components import (
     COMPENSATORS,
@@ -18,7 +24,7 @@ from gyrostat.campaign.components import (
     stacked,
 )
 from gyrostat.campaign.phases import Phases
-from gyrostat.campaign.scenario import INERTIA, Event, Scenario
+from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
 from gyrostat.campaign.schema import EVENTS, WHEEL_IS_LOST, Key, size
 from gyrostat.errors import InputError
 from gyrostat.friction import FRICTION_MODELS, Scalar
@@ -40,10 +46,10 @@ class Setup(NamedTuple):
         targets: (phases, 4).
     """
 
-    plant: Gyrostat
+    plant: Any
     controller: Any
     sensor: Any
-    start: GyrostatState
+    start: Any
     starts: Float[Array, " phases"]
     targets: Float[Array, "phases 4"]
 
@@ -86,13 +92,23 @@ def _options(values: Values, section: str) -> dict[str, Scalar]:
     }
 
 
+def _each(scenario: Scenario, values: Values, name: str) -> Any:
+    """A number of every wheel, (wheels,)."""
+    return jnp.stack([jnp.asarray(values[f"wheel.{w}.{name}"]) for w in scenario.wheels])
+
+
+def _has(scenario: Scenario, name: str) -> bool:
+    """Whether its file has the section that gives this number of the wheels."""
+    return f"wheel.{scenario.wheels[0]}.{name}" in scenario.values
+
+
 def spacecraft_of(scenario: Scenario, values: Values) -> Spacecraft:
     """Body and wheels."""
     xx, yy, zz, xy, xz, yz = (values[f"body.inertia.{end}"] for end in INERTIA)
     rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 
     def each(name: str) -> Any:
-        return jnp.stack([jnp.asarray(values[f"wheel.{w}.{name}"]) for w in scenario.wheels])
+        return _each(scenario, values, name)
 
     model = FRICTION_MODELS[scenario.friction]
     wheels = WheelArray(
@@ -176,19 +192,34 @@ def plan(scenario: Scenario) -> Plans:
     return Plans(tuple(found), np.array(targets), known)
 
 
-def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
-    """What flies; pure, for `jit` and `vmap` over the values."""
+def _plant(scenario: Scenario, values: Values, options: Values) -> tuple[Any, Any]:
+    """The spacecraft in its environment, and its state at the start."""
     own = ENVIRONMENTS[scenario.environment].make(_options(values, "environment"))
-    options = _options(values, "controller")
     if "external_torque_limit" in options:
         own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
-    plant = Gyrostat(spacecraft_of(scenario, values), _failures(scenario, values), **own)
+    plant: Any = Gyrostat(spacecraft_of(scenario, values), _failures(scenario, values), **own)
     error = stacked(values, "start.attitude_error")
-    start = plant.start(
-        attitude=product(jnp.asarray(scenario.attitude), from_rotation_vector(error)),
-        rate=stacked(values, "start.rate"),
-        wheel_speed=jnp.stack([jnp.asarray(values[f"wheel.{w}.speed"]) for w in scenario.wheels]),
-    )
+    motion = {
+        "attitude": product(jnp.asarray(scenario.attitude), from_rotation_vector(error)),
+        "rate": stacked(values, "start.rate"),
+        "wheel_speed": _each(scenario, values, "speed"),
+    }
+    if _has(scenario, "static_imbalance"):
+        position = [_each(scenario, values, f"position.{axis}") for axis in AXES]
+        imbalance = Imbalance(
+            _each(scenario, values, "static_imbalance"),
+            _each(scenario, values, "dynamic_imbalance"),
+            jnp.stack(position),
+        )
+        plant = ImbalancedGyrostat(plant, imbalance)
+        motion["wheel_angle"] = _each(scenario, values, "angle")
+    return plant, plant.start(**motion)
+
+
+def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
+    """What flies; pure, for `jit` and `vmap` over the values."""
+    options = _options(values, "controller")
+    plant, start = _plant(scenario, values, options)
     made = [
         CONTROLLERS[scenario.controller].make(plan, options, start.momentum)
         for plan in plans.controllers

@@ -21,14 +21,14 @@ from gyrostat.campaign.components import (
 )
 from gyrostat.campaign.read_dispersions import read_dispersions
 from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
-from gyrostat.campaign.schema import EVENTS, METRICS, RUN, START
+from gyrostat.campaign.schema import EVENTS, METRICS, RUN, START, WHEEL, WHEEL_PARTS
 from gyrostat.campaign.tables import Table, one_of, opened
 from gyrostat.errors import InputError
 from gyrostat.require import check_parts, check_period
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", "controller", "compensator", "sensors"),
-    *("estimator", "environment", "event", "dispersion", "metrics"),
+    *("estimator", "environment", "event", "dispersion", "metrics", *WHEEL_PARTS),
 )
 MOST_PERIODS = 100_000_000
 """Control periods in a run: more are a slip of units."""
@@ -49,7 +49,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     values |= run.numbers(RUN)
     count, substeps = _steps(run, values)
     start = top.table("start", (*START, "attitude", "wheel_speed"))
-    values |= start.numbers(START) | _wheel_speeds(start, craft)
+    values |= start.numbers(START) | _wheel_values(top, start, craft.wheel_names)
     chosen = {}
     for section, kinds, default in (
         ("controller", CONTROLLERS, None),
@@ -143,20 +143,16 @@ def _within_run(table: Table, key: str, time: float, values: dict[str, float]) -
         )
 
 
-def _wheel_speeds(start: Table, craft: SpacecraftFile) -> dict[str, float]:
-    names = craft.wheel_names
-    found = start.row.get("wheel_speed", 0.0)
-    if not isinstance(found, list):
-        found = [found] * len(names)
-    if len(found) != len(names):
-        raise InputError(
-            f"{start.path}: key start.wheel_speed: found {len(found)} values, expected one or "
-            f"{len(names)}, one a wheel"
-        )
-    return {
-        f"wheel.{name}.speed": start.value(f"wheel_speed[{k}]", entry, "speed", positive=False)
-        for k, (name, entry) in enumerate(zip(names, found, strict=True))
-    }
+def _wheel_values(top: Table, start: Table, names: tuple[str, ...]) -> dict[str, float]:
+    """Speed at the start, and what the optional sections say of every wheel."""
+    given = {"speed": start.row["wheel_speed"]} if "wheel_speed" in start.row else {}
+    found = Table(top.path, "start.wheel_", given).each("speed", WHEEL["speed"], names)
+    for section, (_, keys) in WHEEL_PARTS.items():
+        if section in top.row:
+            table = top.table(section, keys)
+            for name, entry in keys.items():
+                found |= table.each(name, entry, names)
+    return found
 
 
 def _events(top: Table, craft: SpacecraftFile, values: dict[str, float]) -> list[Event]:

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf, pi
 
+from gyrostat.campaign.scenario import AXES
 from gyrostat.units import SI_UNIT
 
 
@@ -125,6 +126,21 @@ WHEEL: dict[str, Key] = {
     "momentum_limit": positive("momentum", inf, "Largest inertia times speed."),
 }
 """Numbers of each wheel beside its friction; all but the speed from the spacecraft file."""
+WHEEL_PARTS: dict[str, tuple[str, dict[str, Key]]] = {
+    "imbalance": (
+        "Wheels out of balance shake the body (`gyrostat.body.ImbalancedGyrostat`). Leave the "
+        "section out for balanced wheels.",
+        {
+            "static_imbalance": size("imbalance", 0.0, "Mass of the rotor times its eccentricity."),
+            "dynamic_imbalance": size("inertia", 0.0, "Product of inertia of the rotor."),
+            "position": vector("m", "Of the wheel from the centre of mass."),
+            "angle": Key("angle", 0.0, "Of the rotor at the start."),
+        },
+    ),
+}
+"""Optional section -> what it is for, and its numbers, each one for all wheels or one a wheel."""
+WHEEL_ALL = {**WHEEL, **{k: v for _, keys in WHEEL_PARTS.values() for k, v in keys.items()}}
+"""Every number of a wheel but those of its friction."""
 INERTIA = Key("inertia", None, "Of the body without the rotors' own spin.")
 DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
     "normal": ("sigma",),
@@ -167,8 +183,8 @@ def key_of(key: str, parts: Mapping[str, Mapping[str, Key]]) -> Key:
     if section == "body":
         return INERTIA
     if section == "wheel":
-        name = rest[-1]
-        return WHEEL[name] if name in WHEEL else parts["friction"][name]
+        name = rest[-2] if rest[-1] in AXES else rest[-1]
+        return WHEEL_ALL[name] if name in WHEEL_ALL else parts["friction"][name]
     if section == "event":
         return parts[".".join((section, *rest[:-1]))][rest[-1]]
     own = {"run": RUN, "start": START, "metrics": METRICS}
