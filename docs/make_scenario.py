@@ -79,6 +79,12 @@ EXTRA = {
         ("boresight", "1", "none", "Body direction whose error counts; none: the whole attitude."),
     ],
 }
+DEFAULTS = {
+    "motor_constant": "of the wheel's model",
+    "static_imbalance": "of the wheel's sheet, or 0",
+    "dynamic_imbalance": "of the wheel's sheet, or 0",
+}
+"""Of keys that another file may give."""
 DISPERSIONS = """## [[dispersion]]
 
 One table for each value that scatters, or group of values. A campaign needs at least one; a single
@@ -123,8 +129,8 @@ The columns of the table of runs, beside `run`, the drawn values, `status` (0: c
 
 def entry(name, key):
     """A row of a table of keys."""
-    default = "required" if key.default is None else f"{key.default:.4g}"
-    default = "[0, 0, 0]" if key.size == 3 else default
+    default = "required" if key.default is None else f"{key.default:.4g}".replace("inf", "none")
+    default = "[0, 0, 0]" if key.size == 3 else DEFAULTS.get(name, default)
     return f"| `{name}` | {key.unit} | {default} | {key.meaning} |"
 
 

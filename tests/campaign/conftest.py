@@ -23,6 +23,10 @@ wheel_speed = ["30 rpm", "-200 rpm", "200 rpm", "-30 rpm"]
 static_imbalance = "0.5 g·mm"
 dynamic_imbalance = ["1 g·mm²", "2 g·mm²", 1e-9, 1e-9]
 position = [[0.05, 0.05, 0.05], [-0.05, 0.05, 0.05], [-0.05, -0.05, 0.05], [0.05, -0.05, 0.05]]
+[driver]
+time_constant = "40 ms"
+current_limit = ["10 mA", "150 mA", "150 mA", "150 mA"]
+current_quantum = "0.1 mA"
 [controller]
 kind = "three_axis"
 turn_gain = 0.4
@@ -70,6 +74,10 @@ sigma = "20 rpm"
 key = "wheel.*.static_imbalance"
 distribution = "log_normal"
 sigma = 0.5
+[[dispersion]]
+key = "wheel.b.motor_constant"
+distribution = "normal"
+sigma = "2 %"
 [[dispersion]]
 key = "wheel.b.position.z"
 distribution = "normal"

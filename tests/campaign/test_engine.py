@@ -73,6 +73,20 @@ def test_wheels_out_of_balance_shake_the_body_by_their_drawn_imbalance(table, ke
     )
 
 
+def test_currents_follow_what_is_commanded_through_the_driver(table, kept):
+    row = {name: values[5] for name, values in table.items()}
+    constant = np.array([5e-3, row["wheel.b.motor_constant"], 5e-3, 5e-3])
+    wanted = kept.torque.values[:-1] / constant
+    limit = np.array([0.01, 0.15, 0.15, 0.15])
+    target = np.clip(1e-4 * np.round(wanted / 1e-4), -limit, limit)
+    current = kept.motor_current.values
+    expected = target + (current[:-1] - target) * np.exp(-0.25 / 0.04)
+    np.testing.assert_allclose(current[1:], expected, atol=1e-12)
+    cut = np.abs(wanted) > limit
+    assert np.any(cut)
+    np.testing.assert_array_equal(kept.saturated.values[:-1], cut)
+
+
 def test_metrics_are_those_of_the_history(small, table, kept, scenario):
     row = {name: values[5] for name, values in table.items()}
     assert row["status"] == 0
@@ -111,7 +125,7 @@ def test_metrics_are_those_of_the_history(small, table, kept, scenario):
         "torque_peak": np.max(np.abs(torque)),
         "torque_rms": np.sqrt(np.mean(torque**2)),
         "energy": 0.25 * np.sum(np.abs(torque * speed)),
-        "saturated": np.mean(np.any(np.abs(torque) >= 0.999e-3, axis=1)),
+        "saturated": np.mean(np.any((np.abs(torque) >= 0.999e-3) | kept.saturated, axis=1)),
         "settling": settled,
         "ended": 30.0,
     }

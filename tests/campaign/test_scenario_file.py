@@ -51,6 +51,8 @@ def test_values_are_in_si(scenario):
     assert values["wheel.b.dynamic_imbalance"] == pytest.approx(2e-9)
     assert values["wheel.b.position.x"] == -0.05
     assert values["wheel.d.angle"] == 0.0
+    assert values["wheel.a.current_limit"] == pytest.approx(0.01)
+    assert values["wheel.a.motor_constant"] == 5e-3  # of its model file
     assert [event.name for event in scenario.events] == ["loss", "turn"]  # by time
     assert np.linalg.norm(scenario.axes, axis=1) == pytest.approx(1.0)
     assert scenario.dispersed[:2] == ("wheel.a.coulomb", "wheel.b.coulomb")
@@ -128,6 +130,9 @@ def test_the_digest_looks_at_the_content_alone(scenario, variant):
         (('"2 g·mm²", ', ""), "key imbalance.dynamic_imbalance: found 3 values, expected one or 4"),
         (("1e-9, 1e-9", "1e-9, true"), "key imbalance.dynamic_imbalance[3]: found True, expected"),
         (("[[0.05, 0.05, 0.05]", "[[0.05]"), "key imbalance.position[0]: found [0.05], expected 3"),
+        (("[driver]", "[driver]\nresistance = 1\nbus = 5"), "key driver.bus: found an unknown key"),
+        (("[driver]", "[driver]\nbus_voltage = 5"), "driver resistance: found 0 Ω, expected more"),
+        (('"10 mA"', '"0 mA"'), "key driver.current_limit[0]: found '0 mA', expected above 0"),
         (("[imbalance]", "[inbalance]"), "did you mean imbalance?"),
         (('"20 rpm"', '"0 %"'), "key dispersion[3].sigma: found '0 %', expected above 0"),
     ],
@@ -160,9 +165,9 @@ def test_the_covariance_of_a_fit_is_taken_over(variant, tmp_path):
     (tmp_path / "fit.json").write_text(json.dumps(fit))
     path.write_text(path.read_text() + '[[dispersion]]\nfit = "fit.json"\nwheel = "a"\n')
     found = read_scenario(path).dispersions[-1]
-    assert found.keys == ("wheel.a.viscous", "wheel.a.coulomb")
+    assert found.keys == tuple(f"wheel.a.{name}" for name in names)
     spread = np.array(found.spread)
-    expected = np.outer(sigma[1:], sigma[1:]) * np.array(rho)[1:, 1:]
+    expected = np.outer(sigma, sigma) * np.array(rho)
     np.testing.assert_allclose(spread @ spread.T, expected, rtol=1e-12)
     fit["correlation"]["matrix"] = "none"
     (tmp_path / "fit.json").write_text(json.dumps(fit))

@@ -15,6 +15,7 @@ from gyrostat.body.bench_wheel import (
     MomentumSensor,
     TorqueCommand,
 )
+from gyrostat.body.driven_gyrostat import DrivenGyrostat
 from gyrostat.body.environment import CircularOrbit, GravityGradient, HarmonicTorque
 from gyrostat.body.failures import WheelFailures
 from gyrostat.body.gyro import Gyro, TableMeasurement, TableSensors, TrueTurn, Turn
@@ -67,6 +68,7 @@ __all__ = [
     "BodyTorqueCommand",
     "CircularOrbit",
     "DriveRecord",
+    "DrivenGyrostat",
     "EulerAngles",
     "EulerMeasurement",
     "EulerSensor",

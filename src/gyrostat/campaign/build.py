@@ -1,6 +1,7 @@
 """A scenario as what flies: plant, controller, sensor and start, from one run's values."""
 
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ from jaxtyping import Array, Float
 
 from gyrostat._jax import jax, jnp
 from gyrostat.body import (
+    DrivenGyrostat,
     Gyrostat,
     Imbalance,
     ImbalancedGyrostat,
@@ -28,7 +30,7 @@ from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
 from gyrostat.campaign.schema import EVENTS, WHEEL_IS_LOST, Key, size
 from gyrostat.errors import InputError
 from gyrostat.friction import FRICTION_MODELS, Scalar
-from gyrostat.wheel import WheelArray
+from gyrostat.wheel import Driver, WheelArray
 
 Values = Mapping[str, Scalar]
 """Key -> number, SI."""
@@ -213,6 +215,11 @@ def _plant(scenario: Scenario, values: Values, options: Values) -> tuple[Any, An
         )
         plant = ImbalancedGyrostat(plant, imbalance)
         motion["wheel_angle"] = _each(scenario, values, "angle")
+    if _has(scenario, "motor_constant"):
+        names = [field.name for field in fields(Driver)]
+        # the wheel's own limit of torque counts before the driver's
+        numbers = {n: _each(scenario, values, n) for n in names if n != "torque_limit"}
+        plant = DrivenGyrostat(plant, Driver(**numbers), _each(scenario, values, "motor_constant"))
     return plant, plant.start(**motion)
 
 

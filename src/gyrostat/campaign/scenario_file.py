@@ -49,7 +49,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     values |= run.numbers(RUN)
     count, substeps = _steps(run, values)
     start = top.table("start", (*START, "attitude", "wheel_speed"))
-    values |= start.numbers(START) | _wheel_values(top, start, craft.wheel_names)
+    values |= start.numbers(START) | _wheel_values(top, start, craft)
     chosen = {}
     for section, kinds, default in (
         ("controller", CONTROLLERS, None),
@@ -143,13 +143,20 @@ def _within_run(table: Table, key: str, time: float, values: dict[str, float]) -
         )
 
 
-def _wheel_values(top: Table, start: Table, names: tuple[str, ...]) -> dict[str, float]:
-    """Speed at the start, and what the optional sections say of every wheel."""
+def _wheel_values(top: Table, start: Table, craft: SpacecraftFile) -> dict[str, float]:
+    """Speed at the start, and what the optional sections, or its model, say of every wheel."""
+    names = craft.wheel_names
     given = {"speed": start.row["wheel_speed"]} if "wheel_speed" in start.row else {}
     found = Table(top.path, "start.wheel_", given).each("speed", WHEEL["speed"], names)
     for section, (_, keys) in WHEEL_PARTS.items():
         if section in top.row:
             table = top.table(section, keys)
+            known = {
+                name: [own[name] for own in craft.wheel_values]
+                for name in keys
+                if all(name in own for own in craft.wheel_values)
+            }
+            table = Table(table.path, table.prefix, {**known, **table.row})
             for name, entry in keys.items():
                 found |= table.each(name, entry, names)
     return found

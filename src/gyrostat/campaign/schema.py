@@ -137,6 +137,19 @@ WHEEL_PARTS: dict[str, tuple[str, dict[str, Key]]] = {
             "angle": Key("angle", 0.0, "Of the rotor at the start."),
         },
     ),
+    "driver": (
+        "Electronics between commanded torque and motor (`gyrostat.body.DrivenGyrostat`). Leave "
+        "the section out for motors that give their torque at once. For a delay see "
+        "`run.command_delay`; within a control period the lag is resolved to `run.step`.",
+        {
+            "motor_constant": positive("motor_constant", None, "Of the motor."),
+            "time_constant": size("time", 0.0, "Of the current loop; 0: none."),
+            "current_limit": positive("current", inf, "Largest current."),
+            "current_quantum": size("current", 0.0, "Step of the commanded current; 0: none."),
+            "bus_voltage": positive("V", inf, "That drives the current."),
+            "resistance": size("Ω", 0.0, "Of the winding."),
+        },
+    ),
 }
 """Optional section -> what it is for, and its numbers, each one for all wheels or one a wheel."""
 WHEEL_ALL = {**WHEEL, **{k: v for _, keys in WHEEL_PARTS.values() for k, v in keys.items()}}
@@ -157,10 +170,10 @@ RESULTS: dict[str, tuple[str, str]] = {
     "crossings": ("1", "How often a wheel came to zero speed after `metrics.after`."),
     "crossing_peak": ("rad", "Largest error within `metrics.crossing_window` of one; none: none."),
     "momentum_peak": ("N·m·s", "Largest momentum of any wheel."),
-    "torque_peak": ("N·m", "Largest motor torque of any wheel."),
-    "torque_rms": ("N·m", "Root mean square of the motor torques of all wheels."),
-    "saturated": ("1", "Share of the time in which a wheel was at its torque or momentum limit."),
-    "energy": ("J", "Mechanical work of the motors, braking counted as work."),
+    "torque_peak": ("N·m", "Largest motor torque commanded to any wheel."),
+    "torque_rms": ("N·m", "Root mean square of the commanded motor torques of all wheels."),
+    "saturated": ("1", "Share of the time with a wheel at a limit of torque, momentum or driver."),
+    "energy": ("J", "Mechanical work of the commanded torques, braking counted as work."),
 }
 """Metric -> its unit and meaning; before them stand the percentiles of the pointing error."""
 
