@@ -18,6 +18,7 @@ from gyrostat.body.bench_wheel import (
 from gyrostat.body.driven_gyrostat import DrivenGyrostat
 from gyrostat.body.environment import CircularOrbit, GravityGradient, HarmonicTorque
 from gyrostat.body.failures import WheelFailures
+from gyrostat.body.friction_steps import FrictionSteps
 from gyrostat.body.gyro import Gyro, TableMeasurement, TableSensors, TrueTurn, Turn
 from gyrostat.body.gyrostat import (
     Gyrostat,
@@ -73,6 +74,7 @@ __all__ = [
     "EulerMeasurement",
     "EulerSensor",
     "EulerState",
+    "FrictionSteps",
     "GravityGradient",
     "Gyro",
     "Gyrostat",
