@@ -212,7 +212,7 @@ def page():
         "## [[event]]",
         "",
         "Each has a `name` of its own, a `kind`, a `wheel` (by name) unless it is a slew, and a "
-        "wheel has one event. `target` is a quaternion, scalar first.",
+        "wheel has one friction step and one other event. `target` is a quaternion, scalar first.",
         "",
     ]
     for kind, (meaning, keys) in EVENTS.items():

@@ -49,6 +49,13 @@ kind = "torque_lost"
 wheel = "c"
 time = "8 s"
 detected_after = "1 s"
+[[event]]
+name = "worn"
+kind = "friction_step"
+wheel = "b"
+time = "12.1 s"
+factor = 3.0
+coulomb = "50 µN·m"
 [metrics]
 after = "2 s"
 boresight = [1.0, 0.0, 0.0]
@@ -78,6 +85,11 @@ sigma = 0.5
 key = "wheel.b.motor_constant"
 distribution = "normal"
 sigma = "2 %"
+[[dispersion]]
+key = "event.worn.coulomb"
+distribution = "uniform"
+low = "-20 %"
+high = "20 %"
 [[dispersion]]
 key = "wheel.b.position.z"
 distribution = "normal"

@@ -87,6 +87,31 @@ def test_currents_follow_what_is_commanded_through_the_driver(table, kept):
     np.testing.assert_array_equal(kept.saturated.values[:-1], cut)
 
 
+def test_a_bearing_that_wears_takes_its_new_friction_from_its_time_on(table, kept, scenario):
+    """What the motor gives, less the change of the rotor's momentum, is the friction of wheel b."""
+    row = {name: values[5] for name, values in table.items()}
+    axis = scenario.axes[1]
+    # the jitter turns the body about; the rate without it is what the rotor feels
+    speed = kept.wheel_speed.values[:, 1]
+    own = 2e-5 * (speed + kept.rate.values @ axis)
+    constant, tau = row["wheel.b.motor_constant"], 0.04
+    wanted = kept.torque.values[:-1, 1] / constant
+    target = 1e-4 * np.round(wanted / 1e-4)
+    start = kept.motor_current.values[:-1, 1]
+    mean = target + (start - target) * tau / 0.25 * -np.expm1(-0.25 / tau)
+    friction = constant * mean - np.diff(own) / 0.25
+    middle = 0.5 * (speed[1:] + speed[:-1])
+    fast = middle < -10.0  # where the Stribeck peak is over
+    assert np.sum(fast & (kept.time.values[:-1] > 12.1)) > 4
+    before = -row["wheel.b.coulomb"] + 1e-7 * middle
+    after = -row["event.worn.coulomb"] + 3e-7 * middle
+    # from 12.1 s on, within the control period that begins at 12 s
+    share = np.clip((12.1 - kept.time.values[:-1]) / 0.25, 0.0, 1.0)
+    expected = share * before + (1.0 - share) * after
+    # where the curve has a kink within a period, its mean speed is not quite the middle
+    np.testing.assert_allclose(friction[fast], expected[fast], rtol=2e-4)
+
+
 def test_metrics_are_those_of_the_history(small, table, kept, scenario):
     row = {name: values[5] for name, values in table.items()}
     assert row["status"] == 0

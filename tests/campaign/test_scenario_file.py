@@ -53,7 +53,7 @@ def test_values_are_in_si(scenario):
     assert values["wheel.d.angle"] == 0.0
     assert values["wheel.a.current_limit"] == pytest.approx(0.01)
     assert values["wheel.a.motor_constant"] == 5e-3  # of its model file
-    assert [event.name for event in scenario.events] == ["loss", "turn"]  # by time
+    assert [event.name for event in scenario.events] == ["loss", "worn", "turn"]  # by time
     assert np.linalg.norm(scenario.axes, axis=1) == pytest.approx(1.0)
     assert scenario.dispersed[:2] == ("wheel.a.coulomb", "wheel.b.coulomb")
 
@@ -133,6 +133,11 @@ def test_the_digest_looks_at_the_content_alone(scenario, variant):
         (("[driver]", "[driver]\nresistance = 1\nbus = 5"), "key driver.bus: found an unknown key"),
         (("[driver]", "[driver]\nbus_voltage = 5"), "driver resistance: found 0 Ω, expected more"),
         (('"10 mA"', '"0 mA"'), "key driver.current_limit[0]: found '0 mA', expected above 0"),
+        (('factor = 3.0\ncoulomb = "50 µN·m"', ""), "key event[worn].factor: found none, expected"),
+        (("factor = 3.0", "factor = -3.0"), "key event[worn].factor: found -3.0, expected 0 or"),
+        (("factor = 3.0", "stribek = 1"), "key event[worn].stribek: found an unknown key (did you"),
+        (("factor = 3.0", "stribeck_speed = 0"), "key event[worn].stribeck_speed: found 0"),
+        (('wheel = "b"', 'wheel = "f"'), "key event[worn].wheel: found no wheel 'f'"),
         (("[imbalance]", "[inbalance]"), "did you mean imbalance?"),
         (('"20 rpm"', '"0 %"'), "key dispersion[3].sigma: found '0 %', expected above 0"),
     ],
@@ -152,6 +157,13 @@ def test_a_second_loss_leaves_too_few_wheels(variant):
     )
     with pytest.raises(InputError, match=r"key event\[a\]: found working wheels that do not span"):
         read_scenario(variant(more=more))
+
+
+def test_a_wheel_may_fail_and_wear_once_each(variant):
+    worn = '[[event]]\nname = "more"\nkind = "friction_step"\nwheel = "{}"\nfactor = 2\ntime = 20\n'
+    assert len(read_scenario(variant(more=worn.format("c"))).events) == 4
+    with pytest.raises(InputError, match="expected one failure and one friction step a wheel"):
+        read_scenario(variant(more=worn.format("b")))
 
 
 def test_the_covariance_of_a_fit_is_taken_over(variant, tmp_path):

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 from gyrostat._jax import jax, jnp
 from gyrostat.body import (
     DrivenGyrostat,
+    FrictionSteps,
     Gyrostat,
     Imbalance,
     ImbalancedGyrostat,
@@ -27,9 +28,9 @@ from gyrostat.campaign.components import (
 )
 from gyrostat.campaign.phases import Phases
 from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
-from gyrostat.campaign.schema import EVENTS, WHEEL_IS_LOST, Key, size
+from gyrostat.campaign.schema import EVENTS, WHEEL_IS_LOST, Key, friction_keys
 from gyrostat.errors import InputError
-from gyrostat.friction import FRICTION_MODELS, Scalar
+from gyrostat.friction import FRICTION_MODELS, Friction, Scalar
 from gyrostat.wheel import Driver, WheelArray
 
 Values = Mapping[str, Scalar]
@@ -72,17 +73,15 @@ class Plans(NamedTuple):
 
 def parts_of(scenario: Scenario) -> dict[str, Mapping[str, Key]]:
     """The keys of what a scenario has chosen, for `gyrostat.campaign.schema.key_of`."""
-    friction = FRICTION_MODELS[scenario.friction]
+    friction = friction_keys(FRICTION_MODELS[scenario.friction].dimensions())
     return {
         "controller": CONTROLLERS[scenario.controller].keys,
         "compensator": COMPENSATORS[scenario.compensator].keys,
         "sensors": SENSORS[scenario.sensors].keys,
         "estimator": ESTIMATORS[scenario.estimator].keys,
         "environment": ENVIRONMENTS[scenario.environment].keys,
-        "friction": {
-            n: size(d, None, "Of its friction.") for n, d in friction.dimensions().items()
-        },
-        **{f"event.{event.name}": EVENTS[event.kind][1] for event in scenario.events},
+        "friction": friction,
+        **{f"event.{e.name}": {**EVENTS[e.kind][1], **friction} for e in scenario.events},
     }
 
 
@@ -126,7 +125,7 @@ def spacecraft_of(scenario: Scenario, values: Values) -> Spacecraft:
 
 
 def _failures(scenario: Scenario, values: Values) -> WheelFailures | None:
-    befallen = [event for event in scenario.events if event.wheel is not None]
+    befallen = [e for e in scenario.events if e.wheel is not None and e.kind != "friction_step"]
     if not befallen:
         return None
     failures = WheelFailures.none(len(scenario.wheels))
@@ -148,6 +147,24 @@ def _failures(scenario: Scenario, values: Values) -> WheelFailures | None:
             lambda new, old, own=index: jnp.where(own, new, old), changed, failures
         )
     return failures
+
+
+def _friction_steps(scenario: Scenario, values: Values, before: Friction) -> FrictionSteps | None:
+    stepping = [event for event in scenario.events if event.kind == "friction_step"]
+    if not stepping:
+        return None
+    time, dimensions = jnp.full(len(scenario.wheels), jnp.inf), before.dimensions()
+    after = before.parameters()
+    for event in stepping:
+        own = _options(values, f"event.{event.name}")
+        index = jnp.arange(len(scenario.wheels)) == event.wheel
+        time = jnp.where(index, own["time"], time)
+        for name, dimension in dimensions.items():
+            # a factor makes the bearing heavier; where its curve bends stays
+            factor = 1.0 if dimension == "speed" else own["factor"]
+            value = own.get(name, factor * after[name])
+            after[name] = jnp.where(index, value, after[name])
+    return FrictionSteps(time, type(before)(**after))
 
 
 def phases_of(scenario: Scenario) -> list[Event]:
@@ -199,7 +216,9 @@ def _plant(scenario: Scenario, values: Values, options: Values) -> tuple[Any, An
     own = ENVIRONMENTS[scenario.environment].make(_options(values, "environment"))
     if "external_torque_limit" in options:
         own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
-    plant: Any = Gyrostat(spacecraft_of(scenario, values), _failures(scenario, values), **own)
+    craft = spacecraft_of(scenario, values)
+    own["friction_steps"] = _friction_steps(scenario, values, craft.wheels.friction)
+    plant: Any = Gyrostat(craft, _failures(scenario, values), **own)
     error = stacked(values, "start.attitude_error")
     motion = {
         "attitude": product(jnp.asarray(scenario.attitude), from_rotation_vector(error)),

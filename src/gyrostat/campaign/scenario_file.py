@@ -21,7 +21,15 @@ from gyrostat.campaign.components import (
 )
 from gyrostat.campaign.read_dispersions import read_dispersions
 from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
-from gyrostat.campaign.schema import EVENTS, METRICS, RUN, START, WHEEL, WHEEL_PARTS
+from gyrostat.campaign.schema import (
+    EVENTS,
+    METRICS,
+    RUN,
+    START,
+    WHEEL,
+    WHEEL_PARTS,
+    friction_keys,
+)
 from gyrostat.campaign.tables import Table, one_of, opened
 from gyrostat.errors import InputError
 from gyrostat.require import check_parts, check_period
@@ -175,19 +183,28 @@ def _events(top: Table, craft: SpacecraftFile, values: dict[str, float]) -> list
         kind = one_of(row, "", "kind", EVENTS, None)
         keys = EVENTS[kind][1]
         own = "target" if kind == "slew" else "wheel"
-        row.known(("name", "kind", own, *keys))
-        numbers = row.numbers(keys)
+        friction = {}
+        if kind == "friction_step":
+            friction = friction_keys(craft.spacecraft.wheels.friction.dimensions())
+        row.known(("name", "kind", own, *keys, *friction))
+        given = {name: entry for name, entry in friction.items() if name in row.row}
+        if friction and not given and "factor" not in row.row:
+            raise InputError(
+                f"{top.path}: key {row.prefix}factor: found none, expected one, or values of "
+                f"{', '.join(friction)}"
+            )
+        numbers = row.numbers({**keys, **given})
         values |= {f"event.{name}.{k.rsplit('.', 1)[-1]}": v for k, v in numbers.items()}
         _within_run(row, "time", values[f"event.{name}.time"], values)
         if kind == "slew":
             found.append(Event(name, kind, target=row.unit("target", 4, None)))
             continue
         wheel = craft.wheel_number(row.text("wheel", None), f"{top.path}: key {row.prefix}wheel")
-        if wheel in befallen:
+        if (wheel, kind == "friction_step") in befallen:
             raise InputError(
                 f"{top.path}: key {row.prefix}wheel: found {craft.wheel_names[wheel]}, which "
-                "another event befalls, expected one event a wheel"
+                "another event befalls, expected one failure and one friction step a wheel"
             )
-        befallen.add(wheel)
+        befallen.add((wheel, kind == "friction_step"))
         found.append(Event(name, kind, wheel=wheel))
     return found

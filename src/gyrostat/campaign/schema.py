@@ -111,6 +111,15 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
         "The bearing of `wheel` gets heavier; the controller is not told.",
         {"time": _TIME, "added_viscous": size("viscous", None, "Drag added to the bearing.")},
     ),
+    "friction_step": (
+        "The bearing of `wheel` changes: its friction grows by a factor, or any parameter of its "
+        "friction model, such as `coulomb`, gets the value that stands here under its name; the "
+        "controller is not told.",
+        {
+            "time": _TIME,
+            "factor": size("1", 1.0, "Of friction torques and viscous drag that get no value."),
+        },
+    ),
     "tachometer_lost": (
         "The speed of `wheel` is no longer measured: the last value stays.",
         {"time": _TIME},
@@ -161,6 +170,15 @@ DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
     "log_normal": ("sigma",),
 }
 """Distribution -> what it needs."""
+
+
+def friction_keys(dimensions: Mapping[str, str]) -> dict[str, Key]:
+    """Parameters of a friction model, from their dimensions."""
+    return {
+        name: (positive if dimension == "speed" else size)(dimension, None, "Of its friction.")
+        for name, dimension in dimensions.items()
+    }
+
 
 RESULTS: dict[str, tuple[str, str]] = {
     "error_max": ("rad", "Largest pointing error after `metrics.after`."),
