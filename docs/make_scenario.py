@@ -4,11 +4,11 @@ from pathlib import Path
 
 from gyrostat.campaign.components import (
     COMPENSATORS,
-    CONTROLLERS,
     ENVIRONMENTS,
     ESTIMATORS,
     SENSORS,
 )
+from gyrostat.campaign.controllers import CONTROLLERS
 from gyrostat.campaign.schema import (
     EVENTS,
     INERTIA,

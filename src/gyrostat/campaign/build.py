@@ -20,12 +20,12 @@ from gyrostat.body import (
 from gyrostat.body.rotations import from_rotation_vector, product
 from gyrostat.campaign.components import (
     COMPENSATORS,
-    CONTROLLERS,
     ENVIRONMENTS,
     ESTIMATORS,
     SENSORS,
     stacked,
 )
+from gyrostat.campaign.controllers import CONTROLLERS, IGNORED, TOLD, Situation
 from gyrostat.campaign.phases import Phases
 from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
 from gyrostat.campaign.schema import EVENTS, WHEEL_IS_LOST, Key, friction_keys
@@ -167,10 +167,16 @@ def _friction_steps(scenario: Scenario, values: Values, before: Friction) -> Fri
     return FrictionSteps(time, type(before)(**after))
 
 
+def _turning_points(scenario: Scenario) -> list[Event]:
+    """Slews and losses of wheels, in the nominal order in which they are known."""
+    found = [e for e in scenario.events if e.kind == "slew" or e.kind in WHEEL_IS_LOST]
+    return sorted(found, key=lambda event: _told(event, scenario.values))
+
+
 def phases_of(scenario: Scenario) -> list[Event]:
     """The events after which the controller has another plan, in their nominal order."""
-    planned = [e for e in scenario.events if e.kind == "slew" or e.kind in WHEEL_IS_LOST]
-    return sorted(planned, key=lambda event: _told(event, scenario.values))
+    is_told = CONTROLLERS[scenario.controller].losses == TOLD
+    return [e for e in _turning_points(scenario) if is_told or e.kind == "slew"]
 
 
 def _told(event: Event, values: Values) -> Any:
@@ -191,21 +197,33 @@ def plan(scenario: Scenario) -> Plans:
     """
     known = spacecraft_of(scenario, scenario.values)
     chosen = CONTROLLERS[scenario.controller]
-    working, seized = np.ones(len(scenario.wheels), bool), np.zeros(len(scenario.wheels), bool)
+    count = len(scenario.wheels)
+    left, seized = np.ones(count, bool), np.zeros(count, bool)
     target, found, targets = scenario.target, [], []
-    for event in (None, *phases_of(scenario)):
-        if event is not None and event.wheel is not None:
-            working[event.wheel] = False
-            seized[event.wheel] |= event.kind == "seized"
+    for event in (None, *_turning_points(scenario)):
+        wheel = None if event is None else event.wheel
+        if event is not None and wheel is not None and chosen.losses != IGNORED:
+            left[wheel] = False
+            seized[wheel] |= event.kind == "seized"
         if event is not None and event.target is not None:
             target = event.target
-        if np.linalg.matrix_rank(np.asarray(scenario.axes) * working[:, None], tol=1e-6) < 3:
+        if np.linalg.matrix_rank(np.asarray(scenario.axes) * left[:, None], tol=1e-6) < 3:
             raise InputError(
                 f"key {'controller' if event is None else f'event[{event.name}]'}: found working "
                 "wheels that do not span space, expected wheels about every axis (gyrostat recover "
                 "flies with fewer)"
             )
-        made = chosen.plan(known, working.copy(), seized.copy(), np.array(target))
+        told = chosen.losses == TOLD
+        if wheel is not None and not told:
+            continue
+        case = Situation(
+            spacecraft=known,
+            working=left.copy() if told else np.ones(count, bool),
+            seized=seized.copy() if told else np.zeros(count, bool),
+            target=np.array(target),
+            delay=scenario.command_delay,
+        )
+        made = chosen.plan(case)
         found.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), made))
         targets.append(target)
     return Plans(tuple(found), np.array(targets), known)

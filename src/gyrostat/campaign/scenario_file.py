@@ -13,12 +13,12 @@ from gyrostat.body import SpacecraftFile, read_spacecraft
 from gyrostat.campaign.build import build, parts_of, plan
 from gyrostat.campaign.components import (
     COMPENSATORS,
-    CONTROLLERS,
     ENVIRONMENTS,
     ESTIMATOR_OF,
     ESTIMATORS,
     SENSORS,
 )
+from gyrostat.campaign.controllers import CONTROLLERS, TOLD
 from gyrostat.campaign.read_dispersions import read_dispersions
 from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
 from gyrostat.campaign.schema import (
@@ -79,7 +79,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     metrics = top.table("metrics", (*METRICS, "percentiles", "boresight"))
     values |= metrics.numbers(METRICS)
     _within_run(metrics, "after", values["metrics.after"], values)
-    events = _events(top, craft, values)
+    events = _events(top, craft, values, chosen["controller"])
     scenario = Scenario(
         name=top.text("name", path.stem),
         wheels=craft.wheel_names,
@@ -170,7 +170,9 @@ def _wheel_values(top: Table, start: Table, craft: SpacecraftFile) -> dict[str, 
     return found
 
 
-def _events(top: Table, craft: SpacecraftFile, values: dict[str, float]) -> list[Event]:
+def _events(
+    top: Table, craft: SpacecraftFile, values: dict[str, float], controller: str
+) -> list[Event]:
     found, befallen = [], set()
     for number, row in enumerate(top.tables("event")):
         name = row.text("name", str(number + 1))
@@ -183,6 +185,14 @@ def _events(top: Table, craft: SpacecraftFile, values: dict[str, float]) -> list
         kind = one_of(row, "", "kind", EVENTS, None)
         keys = EVENTS[kind][1]
         own = "target" if kind == "slew" else "wheel"
+        if "detected_after" in keys and CONTROLLERS[controller].losses != TOLD:
+            if "detected_after" in row.row:
+                raise row.refuse(
+                    "detected_after",
+                    row.row["detected_after"],
+                    f"none: nobody tells the controller {controller} of a lost wheel",
+                )
+            keys = {name: entry for name, entry in keys.items() if name != "detected_after"}
         friction = {}
         if kind == "friction_step":
             friction = friction_keys(craft.spacecraft.wheels.friction.dimensions())

@@ -79,7 +79,7 @@ METRICS: dict[str, Key] = {
     ),
 }
 _TIME = size("time", None, "When it happens.")
-_DETECTED = size("time", 1.0, "From then until the controller allocates to the other wheels.")
+_DETECTED = size("time", 1.0, "From then until the controller is told, if it is told.")
 _DRAG = size("viscous", 0.0, "Drag added to the bearing.")
 EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
     "slew": ("The controller gets another `target`.", {"time": _TIME}),
