@@ -12,6 +12,7 @@ from gyrostat.body.rotations import Vector
 from gyrostat.campaign.components import Component, Options
 from gyrostat.campaign.schema import positive, size
 from gyrostat.control import (
+    AttitudeRegulator,
     AttitudeTargets,
     LeastLargest,
     MomentumManagement,
@@ -123,6 +124,25 @@ def _detecting(plan: WheelArrayControl, options: Options, momentum: Vector) -> W
     return replace(found, watch=replace(found.watch, **{name: options[name] for name in names}))
 
 
+def _plan_regulator(case: Situation) -> AttitudeRegulator:
+    found = AttitudeRegulator(case.spacecraft, jnp.asarray(case.target))
+    check_parts(found)
+    return found
+
+
+def _regulator(plan: AttitudeRegulator, options: Options, momentum: Vector) -> AttitudeRegulator:
+    return replace(plan, **options)
+
+
+def _linear(plan: AttitudeRegulator, options: Options, momentum: Vector) -> AttitudeRegulator:
+    return replace(plan, **options).linear()
+
+
+_REGULATOR_KEYS = {
+    "attitude_weight": positive("1", 16.0, "Of a quarter of a small error, squared."),
+    "rate_weight": positive("s²/rad²", 16.0, "Of the body rate, squared."),
+    "torque_weight": positive("1/(N·m)²", 1.0, "Of the body torque, squared."),
+}
 _ARRAY_KEYS = {
     "turn_gain": positive("1/s", 0.1, "Rate over error near the target."),
     "rate_gain": positive("1/s", 0.4, "Of the rate loop."),
@@ -179,5 +199,21 @@ CONTROLLERS: dict[str, PlannedController] = {
         _detecting,
         _plan_array(LeastLargest()),
         FOUND,
+    ),
+    "lqr": PlannedController(
+        "State feedback of attitude and rate by the linear quadratic regulator "
+        "(`gyrostat.control.AttitudeRegulator`), without any limit of the rate. It knows nothing "
+        "of lost wheels, of drag and of external torques.",
+        _REGULATOR_KEYS,
+        _linear,
+        _plan_regulator,
+        IGNORED,
+    ),
+    "sdre": PlannedController(
+        "The same by the state-dependent Riccati equation, solved at each sample.",
+        _REGULATOR_KEYS,
+        _regulator,
+        _plan_regulator,
+        IGNORED,
     ),
 }

@@ -2,6 +2,7 @@
 
 from gyrostat.control.allocation import LeastLargest, PseudoInverse
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
+from gyrostat.control.attitude_regulator import AttitudeRegulator
 from gyrostat.control.boresight import BoresightLaw, WheelMap, governed
 from gyrostat.control.command import CurrentCommand
 from gyrostat.control.conditioned_compensator import ConditionedCompensator
@@ -56,6 +57,7 @@ from gyrostat.control.wheel_watch import WheelWatch
 __all__ = [
     "ArrayCommand",
     "AttitudePID",
+    "AttitudeRegulator",
     "AttitudeTargets",
     "BoresightLaw",
     "Compensation",
