@@ -271,7 +271,10 @@ def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
     starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(scenario, values)])
     joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
     controller = COMPENSATORS[scenario.compensator].make(
-        _options(values, "compensator"), Phases(starts, joined), plans.known
+        _options(values, "compensator"),
+        Phases(starts, joined),
+        plans.known,
+        scenario.command_delay,
     )
     controller = ESTIMATORS[scenario.estimator].make(
         _options(values, "estimator"), controller, _options(scenario.values, "sensors")

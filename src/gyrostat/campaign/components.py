@@ -21,8 +21,8 @@ from gyrostat.body import (
 from gyrostat.body.environment import EARTH, EARTH_RADIUS
 from gyrostat.body.rotations import Vector
 from gyrostat.campaign.schema import Key, positive, size, vector
-from gyrostat.control import EstimatedControl, FrictionFeedForward
-from gyrostat.estimate import AttitudeFilter
+from gyrostat.control import EstimatedControl, FrictionFeedForward, FrictionFilterFeedForward
+from gyrostat.estimate import AttitudeFilter, FrictionTorqueFilter
 from gyrostat.friction import Scalar
 
 Options = Mapping[str, Scalar]
@@ -44,7 +44,9 @@ class Component:
     make: Callable[..., Any]
 
 
-def _friction_model(options: Options, controller: Any, known: Spacecraft) -> FrictionFeedForward:
+def _friction_model(
+    options: Options, controller: Any, known: Spacecraft, delay: int
+) -> FrictionFeedForward:
     wheels = known.wheels
     return FrictionFeedForward(
         controller,
@@ -53,6 +55,20 @@ def _friction_model(options: Options, controller: Any, known: Spacecraft) -> Fri
         jnp.asarray(wheels.torque_limit),
         options["band"],
         options["share"],
+    )
+
+
+def _friction_filter(
+    options: Options, controller: Any, known: Spacecraft, delay: int
+) -> FrictionFilterFeedForward:
+    wheels = known.wheels
+    return FrictionFilterFeedForward(
+        controller,
+        FrictionTorqueFilter(**options),
+        jnp.asarray(wheels.axes),
+        jnp.asarray(wheels.inertia),
+        jnp.asarray(wheels.torque_limit),
+        delay,
     )
 
 
@@ -96,7 +112,7 @@ def _in_orbit(options: Options) -> dict[str, Any]:
 
 
 COMPENSATORS: dict[str, Component] = {
-    "none": Component("None.", {}, lambda options, controller, known: controller),
+    "none": Component("None.", {}, lambda options, controller, known, delay: controller),
     "friction_model": Component(
         "Adds the friction of the wheel's nominal model at the measured speed "
         "(`gyrostat.control.FrictionFeedForward`).",
@@ -105,6 +121,21 @@ COMPENSATORS: dict[str, Component] = {
             "share": size("1", 1.0, "Of the friction that is compensated."),
         },
         _friction_model,
+    ),
+    "friction_filter": Component(
+        "Adds the friction that a Kalman filter finds from the measured momentum and the commanded "
+        "torque of each wheel, without a friction model "
+        "(`gyrostat.control.FrictionFilterFeedForward`).",
+        {
+            "momentum_sigma": positive("momentum", None, "Noise of a wheel's measured momentum."),
+            "torque_drift": positive(
+                "N·m/√s", None, "Of the friction torque in the square root of a second."
+            ),
+            "initial_sigma": positive(
+                "1", 0.1, "Of momentum, N·m·s, and of friction, N·m, before anything is measured."
+            ),
+        },
+        _friction_filter,
     ),
 }
 SENSORS: dict[str, Component] = {

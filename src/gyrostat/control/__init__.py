@@ -11,6 +11,7 @@ from gyrostat.control.estimated_control import EstimatedControl
 from gyrostat.control.estimating_compensator import EstimatingCompensator
 from gyrostat.control.factorisations import EulerCube, MRPBody, QuaternionBody
 from gyrostat.control.friction_feed_forward import FrictionFeedForward
+from gyrostat.control.friction_filter_feed_forward import FrictionFilterFeedForward
 from gyrostat.control.frit import (
     FirstOrderLags,
     LeastSquares,
@@ -72,6 +73,7 @@ __all__ = [
     "FeedbackCommand",
     "FirstOrderLags",
     "FrictionFeedForward",
+    "FrictionFilterFeedForward",
     "FrictionScaleControl",
     "FrictionTorqueControl",
     "Integrators",
