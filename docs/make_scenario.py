@@ -28,7 +28,7 @@ flight. `gyrostat simulate SCENARIO.toml --out RUN.nc` flies it once, with the v
 
 A number is in SI units and radians, or a text with a unit: `0.25`, `"250 ms"`, `"0.1 deg/s"`,
 `"3 µN·m"`. A key that nobody reads is refused, with the one that was probably meant. Paths are
-relative to the file. `examples/scenarios/` has files to start from.
+relative to the file. [Files to start from](#ready-scenarios) are in `examples/scenarios/`.
 
 ```toml
 name = "my cubesat"
@@ -115,6 +115,33 @@ Keys:
 | key | unit | meaning |
 |---|---|---|
 """
+READY = """
+## Ready scenarios
+
+In `examples/scenarios/`, each with dispersions for a campaign:
+
+| file | what flies |
+|---|---|
+| `zero_crossing.toml` | A torque from outside drives the four wheels of a cubesat through zero. |
+| `wheel_failure.toml` | One of the four dies; the controller is told, allocates to the others, and \
+turns the spacecraft. |
+| `wheel_failure_found.toml` | In an orbit; nobody tells the controller, it finds out. The wheels are \
+out of balance, their drivers have limits, commands come late. |
+| `wheel_array.toml` | In an orbit, on star tracker and gyro; the wheels are kept from zero speed and \
+unloaded. |
+| `carrara_kuga.toml` | Carrara and Kuga: a fan turns an air-bearing table, whose wheel passes zero \
+speed with the friction that they identified compensated. |
+| `moreira_lopes_kuga.toml` | Moreira, Lopes and Kuga: a Kalman filter finds the friction that is \
+compensated, while a bearing wears. |
+| `carvalho_fenili.toml` | Carvalho and Fenili: a cube under a state-dependent Riccati equation loses \
+a wheel; `lqr` is their other law. |
+| `endo_sekiguchi_nonaka.toml` | Endo, Sekiguchi and Nonaka: two wheels and a model error compensator \
+lead one axis of a large spacecraft to its target. |
+
+What the papers have and a scenario has not: friction with bristles (LuGre), which flies on a bench
+but not on a spacecraft; torques without wheels, as those of Carvalho and Fenili; wheels on a single
+axis; wheels whose speed is whatever is commanded. `gyrostat reproduce` flies the papers themselves.
+"""
 METRICS_OUT = """## What is measured
 
 The columns of the table of runs, beside `run`, the drawn values, `status` (0: complete) and `ended`
@@ -189,7 +216,7 @@ def dispersed():
 
 def page():
     """The whole page."""
-    lines = [HEAD, *section("run", RUN)]
+    lines = [HEAD + READY, *section("run", RUN)]
     lines += [
         "## [spacecraft]",
         "",

@@ -250,17 +250,6 @@ def test_odd_scenarios_are_read_or_refused_in_one_line(folder, data):
         assert message.startswith(str(folder))
 
 
-@pytest.mark.parametrize(
-    "path",
-    sorted(p for p in EXAMPLES.glob("*.toml") if "[run]" in p.read_text()),
-    ids=lambda p: p.stem,
-)
-def test_every_example_is_read(path):
-    found = read_scenario(path)
-    assert found.dispersions
-    assert Scenario.from_text(found.text()).digest() == found.digest()
-
-
 def test_the_page_lists_every_key_as_the_schema_has_it(module_at):
     docs = EXAMPLES.parents[1] / "docs"
     assert module_at(docs / "make_scenario.py").page() == (docs / "scenario.md").read_text()

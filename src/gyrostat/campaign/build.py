@@ -207,7 +207,9 @@ def plan(scenario: Scenario) -> Plans:
             seized[wheel] |= event.kind == "seized"
         if event is not None and event.target is not None:
             target = event.target
-        if np.linalg.matrix_rank(np.asarray(scenario.axes) * left[:, None], tol=1e-6) < 3:
+        rank = np.linalg.matrix_rank(np.asarray(scenario.axes) * left[:, None], tol=1e-6)
+        # a controller that knows nothing of losses says itself which wheels it needs
+        if rank < 3 and chosen.losses != IGNORED:
             raise InputError(
                 f"key {'controller' if event is None else f'event[{event.name}]'}: found working "
                 "wheels that do not span space, expected wheels about every axis (gyrostat recover "

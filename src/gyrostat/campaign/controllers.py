@@ -8,7 +8,7 @@ import numpy as np
 
 from gyrostat._jax import jnp
 from gyrostat.body import Spacecraft
-from gyrostat.body.rotations import Vector
+from gyrostat.body.rotations import Vector, to_inertial
 from gyrostat.campaign.components import Component, Options
 from gyrostat.campaign.schema import positive, size
 from gyrostat.control import (
@@ -19,7 +19,9 @@ from gyrostat.control import (
     MomentumRecovery,
     NullSpaceControl,
     PseudoInverse,
+    TwoWheelPointing,
     WheelArrayControl,
+    WheelSpeedLoops,
     WheelWatch,
 )
 from gyrostat.require import check_parts
@@ -138,6 +140,26 @@ def _linear(plan: AttitudeRegulator, options: Options, momentum: Vector) -> Atti
     return replace(plan, **options).linear()
 
 
+def _plan_two_wheels(case: Situation) -> TwoWheelPointing:
+    along = to_inertial(jnp.asarray(case.target), jnp.array([0.0, 0.0, 1.0]))
+    found = TwoWheelPointing(case.spacecraft, along=along)
+    check_parts(found)
+    return found
+
+
+def _two_wheels(plan: TwoWheelPointing, options: Options, momentum: Vector) -> WheelSpeedLoops:
+    wheels = plan.spacecraft.wheels
+    pointing = replace(
+        plan,
+        law=replace(plan.law, gain=options["turn_gain"]),
+        filter=replace(plan.filter, bandwidth=options["bandwidth"]),
+        momentum_time=options["momentum_time"],
+        gain=options["compensator_gain"] * jnp.ones(2),
+    )
+    limits = (jnp.asarray(wheels.inertia), jnp.asarray(wheels.torque_limit))
+    return WheelSpeedLoops(pointing, *limits, options["natural_frequency"])
+
+
 _REGULATOR_KEYS = {
     "attitude_weight": positive("1", 16.0, "Of a quarter of a small error, squared."),
     "rate_weight": positive("s²/rad²", 16.0, "Of the body rate, squared."),
@@ -214,6 +236,22 @@ CONTROLLERS: dict[str, PlannedController] = {
         _REGULATOR_KEYS,
         _regulator,
         _plan_regulator,
+        IGNORED,
+    ),
+    "two_wheels": PlannedController(
+        "Leads body z, and no more, to where it is at the target, by two wheels whose speeds are "
+        "commanded (`gyrostat.control.TwoWheelPointing`) and held by speed loops; a model error "
+        "compensator learns what the model misses. Set `metrics.boresight` to z. It knows nothing "
+        "of lost wheels.",
+        {
+            "turn_gain": positive("1/s", 0.1, "Rate over error near the target."),
+            "compensator_gain": size("1/s", 0.05, "Of the model error compensator; 0: none."),
+            "momentum_time": positive("time", 30.0, "Of the filter of the total momentum."),
+            "bandwidth": positive("rad/s", 0.05, "Of the filter of attitude and gyro bias."),
+            "natural_frequency": positive("rad/s", 2.0, "Of the speed loops."),
+        },
+        _two_wheels,
+        _plan_two_wheels,
         IGNORED,
     ),
 }

@@ -53,6 +53,7 @@ from gyrostat.control.wheel_array_control import (
     WheelArrayControl,
 )
 from gyrostat.control.wheel_rate_loop import WheelRateLoop
+from gyrostat.control.wheel_speed_loops import WheelSpeedLoops
 from gyrostat.control.wheel_watch import WheelWatch
 
 __all__ = [
@@ -106,6 +107,7 @@ __all__ = [
     "WheelArrayControl",
     "WheelMap",
     "WheelRateLoop",
+    "WheelSpeedLoops",
     "WheelWatch",
     "ZeroMomentumRecovery",
     "ZeroingCommand",

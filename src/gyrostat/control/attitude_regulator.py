@@ -7,7 +7,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from gyrostat._jax import jnp
+from gyrostat._jax import jax, jnp
 from gyrostat.body import Spacecraft
 from gyrostat.body.rotations import Quaternion, check_unit
 from gyrostat.control.factorisations import MRPBody
@@ -18,6 +18,9 @@ from gyrostat.friction import Scalar
 from gyrostat.linear import inverse_definite
 from gyrostat.require import check_parts, require
 from gyrostat.wheel import PerWheel
+
+_solved = jax.jit(riccati)
+"""Compiled as a whole also where a linear law is designed outside of any other compiled code."""
 
 
 class RegulatorCommand(NamedTuple):
@@ -91,7 +94,7 @@ class AttitudeRegulator(eqx.Module):
         dynamics, input = MRPBody(jnp.asarray(self.spacecraft.inertia))(state, momentum)
         each = jnp.ones(3)
         weight = jnp.concatenate([self.attitude_weight * each, self.rate_weight * each])
-        return riccati(dynamics, input, jnp.diag(weight), jnp.diag(self.torque_weight * each))
+        return _solved(dynamics, input, jnp.diag(weight), jnp.diag(self.torque_weight * each))
 
     def __call__(self, memory: tuple[()], measurement: Any) -> tuple[tuple[()], RegulatorCommand]:
         """Command the wheels.
