@@ -115,32 +115,41 @@ Keys:
 | key | unit | meaning |
 |---|---|---|
 """
-READY = """
-## Ready scenarios
-
-In `examples/scenarios/`, each with dispersions for a campaign:
-
-| file | what flies |
-|---|---|
-| `zero_crossing.toml` | A torque from outside drives the four wheels of a cubesat through zero. |
-| `wheel_failure.toml` | One of the four dies; the controller is told, allocates to the others, and \
-turns the spacecraft. |
-| `wheel_failure_found.toml` | In an orbit; nobody tells the controller, it finds out. The wheels are \
-out of balance, their drivers have limits, commands come late. |
-| `wheel_array.toml` | In an orbit, on star tracker and gyro; the wheels are kept from zero speed and \
-unloaded. |
-| `carrara_kuga.toml` | Carrara and Kuga: a fan turns an air-bearing table, whose wheel passes zero \
-speed with the friction that they identified compensated. |
-| `moreira_lopes_kuga.toml` | Moreira, Lopes and Kuga: a Kalman filter finds the friction that is \
-compensated, while a bearing wears. |
-| `carvalho_fenili.toml` | Carvalho and Fenili: a cube under a state-dependent Riccati equation loses \
-a wheel; `lqr` is their other law. |
-| `endo_sekiguchi_nonaka.toml` | Endo, Sekiguchi and Nonaka: two wheels and a model error compensator \
-lead one axis of a large spacecraft to its target. |
-
-What the papers have and a scenario has not: friction with bristles (LuGre), which flies on a bench
-but not on a spacecraft; torques without wheels, as those of Carvalho and Fenili; wheels on a single
-axis; wheels whose speed is whatever is commanded. `gyrostat reproduce` flies the papers themselves.
+READY = {
+    "zero_crossing": "A torque from outside drives a cubesat's four wheels through zero speed.",
+    "wheel_failure": (
+        "One of the four dies; the controller is told, allocates to the others, and turns the"
+        " spacecraft."
+    ),
+    "wheel_failure_found": (
+        "In an orbit; nobody tells the controller, it finds out. The wheels are out of "
+        "balance, their drivers have limits, commands come late."
+    ),
+    "wheel_array": (
+        "In an orbit, on star tracker and gyro; the wheels are kept from zero speed and unloaded."
+    ),
+    "carrara_kuga": (
+        "Carrara and Kuga: a fan turns an air-bearing table, whose wheel passes zero speed "
+        "with the friction that they identified compensated."
+    ),
+    "moreira_lopes_kuga": (
+        "Moreira, Lopes and Kuga: a Kalman filter finds the friction that is compensated, "
+        "while a bearing wears."
+    ),
+    "carvalho_fenili": (
+        "Carvalho and Fenili: a cube under a state-dependent Riccati equation loses a wheel; "
+        "`lqr` is their other law."
+    ),
+    "endo_sekiguchi_nonaka": (
+        "Endo, Sekiguchi and Nonaka: two wheels and a model error compensator lead one axis "
+        "of a large spacecraft to its target."
+    ),
+}
+"""File in examples/scenarios -> what flies."""
+ABSENT = """What the papers have and a scenario has not: friction with bristles (LuGre), which flies
+on a bench but not on a spacecraft; torques without wheels, as those of Carvalho and Fenili; wheels
+on a single axis; wheels whose speed is whatever is commanded. `gyrostat reproduce` flies the papers
+themselves.
 """
 METRICS_OUT = """## What is measured
 
@@ -216,7 +225,11 @@ def dispersed():
 
 def page():
     """The whole page."""
-    lines = [HEAD + READY, *section("run", RUN)]
+    lines = [HEAD, "## Ready scenarios", ""]
+    lines += ["In `examples/scenarios/`, each with dispersions for a campaign:", ""]
+    lines += ["| file | what flies |", "|---|---|"]
+    lines += [*(f"| `{name}.toml` | {text} |" for name, text in READY.items()), "", ABSENT]
+    lines += section("run", RUN)
     lines += [
         "## [spacecraft]",
         "",

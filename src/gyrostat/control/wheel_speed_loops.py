@@ -112,8 +112,7 @@ class WheelSpeedLoops(eqx.Module):
         before = jnp.where(memory.begun, memory.integral, rest)
         integral = before + memory.period * error
         wanted = self.inertia * (
-            frequency**2 * integral
-            + 2.0 * frequency * (SET_POINT_WEIGHT * command.speed - speed)
+            frequency**2 * integral + 2.0 * frequency * (SET_POINT_WEIGHT * command.speed - speed)
         )
         torque = jnp.clip(wanted, -self.torque_limit, self.torque_limit)
         integral = jnp.where((wanted - torque) * error > 0.0, before, integral)
