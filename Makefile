@@ -1,6 +1,7 @@
 # One command for each job; each brings the environment that it needs.
 #   make demo    a wheel's friction from the example record
 #   make test    the tests
+#   make peers   the tests against FMPy and Basilisk, which are left out where these are not installed
 #   make check   everything that must pass before a change goes in
 #   make docs    the documentation, its examples executed
 #   make clean   remove what the above made, but for the environment
@@ -17,7 +18,7 @@ PINS := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test check lint format types contracts docs clean
+.PHONY: help demo test peers check lint format types contracts docs clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -37,6 +38,10 @@ $(VENV)/.test: $(PINS) | $(BIN)/pip
 	$(INSTALL) -e '.[test]'
 	@touch $(VENV)/.runtime $@
 
+$(VENV)/.peers: $(PINS) | $(BIN)/pip
+	$(INSTALL) -e '.[test,peers]'
+	@touch $(VENV)/.runtime $(VENV)/.test $@
+
 $(VENV)/.check: $(PINS) | $(BIN)/pip
 	$(INSTALL) -e '.[test,check,docs]'
 	@touch $(VENV)/.runtime $(VENV)/.test $@
@@ -47,6 +52,9 @@ demo: $(VENV)/.runtime
 
 test: $(VENV)/.test
 	$(BIN)/python -m pytest -n $(JOBS) -q tests
+
+peers: $(VENV)/.peers
+	$(BIN)/python -m pytest -q tests/export
 
 lint: $(VENV)/.check
 	$(BIN)/ruff check .

@@ -64,7 +64,7 @@ def test_a_wheel_without_inertia_is_refused():
 
 def test_basilisk_slows_the_wheel_as_the_model_says():
     """A wheel that coasts on a hub that cannot turn, above the bend of its friction curve."""
-    pytest.importorskip("Basilisk")
+    pytest.importorskip("Basilisk", reason="found no Basilisk (bsk), of the extra peers")
     from Basilisk.simulation import reactionWheelStateEffector, spacecraft
     from Basilisk.utilities import SimulationBaseClass, macros, simIncludeRW
 

@@ -29,6 +29,7 @@ GAINS = ("--gains", "0.0571,0.00234,0.3126")
 TABLE = ("--table-inertia", "0.495", "--speed-sigma", "5rpm", "--delay", 1)
 DRIFT = ("--speed-sigma", "0.5", "--scale-drift", "1e-3")
 OPTIONS = {
+    "compensated-wheel": (*GAINS, *TABLE),
     "compensator": (*GAINS, *TABLE),
     "controller": GAINS,
     "estimator": DRIFT,
@@ -60,6 +61,7 @@ def exported(run, model, tmp_path):
 @pytest.mark.parametrize("what", OPTIONS)
 def test_the_folder_compiles_and_its_test_passes(what, exported, tools):
     out, printed = exported(what, *OPTIONS[what], "--json")
+    what = what.replace("-", "_")
     names = [f"{what}.h", f"{what}.c", f"{what}_test.c", "expected.txt", "Makefile", "README.md"]
     assert json.loads(printed) == {"files": names}
     assert sorted(path.name for path in out.iterdir()) == sorted(names)

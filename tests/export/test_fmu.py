@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from gyrostat._jax import jax, jnp
-from gyrostat.control import AttitudePID, CurrentMode
+from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
 from gyrostat.errors import InputError
-from gyrostat.export import TARGETS, write_fmu
+from gyrostat.export import TARGETS, CompensatedWheel, write_fmu
+from gyrostat.export.compensated_wheel import BodyMeasurement
 from gyrostat.export.unit_text import base_exponents, unit_of
-from gyrostat.wheel import advance
+from gyrostat.friction import Stribeck
+from gyrostat.wheel import Wheel, advance
 
 STEPS, PERIOD = 600, 0.1
 CURRENT = 0.08 * np.sin(0.3 * PERIOD * np.arange(STEPS))
@@ -206,7 +208,7 @@ def test_the_same_unit_is_the_same_file(g2, tools, tmp_path):
 
 
 def test_an_independent_tool_validates_and_simulates_it(wheel_unit, expected):
-    fmpy = pytest.importorskip("fmpy")
+    fmpy = pytest.importorskip("fmpy", reason="found no fmpy, of the extra peers")
     from fmpy.validation import validate_fmu
 
     assert validate_fmu(str(wheel_unit)) == []
@@ -225,6 +227,173 @@ def test_an_independent_tool_validates_and_simulates_it(wheel_unit, expected):
     # the tool gives inputs as straight lines between their samples, sampled where a step begins
     scale = np.abs(expected).max()
     np.testing.assert_allclose(found["speed"][1:], expected, rtol=0.0, atol=1e-12 * scale)
+
+
+TABLE, FAN, START = 0.495, 0.46e-3, -10.0
+
+
+@pytest.fixture(scope="module")
+def compensated(g2):
+    """A wheel with 3 % more friction than its compensator was told, and a period of delay."""
+    curve = g2.wheel.friction
+    rubs = Stribeck(curve.viscous, 1.03 * curve.coulomb, 1.03 * curve.static, curve.stribeck_speed)
+    tuned = EstimatingCompensator.tuned(g2.law, g2.wheel, TABLE, 0.5, PERIOD, delay=1)
+    return CompensatedWheel(tuned, Wheel(g2.wheel.inertia, g2.wheel.motor_constant, rubs))
+
+
+@pytest.fixture(scope="module")
+def compensated_unit(compensated, tools, tmp_path_factory):
+    """Path of a unit of the wheel with its compensator."""
+    tools.compiler()
+    path = tmp_path_factory.mktemp("fmu") / "compensated_wheel.fmu"
+    assert write_fmu(TARGETS["compensated-wheel"](compensated, PERIOD), path) is not None
+    return path
+
+
+@pytest.fixture(scope="module")
+def in_python(compensated):
+    """One control period in Python: (state, attitude, rate) -> (state, output)."""
+    return jax.jit(lambda state, *seen: compensated(state, BodyMeasurement(*seen)))
+
+
+def on_a_table(step, steps=STEPS, attitude=0.0, rate=0.0):
+    """Attitudes, rad, of a table that a fan drives and a wheel holds."""
+    attitudes = []
+    for k in range(steps):
+        acceleration = (step(k, attitude, rate) + FAN) / TABLE
+        attitude += PERIOD * (rate + 0.5 * PERIOD * acceleration)
+        rate += PERIOD * acceleration
+        attitudes.append(attitude)
+    return np.array(attitudes)
+
+
+def through(unit, speeds):
+    """A control period of the unit; keeps the speeds."""
+
+    def step(k, attitude, rate):
+        unit.set("measurement.attitude", attitude)
+        unit.set("measurement.rate", rate)
+        assert unit.step(k * PERIOD, PERIOD) == 0
+        speeds.append(unit.get("output.speed"))
+        return unit.get("output.torque")
+
+    return step
+
+
+def begun(path, folder):
+    unit = Unit(path, folder)
+    unit.set("initial_speed", START)
+    unit.begin()
+    return unit
+
+
+def test_a_minute_with_the_compensator_is_a_minute_in_python(
+    compensated, compensated_unit, in_python, tmp_path
+):
+    state, expected, speeds = compensated.start(START, PERIOD), [], []
+
+    def step(k, attitude, rate):
+        nonlocal state
+        state, output = in_python(state, attitude, rate)
+        assert output.resolved
+        expected.append(float(output.speed))
+        return float(output.torque)
+
+    attitudes = on_a_table(step)
+    unit = begun(compensated_unit, tmp_path)
+    found = on_a_table(through(unit, speeds))
+    np.testing.assert_allclose(speeds, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_allclose(found, attitudes, rtol=0.0, atol=1e-12 * np.abs(attitudes).max())
+    # it goes through zero, holds the table there, and learns how much more friction there is
+    assert min(speeds) < 0.0 < max(speeds)
+    assert np.abs(found[300:]).max() < np.radians(0.05)
+    assert unit.get("output.friction_scale") == pytest.approx(1.03, abs=0.01)
+    assert unit.get("output.estimated_torque") == pytest.approx(FAN, rel=0.1)
+    unit.call("fmi2FreeInstance")
+
+
+def test_the_state_of_wheel_and_compensator_is_written_out_and_taken_up(compensated_unit, tmp_path):
+    unit = begun(compensated_unit, tmp_path / "a")
+    on_a_table(through(unit, []), 100)
+    kept, size = ctypes.c_void_p(), ctypes.c_size_t()
+    assert unit.call("fmi2GetFMUstate", ctypes.byref(kept)) == 0
+    assert unit.call("fmi2SerializedFMUstateSize", kept, ctypes.byref(size)) == 0
+    text = ctypes.create_string_buffer(size.value)
+    assert unit.call("fmi2SerializeFMUstate", kept, text, size) == 0
+    first = on_a_table(through(unit, []), 100, 1e-3)
+    assert unit.call("fmi2SetFMUstate", kept) == 0
+    np.testing.assert_array_equal(on_a_table(through(unit, []), 100, 1e-3), first)
+    other = begun(compensated_unit, tmp_path / "b")
+    assert not np.array_equal(on_a_table(through(other, []), 100, 1e-3), first)
+    state = ctypes.c_void_p()
+    assert other.call("fmi2DeSerializeFMUstate", text, size, ctypes.byref(state)) == 0
+    assert other.call("fmi2SetFMUstate", state) == 0
+    np.testing.assert_array_equal(on_a_table(through(other, []), 100, 1e-3), first)
+
+
+def test_a_compensator_without_current_lets_its_wheel_coast(compensated_unit, g2, tmp_path):
+    """Its limit is tuned to nothing on the way, the friction of the wheel alone is set before."""
+    unit = Unit(compensated_unit, tmp_path)
+    coulomb = 1.2e-3
+    for name in ("coulomb", "static_"):
+        unit.set(f"unit.wheel.friction.{name}", coulomb)
+    unit.set("initial_speed", 20.0)
+    unit.begin()
+    through(unit, [])(0, 1e-3, 0.0)
+    unit.set("unit.compensator.current_limit", 0.0)
+    speeds = []
+    for k in (1, 2, 3, 4, 5, 6):
+        through(unit, speeds)(k, 0.0, 0.0)
+    # the command of the period before is still under way in the first
+    viscous, inertia = g2.wheel.friction.viscous, g2.wheel.inertia
+    level, shrinks = coulomb / viscous, np.exp(-viscous / inertia * 5 * PERIOD)
+    assert speeds[-1] == pytest.approx((speeds[0] + level) * shrinks - level, rel=1e-12)
+    gained = inertia * (speeds[-1] - speeds[-2]) / PERIOD
+    assert unit.get("output.torque") == pytest.approx(-gained, rel=1e-9)
+
+
+def test_what_a_unit_of_both_says_of_itself(compensated_unit, tmp_path):
+    unit = Unit(compensated_unit, tmp_path)
+    told = {
+        "output.torque": ("output", "continuous", "N·m"),
+        "measurement.attitude": ("input", "continuous", "rad"),
+        "measurement.rate": ("input", "continuous", "rad/s"),
+        "initial_speed": ("parameter", "fixed", "rad/s"),
+        "period": ("parameter", "fixed", "s"),
+        "unit.wheel.friction.coulomb": ("parameter", "tunable", "N·m"),
+        "unit.compensator.friction.coulomb": ("parameter", "tunable", "N·m"),
+        "state.memory.rate.torque": ("local", "continuous", "N·m"),
+    }
+    for name, (causality, variability, unit_name) in told.items():
+        variable = unit.variables[name]
+        assert variable.get("causality") == causality
+        assert variable.get("variability") == variability
+        assert variable.find("Real").get("unit") == unit_name
+
+
+def test_an_independent_tool_simulates_both(compensated, compensated_unit, in_python):
+    fmpy = pytest.importorskip("fmpy", reason="found no fmpy, of the extra peers")
+    from fmpy.validation import validate_fmu
+
+    assert validate_fmu(str(compensated_unit)) == []
+    time = PERIOD * np.arange(STEPS)
+    attitude, rate = 1e-3 * np.sin(0.5 * time), 5e-4 * np.cos(0.5 * time)
+    names = [(name, "f8") for name in ("time", "measurement.attitude", "measurement.rate")]
+    found = fmpy.simulate_fmu(
+        str(compensated_unit),
+        stop_time=STEPS * PERIOD,
+        step_size=PERIOD,
+        output_interval=PERIOD,
+        start_values={"initial_speed": -0.2},
+        input=np.array(list(zip(time, attitude, rate, strict=True)), names),
+        output=["output.speed"],
+    )
+    state, expected = compensated.start(-0.2, PERIOD), []
+    for seen in zip(attitude, rate, strict=True):
+        state, output = in_python(state, *seen)
+        expected.append(float(output.speed))
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(found["output.speed"][1:], expected, rtol=0.0, atol=1e-12 * scale)
 
 
 def test_units_are_taken_from_descriptions():
@@ -263,6 +432,14 @@ def test_the_verb_writes_a_unit_and_refuses_single_precision(run, tools, tmp_pat
     assert code == 0, said
     assert printed == '{"files": ["controller.fmu"]}\n'
     assert Unit(tmp_path / "out" / "controller.fmu", tmp_path / "unit").instance is not None
+    both = (*words[:3], "compensated-wheel", *words[4:], "--table-inertia", "0.495")
+    code, printed, said = run(
+        "export", model, *both, "--speed-sigma", "5rpm", "--out", tmp_path / "out", "--json"
+    )
+    assert code == 0, said
+    assert printed == '{"files": ["compensated_wheel.fmu"]}\n'
+    path = tmp_path / "out" / "compensated_wheel.fmu"
+    assert Unit(path, tmp_path / "both").instance is not None
     code, _, said = run("export", model, *words, "--out", tmp_path / "no", "--precision", "float")
     assert code == 2
     assert "--precision" in said

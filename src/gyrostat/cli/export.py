@@ -27,6 +27,7 @@ class Format(StrEnum):
 class What(StrEnum):
     """What flies."""
 
+    compensated_wheel = "compensated-wheel"
     compensator = "compensator"
     controller = "controller"
     estimator = "estimator"
@@ -101,7 +102,7 @@ def export(
             raise InputError(f"--to {to}: found no {missing}, expected what flies and its period")
         target = _target(what, content.wheel(), period, given)
         if to is Format.fmu:
-            names = [f"{what}.fmu"]
+            names = [f"{target.name}.fmu"]
             if write_fmu(target, out / names[0]) is None:
                 say("found no C compiler: the unit holds its sources alone")
         else:
@@ -115,12 +116,17 @@ def export(
 
 
 NEEDED = {
+    What.compensated_wheel: ("--gains", "--table-inertia", "--speed-sigma"),
     What.compensator: ("--gains", "--table-inertia", "--speed-sigma"),
     What.controller: ("--gains",),
     What.estimator: ("--speed-sigma", "--scale-drift"),
     What.wheel: (),
 }
-TAKEN = {What.compensator: ("--current-limit", "--delay"), What.controller: ("--current-limit",)}
+TAKEN = {
+    What.compensated_wheel: ("--current-limit", "--delay"),
+    What.compensator: ("--current-limit", "--delay"),
+    What.controller: ("--current-limit",),
+}
 
 
 def _target(what: What, wheel: "Wheel", period_text: str, given: dict[str, Text]) -> "Target":
@@ -130,7 +136,7 @@ def _target(what: What, wheel: "Wheel", period_text: str, given: dict[str, Text]
     from gyrostat.cli.spacecraft import numbers
     from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
     from gyrostat.estimate import FrictionScaleFilter
-    from gyrostat.export import TARGETS
+    from gyrostat.export import TARGETS, CompensatedWheel
     from gyrostat.require import check_parts, require
     from gyrostat.units import parse_quantity
 
@@ -174,4 +180,6 @@ def _target(what: What, wheel: "Wheel", period_text: str, given: dict[str, Text]
         delay=delay,
     )
     check_parts(compensator)
+    if what is What.compensated_wheel:
+        return TARGETS[what](CompensatedWheel(compensator, wheel), period)
     return TARGETS[what](compensator, period)

@@ -2,6 +2,7 @@
 
 from gyrostat.export.basilisk import basilisk
 from gyrostat.export.c import emit
+from gyrostat.export.compensated_wheel import CompensatedWheel
 from gyrostat.export.fmu import write_fmu
 from gyrostat.export.folder import files
 from gyrostat.export.module import Entry, Module, Port
@@ -10,6 +11,7 @@ from gyrostat.export.targets import TARGETS, Target
 
 __all__ = [
     "TARGETS",
+    "CompensatedWheel",
     "Entry",
     "Module",
     "Port",

@@ -8,10 +8,8 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 
@@ -21,40 +19,16 @@ from gyrostat.export.c import emit
 from gyrostat.export.expressions import Dialect
 from gyrostat.export.fmi2 import WRAPPER
 from gyrostat.export.measure import FLAGS, compiler
+from gyrostat.export.model_description import Variable, model_description
 from gyrostat.export.module import Module, Port, by_address
 from gyrostat.export.structs import Leaf, Struct
 from gyrostat.export.targets import Target
-from gyrostat.export.unit_text import base_exponents, unit_of
+from gyrostat.export.unit_text import unit_of
 from gyrostat.files import whole_file
 from gyrostat.lowering.program import Kind, Number
 
 SINCE = "duration"
 """An argument of this name is the communication step; a target without one has its own period."""
-
-
-@dataclass(frozen=True)
-class Variable:
-    """A scalar of the unit.
-
-    Attributes:
-        name: as C reaches it in the values, without the place in arrays.
-        kind: "real" or "logical".
-        role: "parameter", "input", "output" or "local".
-        meaning: its description.
-        unit: SI, or "".
-        exact: whether its value before the simulation is the user's.
-        reference: among those of its kind.
-        start: value before the simulation.
-    """
-
-    name: str
-    kind: Kind
-    role: str
-    exact: bool
-    meaning: str
-    unit: str
-    reference: int
-    start: float
 
 
 def write_fmu(target: Target, path: Path) -> str | None:
@@ -80,7 +54,7 @@ def write_fmu(target: Target, path: Path) -> str | None:
     sources = {f"{name}.h": module.header, f"{name}.c": module.source, f"{name}_fmi2.c": wrapper}
     binary = _binary(sources, name)
     contents: dict[str, str | bytes] = {
-        "modelDescription.xml": _description(target, variables, guid),
+        "modelDescription.xml": model_description(target, variables, guid),
         **{f"sources/{file}": text for file, text in sources.items()},
     }
     where, suffix = _platform()
@@ -98,6 +72,7 @@ def write_fmu(target: Target, path: Path) -> str | None:
 def _variables(target: Target, ports: dict[str, Port]) -> Iterator[Variable]:
     """All scalars, in the order of the ports."""
     given = _given(target)
+    read = {name for entry in target.steps for name in entry.arguments}
     counts = {"real": 0, "logical": 0}
     for port in ports.values():
         role, exact = _role(target, port)
@@ -108,7 +83,8 @@ def _variables(target: Target, ports: dict[str, Port]) -> Iterator[Variable]:
                 raise InputError(f"{target.name}: found the integer {name}, expected real numbers")
             start = values[number] if values else 0.0
             known = unit or unit_of(meaning)
-            yield Variable(name, kind, role, exact, meaning, known, counts[kind], start)
+            place, tunable = counts[kind], port.name in read - {"period"}
+            yield Variable(name, kind, role, exact, tunable, meaning, known, place, start)
             counts[kind] += 1
 
 
@@ -198,80 +174,6 @@ def _wrapper(
         begin="\n".join(call(entry.name) for entry in target.begin[1:]) or "    (void)v;",
         step="\n".join(steps),
     )
-
-
-def _description(target: Target, variables: list[Variable], guid: str) -> str:
-    """modelDescription.xml."""
-    root = ElementTree.Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=target.name,
-        guid=guid,
-        description=target.title,
-        generationTool="gyrostat",
-        variableNamingConvention="structured",
-    )
-    simulation = ElementTree.SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=target.name,
-        canHandleVariableCommunicationStepSize="true",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
-    )
-    files = ElementTree.SubElement(simulation, "SourceFiles")
-    for file in (f"{target.name}.c", f"{target.name}_fmi2.c"):
-        ElementTree.SubElement(files, "File", name=file)
-    units = sorted({variable.unit for variable in variables} - {""})
-    if units:
-        definitions = ElementTree.SubElement(root, "UnitDefinitions")
-        for unit in units:
-            base = {name: str(power) for name, power in base_exponents(unit).items()}
-            made = ElementTree.SubElement(definitions, "Unit", name=unit)
-            ElementTree.SubElement(made, "BaseUnit", base)
-    ElementTree.SubElement(
-        root, "DefaultExperiment", startTime="0", stepSize=repr(float(target.period))
-    )
-    listed = ElementTree.SubElement(root, "ModelVariables")
-    outputs = []
-    for index, variable in enumerate(variables, start=1):
-        outputs += [index] if variable.role == "output" else []
-        _describe(listed, variable)
-    structure = ElementTree.SubElement(root, "ModelStructure")
-    unknown = [k for k in outputs if not variables[k - 1].exact]
-    for tag, indices in (("Outputs", outputs), ("InitialUnknowns", unknown)):
-        if indices:
-            every = ElementTree.SubElement(structure, tag)
-            for index in indices:
-                ElementTree.SubElement(every, "Unknown", index=str(index))
-    ElementTree.indent(root)
-    text = ElementTree.tostring(root, encoding="unicode")
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
-
-
-def _describe(listed: ElementTree.Element, variable: Variable) -> None:
-    about = {"name": variable.name, "valueReference": str(variable.reference)}
-    if variable.meaning:
-        about["description"] = variable.meaning
-    about["causality"] = variable.role
-    real = variable.kind == "real"
-    about["variability"] = "continuous" if real else "discrete"
-    if variable.role == "parameter":
-        about["variability"] = "fixed" if variable.name == "period" else "tunable"
-    if variable.role != "input":
-        about["initial"] = "exact" if variable.exact else "calculated"
-    element = ElementTree.SubElement(listed, "ScalarVariable", about)
-    content = {}
-    if real and variable.unit:
-        content["unit"] = variable.unit
-    if variable.exact:
-        content["start"] = _number(variable.start) if real else str(bool(variable.start)).lower()
-    ElementTree.SubElement(element, "Real" if real else "Boolean", content)
-
-
-def _number(value: float) -> str:
-    """As XML writes it, infinity as the largest double: FMI 2.0 knows no other."""
-    return repr(float(np.clip(value, -sys.float_info.max, sys.float_info.max)))
 
 
 def _platform() -> tuple[str, str]:

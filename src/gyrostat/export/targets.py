@@ -10,13 +10,21 @@ from gyrostat._jax import jax, jnp
 from gyrostat.body import TableMeasurement
 from gyrostat.control import CurrentMode, EstimatingCompensator
 from gyrostat.estimate import FrictionScaleFilter
+from gyrostat.export.compensated_wheel import BodyMeasurement, CompensatedWheel
 from gyrostat.export.module import Entry
 from gyrostat.lowering.tracing import as_arrays
 from gyrostat.wheel import Wheel, advance
 
 STEPS = 40
 """Of the run that a test program repeats."""
-UNITS = {"speed": "rad/s", "current": "A", "slope": "A/s", "duration": "s", "period": "s"}
+UNITS = {
+    "speed": "rad/s",
+    "initial_speed": "rad/s",
+    "current": "A",
+    "slope": "A/s",
+    "duration": "s",
+    "period": "s",
+}
 
 
 @dataclass(frozen=True)
@@ -105,6 +113,16 @@ def friction(filter: FrictionScaleFilter, estimate: Any) -> Any:
 def move(wheel: Wheel, speed: Any, current: Any, slope: Any, duration: Any) -> Any:
     """Carry a wheel's speed, rad/s, over a time, s, of a current, A, with a slope, A/s."""
     return advance(wheel, speed, current, slope, duration)
+
+
+def at_speed(unit: CompensatedWheel, initial_speed: Any, period: Any) -> Any:
+    """Set the state at a wheel speed, rad/s; the control period is in s."""
+    return unit.start(initial_speed, period)
+
+
+def carry_on(unit: CompensatedWheel, state: Any, measurement: Any) -> Any:
+    """Take in attitude and rate of the body, carry the wheel over one control period."""
+    return unit(state, measurement)
 
 
 def _parameters(name: str, kind: str, value: Any) -> Entry:
@@ -210,7 +228,36 @@ def wheel(model: Wheel, period: float) -> Target:
     )
 
 
+def compensated_wheel(unit: CompensatedWheel, period: float) -> Target:
+    """The wheel and its compensator as one piece, to simulate with."""
+    name, measured = "compensated_wheel", _measurements()
+    body = BodyMeasurement(measured.attitude, measured.rate)
+    known = {"unit": unit, "state": as_arrays(unit.start(0.0, period))}
+    first = jax.tree.map(lambda x: x[0], body)
+    return Target(
+        name=name,
+        title="A reaction wheel with dry friction under its compensator",
+        period=period,
+        begin=(
+            _parameters(name, "unit", unit),
+            Entry(
+                f"{name}_start",
+                at_speed,
+                {"unit": unit, "initial_speed": 0.0, "period": 0.0},
+                ("state",),
+            ),
+        ),
+        steps=(
+            Entry(f"{name}_step", carry_on, {**known, "measurement": first}, ("state", "output")),
+        ),
+        constants={"period": period, "initial_speed": -1.0},
+        inputs={"measurement": body},
+        units=UNITS,
+    )
+
+
 TARGETS: Mapping[str, Callable[..., Target]] = {
+    "compensated-wheel": compensated_wheel,
     "compensator": compensator,
     "controller": controller,
     "estimator": estimator,

@@ -125,6 +125,7 @@ MOVES: dict[str, Callable[..., Sequence[Scalars]]] = {
     "split": _split,
     "squeeze": lambda params, array: [array.squeeze(params["dimensions"])],
     "stack": lambda params, *arrays: [np.stack(arrays, params["axis"])],
+    "tile": lambda params, array: [np.tile(array, params["reps"])],
     "transpose": lambda params, array: [array.transpose(params["permutation"])],
 }
 """Primitive -> (its parameters, arrays) -> arrays: elements that only change their places."""

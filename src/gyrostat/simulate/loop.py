@@ -190,8 +190,8 @@ def run(
         Histories of `count` + 1 samples. After a run has failed its state is frozen.
     """
     items = (plant, controller, sensor, state)
-    tick, start, ticks = _loop(items, key, period, count, substeps, command_delay)
-    return jax.lax.scan(tick, start, ticks)[1]
+    tick, start = _loop(items, key, period, substeps, command_delay)
+    return jax.lax.scan(tick, start, length=count + 1)[1]
 
 
 def run_folded(
@@ -223,22 +223,26 @@ def run_folded(
         What is kept after `count` + 1 samples.
     """
     items = (plant, controller, sensor, state)
-    tick, start, ticks = _loop(items, key, period, count, 1, 0)
+    tick, start = _loop(items, key, period, 1, 0)
 
-    def folded(carry, now):
+    def folded(carry, _):
         inner, kept = carry
-        inner, row = tick(inner, now)
-        return (inner, fold(kept, now[0] * period, row)), None
+        after, row = tick(inner, None)
+        return (after, fold(kept, inner[0] * period, row)), None
 
-    return jax.lax.scan(folded, (start, first), ticks)[0][1]
+    return jax.lax.scan(folded, (start, first), length=count + 1)[0][1]
 
 
-def _loop(items, key, period, count, substeps, command_delay):
-    """A control period as a function for a scan, its first carry, and what it scans over."""
+def _loop(items, key, period, substeps, command_delay):
+    """A control period as a function for a scan, and its first carry: k and that of the loop."""
     plant, controller, sensor, state = items
     begin, tick = loop_parts(
         plant, controller, sensor, period, substeps=substeps, command_delay=command_delay
     )
-    keys = jax.random.split(key, count + 1)
-    draws = jnp.roll(keys, -1)  # the last tick measures what nobody sees
-    return tick, begin(state, keys[0]), (jnp.arange(count + 1), draws)
+
+    def step(carry, _):
+        k, inner = carry
+        inner, row = tick(inner, (k, jax.random.fold_in(key, k + 1)))
+        return (k + 1, inner), row
+
+    return step, (jnp.array(0), begin(state, jax.random.fold_in(key, 0)))

@@ -9,11 +9,13 @@ import numpy as np
 from gyrostat._jax import jax, jnp
 from gyrostat.errors import InputError
 from gyrostat.require import check_parts, check_period
+from gyrostat.simulate.in_lanes import fly_in_lanes
 from gyrostat.simulate.loop import Controller, Histories, Plant, Sensor, Status, run
 
 if TYPE_CHECKING:
     import xarray as xr
 
+ENGINES = ("jax", "lanes", "auto")
 LANES = 64
 """Runs that are carried together: more do not run faster, and progress is told between them."""
 
@@ -132,6 +134,7 @@ def simulate(
     command_delay: int = 0,
     seed: int = 0,
     runs: int | None = None,
+    engine: str = "jax",
     on_progress: Callable[[int, int], None] | None = None,
 ) -> "xr.Dataset":
     """Run a plant in closed loop.
@@ -152,6 +155,8 @@ def simulate(
         seed: of the noise.
         runs: number of runs; None for a single one. Of plant, controller, sensor and start each may
             be one for all, or one for each as `stack` joins them.
+        engine: "jax"; "lanes" of C, which the C compiler of this machine makes: long runs and many
+            are flown sooner, and agree with JAX's to rounding; or "auto", lanes where they can be.
         on_progress: called with the runs done and the runs in all.
 
     Returns:
@@ -182,11 +187,20 @@ def simulate(
     items = jax.tree.map(_as_leaf, (plant, controller, sensor, start))
     for name, item in zip(("plant", "controller", "sensor", "start"), items, strict=True):
         _refuse_other_counts(name, item, runs)
-    if runs is None:
-        found = _one(items, jax.random.key(seed), control_period, counts)
+    if engine not in ENGINES:
+        raise InputError(f"engine: found {engine!r}, expected one of {', '.join(ENGINES)}")
+    base = jax.random.key(seed)
+    keys = base[None] if runs is None else jax.random.split(base, runs)
+    histories = None
+    if engine != "jax":
+        histories = _flown_in_lanes(engine, items, keys, control_period, counts)
+    if histories is not None:
+        if on_progress is not None and runs is not None:
+            on_progress(runs, runs)
+    elif runs is None:
+        found = _one(items, keys[0], control_period, counts)
         histories = jax.tree.map(lambda x: np.asarray(x)[None], found)
     else:
-        keys = jax.random.split(jax.random.key(seed), runs)
         blocks = []
         for first in range(0, runs, LANES):
             # the last block is filled up with its last run, so that one size is compiled
@@ -206,6 +220,18 @@ def simulate(
     _refuse_bad_commands(histories, controller, control_period, runs)
     dataset = labelled(histories, control_period)
     return dataset if runs is not None else dataset.isel(run=0)
+
+
+def _flown_in_lanes(engine, items, keys, period, counts) -> Histories | None:
+    """Histories of the runs; None where lanes cannot be and need not."""
+    own = tuple(isinstance(item, Batch) for item in items)
+    plain = tuple(item.items if isinstance(item, Batch) else item for item in items)
+    try:
+        return fly_in_lanes(plain, own, keys, period, counts)
+    except InputError:
+        if engine == "lanes":
+            raise
+        return None
 
 
 def _refuse_bad_commands(histories: Histories, controller: Any, period: float, runs: int | None):

@@ -16,6 +16,7 @@ from gyrostat.body.rotations import to_body
 from gyrostat.control import FirstOrderLags, SafeFrit, TwoWheelPointing
 from gyrostat.estimate import SteadyAttitudeEstimate, SteadyAttitudeFilter
 from gyrostat.friction import Scalar
+from gyrostat.lanes.batch import Batched
 from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import AS_KNOWN, Case
 from gyrostat.papers.endo_sekiguchi_nonaka.printed import PERIOD, REQUIRED, fixed, tuned
 from gyrostat.simulate import run_folded, stack
@@ -140,9 +141,10 @@ def _fold(kept, time, row, judged_from):
     )
 
 
-@eqx.filter_jit
-def _block(plants, starts, sensors, keys, controller, judged_from, count):
-    def single(plant, start, sensor, key):
+def _flights(controller: Any, count: int) -> Batched:
+    """Runs of a controller: (plant, start, sensor, key of the noise, judged from) of each."""
+
+    def single(plant, start, sensor, key, judged_from):
         return run_folded(
             plant,
             controller,
@@ -155,7 +157,7 @@ def _block(plants, starts, sensors, keys, controller, judged_from, count):
             first=(jnp.zeros(()),) * 4,
         )
 
-    return jax.vmap(single)(plants, starts, sensors, keys)
+    return Batched(single, (True, True, True, True, False))
 
 
 def evaluate(
@@ -175,9 +177,8 @@ def evaluate(
         lanes: runs that are carried together.
         on_progress: called with the runs done and the runs in all.
     """
-    controller = contender.make()
-    count = round(contender.duration / PERIOD)
-    judged_from = jnp.asarray(contender.duration - contender.judged)
+    flights = _flights(contender.make(), round(contender.duration / PERIOD))
+    judged_from = contender.duration - contender.judged
     # not a split, whose keys may depend on how many there are
     keys = jax.vmap(jax.random.fold_in, (None, 0))(jax.random.key(seed), jnp.arange(len(cases)))
 
@@ -188,7 +189,7 @@ def evaluate(
             stack([getattr(cases[row], name) for row in rows]).items
             for name in ("plant", "start", "sensor")
         )
-        block = _block(plants, starts, sensors, keys[rows], controller, judged_from, count)
+        block = flights(plants, starts, sensors, keys[rows], judged_from)
         return np.stack(block)[:, : len(cases) - first]
 
     firsts = range(0, len(cases), lanes)

@@ -20,8 +20,8 @@ from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import Case, dispersed, pa
 from gyrostat.papers.endo_sekiguchi_nonaka.printed import NAME, REQUIRED
 from gyrostat.papers.reproduction import Part, Say
 
-CASES, COMPARED, SEED = 1000, 256, 2024
-"""Cases, how many of them (the first) every other controller flies too, and their seed."""
+CASES, SEED = 1000, 2024
+"""Cases, which every controller flies, and their seed."""
 GOALS = {"1p10": 1.10, "1p05": 1.05}
 EXTRA = 40.0
 """s: a run is in time within 1.10 T + 40 s."""
@@ -36,9 +36,10 @@ SETTINGS = (
     "Wheels are driven by a speed loop (PI, 20 Hz, 2 rad/s, set-point led evenly from command to "
     "command) that reads its own wheel without noise; torque demand is what it asks for before "
     "the limit.",
-    f"The other controllers fly the first {COMPARED} of the cases, which keeps the whole within "
-    "half of its 25 minutes on two cores: the paper's three for 15 000 s, judged in the last "
-    "5000 s, the others for 6000 s, judged in the last 4000 s.",
+    "The paper's three controllers fly for 15 000 s, judged in the last 5000 s, the others for "
+    "6000 s, judged in the last 4000 s. In many cases a run of the paper's tuning is chaotic: "
+    "rounding decides how it ends, and a case may end otherwise on another machine; the share of "
+    "cases stays.",
 )
 
 
@@ -49,7 +50,7 @@ class Runs:
     Attributes:
         cases: all of them.
         ours: all of them.
-        others: key of a contender -> its runs, of the first of the cases.
+        others: key of a contender -> its runs of all of them.
         paper: our controller in the paper's own case.
     """
 
@@ -64,13 +65,12 @@ class Runs:
         return np.array([case.quickest for case in self.cases])
 
 
-def fly_dispersed(say: Say, cases: int = CASES, compared: int = COMPARED) -> Runs:
+def fly_dispersed(say: Say, cases: int = CASES) -> Runs:
     """Fly the dispersed cases.
 
     Args:
         say: told about the progress.
         cases: how many.
-        compared: how many of them every controller flies.
     """
     drawn = dispersed(cases, SEED)
 
@@ -81,7 +81,7 @@ def fly_dispersed(say: Say, cases: int = CASES, compared: int = COMPARED) -> Run
         return evaluate(contender, flights, on_progress=on_progress)
 
     ours = flown(OURS, [*drawn, paper_case()])
-    others = {one.key: flown(one, drawn[:compared]) for one in (SAFE_FRIT, UNCOMPENSATED, *SLOW)}
+    others = {one.key: flown(one, drawn) for one in (SAFE_FRIT, UNCOMPENSATED, *SLOW)}
     return Runs(drawn, ours.part(slice(cases)), others, ours.part(slice(cases, None)))
 
 
@@ -170,13 +170,11 @@ def _beside(runs: Runs) -> list[Claim]:
                 f"cases that {one.name} holds below {REQUIRED:g} deg to the end",
                 float(np.mean(outcome.holds)),
                 "",
-                f"Of the first {len(outcome.last)} cases; errors are judged from "
-                f"{one.duration - one.judged:g} s on.",
+                f"Errors are judged from {one.duration - one.judged:g} s on.",
             )
         )
-    first = runs.ours.part(slice(len(runs.others[SAFE_FRIT.key].last)))
     for name, one, outcome in (
-        ("ours", OURS, first),
+        ("ours", OURS, runs.ours),
         *((o.key, o, runs.others[o.key]) for o in (SAFE_FRIT, UNCOMPENSATED)),
     ):
         claims.append(

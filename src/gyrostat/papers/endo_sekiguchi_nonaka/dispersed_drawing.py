@@ -41,7 +41,7 @@ def dispersed_drawing(quickest: Vector, ours: Outcome, others: Mapping[str, Outc
         right.axvline(REQUIRED, color="#22262b", lw=0.8, ls=":")
         right.set_xlabel("largest error in the judged window (deg)")
         right.set_ylabel("share of cases")
-        right.legend(fontsize=7)
+        right.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=2)
     return Drawing(
         f"{len(quickest)} dispersed cases",
         figure,

@@ -28,7 +28,7 @@ from gyrostat.papers.endo_sekiguchi_nonaka.printed import (
 )
 from gyrostat.simulate import simulate, stack
 
-LANES = 6
+LANES = 8
 """Runs of 100 001 samples that are held in memory together."""
 JUDGED = 7000.0
 """s: errors are judged from here to the end."""
@@ -162,6 +162,7 @@ def flown(
             duration=duration,
             control_period=PERIOD,
             runs=lanes,
+            engine="auto",
         )
         for lane in range(min(lanes, len(cases) - first)):
             yield _flight(runs.isel(run=lane))

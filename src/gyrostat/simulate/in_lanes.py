@@ -1,0 +1,88 @@
+"""The loop in lanes of compiled C: the same histories, sooner."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+
+from gyrostat._jax import jax, jnp
+from gyrostat.lanes.batch import Lanes, lanes
+from gyrostat.simulate.loop import Histories, loop_parts
+
+SEGMENT = 2000
+"""Longest stretch of control periods whose samples are in memory in lanes."""
+MOST = 32
+"""Loops that are kept compiled."""
+_COMPILED: dict[Any, tuple[Lanes, Lanes, int]] = {}
+
+
+def fly_in_lanes(
+    items: tuple[Any, ...],
+    own: tuple[bool, ...],
+    keys: Any,
+    period: float,
+    counts: Mapping[str, int],
+) -> Histories:
+    """Run the loop for several runs.
+
+    Args:
+        items: plant, controller, sensor and start.
+        own: for each of them whether each run has one of its own, with a leading axis.
+        keys: of the noise, one for each run.
+        period: control period, s.
+        counts: as those of `gyrostat.simulate.run`.
+
+    Returns:
+        Histories with axes (run, time).
+
+    Raises:
+        InputError: there is no compiler, or something that lanes do not know.
+    """
+    arrays, static = eqx.partition(items, eqx.is_array)
+    leaves, tree = jax.tree.flatten(static)
+    shapes = [(leaf.shape, str(leaf.dtype)) for leaf in jax.tree.leaves(arrays)]
+    kind = (tree, tuple(leaves), tuple(shapes), own, tuple(sorted(counts.items())))
+    if kind not in _COMPILED:
+        if len(_COMPILED) >= MOST:
+            del _COMPILED[next(iter(_COMPILED))]
+        _COMPILED[kind] = _compiled(arrays, static, own, keys, period, counts)
+    begin, segment, length = _COMPILED[kind]
+    carry = begin(*arrays, keys, period)
+    rows, count = [], counts["count"] + 1
+    for first in range(0, count, length):
+        carry, row = segment(carry, *arrays, keys, period, first, asked=range(len(keys)))
+        rows.append(row)
+    return jax.tree.map(lambda *parts: np.concatenate(parts, axis=1)[:, :count], *rows)
+
+
+def _compiled(arrays, static, own, keys, period, counts) -> tuple[Lanes, Lanes, int]:
+    """The loop's beginning, a stretch of it, and how long that is."""
+    parts = -(-(counts["count"] + 1) // SEGMENT)
+    length = -(-(counts["count"] + 1) // parts)
+    given = {name: counts[name] for name in ("substeps", "command_delay")}
+
+    def loop(plant, controller, sensor, start, period):
+        items = eqx.combine((plant, controller, sensor, start), static)
+        return items[3], *loop_parts(*items[:3], period, **given)
+
+    def begin(plant, controller, sensor, start, key, period):
+        state, first, _ = loop(plant, controller, sensor, start, period)
+        return first(state, jax.random.fold_in(key, 0))
+
+    def segment(carry, plant, controller, sensor, start, key, period, first):
+        _, _, tick = loop(plant, controller, sensor, start, period)
+
+        def step(carry, _):
+            k, inner = carry
+            inner, row = tick(inner, (k, jax.random.fold_in(key, k + 1)))
+            return (k + 1, inner), row
+
+        (_, carry), rows = jax.lax.scan(step, (jnp.asarray(first), carry), length=length)
+        return carry, rows
+
+    beginning = lanes(begin, (*own, True, False), (*arrays, keys, period))
+    carry = beginning(*arrays, keys, period)
+    own = (True, *own, True, False, False)
+    example = (carry, *arrays, keys, period, 0)
+    return beginning, lanes(segment, own, example, on_demand=(False, True)), length
