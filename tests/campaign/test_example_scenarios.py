@@ -38,7 +38,7 @@ def test_every_example_is_read_and_traced(path):
         )
         seeing = observer(scenario, setup, values)
         carry, row = tick(begin(setup.start, key), (jnp.array(0), key))
-        return carry, begin(setup.start, key), seeing(seeing.start(), row, jnp.array(0))[1]
+        return carry, begin(setup.start, key), seeing(seeing.start(), row, jnp.array(0))[1].error
 
     after, before, error = jax.eval_shape(
         period, jnp.zeros(len(scenario.values)), jax.random.key(0)
