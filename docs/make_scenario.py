@@ -4,11 +4,11 @@ from pathlib import Path
 
 from gyrostat.campaign.components import (
     COMPENSATORS,
-    CONTROLLERS,
     ENVIRONMENTS,
     ESTIMATORS,
     SENSORS,
 )
+from gyrostat.campaign.controllers import CONTROLLERS
 from gyrostat.campaign.schema import (
     EVENTS,
     INERTIA,
@@ -16,7 +16,8 @@ from gyrostat.campaign.schema import (
     RESULTS,
     RUN,
     START,
-    WHEEL,
+    WHEEL_ALL,
+    WHEEL_PARTS,
 )
 
 HEAD = """# Scenario file
@@ -27,7 +28,7 @@ flight. `gyrostat simulate SCENARIO.toml --out RUN.nc` flies it once, with the v
 
 A number is in SI units and radians, or a text with a unit: `0.25`, `"250 ms"`, `"0.1 deg/s"`,
 `"3 µN·m"`. A key that nobody reads is refused, with the one that was probably meant. Paths are
-relative to the file. `examples/scenarios/` has files to start from.
+relative to the file. [Files to start from](#ready-scenarios) are in `examples/scenarios/`.
 
 ```toml
 name = "my cubesat"
@@ -78,6 +79,12 @@ EXTRA = {
         ("boresight", "1", "none", "Body direction whose error counts; none: the whole attitude."),
     ],
 }
+DEFAULTS = {
+    "motor_constant": "of the wheel's model",
+    "static_imbalance": "of the wheel's sheet, or 0",
+    "dynamic_imbalance": "of the wheel's sheet, or 0",
+}
+"""Of keys that another file may give."""
 DISPERSIONS = """## [[dispersion]]
 
 One table for each value that scatters, or group of values. A campaign needs at least one; a single
@@ -108,6 +115,42 @@ Keys:
 | key | unit | meaning |
 |---|---|---|
 """
+READY = {
+    "zero_crossing": "A torque from outside drives a cubesat's four wheels through zero speed.",
+    "wheel_failure": (
+        "One of the four dies; the controller is told, allocates to the others, and turns the"
+        " spacecraft."
+    ),
+    "wheel_failure_found": (
+        "In an orbit; nobody tells the controller, it finds out. The wheels are out of "
+        "balance, their drivers have limits, commands come late."
+    ),
+    "wheel_array": (
+        "In an orbit, on star tracker and gyro; the wheels are kept from zero speed and unloaded."
+    ),
+    "carrara_kuga": (
+        "Carrara and Kuga: a fan turns an air-bearing table, whose wheel passes zero speed "
+        "with the friction that they identified compensated."
+    ),
+    "moreira_lopes_kuga": (
+        "Moreira, Lopes and Kuga: a Kalman filter finds the friction that is compensated, "
+        "while a bearing wears."
+    ),
+    "carvalho_fenili": (
+        "Carvalho and Fenili: a cube under a state-dependent Riccati equation loses a wheel; "
+        "`lqr` is their other law."
+    ),
+    "endo_sekiguchi_nonaka": (
+        "Endo, Sekiguchi and Nonaka: two wheels and a model error compensator lead one axis "
+        "of a large spacecraft to its target."
+    ),
+}
+"""File in examples/scenarios -> what flies."""
+ABSENT = """What the papers have and a scenario has not: friction with bristles (LuGre), which flies
+on a bench but not on a spacecraft; torques without wheels, as those of Carvalho and Fenili; wheels
+on a single axis; wheels whose speed is whatever is commanded. `gyrostat reproduce` flies the papers
+themselves.
+"""
 METRICS_OUT = """## What is measured
 
 The columns of the table of runs, beside `run`, the drawn values, `status` (0: complete) and `ended`
@@ -122,9 +165,17 @@ The columns of the table of runs, beside `run`, the drawn values, `status` (0: c
 
 def entry(name, key):
     """A row of a table of keys."""
-    default = "required" if key.default is None else f"{key.default:.4g}"
-    default = "[0, 0, 0]" if key.size == 3 else default
+    default = "required" if key.default is None else f"{key.default:.4g}".replace("inf", "none")
+    default = "[0, 0, 0]" if key.size == 3 else DEFAULTS.get(name, default)
     return f"| `{name}` | {key.unit} | {default} | {key.meaning} |"
+
+
+def per_wheel():
+    """The optional sections with numbers of every wheel."""
+    lines = []
+    for name, (meaning, keys) in WHEEL_PARTS.items():
+        lines += section(name, keys, f"{meaning} Each number is one for all wheels, or a list.")
+    return lines
 
 
 def section(name, keys, text=""):
@@ -146,17 +197,21 @@ def kinds(components):
     return lines
 
 
+def named(name, key):
+    """A row with the full key of a number, or those of a vector."""
+    names = f"`{name}.x`, `.y`, `.z`" if key.size == 3 else f"`{name}`"
+    return f"| {names} | {key.unit} | {key.meaning} |"
+
+
 def dispersed():
     """Rows of the keys that can scatter."""
     names = {f"body.inertia.{e}": INERTIA for e in ("xx", "yy", "zz", "xy", "xz", "yz")}
-    names |= {f"wheel.NAME.{n}": key for n, key in WHEEL.items()}
-    rows = [f"| `{n}` | {key.unit} | {key.meaning} |" for n, key in names.items()]
+    names |= {f"wheel.NAME.{n}": key for n, key in WHEEL_ALL.items()}
+    rows = [named(name, key) for name, key in names.items()]
     rows.append(
         "| `wheel.NAME.coulomb`, ... | | Parameters of the friction model of its model file. |"
     )
-    rows += [
-        f"| `start.{n}.x`, `.y`, `.z` | {key.unit} | {key.meaning} |" for n, key in START.items()
-    ]
+    rows += [named(f"start.{name}", key) for name, key in START.items()]
     parts = ", ".join(
         f"`{name}.KEY`"
         for name in ("controller", "compensator", "estimator", "sensors", "environment")
@@ -170,7 +225,11 @@ def dispersed():
 
 def page():
     """The whole page."""
-    lines = [HEAD, *section("run", RUN)]
+    lines = [HEAD, "## Ready scenarios", ""]
+    lines += ["In `examples/scenarios/`, each with dispersions for a campaign:", ""]
+    lines += ["| file | what flies |", "|---|---|"]
+    lines += [*(f"| `{name}.toml` | {text} |" for name, text in READY.items()), "", ABSENT]
+    lines += section("run", RUN)
     lines += [
         "## [spacecraft]",
         "",
@@ -180,7 +239,7 @@ def page():
         "wheel, the `model.toml` with its friction; required |",
         "",
     ]
-    lines += section("start", START)
+    lines += [*section("start", START), *per_wheel()]
     for name, components, text in (
         ("controller", CONTROLLERS, "Planned for the nominal spacecraft; planned anew at events."),
         ("compensator", COMPENSATORS, ""),
@@ -193,7 +252,7 @@ def page():
         "## [[event]]",
         "",
         "Each has a `name` of its own, a `kind`, a `wheel` (by name) unless it is a slew, and a "
-        "wheel has one event. `target` is a quaternion, scalar first.",
+        "wheel has one friction step and one other event. `target` is a quaternion, scalar first.",
         "",
     ]
     for kind, (meaning, keys) in EVENTS.items():

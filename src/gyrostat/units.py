@@ -93,6 +93,11 @@ _TABLE: dict[str, tuple[_Row, ...]] = {
         (Unit("kg·mm²", 1e-6), (), ()),
         (Unit("g·mm²", 1e-9), (), ()),
     ),
+    "imbalance": (
+        (Unit("kg·m"), (), ()),
+        (Unit("g·cm", 1e-5), (), ()),
+        (Unit("g·mm", 1e-6), (), ()),
+    ),
     "viscous": (
         (Unit("N·m·s/rad"), ("N·m·s", "N·m/(rad/s)"), ()),
         (Unit("mN·m·s/rad", 1e-3), ("mN·m·s", "mN·m/(rad/s)"), ()),

@@ -19,6 +19,14 @@ file = "cubesat.toml"
 [start]
 attitude_error = ["0.2 deg", 0.0, "-0.1 deg"]
 wheel_speed = ["30 rpm", "-200 rpm", "200 rpm", "-30 rpm"]
+[imbalance]
+static_imbalance = "0.5 g·mm"
+dynamic_imbalance = ["1 g·mm²", "2 g·mm²", 1e-9, 1e-9]
+position = [[0.05, 0.05, 0.05], [-0.05, 0.05, 0.05], [-0.05, -0.05, 0.05], [0.05, -0.05, 0.05]]
+[driver]
+time_constant = "40 ms"
+current_limit = ["10 mA", "150 mA", "150 mA", "150 mA"]
+current_quantum = "0.1 mA"
 [controller]
 kind = "three_axis"
 turn_gain = 0.4
@@ -41,6 +49,13 @@ kind = "torque_lost"
 wheel = "c"
 time = "8 s"
 detected_after = "1 s"
+[[event]]
+name = "worn"
+kind = "friction_step"
+wheel = "b"
+time = "12.1 s"
+factor = 3.0
+coulomb = "50 µN·m"
 [metrics]
 after = "2 s"
 boresight = [1.0, 0.0, 0.0]
@@ -62,6 +77,23 @@ high = "10 s"
 key = "wheel.a.speed"
 distribution = "normal"
 sigma = "20 rpm"
+[[dispersion]]
+key = "wheel.*.static_imbalance"
+distribution = "log_normal"
+sigma = 0.5
+[[dispersion]]
+key = "wheel.b.motor_constant"
+distribution = "normal"
+sigma = "2 %"
+[[dispersion]]
+key = "event.worn.coulomb"
+distribution = "uniform"
+low = "-20 %"
+high = "20 %"
+[[dispersion]]
+key = "wheel.b.position.z"
+distribution = "normal"
+sigma = 0.01
 """
 RUNS, SEED = 100, 178
 

@@ -16,13 +16,15 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "scenarios" / "wheel_array.to
 
 @pytest.fixture
 def variant(tmp_path):
-    def make(old, new):
+    def make(*changes):
         for name in ("cubesat.toml", "cubesat_wheel.toml"):
             (tmp_path / name).write_text(EXAMPLE.with_name(name).read_text())
         text = EXAMPLE.read_text()
-        assert old in text
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new, 1)
         path = tmp_path / "scenario.toml"
-        path.write_text(text.replace(old, new, 1))
+        path.write_text(text)
         return path
 
     return make
@@ -74,12 +76,71 @@ def test_the_loop_is_closed_on_estimates_in_an_orbit():
 )
 def test_what_does_not_fit_is_refused(variant, change, found):
     with pytest.raises(InputError) as error:
-        read_scenario(variant(*change))
+        read_scenario(variant(change))
     assert found in str(error.value)
 
 
 def test_the_other_allocation_is_the_same_but_for_it(variant):
     least = read_scenario(EXAMPLE)
-    squares = read_scenario(variant('"wheel_array"', '"wheel_array_pseudo_inverse"'))
+    squares = read_scenario(variant(('"wheel_array"', '"wheel_array_pseudo_inverse"')))
     changed = {name for name, value in vars(least).items() if getattr(squares, name) != value}
     assert changed == {"controller"}
+
+
+DETECTS = ('"wheel_array"', '"wheel_array_detecting"\nfailure_torque = "0.2 mN·m"')
+UNTOLD = ('detected_after = "10 s"', "")
+
+
+def controller_of(scenario):
+    """The plans of the array's controller, all phases, as they fly."""
+    found = build(scenario, scenario.values, plan(scenario)).controller.controller
+    return found.starts, found.plans
+
+
+def test_a_loss_is_told_or_found(variant):
+    told = read_scenario(EXAMPLE)
+    starts, plans = controller_of(told)
+    np.testing.assert_array_equal(starts, [0.0, 150.0, 410.0])
+    np.testing.assert_array_equal(plans.watch.told[2], [np.inf, 0.0, np.inf, np.inf])
+    assert np.all(np.isinf(plans.watch.failure_torque))
+    finds = read_scenario(variant(DETECTS, UNTOLD))
+    starts, plans = controller_of(finds)
+    np.testing.assert_array_equal(starts, [0.0, 150.0])
+    assert np.all(np.isinf(plans.watch.told))
+    np.testing.assert_allclose(plans.watch.failure_torque, 2e-4)
+    np.testing.assert_allclose(plans.watch.failure_time, 5.0)
+
+
+def test_the_watch_is_told_of_the_delay(variant):
+    late = read_scenario(variant(("[spacecraft]", "command_delay = 2\n[spacecraft]")))
+    assert controller_of(late)[1].watch.delay == 2
+    assert controller_of(read_scenario(EXAMPLE))[1].watch.delay == 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "found"),
+    [
+        ([DETECTS], "key event[loss].detected_after: found '10 s', expected none: nobody tells"),
+        (
+            [('"wheel_array"', '"wheel_array_detecting"'), UNTOLD],
+            "key controller.failure_torque: found none, expected above 0",
+        ),
+        (
+            [("turn_gain", "failure_torque = 1\nturn_gain")],
+            "key controller.failure_torque: found an unknown key",
+        ),
+        (
+            [
+                DETECTS,
+                UNTOLD,
+                ("[metrics]", '[[event]]\nkind = "seized"\nwheel = "a"\ntime = 9\n[metrics]'),
+            ],
+            "found working wheels that do not span space",
+        ),
+    ],
+)
+def test_what_a_detecting_controller_cannot_use_is_refused(variant, changes, found):
+    changes = [("largest_rate", "turn_gain = 0.1\nlargest_rate"), *changes]
+    with pytest.raises(InputError) as error:
+        read_scenario(variant(*changes))
+    assert found in str(error.value)

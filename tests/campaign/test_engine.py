@@ -80,6 +80,72 @@ def test_the_size_of_blocks_changes_no_byte(small, scenario, tmp_path):
     assert (tmp_path / "runs.parquet").read_bytes() == small.store.table.read_bytes()
 
 
+def test_wheels_out_of_balance_shake_the_body_by_their_drawn_imbalance(table, kept):
+    """Body inertia 0.06, 0.12, 0.14; the jitter that Newton and Euler give it, by hand."""
+    row = {name: values[5] for name, values in table.items()}
+    assert row["wheel.a.static_imbalance"] != row["wheel.b.static_imbalance"]
+    axes = np.array([[1, -1, -1, 1], [1, 1, -1, -1], [1, 1, 1, 1]]) / np.sqrt(3.0)
+    place = 0.05 * np.sqrt(3.0) * axes
+    place[2, 1] = row["wheel.b.position.z"]
+    static = np.array([row[f"wheel.{w}.static_imbalance"] for w in "abcd"])
+    angle = kept.wheel_angle.values
+    # angles count from where the axis is crossed by x
+    first = np.cross([1.0, 0.0, 0.0], axes.T)
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    second = np.cross(axes.T, first)
+    cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
+    radial, tangent = cosine * first + sine * second, cosine * second - sine * first
+    dynamic = np.array([1e-9, 2e-9, 1e-9, 1e-9])[:, None]
+    turn = dynamic * tangent - np.cross(place.T, static[:, None] * radial)
+    expected = turn.sum(axis=1) / [0.06, 0.12, 0.14]
+    np.testing.assert_allclose(kept.jitter.values, expected, atol=1e-6 * np.max(expected))
+    # the angle is the integral of the speed
+    np.testing.assert_allclose(
+        np.diff(angle, axis=0),
+        0.125 * (kept.wheel_speed.values[1:] + kept.wheel_speed.values[:-1]),
+        atol=1e-9,
+    )
+
+
+def test_currents_follow_what_is_commanded_through_the_driver(table, kept):
+    row = {name: values[5] for name, values in table.items()}
+    constant = np.array([5e-3, row["wheel.b.motor_constant"], 5e-3, 5e-3])
+    wanted = kept.torque.values[:-1] / constant
+    limit = np.array([0.01, 0.15, 0.15, 0.15])
+    target = np.clip(1e-4 * np.round(wanted / 1e-4), -limit, limit)
+    current = kept.motor_current.values
+    expected = target + (current[:-1] - target) * np.exp(-0.25 / 0.04)
+    np.testing.assert_allclose(current[1:], expected, atol=1e-12)
+    cut = np.abs(wanted) > limit
+    assert np.any(cut)
+    np.testing.assert_array_equal(kept.saturated.values[:-1], cut)
+
+
+def test_a_bearing_that_wears_takes_its_new_friction_from_its_time_on(table, kept, scenario):
+    """What the motor gives, less the change of the rotor's momentum, is the friction of wheel b."""
+    row = {name: values[5] for name, values in table.items()}
+    axis = scenario.axes[1]
+    # the jitter turns the body about; the rate without it is what the rotor feels
+    speed = kept.wheel_speed.values[:, 1]
+    own = 2e-5 * (speed + kept.rate.values @ axis)
+    constant, tau = row["wheel.b.motor_constant"], 0.04
+    wanted = kept.torque.values[:-1, 1] / constant
+    target = 1e-4 * np.round(wanted / 1e-4)
+    start = kept.motor_current.values[:-1, 1]
+    mean = target + (start - target) * tau / 0.25 * -np.expm1(-0.25 / tau)
+    friction = constant * mean - np.diff(own) / 0.25
+    middle = 0.5 * (speed[1:] + speed[:-1])
+    fast = middle < -10.0  # where the Stribeck peak is over
+    assert np.sum(fast & (kept.time.values[:-1] > 12.1)) > 4
+    before = -row["wheel.b.coulomb"] + 1e-7 * middle
+    after = -row["event.worn.coulomb"] + 3e-7 * middle
+    # from 12.1 s on, within the control period that begins at 12 s
+    share = np.clip((12.1 - kept.time.values[:-1]) / 0.25, 0.0, 1.0)
+    expected = share * before + (1.0 - share) * after
+    # where the curve has a kink within a period, its mean speed is not quite the middle
+    np.testing.assert_allclose(friction[fast], expected[fast], rtol=2e-4)
+
+
 def test_metrics_are_those_of_the_history(small, table, kept, scenario):
     row = {name: values[5] for name, values in table.items()}
     assert row["status"] == 0
@@ -118,7 +184,7 @@ def test_metrics_are_those_of_the_history(small, table, kept, scenario):
         "torque_peak": np.max(np.abs(torque)),
         "torque_rms": np.sqrt(np.mean(torque**2)),
         "energy": 0.25 * np.sum(np.abs(torque * speed)),
-        "saturated": np.mean(np.any(np.abs(torque) >= 0.999e-3, axis=1)),
+        "saturated": np.mean(np.any((np.abs(torque) >= 0.999e-3) | kept.saturated, axis=1)),
         "settling": settled,
         "ended": 30.0,
     }

@@ -47,7 +47,13 @@ def test_values_are_in_si(scenario):
     assert values["body.inertia.yy"] == 0.12
     assert values["sensors.wheel_sigma"] == pytest.approx(2e-6)
     assert values["compensator.share"] == 1.0
-    assert [event.name for event in scenario.events] == ["loss", "turn"]  # by time
+    assert values["wheel.c.static_imbalance"] == pytest.approx(5e-7)  # one for all
+    assert values["wheel.b.dynamic_imbalance"] == pytest.approx(2e-9)
+    assert values["wheel.b.position.x"] == -0.05
+    assert values["wheel.d.angle"] == 0.0
+    assert values["wheel.a.current_limit"] == pytest.approx(0.01)
+    assert values["wheel.a.motor_constant"] == 5e-3  # of its model file
+    assert [event.name for event in scenario.events] == ["loss", "worn", "turn"]  # by time
     assert np.linalg.norm(scenario.axes, axis=1) == pytest.approx(1.0)
     assert scenario.dispersed[:2] == ("wheel.a.coulomb", "wheel.b.coulomb")
 
@@ -119,6 +125,20 @@ def test_the_digest_looks_at_the_content_alone(scenario, variant):
         ),
         (('time = "8 s"', "time = 30"), "key event[loss].time: found 30.0, expected a time before"),
         (('after = "2 s"', "after = 31"), "key metrics.after: found 31.0, expected a time before"),
+        (('"0.5 g·mm"', '"-1 g·mm"'), "key imbalance.static_imbalance: found '-1 g·mm', expected"),
+        (('"0.5 g·mm"', '"1 g·mm²"'), "key imbalance.static_imbalance '1 g·mm²': found unit"),
+        (('"2 g·mm²", ', ""), "key imbalance.dynamic_imbalance: found 3 values, expected one or 4"),
+        (("1e-9, 1e-9", "1e-9, true"), "key imbalance.dynamic_imbalance[3]: found True, expected"),
+        (("[[0.05, 0.05, 0.05]", "[[0.05]"), "key imbalance.position[0]: found [0.05], expected 3"),
+        (("[driver]", "[driver]\nresistance = 1\nbus = 5"), "key driver.bus: found an unknown key"),
+        (("[driver]", "[driver]\nbus_voltage = 5"), "driver resistance: found 0 Ω, expected more"),
+        (('"10 mA"', '"0 mA"'), "key driver.current_limit[0]: found '0 mA', expected above 0"),
+        (('factor = 3.0\ncoulomb = "50 µN·m"', ""), "key event[worn].factor: found none, expected"),
+        (("factor = 3.0", "factor = -3.0"), "key event[worn].factor: found -3.0, expected 0 or"),
+        (("factor = 3.0", "stribek = 1"), "key event[worn].stribek: found an unknown key (did you"),
+        (("factor = 3.0", "stribeck_speed = 0"), "key event[worn].stribeck_speed: found 0"),
+        (('wheel = "b"', 'wheel = "f"'), "key event[worn].wheel: found no wheel 'f'"),
+        (("[imbalance]", "[inbalance]"), "did you mean imbalance?"),
         (('"20 rpm"', '"0 %"'), "key dispersion[3].sigma: found '0 %', expected above 0"),
     ],
 )
@@ -139,6 +159,13 @@ def test_a_second_loss_leaves_too_few_wheels(variant):
         read_scenario(variant(more=more))
 
 
+def test_a_wheel_may_fail_and_wear_once_each(variant):
+    worn = '[[event]]\nname = "more"\nkind = "friction_step"\nwheel = "{}"\nfactor = 2\ntime = 20\n'
+    assert len(read_scenario(variant(more=worn.format("c"))).events) == 4
+    with pytest.raises(InputError, match="expected one failure and one friction step a wheel"):
+        read_scenario(variant(more=worn.format("b")))
+
+
 def test_the_covariance_of_a_fit_is_taken_over(variant, tmp_path):
     names = ["motor_constant", "viscous", "coulomb"]
     sigma, rho = [1e-4, 1e-8, 2e-6], [[1.0, 0.1, 0.2], [0.1, 1.0, -0.8], [0.2, -0.8, 1.0]]
@@ -150,9 +177,9 @@ def test_the_covariance_of_a_fit_is_taken_over(variant, tmp_path):
     (tmp_path / "fit.json").write_text(json.dumps(fit))
     path.write_text(path.read_text() + '[[dispersion]]\nfit = "fit.json"\nwheel = "a"\n')
     found = read_scenario(path).dispersions[-1]
-    assert found.keys == ("wheel.a.viscous", "wheel.a.coulomb")
+    assert found.keys == tuple(f"wheel.a.{name}" for name in names)
     spread = np.array(found.spread)
-    expected = np.outer(sigma[1:], sigma[1:]) * np.array(rho)[1:, 1:]
+    expected = np.outer(sigma, sigma) * np.array(rho)
     np.testing.assert_allclose(spread @ spread.T, expected, rtol=1e-12)
     fit["correlation"]["matrix"] = "none"
     (tmp_path / "fit.json").write_text(json.dumps(fit))
@@ -221,17 +248,6 @@ def test_odd_scenarios_are_read_or_refused_in_one_line(folder, data):
         assert "found" in message
         assert "expected" in message
         assert message.startswith(str(folder))
-
-
-@pytest.mark.parametrize(
-    "path",
-    sorted(p for p in EXAMPLES.glob("*.toml") if "[run]" in p.read_text()),
-    ids=lambda p: p.stem,
-)
-def test_every_example_is_read(path):
-    found = read_scenario(path)
-    assert found.dispersions
-    assert Scenario.from_text(found.text()).digest() == found.digest()
 
 
 def test_the_page_lists_every_key_as_the_schema_has_it(module_at):

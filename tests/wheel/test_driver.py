@@ -122,3 +122,13 @@ def test_the_impulse_of_a_lagging_current_is_the_integral_of_its_exponential(sha
     assert abs(impulse - expected) < bound
     decay = np.exp(-1.0 / share) if share > 0.0 else 0.0
     assert float(last) == pytest.approx(current * (1.0 - 1.5 * decay), rel=1e-12)
+
+
+@pytest.mark.parametrize("tau", [0.0, 1e-9, 0.03, 0.4, 1e6])
+def test_the_mean_of_a_lagging_current_is_that_of_its_samples(tau):
+    driver = Driver(time_constant=tau)
+    middles = (np.arange(4000) + 0.5) / 4000 * 0.25
+    mean = np.mean(np.asarray(driver.current(0.3, -0.1, middles)))
+    assert float(driver.mean_current(0.3, -0.1, 0.25)) == pytest.approx(mean, rel=1e-5)
+    still = 0.3 if tau else -0.1
+    assert float(driver.mean_current(0.3, -0.1, 0.0)) == pytest.approx(still)

@@ -15,8 +15,10 @@ from gyrostat.body.bench_wheel import (
     MomentumSensor,
     TorqueCommand,
 )
+from gyrostat.body.driven_gyrostat import DrivenGyrostat
 from gyrostat.body.environment import CircularOrbit, GravityGradient, HarmonicTorque
 from gyrostat.body.failures import WheelFailures
+from gyrostat.body.friction_steps import FrictionSteps
 from gyrostat.body.gyro import Gyro, TableMeasurement, TableSensors, TrueTurn, Turn
 from gyrostat.body.gyrostat import (
     Gyrostat,
@@ -67,10 +69,12 @@ __all__ = [
     "BodyTorqueCommand",
     "CircularOrbit",
     "DriveRecord",
+    "DrivenGyrostat",
     "EulerAngles",
     "EulerMeasurement",
     "EulerSensor",
     "EulerState",
+    "FrictionSteps",
     "GravityGradient",
     "Gyro",
     "Gyrostat",

@@ -9,6 +9,7 @@ from jaxtyping import Array, Bool
 
 from gyrostat._jax import jax, jnp
 from gyrostat.body.failures import WheelFailures
+from gyrostat.body.friction_steps import FrictionSteps
 from gyrostat.body.rotations import (
     Quaternion,
     Vector,
@@ -95,6 +96,7 @@ class Gyrostat(eqx.Module):
         external_torque_limit: (3,) what an ideal actuator beside the wheels, as magnetorquers, may
             add of the `external_torque` of a command along each body axis, N·m; None: there is no
             such actuator, and what is commanded to it is not given.
+        friction_steps: changes of the friction of wheels; None for none.
     """
 
     spacecraft: Spacecraft
@@ -105,6 +107,7 @@ class Gyrostat(eqx.Module):
     )
     environment: tuple[Any, ...] = ()
     external_torque_limit: Vector | None = eqx.field(converter=listed, default=None)
+    friction_steps: FrictionSteps | None = None
 
     def torque(self, attitude: Quaternion, time: Scalar) -> Vector:
         """External torque in body axes, N·m, at a time, s."""
@@ -137,6 +140,9 @@ class Gyrostat(eqx.Module):
             told, count = np.shape(self.failures.time)[-1], self.spacecraft.wheels.count
             if told != count:
                 raise InputError(f"wheel failures: found {told} wheels, expected {count}")
+        if self.friction_steps is not None:
+            self.friction_steps.check()
+            self.friction_steps.check_wheels(self.spacecraft.wheels)
 
     def start(
         self,
@@ -194,8 +200,8 @@ class Gyrostat(eqx.Module):
             duration: s.
 
         Returns:
-            The state at its end, and whether it was resolved. A failure inside the interval acts
-            from its own time on.
+            The state at its end, and whether it was resolved. A failure or a friction step inside
+            the interval acts from its own time on.
         """
         craft = self
         if self.external_torque_limit is not None:
@@ -211,12 +217,15 @@ class Gyrostat(eqx.Module):
 
     def _under(self, state, torque, time, duration):
         torque = self.spacecraft.wheels.within_torque_limit(torque)
-        failures = self.failures
-        if failures is None:
+        friction, steps = self.spacecraft.wheels.friction, self.friction_steps
+        changes = [part for part in (self.failures, steps) if part is not None]
+        if not changes:
             none = jnp.zeros(torque.shape)
             torque = self._within_momentum_limit(state, torque, duration)
-            return self._carry(state, torque, none > 0.0, none, time, duration)
-        cuts = jnp.sort(jnp.clip(jnp.asarray(failures.time) - time, 0.0, duration))
+            return self._carry(state, torque, friction, none > 0.0, none, time, duration)
+        failures = self.failures or WheelFailures.none(len(torque))
+        times = jnp.concatenate([jnp.asarray(part.time) for part in changes])
+        cuts = jnp.sort(jnp.clip(times - time, 0.0, duration))
         starts = jnp.concatenate([jnp.zeros(1), cuts])
         lengths = jnp.diff(starts, append=jnp.asarray(duration)[None])
 
@@ -230,7 +239,8 @@ class Gyrostat(eqx.Module):
             # the body takes over at once what a rotor that stops had
             state = state._replace(wheel_speed=jnp.where(seized, 0.0, state.wheel_speed))
             given = self._within_momentum_limit(state, given, duration)
-            state, resolved = self._carry(state, given, seized, drag, time + start, length)
+            rubs = friction if steps is None else steps.at(time + start, friction)
+            state, resolved = self._carry(state, given, rubs, seized, drag, time + start, length)
             return (state, fine & resolved), None
 
         return jax.lax.scan(part, (state, jnp.array(True)), (starts, lengths))[0]
@@ -239,12 +249,12 @@ class Gyrostat(eqx.Module):
         wheels = self.spacecraft.wheels
         return wheels.within_momentum_limit(torque, wheels.inertia * state.wheel_speed, duration)
 
-    def _carry(self, state, torque, seized, drag, time, duration):
+    def _carry(self, state, torque, friction, seized, drag, time, duration):
         wheels = self.spacecraft.wheels
         axes = jnp.asarray(wheels.axes)
         inverse = inverse_definite(jnp.asarray(self.spacecraft.inertia))
         contacts = WheelsOnBody(
-            friction=wheels.friction,
+            friction=friction,
             body=self,
             torque=torque,
             seized=seized,

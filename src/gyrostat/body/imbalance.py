@@ -90,7 +90,10 @@ def _turning(axes: Any, angle: PerWheel) -> tuple[Any, Any]:
     """(3, wheels) unit vectors across the axes that turn with the rotors, and a quarter ahead."""
     axes = jnp.asarray(axes)
     # the body axis that a spin axis is farthest from is never along it
-    least = jax.nn.one_hot(jnp.argmin(jnp.abs(axes), axis=0), 3, axis=0)
+    x, y, z = jnp.abs(axes)
+    by_x = (x <= y) & (x <= z)
+    by_y = ~by_x & (y <= z)
+    least = jnp.stack([by_x, by_y, ~by_x & ~by_y]).astype(float)
     first = jnp.cross(least, axes, axis=0)
     first = first / jnp.sqrt(jnp.sum(first**2, axis=0))
     second = jnp.cross(axes, first, axis=0)

@@ -16,6 +16,7 @@ sheet = "bct-rwp015"              # a data sheet, optional: what the lines above
 
 import difflib
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,11 +44,13 @@ class SpacecraftFile:
         name: of the spacecraft; empty where the file gives none.
         wheel_names: of the wheels, in their order.
         spacecraft: the body with its wheels.
+        wheel_values: of each wheel, all that its model and its data sheet say, SI.
     """
 
     name: str
     wheel_names: tuple[str, ...]
     spacecraft: Spacecraft
+    wheel_values: tuple[Mapping[str, float], ...]
 
     def wheel_number(self, name: str, where: str) -> int:
         """The number of a wheel, from 0.
@@ -96,7 +99,12 @@ def read_spacecraft(path: str | os.PathLike[str]) -> SpacecraftFile:
     )
     spacecraft = Spacecraft(jnp.asarray(inertia), array)
     spacecraft.check()
-    return SpacecraftFile(_text(path, "body.name", body.get("name", "")), names, spacecraft)
+    return SpacecraftFile(
+        _text(path, "body.name", body.get("name", "")),
+        names,
+        spacecraft,
+        tuple(wheel["known"] for wheel in wheels),
+    )
 
 
 def _body_inertia(path: Path, body: dict[str, Any]) -> Matrix:
@@ -168,7 +176,8 @@ def _wheel(path: Path, prefix: str, row: dict[str, Any]) -> dict[str, Any]:
     inertia = known.get("inertia") if inertia is None else inertia
     if inertia is None:
         raise InputError(f"{path}: key {prefix}inertia: found none, expected it in kg·m²")
-    return {**found, "inertia": inertia}
+    model = found["model"]
+    return {**found, "inertia": inertia, "known": {**known, **(model.values if model else {})}}
 
 
 def _sheet(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel | None:

@@ -1,28 +1,37 @@
 """A scenario as what flies: plant, controller, sensor and start, from one run's values."""
 
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat._jax import jax, jnp
-from gyrostat.body import Gyrostat, GyrostatState, Spacecraft, WheelFailures
+from gyrostat.body import (
+    DrivenGyrostat,
+    FrictionSteps,
+    Gyrostat,
+    Imbalance,
+    ImbalancedGyrostat,
+    Spacecraft,
+    WheelFailures,
+)
 from gyrostat.body.rotations import from_rotation_vector, product
 from gyrostat.campaign.components import (
     COMPENSATORS,
-    CONTROLLERS,
     ENVIRONMENTS,
     ESTIMATORS,
     SENSORS,
     stacked,
 )
+from gyrostat.campaign.controllers import CONTROLLERS, IGNORED, TOLD, Situation
 from gyrostat.campaign.phases import Phases
-from gyrostat.campaign.scenario import INERTIA, Event, Scenario
-from gyrostat.campaign.schema import EVENTS, WHEEL_IS_LOST, Key, size
+from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
+from gyrostat.campaign.schema import EVENTS, WHEEL_IS_LOST, Key, friction_keys
 from gyrostat.errors import InputError
-from gyrostat.friction import FRICTION_MODELS, Scalar
-from gyrostat.wheel import WheelArray
+from gyrostat.friction import FRICTION_MODELS, Friction, Scalar
+from gyrostat.wheel import Driver, WheelArray
 
 Values = Mapping[str, Scalar]
 """Key -> number, SI."""
@@ -40,10 +49,10 @@ class Setup(NamedTuple):
         targets: (phases, 4).
     """
 
-    plant: Gyrostat
+    plant: Any
     controller: Any
     sensor: Any
-    start: GyrostatState
+    start: Any
     starts: Float[Array, " phases"]
     targets: Float[Array, "phases 4"]
 
@@ -64,17 +73,15 @@ class Plans(NamedTuple):
 
 def parts_of(scenario: Scenario) -> dict[str, Mapping[str, Key]]:
     """The keys of what a scenario has chosen, for `gyrostat.campaign.schema.key_of`."""
-    friction = FRICTION_MODELS[scenario.friction]
+    friction = friction_keys(FRICTION_MODELS[scenario.friction].dimensions())
     return {
         "controller": CONTROLLERS[scenario.controller].keys,
         "compensator": COMPENSATORS[scenario.compensator].keys,
         "sensors": SENSORS[scenario.sensors].keys,
         "estimator": ESTIMATORS[scenario.estimator].keys,
         "environment": ENVIRONMENTS[scenario.environment].keys,
-        "friction": {
-            n: size(d, None, "Of its friction.") for n, d in friction.dimensions().items()
-        },
-        **{f"event.{event.name}": EVENTS[event.kind][1] for event in scenario.events},
+        "friction": friction,
+        **{f"event.{e.name}": {**EVENTS[e.kind][1], **friction} for e in scenario.events},
     }
 
 
@@ -86,13 +93,23 @@ def _options(values: Values, section: str) -> dict[str, Scalar]:
     }
 
 
+def _each(scenario: Scenario, values: Values, name: str) -> Any:
+    """A number of every wheel, (wheels,)."""
+    return jnp.stack([jnp.asarray(values[f"wheel.{w}.{name}"]) for w in scenario.wheels])
+
+
+def _has(scenario: Scenario, name: str) -> bool:
+    """Whether its file has the section that gives this number of the wheels."""
+    return f"wheel.{scenario.wheels[0]}.{name}" in scenario.values
+
+
 def spacecraft_of(scenario: Scenario, values: Values) -> Spacecraft:
     """Body and wheels."""
     xx, yy, zz, xy, xz, yz = (values[f"body.inertia.{end}"] for end in INERTIA)
     rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 
     def each(name: str) -> Any:
-        return jnp.stack([jnp.asarray(values[f"wheel.{w}.{name}"]) for w in scenario.wheels])
+        return _each(scenario, values, name)
 
     model = FRICTION_MODELS[scenario.friction]
     wheels = WheelArray(
@@ -108,7 +125,7 @@ def spacecraft_of(scenario: Scenario, values: Values) -> Spacecraft:
 
 
 def _failures(scenario: Scenario, values: Values) -> WheelFailures | None:
-    befallen = [event for event in scenario.events if event.wheel is not None]
+    befallen = [e for e in scenario.events if e.wheel is not None and e.kind != "friction_step"]
     if not befallen:
         return None
     failures = WheelFailures.none(len(scenario.wheels))
@@ -132,10 +149,34 @@ def _failures(scenario: Scenario, values: Values) -> WheelFailures | None:
     return failures
 
 
+def _friction_steps(scenario: Scenario, values: Values, before: Friction) -> FrictionSteps | None:
+    stepping = [event for event in scenario.events if event.kind == "friction_step"]
+    if not stepping:
+        return None
+    time, dimensions = jnp.full(len(scenario.wheels), jnp.inf), before.dimensions()
+    after = before.parameters()
+    for event in stepping:
+        own = _options(values, f"event.{event.name}")
+        index = jnp.arange(len(scenario.wheels)) == event.wheel
+        time = jnp.where(index, own["time"], time)
+        for name, dimension in dimensions.items():
+            # a factor makes the bearing heavier; where its curve bends stays
+            factor = 1.0 if dimension == "speed" else own["factor"]
+            value = own.get(name, factor * after[name])
+            after[name] = jnp.where(index, value, after[name])
+    return FrictionSteps(time, type(before)(**after))
+
+
+def _turning_points(scenario: Scenario) -> list[Event]:
+    """Slews and losses of wheels, in the nominal order in which they are known."""
+    found = [e for e in scenario.events if e.kind == "slew" or e.kind in WHEEL_IS_LOST]
+    return sorted(found, key=lambda event: _told(event, scenario.values))
+
+
 def phases_of(scenario: Scenario) -> list[Event]:
     """The events after which the controller has another plan, in their nominal order."""
-    planned = [e for e in scenario.events if e.kind == "slew" or e.kind in WHEEL_IS_LOST]
-    return sorted(planned, key=lambda event: _told(event, scenario.values))
+    is_told = CONTROLLERS[scenario.controller].losses == TOLD
+    return [e for e in _turning_points(scenario) if is_told or e.kind == "slew"]
 
 
 def _told(event: Event, values: Values) -> Any:
@@ -156,39 +197,75 @@ def plan(scenario: Scenario) -> Plans:
     """
     known = spacecraft_of(scenario, scenario.values)
     chosen = CONTROLLERS[scenario.controller]
-    working, seized = np.ones(len(scenario.wheels), bool), np.zeros(len(scenario.wheels), bool)
+    count = len(scenario.wheels)
+    left, seized = np.ones(count, bool), np.zeros(count, bool)
     target, found, targets = scenario.target, [], []
-    for event in (None, *phases_of(scenario)):
-        if event is not None and event.wheel is not None:
-            working[event.wheel] = False
-            seized[event.wheel] |= event.kind == "seized"
+    for event in (None, *_turning_points(scenario)):
+        wheel = None if event is None else event.wheel
+        if event is not None and wheel is not None and chosen.losses != IGNORED:
+            left[wheel] = False
+            seized[wheel] |= event.kind == "seized"
         if event is not None and event.target is not None:
             target = event.target
-        if np.linalg.matrix_rank(np.asarray(scenario.axes) * working[:, None], tol=1e-6) < 3:
+        rank = np.linalg.matrix_rank(np.asarray(scenario.axes) * left[:, None], tol=1e-6)
+        # a controller that knows nothing of losses says itself which wheels it needs
+        if rank < 3 and chosen.losses != IGNORED:
             raise InputError(
                 f"key {'controller' if event is None else f'event[{event.name}]'}: found working "
                 "wheels that do not span space, expected wheels about every axis (gyrostat recover "
                 "flies with fewer)"
             )
-        made = chosen.plan(known, working.copy(), seized.copy(), np.array(target))
+        told = chosen.losses == TOLD
+        if wheel is not None and not told:
+            continue
+        case = Situation(
+            spacecraft=known,
+            working=left.copy() if told else np.ones(count, bool),
+            seized=seized.copy() if told else np.zeros(count, bool),
+            target=np.array(target),
+            delay=scenario.command_delay,
+        )
+        made = chosen.plan(case)
         found.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), made))
         targets.append(target)
     return Plans(tuple(found), np.array(targets), known)
 
 
-def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
-    """What flies; pure, for `jit` and `vmap` over the values."""
+def _plant(scenario: Scenario, values: Values, options: Values) -> tuple[Any, Any]:
+    """The spacecraft in its environment, and its state at the start."""
     own = ENVIRONMENTS[scenario.environment].make(_options(values, "environment"))
-    options = _options(values, "controller")
     if "external_torque_limit" in options:
         own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
-    plant = Gyrostat(spacecraft_of(scenario, values), _failures(scenario, values), **own)
+    craft = spacecraft_of(scenario, values)
+    own["friction_steps"] = _friction_steps(scenario, values, craft.wheels.friction)
+    plant: Any = Gyrostat(craft, _failures(scenario, values), **own)
     error = stacked(values, "start.attitude_error")
-    start = plant.start(
-        attitude=product(jnp.asarray(scenario.attitude), from_rotation_vector(error)),
-        rate=stacked(values, "start.rate"),
-        wheel_speed=jnp.stack([jnp.asarray(values[f"wheel.{w}.speed"]) for w in scenario.wheels]),
-    )
+    motion = {
+        "attitude": product(jnp.asarray(scenario.attitude), from_rotation_vector(error)),
+        "rate": stacked(values, "start.rate"),
+        "wheel_speed": _each(scenario, values, "speed"),
+    }
+    if _has(scenario, "static_imbalance"):
+        position = [_each(scenario, values, f"position.{axis}") for axis in AXES]
+        imbalance = Imbalance(
+            _each(scenario, values, "static_imbalance"),
+            _each(scenario, values, "dynamic_imbalance"),
+            jnp.stack(position),
+        )
+        plant = ImbalancedGyrostat(plant, imbalance)
+        motion["wheel_angle"] = _each(scenario, values, "angle")
+    if _has(scenario, "motor_constant"):
+        names = [field.name for field in fields(Driver)]
+        # the wheel's own limit of torque counts before the driver's
+        numbers = {n: _each(scenario, values, n) for n in names if n != "torque_limit"}
+        plant = DrivenGyrostat(plant, Driver(**numbers), _each(scenario, values, "motor_constant"))
+    return plant, plant.start(**motion)
+
+
+def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
+    """What flies; pure, for `jit` and `vmap` over the values."""
+    options = _options(values, "controller")
+    plant, start = _plant(scenario, values, options)
     made = [
         CONTROLLERS[scenario.controller].make(plan, options, start.momentum)
         for plan in plans.controllers
@@ -196,7 +273,10 @@ def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
     starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(scenario, values)])
     joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
     controller = COMPENSATORS[scenario.compensator].make(
-        _options(values, "compensator"), Phases(starts, joined), plans.known
+        _options(values, "compensator"),
+        Phases(starts, joined),
+        plans.known,
+        scenario.command_delay,
     )
     controller = ESTIMATORS[scenario.estimator].make(
         _options(values, "estimator"), controller, _options(scenario.values, "sensors")

@@ -1,19 +1,16 @@
-"""What a scenario can name: each part of the loop, one entry each.
+"""What a scenario can name beside controllers: each part of the loop, one entry each.
 
 To add a component is to add an entry: its keys, and how it is made of their values.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from gyrostat._jax import jnp
 from gyrostat.body import (
     CircularOrbit,
     GravityGradient,
-    Gyrostat,
     HarmonicTorque,
     RateGyro,
     Spacecraft,
@@ -24,21 +21,9 @@ from gyrostat.body import (
 from gyrostat.body.environment import EARTH, EARTH_RADIUS
 from gyrostat.body.rotations import Vector
 from gyrostat.campaign.schema import Key, positive, size, vector
-from gyrostat.control import (
-    AttitudeTargets,
-    EstimatedControl,
-    FrictionFeedForward,
-    LeastLargest,
-    MomentumManagement,
-    MomentumRecovery,
-    NullSpaceControl,
-    PseudoInverse,
-    WheelArrayControl,
-    WheelWatch,
-)
-from gyrostat.estimate import AttitudeFilter
+from gyrostat.control import EstimatedControl, FrictionFeedForward, FrictionFilterFeedForward
+from gyrostat.estimate import AttitudeFilter, FrictionTorqueFilter
 from gyrostat.friction import Scalar
-from gyrostat.require import check_parts
 
 Options = Mapping[str, Scalar]
 """Values of a component's keys, SI."""
@@ -59,76 +44,9 @@ class Component:
     make: Callable[..., Any]
 
 
-@dataclass(frozen=True)
-class PlannedController(Component):
-    """A controller that is planned once for each set of working wheels and target.
-
-    Attributes:
-        make: (plan, options, total momentum (3,) N·m·s) -> controller.
-        plan: (spacecraft, working (wheels,), seized (wheels,), target (4,)) -> plan, outside the
-            loop; plans of one scenario differ in their numbers only. Raises `InputError` for wheels
-            that do not suffice.
-    """
-
-    plan: Callable[..., Any]
-
-
-def _plan_three_axis(
-    spacecraft: Spacecraft, working: np.ndarray, seized: np.ndarray, target: Any
-) -> MomentumRecovery:
-    return MomentumRecovery.plan(
-        spacecraft, working, seized=seized, target=target, total_momentum=np.zeros(3)
-    )
-
-
-def _three_axis(plan: MomentumRecovery, options: Options, momentum: Vector) -> MomentumRecovery:
-    loop = replace(plan.law.wheels, gain=options["rate_gain"], drag_time=options["drag_time"])
-    law = replace(
-        plan.law,
-        wheels=loop,
-        total_momentum=momentum,
-        turn_gain=options["turn_gain"],
-        largest_rate=options["largest_rate"],
-    )
-    return replace(plan, law=law)
-
-
-def _plan_array(allocation: Any) -> Callable[..., WheelArrayControl]:
-    def plan(spacecraft: Spacecraft, working: np.ndarray, seized: np.ndarray, target: Any):
-        wheels, null_space = spacecraft.wheels, None
-        if wheels.count > 3:
-            null_space = NullSpaceControl.plan(wheels.axes, wheels.momentum_limit)
-        found = WheelArrayControl(
-            spacecraft,
-            AttitudeTargets.hold(target),
-            allocation=allocation,
-            null_space=null_space,
-            watch=WheelWatch(told=np.where(working, np.inf, 0.0)),
-        )
-        check_parts(found)
-        return found
-
-    return plan
-
-
-def _array(plan: WheelArrayControl, options: Options, momentum: Vector) -> WheelArrayControl:
-    limit = options["external_torque_limit"] * jnp.ones(3)
-    null_space = plan.null_space
-    if null_space is not None:
-        null_space = replace(null_space, gain=options["null_space_gain"])
-    return replace(
-        plan,
-        turn_gain=options["turn_gain"],
-        rate_gain=options["rate_gain"],
-        torque_time=options["torque_time"],
-        largest_rate=options["largest_rate"],
-        null_space=null_space,
-        management=MomentumManagement(limit, options["momentum_gain"]),
-        watch=replace(plan.watch, drag_time=options["drag_time"]),
-    )
-
-
-def _friction_model(options: Options, controller: Any, known: Spacecraft) -> FrictionFeedForward:
+def _friction_model(
+    options: Options, controller: Any, known: Spacecraft, delay: int
+) -> FrictionFeedForward:
     wheels = known.wheels
     return FrictionFeedForward(
         controller,
@@ -140,7 +58,21 @@ def _friction_model(options: Options, controller: Any, known: Spacecraft) -> Fri
     )
 
 
-def _white_noise(options: Options, plant: Gyrostat) -> SpacecraftSensor:
+def _friction_filter(
+    options: Options, controller: Any, known: Spacecraft, delay: int
+) -> FrictionFilterFeedForward:
+    wheels = known.wheels
+    return FrictionFilterFeedForward(
+        controller,
+        FrictionTorqueFilter(**options),
+        jnp.asarray(wheels.axes),
+        jnp.asarray(wheels.inertia),
+        jnp.asarray(wheels.torque_limit),
+        delay,
+    )
+
+
+def _white_noise(options: Options, plant: Any) -> SpacecraftSensor:
     return SpacecraftSensor(plant, **options)
 
 
@@ -149,7 +81,7 @@ def stacked(options: Options, name: str) -> Vector:
     return jnp.stack([jnp.asarray(options[f"{name}.{axis}"], dtype=float) for axis in "xyz"])
 
 
-def _tracker_gyro(options: Options, plant: Gyrostat) -> TrackerGyroSensors:
+def _tracker_gyro(options: Options, plant: Any) -> TrackerGyroSensors:
     return TrackerGyroSensors(
         SpacecraftSensor(plant, wheel_sigma=options["wheel_sigma"]),
         StarTracker(options["attitude_sigma"], jnp.round(options["tracker_periods"])),
@@ -179,52 +111,8 @@ def _in_orbit(options: Options) -> dict[str, Any]:
     return {**_constant_torque(options), "environment": (GravityGradient(orbit), harmonic)}
 
 
-_ARRAY_KEYS = {
-    "turn_gain": positive("1/s", 0.1, "Rate over error near the target."),
-    "rate_gain": positive("1/s", 0.4, "Of the rate loop."),
-    "torque_time": positive("time", 20.0, "Of the filter that learns the external torque."),
-    "largest_rate": positive("speed", 0.05, "Of a turn."),
-    "drag_time": positive("time", 10.0, "Of the filter that learns the drag of the wheels."),
-    "null_space_gain": positive(
-        "1/s", 0.05, "Of what keeps four and more wheels from zero and from saturation."
-    ),
-    "external_torque_limit": size(
-        "torque", 0.0, "Of the actuator that unloads the wheels, about each body axis; 0: none."
-    ),
-    "momentum_gain": positive("1/s", 1e-3, "Of the unloading."),
-}
-
-
-CONTROLLERS: dict[str, PlannedController] = {
-    "three_axis": PlannedController(
-        "Turns about the error axis within the wheels' limits (`gyrostat.control.ThreeAxisLaw`); "
-        "learns the drag of the wheels slowly.",
-        {
-            "turn_gain": positive("1/s", 0.25, "Rate over error near the target."),
-            "largest_rate": positive("speed", 0.1, "Of a turn."),
-            "rate_gain": positive("1/s", 0.8, "Of the rate loop."),
-            "drag_time": positive("time", 10.0, "Of the filter that learns the drag."),
-        },
-        _three_axis,
-        _plan_three_axis,
-    ),
-    "wheel_array": PlannedController(
-        "Shares the torque among any number of wheels so that the largest is least, keeps them "
-        "from zero speed and from saturation, learns drag and external torque, unloads the wheels "
-        "(`gyrostat.control.WheelArrayControl`).",
-        _ARRAY_KEYS,
-        _array,
-        _plan_array(LeastLargest()),
-    ),
-    "wheel_array_pseudo_inverse": PlannedController(
-        "The same, with the least sum of squares of the torques.",
-        _ARRAY_KEYS,
-        _array,
-        _plan_array(PseudoInverse()),
-    ),
-}
 COMPENSATORS: dict[str, Component] = {
-    "none": Component("None.", {}, lambda options, controller, known: controller),
+    "none": Component("None.", {}, lambda options, controller, known, delay: controller),
     "friction_model": Component(
         "Adds the friction of the wheel's nominal model at the measured speed "
         "(`gyrostat.control.FrictionFeedForward`).",
@@ -233,6 +121,21 @@ COMPENSATORS: dict[str, Component] = {
             "share": size("1", 1.0, "Of the friction that is compensated."),
         },
         _friction_model,
+    ),
+    "friction_filter": Component(
+        "Adds the friction that a Kalman filter finds from the measured momentum and the commanded "
+        "torque of each wheel, without a friction model "
+        "(`gyrostat.control.FrictionFilterFeedForward`).",
+        {
+            "momentum_sigma": positive("momentum", None, "Noise of a wheel's measured momentum."),
+            "torque_drift": positive(
+                "N·m/√s", None, "Of the friction torque in the square root of a second."
+            ),
+            "initial_sigma": positive(
+                "1", 0.1, "Of momentum, N·m·s, and of friction, N·m, before anything is measured."
+            ),
+        },
+        _friction_filter,
     ),
 }
 SENSORS: dict[str, Component] = {

@@ -131,7 +131,7 @@ class Observer(eqx.Module):
         near = counts & (time - crossed <= values["metrics.crossing_window"] + 1e-9)
         settled = error < values["metrics.settled_angle"]
         settled &= row.record.rate @ row.record.rate < values["metrics.settled_rate"] ** 2
-        full = jnp.abs(torque) >= FULL * jnp.asarray(wheels.torque_limit)
+        full = row.record.saturated | (jnp.abs(torque) >= FULL * jnp.asarray(wheels.torque_limit))
         full |= jnp.abs(momentum) >= FULL * jnp.asarray(wheels.momentum_limit)
         return Seen(
             status=seen.status,

@@ -13,22 +13,30 @@ from gyrostat.body import SpacecraftFile, read_spacecraft
 from gyrostat.campaign.build import build, parts_of, plan
 from gyrostat.campaign.components import (
     COMPENSATORS,
-    CONTROLLERS,
     ENVIRONMENTS,
     ESTIMATOR_OF,
     ESTIMATORS,
     SENSORS,
 )
+from gyrostat.campaign.controllers import CONTROLLERS, TOLD
 from gyrostat.campaign.read_dispersions import read_dispersions
 from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
-from gyrostat.campaign.schema import EVENTS, METRICS, RUN, START
+from gyrostat.campaign.schema import (
+    EVENTS,
+    METRICS,
+    RUN,
+    START,
+    WHEEL,
+    WHEEL_PARTS,
+    friction_keys,
+)
 from gyrostat.campaign.tables import Table, one_of, opened
 from gyrostat.errors import InputError
 from gyrostat.require import check_parts, check_period
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", "controller", "compensator", "sensors"),
-    *("estimator", "environment", "event", "dispersion", "metrics"),
+    *("estimator", "environment", "event", "dispersion", "metrics", *WHEEL_PARTS),
 )
 MOST_PERIODS = 100_000_000
 """Control periods in a run: more are a slip of units."""
@@ -49,7 +57,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     values |= run.numbers(RUN)
     count, substeps = _steps(run, values)
     start = top.table("start", (*START, "attitude", "wheel_speed"))
-    values |= start.numbers(START) | _wheel_speeds(start, craft)
+    values |= start.numbers(START) | _wheel_values(top, start, craft)
     chosen = {}
     for section, kinds, default in (
         ("controller", CONTROLLERS, None),
@@ -71,7 +79,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     metrics = top.table("metrics", (*METRICS, "percentiles", "boresight"))
     values |= metrics.numbers(METRICS)
     _within_run(metrics, "after", values["metrics.after"], values)
-    events = _events(top, craft, values)
+    events = _events(top, craft, values, chosen["controller"])
     scenario = Scenario(
         name=top.text("name", path.stem),
         wheels=craft.wheel_names,
@@ -143,23 +151,28 @@ def _within_run(table: Table, key: str, time: float, values: dict[str, float]) -
         )
 
 
-def _wheel_speeds(start: Table, craft: SpacecraftFile) -> dict[str, float]:
+def _wheel_values(top: Table, start: Table, craft: SpacecraftFile) -> dict[str, float]:
+    """Speed at the start, and what the optional sections, or its model, say of every wheel."""
     names = craft.wheel_names
-    found = start.row.get("wheel_speed", 0.0)
-    if not isinstance(found, list):
-        found = [found] * len(names)
-    if len(found) != len(names):
-        raise InputError(
-            f"{start.path}: key start.wheel_speed: found {len(found)} values, expected one or "
-            f"{len(names)}, one a wheel"
-        )
-    return {
-        f"wheel.{name}.speed": start.value(f"wheel_speed[{k}]", entry, "speed", positive=False)
-        for k, (name, entry) in enumerate(zip(names, found, strict=True))
-    }
+    given = {"speed": start.row["wheel_speed"]} if "wheel_speed" in start.row else {}
+    found = Table(top.path, "start.wheel_", given).each("speed", WHEEL["speed"], names)
+    for section, (_, keys) in WHEEL_PARTS.items():
+        if section in top.row:
+            table = top.table(section, keys)
+            known = {
+                name: [own[name] for own in craft.wheel_values]
+                for name in keys
+                if all(name in own for own in craft.wheel_values)
+            }
+            table = Table(table.path, table.prefix, {**known, **table.row})
+            for name, entry in keys.items():
+                found |= table.each(name, entry, names)
+    return found
 
 
-def _events(top: Table, craft: SpacecraftFile, values: dict[str, float]) -> list[Event]:
+def _events(
+    top: Table, craft: SpacecraftFile, values: dict[str, float], controller: str
+) -> list[Event]:
     found, befallen = [], set()
     for number, row in enumerate(top.tables("event")):
         name = row.text("name", str(number + 1))
@@ -172,19 +185,36 @@ def _events(top: Table, craft: SpacecraftFile, values: dict[str, float]) -> list
         kind = one_of(row, "", "kind", EVENTS, None)
         keys = EVENTS[kind][1]
         own = "target" if kind == "slew" else "wheel"
-        row.known(("name", "kind", own, *keys))
-        numbers = row.numbers(keys)
+        if "detected_after" in keys and CONTROLLERS[controller].losses != TOLD:
+            if "detected_after" in row.row:
+                raise row.refuse(
+                    "detected_after",
+                    row.row["detected_after"],
+                    f"none: nobody tells the controller {controller} of a lost wheel",
+                )
+            keys = {name: entry for name, entry in keys.items() if name != "detected_after"}
+        friction = {}
+        if kind == "friction_step":
+            friction = friction_keys(craft.spacecraft.wheels.friction.dimensions())
+        row.known(("name", "kind", own, *keys, *friction))
+        given = {name: entry for name, entry in friction.items() if name in row.row}
+        if friction and not given and "factor" not in row.row:
+            raise InputError(
+                f"{top.path}: key {row.prefix}factor: found none, expected one, or values of "
+                f"{', '.join(friction)}"
+            )
+        numbers = row.numbers({**keys, **given})
         values |= {f"event.{name}.{k.rsplit('.', 1)[-1]}": v for k, v in numbers.items()}
         _within_run(row, "time", values[f"event.{name}.time"], values)
         if kind == "slew":
             found.append(Event(name, kind, target=row.unit("target", 4, None)))
             continue
         wheel = craft.wheel_number(row.text("wheel", None), f"{top.path}: key {row.prefix}wheel")
-        if wheel in befallen:
+        if (wheel, kind == "friction_step") in befallen:
             raise InputError(
                 f"{top.path}: key {row.prefix}wheel: found {craft.wheel_names[wheel]}, which "
-                "another event befalls, expected one event a wheel"
+                "another event befalls, expected one failure and one friction step a wheel"
             )
-        befallen.add(wheel)
+        befallen.add((wheel, kind == "friction_step"))
         found.append(Event(name, kind, wheel=wheel))
     return found

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf, pi
 
+from gyrostat.campaign.scenario import AXES
 from gyrostat.units import SI_UNIT
 
 
@@ -78,7 +79,7 @@ METRICS: dict[str, Key] = {
     ),
 }
 _TIME = size("time", None, "When it happens.")
-_DETECTED = size("time", 1.0, "From then until the controller allocates to the other wheels.")
+_DETECTED = size("time", 1.0, "From then until the controller is told, if it is told.")
 _DRAG = size("viscous", 0.0, "Drag added to the bearing.")
 EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
     "slew": ("The controller gets another `target`.", {"time": _TIME}),
@@ -110,6 +111,15 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
         "The bearing of `wheel` gets heavier; the controller is not told.",
         {"time": _TIME, "added_viscous": size("viscous", None, "Drag added to the bearing.")},
     ),
+    "friction_step": (
+        "The bearing of `wheel` changes: its friction grows by a factor, or any parameter of its "
+        "friction model, such as `coulomb`, gets the value that stands here under its name; the "
+        "controller is not told.",
+        {
+            "time": _TIME,
+            "factor": size("1", 1.0, "Of friction torques and viscous drag that get no value."),
+        },
+    ),
     "tachometer_lost": (
         "The speed of `wheel` is no longer measured: the last value stays.",
         {"time": _TIME},
@@ -125,6 +135,34 @@ WHEEL: dict[str, Key] = {
     "momentum_limit": positive("momentum", inf, "Largest inertia times speed."),
 }
 """Numbers of each wheel beside its friction; all but the speed from the spacecraft file."""
+WHEEL_PARTS: dict[str, tuple[str, dict[str, Key]]] = {
+    "imbalance": (
+        "Wheels out of balance shake the body (`gyrostat.body.ImbalancedGyrostat`). Leave the "
+        "section out for balanced wheels.",
+        {
+            "static_imbalance": size("imbalance", 0.0, "Mass of the rotor times its eccentricity."),
+            "dynamic_imbalance": size("inertia", 0.0, "Product of inertia of the rotor."),
+            "position": vector("m", "Of the wheel from the centre of mass."),
+            "angle": Key("angle", 0.0, "Of the rotor at the start."),
+        },
+    ),
+    "driver": (
+        "Electronics between commanded torque and motor (`gyrostat.body.DrivenGyrostat`). Leave "
+        "the section out for motors that give their torque at once. For a delay see "
+        "`run.command_delay`; within a control period the lag is resolved to `run.step`.",
+        {
+            "motor_constant": positive("motor_constant", None, "Of the motor."),
+            "time_constant": size("time", 0.0, "Of the current loop; 0: none."),
+            "current_limit": positive("current", inf, "Largest current."),
+            "current_quantum": size("current", 0.0, "Step of the commanded current; 0: none."),
+            "bus_voltage": positive("V", inf, "That drives the current."),
+            "resistance": size("Ω", 0.0, "Of the winding."),
+        },
+    ),
+}
+"""Optional section -> what it is for, and its numbers, each one for all wheels or one a wheel."""
+WHEEL_ALL = {**WHEEL, **{k: v for _, keys in WHEEL_PARTS.values() for k, v in keys.items()}}
+"""Every number of a wheel but those of its friction."""
 INERTIA = Key("inertia", None, "Of the body without the rotors' own spin.")
 DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
     "normal": ("sigma",),
@@ -132,6 +170,15 @@ DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
     "log_normal": ("sigma",),
 }
 """Distribution -> what it needs."""
+
+
+def friction_keys(dimensions: Mapping[str, str]) -> dict[str, Key]:
+    """Parameters of a friction model, from their dimensions."""
+    return {
+        name: (positive if dimension == "speed" else size)(dimension, None, "Of its friction.")
+        for name, dimension in dimensions.items()
+    }
+
 
 RESULTS: dict[str, tuple[str, str]] = {
     "error_max": ("rad", "Largest pointing error after `metrics.after`."),
@@ -141,10 +188,10 @@ RESULTS: dict[str, tuple[str, str]] = {
     "crossings": ("1", "How often a wheel came to zero speed after `metrics.after`."),
     "crossing_peak": ("rad", "Largest error within `metrics.crossing_window` of one; none: none."),
     "momentum_peak": ("N·m·s", "Largest momentum of any wheel."),
-    "torque_peak": ("N·m", "Largest motor torque of any wheel."),
-    "torque_rms": ("N·m", "Root mean square of the motor torques of all wheels."),
-    "saturated": ("1", "Share of the time in which a wheel was at its torque or momentum limit."),
-    "energy": ("J", "Mechanical work of the motors, braking counted as work."),
+    "torque_peak": ("N·m", "Largest motor torque commanded to any wheel."),
+    "torque_rms": ("N·m", "Root mean square of the commanded motor torques of all wheels."),
+    "saturated": ("1", "Share of the time with a wheel at a limit of torque, momentum or driver."),
+    "energy": ("J", "Mechanical work of the commanded torques, braking counted as work."),
 }
 """Metric -> its unit and meaning; before them stand the percentiles of the pointing error."""
 
@@ -167,8 +214,8 @@ def key_of(key: str, parts: Mapping[str, Mapping[str, Key]]) -> Key:
     if section == "body":
         return INERTIA
     if section == "wheel":
-        name = rest[-1]
-        return WHEEL[name] if name in WHEEL else parts["friction"][name]
+        name = rest[-2] if rest[-1] in AXES else rest[-1]
+        return WHEEL_ALL[name] if name in WHEEL_ALL else parts["friction"][name]
     if section == "event":
         return parts[".".join((section, *rest[:-1]))][rest[-1]]
     own = {"run": RUN, "start": START, "metrics": METRICS}

@@ -102,6 +102,27 @@ class Table:
                     found[f"{full}.{axis}"] = self.allowed(f"{name}[{k}]", part, entry)
         return found
 
+    def each(self, name: str, entry: Key, wheels: Collection[str]) -> dict[str, float]:
+        """Full key of a wheel -> value, SI: given once for all wheels, or once for each."""
+        given: Any = self.row.get(name)
+        listed = isinstance(given, list)
+        if listed and entry.size > 1:
+            listed = any(isinstance(value, list) for value in given)
+        rows = given if listed else [given] * len(wheels)
+        if len(rows) != len(wheels):
+            raise InputError(
+                f"{self.path}: key {self.prefix}{name}: found {len(rows)} values, expected one or "
+                f"{len(wheels)}, one a wheel"
+            )
+        found = {}
+        for k, (wheel, value) in enumerate(zip(wheels, rows, strict=True)):
+            place = f"{name}[{k}]" if listed else name
+            row = {} if value is None else {place: value}
+            own = Table(self.path, self.prefix, row).numbers({place: entry})
+            for key, si in own.items():
+                found[f"wheel.{wheel}.{name}{key.removeprefix(self.prefix + place)}"] = si
+        return found
+
     def unit(self, key: str, size: int, default: tuple[float, ...] | None) -> tuple[float, ...]:
         """A unit vector: a quaternion is checked, a direction may have any length."""
         found = self.row.get(key, default)

@@ -2,6 +2,7 @@
 
 from gyrostat.control.allocation import LeastLargest, PseudoInverse
 from gyrostat.control.attitude_pid import AttitudePID, CurrentMode
+from gyrostat.control.attitude_regulator import AttitudeRegulator
 from gyrostat.control.boresight import BoresightLaw, WheelMap, governed
 from gyrostat.control.command import CurrentCommand
 from gyrostat.control.conditioned_compensator import ConditionedCompensator
@@ -10,6 +11,7 @@ from gyrostat.control.estimated_control import EstimatedControl
 from gyrostat.control.estimating_compensator import EstimatingCompensator
 from gyrostat.control.factorisations import EulerCube, MRPBody, QuaternionBody
 from gyrostat.control.friction_feed_forward import FrictionFeedForward
+from gyrostat.control.friction_filter_feed_forward import FrictionFilterFeedForward
 from gyrostat.control.frit import (
     FirstOrderLags,
     LeastSquares,
@@ -51,11 +53,13 @@ from gyrostat.control.wheel_array_control import (
     WheelArrayControl,
 )
 from gyrostat.control.wheel_rate_loop import WheelRateLoop
+from gyrostat.control.wheel_speed_loops import WheelSpeedLoops
 from gyrostat.control.wheel_watch import WheelWatch
 
 __all__ = [
     "ArrayCommand",
     "AttitudePID",
+    "AttitudeRegulator",
     "AttitudeTargets",
     "BoresightLaw",
     "Compensation",
@@ -70,6 +74,7 @@ __all__ = [
     "FeedbackCommand",
     "FirstOrderLags",
     "FrictionFeedForward",
+    "FrictionFilterFeedForward",
     "FrictionScaleControl",
     "FrictionTorqueControl",
     "Integrators",
@@ -102,6 +107,7 @@ __all__ = [
     "WheelArrayControl",
     "WheelMap",
     "WheelRateLoop",
+    "WheelSpeedLoops",
     "WheelWatch",
     "ZeroMomentumRecovery",
     "ZeroingCommand",

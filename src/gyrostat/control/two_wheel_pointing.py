@@ -20,7 +20,6 @@ from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, require
 
 COMPENSATOR = ConditionedCompensator(Integrators())
-ALONG = (0.0, 0.0, 1.0)
 
 
 class PointingCommand(NamedTuple):
@@ -92,6 +91,7 @@ class TwoWheelPointing(eqx.Module):
         torque_share: of the wheels' torque, that the governor lets a change of speed need; the
             rest is for friction.
         tuner: that gives the gain on line; None for none.
+        along: (3,) unit vector that body z is led to, inertial axes.
     """
 
     spacecraft: Spacecraft
@@ -101,13 +101,15 @@ class TwoWheelPointing(eqx.Module):
     gain: Pair = eqx.field(default_factory=lambda: np.full(2, 0.05))
     torque_share: Scalar = 0.98
     tuner: SafeFrit | None = None
+    along: Vector = eqx.field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
 
     def check(self) -> None:
         """Refuse what cannot point.
 
         Raises:
             InputError: see the parts and `check_two_wheels`; wheels without a torque limit, a
-                momentum time that is not positive, a negative gain, a torque share outside (0, 1].
+                momentum time that is not positive, a negative gain, a torque share outside (0, 1],
+                a direction that is no unit vector.
         """
         check_parts(self.spacecraft, self.law, self.filter, self.tuner)
         check_two_wheels("two-wheel pointing", self.spacecraft)
@@ -119,6 +121,10 @@ class TwoWheelPointing(eqx.Module):
         if not np.all((share > 0.0) & (share <= 1.0)):
             raise InputError(f"torque share: found {share}, expected in (0, 1]")
         require("compensator gain", self.gain, "1/s")
+        length = np.linalg.norm(np.asarray(self.along, dtype=float), axis=-1)
+        # comparisons with NaN are false
+        if not np.all(np.abs(length - 1.0) < 1e-6):
+            raise InputError(f"pointing direction: found {self.along}, expected a unit vector")
 
     def check_period(self, period: float) -> None:
         """Refuse a gain beyond which the compensator is unstable at a control period, s.
@@ -196,7 +202,8 @@ class TwoWheelPointing(eqx.Module):
         fastest = jnp.broadcast_to(wheels.momentum_limit / wheels.inertia, (2,))
         quickest = jnp.broadcast_to(self.torque_share * wheels.torque_limit / wheels.inertia, (2,))
         resting = map.speed(momentum, jnp.zeros(2))
-        rate = self.law(to_body(attitude, jnp.array(ALONG)), resting, map, (quickest, fastest))
+        along = to_body(attitude, jnp.asarray(self.along))
+        rate = self.law(along, resting, map, (quickest, fastest))
         wanted = map.speed(momentum, rate + memory.compensator.correction)
         before = jnp.where(memory.estimate.begun, memory.speed, speed)
         wanted = jnp.clip(wanted, -fastest, fastest)

@@ -90,7 +90,8 @@ class ArrayControlMemory(NamedTuple):
         samples: taken so far.
         period: control period, s.
         momentum: (3,) of spacecraft and wheels at the last sample, inertial axes, N·m·s.
-        given: (3,) torque commanded there to the external actuator, N·m.
+        given: (delay + 1, 3) torque commanded to the external actuator at the last samples, the
+            oldest first, N·m.
         unknown: (3,) estimate of the other external torques, body axes, N·m.
         watch: of the wheels.
     """
@@ -98,7 +99,7 @@ class ArrayControlMemory(NamedTuple):
     samples: Scalar
     period: Scalar
     momentum: Vector
-    given: Vector
+    given: Float[Array, "samples 3"]
     unknown: Vector
     watch: WheelWatchMemory
 
@@ -126,7 +127,7 @@ class WheelArrayControl(eqx.Module):
         allocation: of torque among wheels: `LeastLargest` or `PseudoInverse`.
         null_space: keeps wheels from zero and from saturation; None: not done.
         management: of momentum by the external actuator; None: there is none.
-        watch: for drag and failures.
+        watch: for drag and failures; also says how long commands are under way.
     """
 
     spacecraft: Spacecraft
@@ -172,7 +173,8 @@ class WheelArrayControl(eqx.Module):
         """Nothing measured yet."""
         none, watch = jnp.zeros(3), self.watch.start(self.spacecraft.wheels.count)
         period = jnp.asarray(period, dtype=float)
-        return ArrayControlMemory(jnp.zeros(()), period, none, none, none, watch)
+        given = jnp.zeros((self.watch.delay + 1, 3))
+        return ArrayControlMemory(jnp.zeros(()), period, none, given, none, watch)
 
     def __call__(
         self, memory: ArrayControlMemory, measurement: Any
@@ -198,7 +200,7 @@ class WheelArrayControl(eqx.Module):
         in_space = rotations.to_inertial(measurement.attitude, momentum)
         gained = rotations.to_body(measurement.attitude, in_space - memory.momentum) / period
         share = jnp.where(memory.watch.begun, period / (self.torque_time + period), 0.0)
-        unknown = memory.unknown + share * (gained - memory.given - memory.unknown)
+        unknown = memory.unknown + share * (gained - memory.given[0] - memory.unknown)
         push = change + self.rate_gain * (wanted - rate)
         # the bearing of a failed wheel turns the body too; where it is not seen, D has it
         failed = ~watch.works & measurement.wheel_measured
@@ -209,8 +211,9 @@ class WheelArrayControl(eqx.Module):
         if self.null_space is not None:
             torque += self.null_space(axes, watch.works, relative, left - jnp.abs(torque))
         torque = wheels.within_momentum_limit(torque + watch.drag, relative, period)
-        watch = watch._replace(torque=torque)
-        after = ArrayControlMemory(memory.samples + 1.0, period, in_space, external, unknown, watch)
+        watch = self.watch.commanded(watch, torque)
+        given = jnp.concatenate([memory.given[1:], external[None]])
+        after = ArrayControlMemory(memory.samples + 1.0, period, in_space, given, unknown, watch)
         return after, ArrayCommand(torque, external, target, watch.works)
 
     def _wanted(

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Bool
+from jaxtyping import Array, Bool, Float
 
 from gyrostat._jax import jnp
 from gyrostat.control.allocation import Working
@@ -20,7 +20,7 @@ class WheelWatchMemory(NamedTuple):
 
     Attributes:
         momentum: (wheels,) absolute momentum of the rotors at the last sample, N·m·s.
-        torque: (wheels,) commanded there, N·m.
+        torque: (delay + 1, wheels) commanded at the last samples, the oldest first, N·m.
         drag: (wheels,) slow mean of what was lost, N·m.
         lost: (wheels,) quick mean of what was lost, N·m.
         works: (wheels,) which wheels are taken to work.
@@ -28,7 +28,7 @@ class WheelWatchMemory(NamedTuple):
     """
 
     momentum: PerWheel
-    torque: PerWheel
+    torque: Float[Array, "samples wheels"]
     drag: PerWheel
     lost: PerWheel
     works: Working
@@ -49,18 +49,22 @@ class WheelWatch(eqx.Module):
         failure_time: of the quick one, s.
         failure_torque: (wheels,) or one for all, N·m; infinite: failures are only told.
         told: (wheels,) or one for all: when the wheel is told to have failed, s; infinite: never.
+        delay: control periods from a sample to the start of its command, see
+            `gyrostat.simulate.simulate`; a delay that is not told is taken for a loss of torque.
     """
 
     drag_time: Scalar = 10.0
     failure_time: Scalar = 5.0
     failure_torque: PerWheel | float = eqx.field(converter=listed, default=np.inf)
     told: PerWheel | float = eqx.field(converter=listed, default=np.inf)
+    delay: int = eqx.field(static=True, default=0)
 
     def check(self) -> None:
         """Refuse what is no time or torque.
 
         Raises:
-            InputError: a time constant or torque that is not above 0, a time that is no number.
+            InputError: a time constant or torque that is not above 0, a time that is no number, a
+                delay below 0.
         """
         require("drag time", self.drag_time, "s", positive=True)
         require("failure time", self.failure_time, "s", positive=True)
@@ -71,11 +75,18 @@ class WheelWatch(eqx.Module):
             )
         if np.any(np.isnan(np.asarray(self.told))):
             raise InputError("time at which a failure is told: found NaN, expected s")
+        if self.delay < 0:
+            raise InputError(f"command delay: found {self.delay}, expected 0 periods or more")
 
     def start(self, count: int) -> WheelWatchMemory:
         """Nothing measured yet, all wheels working."""
         none = jnp.zeros(count)
-        return WheelWatchMemory(none, none, none, none, none == 0.0, jnp.array(False))
+        torque = jnp.zeros((self.delay + 1, count))
+        return WheelWatchMemory(none, torque, none, none, none == 0.0, jnp.array(False))
+
+    def commanded(self, memory: WheelWatchMemory, torque: PerWheel) -> WheelWatchMemory:
+        """Take in what is commanded at this sample, (wheels,), N·m."""
+        return memory._replace(torque=jnp.concatenate([memory.torque[1:], torque[None]]))
 
     def __call__(
         self,
@@ -89,14 +100,14 @@ class WheelWatch(eqx.Module):
         """Take in a sample.
 
         Args:
-            memory: from the last sample, with the torque commanded there.
+            memory: from the last sample, with the torques commanded up to there.
             momentum: (wheels,) of the rotors, inertia times their speed in space, N·m·s.
             measured: (wheels,) which of these are measured.
             limit: (wheels,) of the torques, N·m: no drag beyond half of it is made up for.
             time: of the sample, s.
             period: since the last one, s.
         """
-        lost = memory.torque - (momentum - memory.momentum) / period
+        lost = memory.torque[0] - (momentum - memory.momentum) / period
         judged = memory.begun & measured
 
         def passed(mean: PerWheel, constant: Scalar) -> PerWheel:

@@ -98,6 +98,20 @@ class Driver(eqx.Module):
         decay = jnp.exp(-time / jnp.where(lags, self.time_constant, 1.0))
         return set_point + jnp.where(lags, start - set_point, 0.0) * decay
 
+    def mean_current(self, start: Scalar, set_point: Scalar, duration: Scalar) -> Scalar:
+        """Mean of `current` over a time from its start, A.
+
+        Args:
+            start: current then, A.
+            set_point: A.
+            duration: s; 0 for the current at the start.
+        """
+        lags = self.time_constant > 0.0
+        constants = duration / jnp.where(lags, self.time_constant, 1.0)
+        some = jnp.where(constants > 0.0, constants, 1.0)
+        share = jnp.where(constants > 0.0, -jnp.expm1(-some) / some, 1.0)
+        return set_point + jnp.where(lags, start - set_point, 0.0) * share
+
     def longest_segment(self, time: Scalar) -> Scalar:
         """Longest integration step that resolves the lag a time after its start, s."""
         lags = self.time_constant > 0.0

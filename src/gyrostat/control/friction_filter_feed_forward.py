@@ -1,0 +1,100 @@
+"""Friction that a Kalman filter finds on each wheel, added to what another controller commands."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from gyrostat._jax import jax, jnp
+from gyrostat.errors import InputError
+from gyrostat.estimate import FrictionTorqueEstimate, FrictionTorqueFilter
+from gyrostat.friction import Scalar
+from gyrostat.require import check_parts, check_period
+from gyrostat.wheel import PerWheel
+
+
+class FrictionFilterMemory(NamedTuple):
+    """Between two samples.
+
+    Attributes:
+        controller: what the controller remembers.
+        estimate: of every wheel.
+        torque: (delay + 1, wheels) commanded at the last samples, the oldest first, N·m.
+        period: control period, s.
+    """
+
+    controller: Any
+    estimate: FrictionTorqueEstimate
+    torque: Float[Array, "samples wheels"]
+    period: Scalar
+
+
+class FrictionFilterFeedForward(eqx.Module):
+    """m_i = u_i + N_i, with N_i the friction torque that a filter finds without a friction model.
+
+    The filter of Moreira, Lopes and Kuga on the momentum of each rotor in space, which motor and
+    bearing alone change. A wheel of which the controller demands exactly nothing, as of a failed
+    one, gets nothing; one whose tachometer is lost is predicted on.
+
+    Attributes:
+        controller: that demands the torques u_i.
+        filter: of one wheel.
+        axes: (3, wheels) spin axes in body axes.
+        inertia: (wheels,) of the rotors, kg·m².
+        torque_limit: (wheels,) N·m.
+        delay: control periods from a sample to the start of its command.
+    """
+
+    controller: Any
+    filter: FrictionTorqueFilter
+    axes: Float[Array, "3 wheels"]
+    inertia: PerWheel
+    torque_limit: PerWheel
+    delay: int = eqx.field(static=True, default=0)
+
+    def check(self) -> None:
+        """Refuse a delay below 0, and what the parts refuse, by `InputError`."""
+        check_parts(self.controller, self.filter)
+        if self.delay < 0:
+            raise InputError(f"command delay: found {self.delay}, expected 0 periods or more")
+
+    def check_period(self, period: float) -> None:
+        """Refuse a control period, s, that the controller refuses, by `InputError`."""
+        check_period(period, self.controller)
+
+    def start(self, period: Scalar) -> FrictionFilterMemory:
+        """Nothing measured yet."""
+        none = jnp.zeros(self.axes.shape[-1])
+        estimate = jax.vmap(self.filter.start)(none)
+        period = jnp.asarray(period, dtype=float)
+        torque = jnp.zeros((self.delay + 1, len(none)))
+        return FrictionFilterMemory(self.controller.start(period), estimate, torque, period)
+
+    def __call__(self, memory: FrictionFilterMemory, measurement: Any) -> tuple[Any, Any]:
+        """Command the wheels.
+
+        Args:
+            memory: from the last sample.
+            measurement: has `rate` (3,), rad/s, `wheel_momentum` (wheels,) relative to the body,
+                N·m·s, and `wheel_measured` (wheels,), beside what the controller needs.
+        """
+        axes, filter = jnp.asarray(self.axes), self.filter
+        momentum = measurement.wheel_momentum + self.inertia * (axes.T @ measurement.rate)
+        momentum = jnp.where(measurement.wheel_measured, momentum, jnp.nan)
+
+        def learnt(estimate: Any, torque: Scalar, momentum: Scalar) -> FrictionTorqueEstimate:
+            estimate = filter.predict(estimate, torque * memory.period, memory.period)
+            return filter.correct(estimate, momentum)
+
+        estimate = jax.vmap(learnt)(memory.estimate, memory.torque[0], momentum)
+        controller, command = self.controller(memory.controller, measurement)
+        demanded = command.torque
+        torque = demanded + jnp.where(demanded == 0.0, 0.0, estimate.friction)
+        torque = jnp.clip(torque, -self.torque_limit, self.torque_limit)
+        after = FrictionFilterMemory(
+            controller,
+            estimate,
+            jnp.concatenate([memory.torque[1:], torque[None]]),
+            memory.period,
+        )
+        return after, command._replace(torque=torque)
