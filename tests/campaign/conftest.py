@@ -90,20 +90,32 @@ def small(scenario, folder, tmp_path_factory):
     from gyrostat.campaign import Campaign, Job, Store, run_campaign
     from gyrostat.campaign.engine_record import FLAGS, engine_record
     from gyrostat.campaign.execute import work
+    from gyrostat.lanes import compiler
 
     out = tmp_path_factory.mktemp("campaign")
-    engine = engine_record("cpu", FLAGS["cpu"])
-    known = Campaign(scenario.text(), scenario.digest(), SEED, RUNS, 64, engine)
+    own = "lanes" if compiler() else "jax"
+
+    def campaign(engine):
+        record = engine_record("cpu", FLAGS["cpu"], engine)
+        return Campaign(scenario.text(), scenario.digest(), SEED, RUNS, 64, record)
+
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
 
-        def fly(*runs, keep=()):
+        def fly(*runs, keep=(), engine=own):
             runs = None if runs == (None,) else runs
-            return pool.submit(work, Job(known, runs, keep, -1)).result()
+            return pool.submit(work, Job(campaign(engine), runs, keep, -1)).result()
 
         def opener():
             return contextlib.nullcontext(pool)
 
         run_campaign(scenario, out, runs=RUNS, seed=SEED, opener=opener, keep=[5], worst=1)
         yield SimpleNamespace(
-            out=out, store=Store(out), campaign=known, fly=fly, opener=opener, runs=RUNS, seed=SEED
+            out=out,
+            store=Store(out),
+            campaign=campaign(own),
+            fly=fly,
+            opener=opener,
+            runs=RUNS,
+            seed=SEED,
+            engine=own,
         )

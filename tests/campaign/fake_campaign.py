@@ -86,6 +86,7 @@ def main():
         opener=cluster(sys.argv[4]) if len(sys.argv) > 4 else None,
         workers=1,
         block=4,
+        engine="jax",
         fly_job=fly,
         say=lambda text: print(text, file=sys.stderr),
     )

@@ -95,8 +95,9 @@ def test_a_single_run_is_written_with_its_page(run, small, folder, tmp_path, mon
     flown = small.fly(None, keep=(0,))
     # this process has computed already, with other flags: a worker has flown for it
     monkeypatch.setattr(engine_record, "use_engine", lambda record: None)
-    monkeypatch.setattr(engine, "fly", lambda text, seed, runs, keep: flown)
-    code, out, err = run("simulate", folder / "scenario.toml", "--out", tmp_path / "a.nc", "--json")
+    monkeypatch.setattr(engine, "fly", lambda text, seed, runs, keep, engine: flown)
+    words = ("--engine", "jax", "--out", tmp_path / "a.nc", "--json")
+    code, out, err = run("simulate", folder / "scenario.toml", *words)
     assert code == 0
     assert "complete, 30 s" in err
     told = json.loads(out)
@@ -118,6 +119,10 @@ def test_bad_words_are_one_line(run, folder, tmp_path, monkeypatch):
         (
             ("simulate", path, "--out", tmp_path / "a.nc", "--device", "tpu"),
             "--device: found 'tpu'",
+        ),
+        (
+            ("simulate", path, "--out", tmp_path / "a.nc", "--engine", "c"),
+            "--engine: found 'c', expected one of auto, lanes, jax",
         ),
         (("report", tmp_path), "found no campaign.json"),
     ):

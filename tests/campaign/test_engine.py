@@ -5,7 +5,10 @@ import pytest
 import xarray as xr
 
 from gyrostat.campaign import run_campaign, worst_runs
+from gyrostat.campaign.execute import chosen_engine
 from gyrostat.campaign.metrics import BINS, LEAST_ERROR, WIDTH, percentile
+from gyrostat.errors import InputError
+from gyrostat.lanes import compiler as compiler_found
 from gyrostat.simulate import Status
 
 
@@ -31,6 +34,37 @@ def same(columns, table, runs):
 def test_a_run_has_the_same_bits_in_any_company(small, table):
     runs = (0, 3, 5, 63, 64, 77)
     same(small.fly(*runs, keep=(3,)).columns, table, runs)
+
+
+def test_both_engines_agree(small, table):
+    if small.engine == "jax":
+        pytest.skip("needs a C compiler")
+    runs = [*range(8), 77]
+    for name, values in small.fly(*runs, engine="jax").columns.items():
+        np.testing.assert_allclose(values, table[name][runs], rtol=1e-11, atol=1e-14, err_msg=name)
+
+
+def test_without_a_compiler_jax_flies_and_it_is_said_once(scenario, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    compiler_found.cache_clear()
+    said = []
+    try:
+        assert chosen_engine("auto", scenario.text(), "cpu", said.append) == "jax"
+        assert chosen_engine("auto", scenario.text(), "gpu", said.append) == "jax"
+        assert len(said) == 1
+        assert "C compiler: found none" in said[0]
+        with pytest.raises(InputError, match="C compiler: found none"):
+            chosen_engine("lanes", scenario.text(), "cpu")
+        with pytest.raises(InputError, match="expected cpu: lanes are C"):
+            chosen_engine("lanes", scenario.text(), "gpu")
+    finally:
+        compiler_found.cache_clear()
+
+
+def test_another_engine_than_the_recorded_one_is_refused(small, scenario):
+    other = "jax" if small.engine == "lanes" else "lanes"
+    with pytest.raises(InputError, match=f"found {other}, expected {small.engine}"):
+        run_campaign(scenario, small.out, runs=small.runs, seed=small.seed, engine=other)
 
 
 def test_the_size_of_blocks_changes_no_byte(small, scenario, tmp_path):

@@ -1,9 +1,11 @@
 """Flying runs: 64 at a time, in segments of one fixed length, by one program.
 
-Vectorised code does not treat every lane alike: the last ones may pass through other instructions
-and end with another last bit. So run n always flies in lane n mod 64 beside the same 63 others,
-also where it alone is wanted, and through the same machine code whether its history is kept or not.
-Then its numbers depend on nothing but scenario, seed and n.
+XLA's vectorised code does not treat every lane alike: the last ones may pass through other
+instructions and end with another last bit. So run n always begins, and with the engine "jax"
+flies, in lane n mod 64 beside the same 63 others, also where it alone is wanted, and through the
+same machine code whether its history is kept or not. Lanes of compiled C do not differ: with the
+engine "lanes" a run flies beside any others. Its numbers depend on nothing but scenario, seed, n
+and engine.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,8 +20,10 @@ from gyrostat._jax import jax, jnp
 from gyrostat._types import Matrix, Vector
 from gyrostat.campaign.build import Plans, Setup, build, plan
 from gyrostat.campaign.draws import draw
-from gyrostat.campaign.metrics import concluded, observer
+from gyrostat.campaign.metrics import BINS, concluded, count_in, observer
 from gyrostat.campaign.scenario import Scenario
+from gyrostat.lanes.batch import lanes
+from gyrostat.lanes.compiler import required
 from gyrostat.simulate import Status, labelled, loop_parts
 
 if TYPE_CHECKING:
@@ -45,7 +49,14 @@ class Flown(NamedTuple):
 
 @dataclass(frozen=True)
 class _Programs:
-    """A scenario, compiled."""
+    """A scenario, compiled.
+
+    Attributes:
+        begin: (nominal, values, plans, noise) -> carry, of 64 runs.
+        segment: (carry, first, nominal, values, plans, noise, kept) -> carry, places in the
+            histogram, and for the runs in `kept` the samples and errors.
+        length: control periods of a segment.
+    """
 
     scenario: Scenario
     plans: Plans
@@ -56,7 +67,7 @@ class _Programs:
 
 
 @lru_cache(maxsize=8)
-def _programs(text: str) -> _Programs:
+def _programs(text: str, engine: str) -> _Programs:
     scenario = Scenario.from_text(text)
     dispersed = scenario.dispersed
     fixed = [key for key in scenario.values if key not in dispersed]
@@ -86,22 +97,51 @@ def _programs(text: str) -> _Programs:
         def step(carry, k):
             inner, seen = carry
             inner, row = tick(inner, (k, jax.random.fold_in(key, k + 1)))
-            seen, error = seeing(seen, row, k)
-            return (inner, seen), (row, error)
+            seen, pointing = seeing(seen, row, k)
+            return (inner, seen), (pointing.place, (row, pointing.error))
 
-        return jax.lax.scan(step, carry, first + jnp.arange(length))
+        carry, (places, rows) = jax.lax.scan(step, carry, first + jnp.arange(length))
+        return carry, places, rows
 
-    return _Programs(
-        scenario,
-        plan(scenario),
-        np.array([scenario.values[key] for key in fixed]),
-        jax.jit(jax.vmap(begin, in_axes=(None, 0, None, 0))),
-        jax.jit(jax.vmap(segment, in_axes=(0, None, None, 0, None, 0))),
-        length,
-    )
+    nominal = np.array([scenario.values[key] for key in fixed])
+    starting = jax.jit(jax.vmap(begin, in_axes=(None, 0, None, 0)))
+    plans = plan(scenario)
+    if engine == "lanes":
+        values, noise = draw(scenario, 0, np.zeros(1))
+        carry = jax.eval_shape(starting, nominal, values, plans, noise)
+        example = (carry, 0, nominal, values, plans, noise)
+        own = (True, False, False, True, False, True)
+        carried = lanes(segment, own, example, on_demand=(False, False, True))
+    else:
+        batch = jax.jit(jax.vmap(segment, in_axes=(0, None, None, 0, None, 0)))
+
+        def carried(*arguments, asked):
+            carry, places, rows = batch(*arguments)
+            picked = np.asarray(asked, np.int64)
+            kept = jax.tree.map(lambda leaf: np.asarray(leaf)[picked], rows) if asked else None
+            return carry, np.asarray(places), kept
+
+    return _Programs(scenario, plans, nominal, starting, carried, length)
 
 
-def fly(text: str, seed: int, runs: Sequence[int] | None, *, keep: Sequence[int] = ()) -> Flown:
+def prepare(text: str) -> None:
+    """Compile the lanes of a scenario; workers will find them in the cache.
+
+    Raises:
+        InputError: there is no compiler, or the scenario has something that lanes do not know.
+    """
+    required()
+    _programs(text, "lanes")
+
+
+def fly(
+    text: str,
+    seed: int,
+    runs: Sequence[int] | None,
+    *,
+    keep: Sequence[int] = (),
+    engine: str = "jax",
+) -> Flown:
     """Fly runs of a scenario.
 
     Args:
@@ -109,17 +149,19 @@ def fly(text: str, seed: int, runs: Sequence[int] | None, *, keep: Sequence[int]
         seed: of the campaign.
         runs: their numbers, rising; None for one run with the nominal values.
         keep: numbers, among them, of those whose histories are wanted.
+        engine: "jax" or "lanes".
     """
-    programs = _programs(text)
+    programs = _programs(text, engine)
     if runs is None:
         values, noise = draw(programs.scenario, seed, np.zeros(LANES))
         nominal = [programs.scenario.values[key] for key in programs.scenario.dispersed]
-        return _block(programs, np.zeros(1, np.int64), values * 0.0 + nominal, noise, keep)
+        drawn = (values * 0.0 + nominal, noise)
+        return _block(programs, np.zeros(1, np.int64), *drawn, keep, engine)
     wanted, flown = np.asarray(runs, dtype=np.int64), []
     for group in np.unique(wanted // LANES):
         whole = group * LANES + np.arange(LANES)
         own = wanted[wanted // LANES == group]
-        flown.append(_block(programs, own, *draw(programs.scenario, seed, whole), keep))
+        flown.append(_block(programs, own, *draw(programs.scenario, seed, whole), keep, engine))
     histories = [block.histories for block in flown if block.histories is not None]
     return Flown(
         {name: np.concatenate([b.columns[name] for b in flown]) for name in flown[0].columns},
@@ -128,34 +170,47 @@ def fly(text: str, seed: int, runs: Sequence[int] | None, *, keep: Sequence[int]
 
 
 def _block(
-    programs: _Programs, runs: NDArray[np.int64], values: Matrix, noise: Any, keep: Sequence[int]
+    programs: _Programs,
+    runs: NDArray[np.int64],
+    values: Matrix,
+    noise: Any,
+    keep: Sequence[int],
+    engine: str,
 ) -> Flown:
-    """Some of the runs of one group of lanes, from values and noise of all of them."""
+    """Some of the runs of one group of 64, from values and noise of all of them."""
     scenario, plans, nominal = programs.scenario, programs.plans, programs.nominal
     picked = runs % LANES
-    kept_runs = runs[np.isin(runs, keep)]
-    lanes = kept_runs % LANES
     carry = programs.begin(nominal, values, plans, noise)
+    drawn = values[picked]
+    if engine == "lanes":  # only what is wanted flies
+        carry = jax.tree.map(lambda leaf: np.asarray(leaf)[picked], carry)
+        values, noise, picked = drawn, noise[picked], np.arange(len(runs))
+    is_kept = np.isin(runs, keep)
+    lanes_kept = picked[is_kept].tolist()
+    histogram = np.zeros((len(values), BINS), np.int64)
     kept = []
     for first in range(0, scenario.count + 1, programs.length):
-        carry, rows = programs.segment(carry, first, nominal, values, plans, noise)
-        if len(lanes):
-            kept.append(jax.tree.map(lambda leaf: np.asarray(leaf)[lanes], rows))
+        carry, places, rows = programs.segment(
+            carry, first, nominal, values, plans, noise, asked=lanes_kept
+        )
+        count_in(histogram, places)
+        if lanes_kept:
+            kept.append(rows)
     seen = carry[1]
     period = scenario.values["run.control_period"]
     columns = {
         "run": runs,
-        **{key: values[picked, k] for k, key in enumerate(scenario.dispersed)},
+        **{key: drawn[:, k] for k, key in enumerate(scenario.dispersed)},
         "status": np.asarray(seen.status)[picked].astype(np.int8),
         "ended": (np.asarray(seen.samples)[picked] - 1) * period,
     }
-    columns |= {name: entry[picked] for name, entry in concluded(scenario, seen).items()}
+    columns |= {name: entry[picked] for name, entry in concluded(scenario, seen, histogram).items()}
     if not kept:
         return Flown(columns, None)
     rows, error = jax.tree.map(
         lambda *leaves: np.concatenate(leaves, axis=1)[:, : scenario.count + 1], *kept
     )
-    histories = labelled(rows, period).assign_coords(run=kept_runs)
+    histories = labelled(rows, period).assign_coords(run=runs[is_kept])
     fine = rows.status == Status.COMPLETE
     histories["error"] = (("run", "time"), np.where(fine, error, np.nan), {"units": "rad"})
     return Flown(columns, histories)

@@ -3,7 +3,6 @@
 import hashlib
 import os
 import platform
-import re
 import sys
 from collections.abc import Mapping
 from functools import lru_cache
@@ -13,6 +12,8 @@ from typing import Literal
 
 import gyrostat
 from gyrostat.errors import InputError
+from gyrostat.lanes import FLAGS as COMPILER_FLAGS
+from gyrostat.lanes import compiler_version, instructions
 
 Device = Literal["cpu", "gpu"]
 Record = Mapping[str, str]
@@ -25,15 +26,24 @@ FLAGS: dict[str, str] = {
 _PLATFORM = {"cpu": "cpu", "gpu": "cuda"}
 
 
-def engine_record(device: str, flags: str) -> dict[str, str]:
-    """The engine of this process: name -> version, flags or digest."""
-    found = {"device": device, "flags": flags, "python": platform.python_version()}
+def engine_record(device: str, flags: str, engine: str = "jax") -> dict[str, str]:
+    """The engine of this process: name -> version, flags or digest.
+
+    Args:
+        device: "cpu" or "gpu".
+        flags: of XLA.
+        engine: "jax", or "lanes" of compiled C.
+    """
+    found = {"engine": engine, "device": device, "flags": flags}
+    found["python"] = platform.python_version()
+    if engine == "lanes":
+        found["compiler"] = " ".join([compiler_version(), *COMPILER_FLAGS])
     for package in ("jax", "jaxlib", "numpy", "scipy", "equinox"):
         try:
             found[package] = version(package)
         except PackageNotFoundError:  # then nothing flies either
             found[package] = "none"
-    return {**found, "gyrostat": _source_digest(), "instructions": _instructions()}
+    return {**found, "gyrostat": _source_digest(), "instructions": instructions()}
 
 
 def use_engine(record: Record) -> None:
@@ -68,7 +78,7 @@ def refuse_other(record: Record, where: str) -> None:
     Raises:
         InputError: something differs; its numbers would not be those of the store.
     """
-    found = engine_record(record["device"], record["flags"])
+    found = engine_record(record["device"], record["flags"], record.get("engine", "jax"))
     for name, value in found.items():
         if record.get(name) != value:
             raise InputError(
@@ -86,16 +96,3 @@ def _source_digest() -> str:
         digest.update(path.relative_to(root).as_posix().encode())
         digest.update(path.read_bytes())
     return f"{gyrostat.__version__}+{digest.hexdigest()[:12]}"
-
-
-def _instructions() -> str:
-    """The vector instructions that code is compiled for."""
-    try:
-        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return platform.machine()
-    words = re.search(r"^(?:flags|Features)\s*:(.*)$", text, re.MULTILINE)
-    known = sorted(
-        w for w in (words[1].split() if words else ()) if re.match("avx|fma|sve|asimd", w)
-    )
-    return " ".join([platform.machine(), *known])

@@ -18,6 +18,7 @@ AT_ONCE = 8
 """Runs that are replayed together: their histories are in memory at a time."""
 ELSEWHERE = 128
 """Workers that are kept busy where nobody says how many there are."""
+ENGINES = ("auto", "lanes", "jax")
 MOST_RUNS = 2**32
 """More have no number of their own in the random generator."""
 
@@ -43,7 +44,38 @@ def work(job: Job) -> Any:
     use_engine(job.campaign.engine)
     from gyrostat.campaign.engine import fly
 
-    return fly(job.campaign.scenario, job.campaign.seed, job.runs, keep=job.keep)
+    campaign, engine = job.campaign, job.campaign.engine["engine"]
+    return fly(campaign.scenario, campaign.seed, job.runs, keep=job.keep, engine=engine)
+
+
+def chosen_engine(
+    engine: str, text: str, device: str, say: Callable[[str], None] = lambda text: None
+) -> str:
+    """The engine that flies a scenario, compiled where it has to be.
+
+    Args:
+        engine: one of `ENGINES`; "auto" is lanes where there is a C compiler.
+        text: of the scenario.
+        device: "cpu" or "gpu".
+        say: takes the line that says why "auto" did not find lanes.
+
+    Raises:
+        InputError: lanes cannot fly this scenario here.
+    """
+    if engine == "jax" or (engine == "auto" and device != "cpu"):
+        return "jax"
+    if device != "cpu":
+        raise InputError("--engine lanes: found --device gpu, expected cpu: lanes are C")
+    from gyrostat.campaign.engine import prepare
+
+    try:
+        prepare(text)
+    except InputError as error:
+        if engine == "lanes":
+            raise
+        say(f"{error}; flying with JAX, which is slower")
+        return "jax"
+    return "lanes"
 
 
 def run_campaign(
@@ -53,6 +85,7 @@ def run_campaign(
     runs: int,
     seed: int = 0,
     device: str = "cpu",
+    engine: str = "auto",
     opener: Opener | None = None,
     workers: int | None = None,
     block: int = BLOCK,
@@ -71,6 +104,8 @@ def run_campaign(
         runs: their number.
         seed: of the draws.
         device: "cpu" or "gpu".
+        engine: "lanes", "jax", or "auto": that of a campaign that goes on, else see
+            `chosen_engine`.
         opener: of the executor; None for processes of this machine.
         workers: their number; None for one a core, `ELSEWHERE` for another executor.
         block: runs in a block; the results do not depend on it.
@@ -97,16 +132,25 @@ def run_campaign(
     worst_by = worst_by or f"error_p{scenario.percentiles[-1]:g}"
     if worst_by not in metrics:
         raise InputError(f"worst by: found {worst_by!r}, expected one of {', '.join(metrics)}")
-    engine = engine_record(device, FLAGS[device])
     store = Store(out)
     known = store.read()
+    if known is None:
+        engine = chosen_engine(engine, scenario.text(), device, say)
+    else:
+        recorded = known.engine.get("engine", "jax")
+        if engine not in ("auto", recorded):
+            raise InputError(
+                f"--engine: found {engine}, expected {recorded}, which {out} was begun with"
+            )
+        engine = recorded
+    record = engine_record(device, FLAGS[device], engine)
     if known is None and scenario.dispersions:
         from gyrostat.campaign.draws import check_draws
 
         check_draws(scenario, seed, runs)
     with store.locked():
         campaign = store.begin(
-            Campaign(scenario.text(), scenario.digest(), seed, runs, block, engine)
+            Campaign(scenario.text(), scenario.digest(), seed, runs, block, record)
         )
         refuse_other(campaign.engine, str(out))
         count = workers or (len(os.sched_getaffinity(0)) if opener is None else ELSEWHERE)

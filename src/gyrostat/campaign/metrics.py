@@ -5,9 +5,10 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float, Int
+from numpy.typing import NDArray
 
 from gyrostat._jax import jax, jnp
-from gyrostat._types import Matrix, Vector
+from gyrostat._types import Vector
 from gyrostat.body.rotations import angle_between, error_angle, to_inertial
 from gyrostat.campaign.build import Setup
 from gyrostat.campaign.scenario import Scenario
@@ -27,7 +28,6 @@ class Seen(NamedTuple):
         status: of the run.
         samples: valid ones.
         counted: of them, those after `metrics.after`.
-        histogram: (BINS,) of the errors of the counted.
         error: the last, rad.
         error_max: rad.
         error_square: sum, rad².
@@ -46,7 +46,6 @@ class Seen(NamedTuple):
     status: Int[Array, ""]
     samples: Int[Array, ""]
     counted: Int[Array, ""]
-    histogram: Int[Array, " bins"]
     error: Scalar
     error_max: Scalar
     error_square: Scalar
@@ -60,6 +59,18 @@ class Seen(NamedTuple):
     torque_square: Scalar
     saturated: Int[Array, ""]
     power: Scalar
+
+
+class Pointing(NamedTuple):
+    """Pointing at one sample.
+
+    Attributes:
+        error: rad.
+        place: of the error in the histogram; BINS where it does not count.
+    """
+
+    error: Scalar
+    place: Int[Array, ""]
 
 
 class Observer(eqx.Module):
@@ -81,7 +92,7 @@ class Observer(eqx.Module):
         """Nothing seen yet."""
         zero, none = jnp.zeros(()), jnp.zeros((), dtype=int)
         return Seen(
-            *(none, none, none, jnp.zeros(BINS, dtype=jnp.int32)),
+            *(none, none, none),
             *(zero, zero, zero, jnp.array(jnp.inf)),
             jnp.sign(self.setup.start.wheel_speed),
             *(jnp.array(-jnp.inf), none, zero, zero, zero, zero, none, zero),
@@ -96,24 +107,18 @@ class Observer(eqx.Module):
         body = jnp.asarray(self.boresight)
         return angle_between(to_inertial(attitude, body), to_inertial(target, body))
 
-    def __call__(self, seen: Seen, row: Histories, k: Int[Array, ""]) -> tuple[Seen, Scalar]:
-        """Take in sample k; what was seen, and the pointing error, rad."""
+    def __call__(self, seen: Seen, row: Histories, k: Int[Array, ""]) -> tuple[Seen, Pointing]:
+        """Take in sample k; what was seen, and how the boresight points."""
         valid = (row.status == 0) & (k <= self.count)
         time = k * self.values["run.control_period"]
         error = self.error(row.state.attitude, time)
         after = self._seen(seen, row, time, error)
-        # the histogram is large: it counts a zero instead of being selected
-        kept = jax.tree.map(
-            lambda new, old: jnp.where(valid, new, old),
-            after._replace(histogram=None),
-            seen._replace(histogram=None),
-        )
+        kept = jax.tree.map(lambda new, old: jnp.where(valid, new, old), after, seen)
         counts = valid & (time + 1e-9 >= self.values["metrics.after"])
         share = jnp.log(jnp.maximum(error, LEAST_ERROR) / LEAST_ERROR) / np.log1p(WIDTH)
-        place = jnp.clip(jnp.where(valid, share, 0.0).astype(int), 0, BINS - 1)
-        histogram = seen.histogram.at[place].add(counts.astype(jnp.int32))
+        place = jnp.clip(jnp.where(counts, share, 0.0).astype(int), 0, BINS - 1)
         status = jnp.where(k <= self.count, row.status, seen.status)
-        return kept._replace(histogram=histogram, status=status), error
+        return kept._replace(status=status), Pointing(error, jnp.where(counts, place, BINS))
 
     def _seen(self, seen: Seen, row: Histories, time: Scalar, error: Scalar) -> Seen:
         """All but histogram and status, taking the sample to be valid."""
@@ -132,7 +137,6 @@ class Observer(eqx.Module):
             status=seen.status,
             samples=seen.samples + 1,
             counted=seen.counted + counts,
-            histogram=seen.histogram,
             error=error,
             error_max=jnp.where(counts, jnp.maximum(seen.error_max, error), seen.error_max),
             error_square=seen.error_square + jnp.where(counts, error**2, 0.0),
@@ -157,19 +161,30 @@ def observer(scenario: Scenario, setup: Setup, values: dict[str, Scalar]) -> Obs
     return Observer(setup, own, scenario.count, scenario.boresight)
 
 
-def concluded(scenario: Scenario, seen: Any) -> dict[str, Vector]:
+def count_in(histogram: NDArray[np.int64], places: NDArray[np.int64]) -> None:
+    """Count errors in histograms, in place.
+
+    Args:
+        histogram: (runs, BINS).
+        places: (runs, samples), as `Pointing` has them.
+    """
+    rows = (BINS + 1) * np.arange(len(places))[:, None]
+    counts = np.bincount((rows + places).ravel(), minlength=(BINS + 1) * len(places))
+    histogram += counts.reshape(len(places), -1)[:, :BINS]
+
+
+def concluded(scenario: Scenario, seen: Any, histogram: NDArray[np.int64]) -> dict[str, Vector]:
     """The metrics of several runs; NaN where a run did not end, or there is none.
 
     Args:
         scenario: of the runs.
         seen: `Seen` with a leading axis of runs.
+        histogram: (runs, BINS) of their errors.
     """
     seen = jax.tree.map(np.asarray, seen)
     period = scenario.values["run.control_period"]
     counted, samples = np.maximum(seen.counted, 1), np.maximum(seen.samples, 1)
-    found = {
-        f"error_p{p:g}": percentile(seen.histogram, p, seen.counted) for p in scenario.percentiles
-    }
+    found = {f"error_p{p:g}": percentile(histogram, p, seen.counted) for p in scenario.percentiles}
     some = seen.counted > 0
     found |= {
         "error_max": np.where(some, seen.error_max, np.nan),
@@ -187,7 +202,7 @@ def concluded(scenario: Scenario, seen: Any) -> dict[str, Vector]:
     return {name: np.where(seen.status == 0, entry, np.nan) for name, entry in found.items()}
 
 
-def percentile(histogram: Matrix, percent: float, counted: Vector) -> Vector:
+def percentile(histogram: NDArray[np.int64], percent: float, counted: Vector) -> Vector:
     """Percentiles of histograms, (runs, BINS): the middle of the bin that holds the rank, rad."""
     rank = np.maximum(np.ceil(percent / 100.0 * counted), 1)
     place = np.argmax(np.cumsum(histogram, axis=1) >= rank[:, None], axis=1)

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 Device = Annotated[str, typer.Option(help="cpu, or gpu where JAX sees one.")]
+Engine = Annotated[
+    str,
+    typer.Option(help="lanes (compiled C), jax, or auto: lanes where there is a C compiler."),
+]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes; by default one a core.")]
 Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler that has workers.")
@@ -24,6 +28,7 @@ def simulate(
     out: Annotated[Path, typer.Option(help="netCDF file of the run; its report stands beside it.")],
     seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
     device: Device = "cpu",
+    engine: Engine = "auto",
     json_output: Json = False,
 ) -> None:
     """Fly a scenario once, with its nominal values: RUN.nc and RUN.html."""
@@ -33,17 +38,20 @@ def simulate(
     if out.suffix != ".nc":
         raise InputError(f"--out: found {str(out)!r}, expected a name that ends in .nc")
     check_writable(out.parent)
+    _engine(engine)
     use_engine(engine_record(_device(device), FLAGS[device]))
     from gyrostat.campaign.engine import fly
+    from gyrostat.campaign.execute import chosen_engine
     from gyrostat.campaign.scenario_file import read_scenario
     from gyrostat.report.campaign_run import write_run
 
     found = read_scenario(scenario)
     say(f"flying {found.name}: {found.duration:g} s")
-    flown = fly(found.text(), seed, None, keep=[0])
-    text = write_run(found, flown, out, command=command_line(), say=say)
+    text = found.text()
+    flown = fly(text, seed, None, keep=[0], engine=chosen_engine(engine, text, device, say))
+    summary = write_run(found, flown, out, command=command_line(), say=say)
     if json_output:
-        print(text)
+        print(summary)
     if int(flown.columns["status"][0]) != 0:
         raise typer.Exit(1)
 
@@ -56,6 +64,7 @@ def campaign(
     workers: Workers = None,
     scheduler: Scheduler = None,
     device: Device = "cpu",
+    engine: Engine = "auto",
     block: Annotated[
         int, typer.Option(min=1, help="Runs in a block; a multiple of 64 is best.")
     ] = 64,
@@ -73,6 +82,7 @@ def campaign(
 
     check_writable(out)
     _device(device)
+    _engine(engine)
     found = read_scenario(scenario)
     if not found.dispersions:
         raise InputError(f"{scenario}: key dispersion: found none, expected what shall scatter")
@@ -84,6 +94,7 @@ def campaign(
             runs=runs,
             seed=seed,
             device=device,
+            engine=engine,
             opener=opener,
             workers=workers,
             block=block,
@@ -136,6 +147,13 @@ def _device(name: str) -> str:
     if name not in FLAGS:
         raise InputError(f"--device: found {name!r}, expected one of {', '.join(FLAGS)}")
     return name
+
+
+def _engine(name: str) -> None:
+    from gyrostat.campaign.execute import ENGINES
+
+    if name not in ENGINES:
+        raise InputError(f"--engine: found {name!r}, expected one of {', '.join(ENGINES)}")
 
 
 def _numbers(text: str) -> list[int]:

@@ -44,7 +44,7 @@ def emit(name: str, entries: Sequence[Entry], precision: Precision = "double") -
 
     Raises:
         InputError: an entry has a side effect, an unbounded loop, a shape that depends on data, an
-            array of more than `lower.LARGEST` elements or a primitive that does not belong in
+            array of more than `scope.LARGEST` elements or a primitive that does not belong in
             flight code; the message names the line of Python.
     """
     dialect, structs, lowering = Dialect(precision), Structs(), Lowering()

@@ -11,9 +11,9 @@ import numpy as np
 from gyrostat._jax import jax
 from gyrostat.errors import InputError
 from gyrostat.export.words import comment, free_name, identifier
-from gyrostat.lowering.lower import LARGEST, kind_of
 from gyrostat.lowering.primitives import Scalars
 from gyrostat.lowering.program import Kind, Name
+from gyrostat.lowering.scope import LARGEST, kind_of
 from gyrostat.units import SI_UNIT
 
 

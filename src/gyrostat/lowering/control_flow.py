@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from gyrostat.lowering.lower import Lowering
 
 
+UNBOUNDED = 2**62
+"""Passes of a loop that nothing bounds but its test."""
+
+
 def argument_name(closed: Any, number: int) -> str:
     """What Python calls an argument, in the letters of a C name."""
     names = getattr(getattr(closed.jaxpr, "debug_info", None), "arg_names", None) or ()
@@ -67,8 +71,9 @@ def _scan(lowering: "Lowering", equation: Any, given: list[Scalars], block: Bloc
     ]
     made = lowering.graph(body_jaxpr, [*fixed, *carried, *picked], body)
     tables = []
+    kept = count > lowering.scope.longest
     for array, atom in zip(made[carries:], results[carries:], strict=True):
-        table = Table(lowering.kind(atom), count * array.size, where.name)
+        table = Table(lowering.kind(atom), count * array.size, where.name, kept)
         tables.append(table)
         for offset, value in enumerate(array.flat):
             body.append(Store(table, index, array.size, offset, value, where))
@@ -77,6 +82,8 @@ def _scan(lowering: "Lowering", equation: Any, given: list[Scalars], block: Bloc
             count, counter, _carried(carried, first, made[:carries]), body, [], None, tables, where
         )
     )
+    if kept:
+        return [*carried, *(np.array(table, dtype=object) for table in tables)]
     stacked = []
     for table, atom in zip(tables, results[carries:], strict=True):
         names = lowering.names(atom, where)
@@ -107,6 +114,8 @@ def _while(lowering: "Lowering", equation: Any, given: list[Scalars], block: Blo
     made = lowering.graph(params["body_jaxpr"], [*body_fixed, *carried], body)
     every = _carried(carried, first, made)
     count = _bound(goes_on, test, every, body)
+    if count is None and lowering.scope.unbounded:
+        count = UNBOUNDED
     if count is None:
         raise refused(
             equation,

@@ -31,6 +31,7 @@ from gyrostat.lowering.program import (
     Operand,
     Table,
 )
+from gyrostat.lowering.scope import FLIGHT, Scope
 from gyrostat.lowering.tracing import (
     NOWHERE,
     Source,
@@ -41,23 +42,12 @@ from gyrostat.lowering.tracing import (
     source,
 )
 
-LARGEST = 1024
-"""Elements of an array: what is larger is no scalar code."""
-
-
-def kind_of(dtype: Any) -> Kind | None:
-    """The kind of number of an array type; None for one that flight code has no use for."""
-    if dtype == np.float64:
-        return "real"
-    if dtype == np.bool_:
-        return "logical"
-    return "integer" if dtype in (np.int32, np.int64) else None
-
 
 class Lowering:
     """Lowers jaxprs; remembers the functions that it has made."""
 
-    def __init__(self) -> None:
+    def __init__(self, scope: Scope = FLIGHT) -> None:
+        self.scope = scope
         self.functions: list[Function] = []
         self._known: dict[int, tuple[Any, Function]] = {}
         self._groups = 0
@@ -85,11 +75,11 @@ class Lowering:
     def numbers(self, array: Any) -> Scalars:
         """An array of constants."""
         array = np.asarray(array)
-        kind = kind_of(array.dtype)
-        if kind is None or array.size > LARGEST:
+        kind = self.scope.kind_of(array.dtype)
+        if kind is None or array.size > self.scope.largest:
             raise InputError(
                 f"constant: found {array.dtype}{list(array.shape)}, expected float64, integer or "
-                f"logical arrays of at most {LARGEST} elements"
+                f"logical arrays of at most {self.scope.largest} elements"
             )
         return one_by_one(array.shape, lambda value: Number(kind, value.item()), array)
 
@@ -118,7 +108,7 @@ class Lowering:
                 return yes if test.value else no
             if yes is no or (isinstance(yes, Number) and repr(yes) == repr(no)):
                 return yes
-        if operation in LOGICAL_ONLY and len(operands) == 2:
+        if operation in LOGICAL_ONLY and len(operands) == 2 and target.kind == "logical":
             for one, other in (operands, operands[::-1]):
                 if operation != "xor" and isinstance(one, Number):
                     return other if one.value == (operation == "and") else one
@@ -127,7 +117,7 @@ class Lowering:
 
     def kind(self, atom: Any) -> Kind:
         """The kind of number of a variable."""
-        kind = kind_of(atom.aval.dtype)
+        kind = self.scope.kind_of(atom.aval.dtype)
         assert kind is not None  # `_refuse_arrays` has seen to it
         return kind
 
@@ -193,10 +183,14 @@ class Lowering:
         where = self.source(equation)
         inner = called(equation)
         if inner is not None:
-            own = own_function(equation, inner)
+            own = None if self.scope.in_place else own_function(equation, inner)
             if own is None:
                 return self._library(inner, given, block, where)
             return self._call(own, inner, given, block, where)
+        if any(array.shape == () and isinstance(array.item(), Table) for array in given):
+            raise refused(equation, where, "rows of a long scan", "them only as a result")
+        if name in self.scope.lowered:
+            return self.scope.lowered[name](self, equation, given, block, where)
         if name in ALIKE:
             return given
         if name in MOVES:
@@ -256,7 +250,7 @@ class Lowering:
         return made
 
     def _refuse_kind(self, equation: Any, operation: str, where: Source) -> None:
-        kinds = {kind_of(atom.aval.dtype) for atom in equation.invars}
+        kinds = {self.kind(atom) for atom in equation.invars}
         wrong = (operation in REAL_ONLY and kinds != {"real"}) or (
             operation in LOGICAL_ONLY and kinds != {"logical"}
         )
@@ -267,14 +261,20 @@ class Lowering:
 
     def _refuse_arrays(self, equation: Any) -> None:
         where = self.source(equation)
+        # results of a long scan are kept tables, no scalars
+        long = equation.params.get("length", 0) > self.scope.longest or called(equation) is not None
         for atom in (*equation.invars, *equation.outvars):
             size, dtype = int(np.prod(atom.aval.shape)), atom.aval.dtype
-            if size > LARGEST:
+            is_kept = long and np.isfinite(self.scope.longest) and atom in equation.outvars
+            if size > self.scope.largest and not is_kept:
                 found = "×".join(map(str, atom.aval.shape))
                 raise refused(
-                    equation, where, f"an array of {found}", f"at most {LARGEST} elements"
+                    equation,
+                    where,
+                    f"an array of {found}",
+                    f"at most {self.scope.largest} elements",
                 )
-            if kind_of(dtype) is None:
+            if self.scope.kind_of(dtype) is None:
                 raise refused(
                     equation,
                     where,

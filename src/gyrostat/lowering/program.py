@@ -9,7 +9,7 @@ from typing import Literal
 
 from gyrostat.lowering.tracing import NOWHERE, Source
 
-Kind = Literal["real", "integer", "logical"]
+Kind = Literal["real", "integer", "logical", "bits"]
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,19 @@ class Name:
 
 @dataclass(eq=False)
 class Table:
-    """Scalars that a running index picks from, row by row."""
+    """Scalars that a running index picks from, row by row.
+
+    Attributes:
+        kind: of number.
+        size: its scalars.
+        hint: what to call it.
+        kept: whether it is a result: nothing in the program reads it.
+    """
 
     kind: Kind
     size: int
     hint: str = ""
+    kept: bool = False
 
 
 Operand = Name | Number
@@ -119,13 +127,14 @@ class Branch:
 
 @dataclass(eq=False)
 class Function:
-    """A function of scalars."""
+    """A function of scalars; `rows` are results too, as kept tables."""
 
     name: str
     parameters: list[Name]
     body: "Block"
     results: list[Operand]
     source: Source = NOWHERE
+    rows: list[Table] = field(default_factory=list)
 
 
 @dataclass(eq=False)

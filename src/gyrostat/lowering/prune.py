@@ -1,8 +1,9 @@
 """What no result needs is left out: derivatives of constants, elements that nobody reads."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
+from gyrostat.lowering.needs import Needs
 from gyrostat.lowering.program import (
     Assign,
     Block,
@@ -20,53 +21,16 @@ from gyrostat.lowering.program import (
 )
 
 
-class _Needed:
+def _needed(functions: Sequence[Function], roots: Sequence[Function]) -> set[Name | Table]:
     """What the roots need, over all functions together."""
-
-    def __init__(self, functions: Sequence[Function], roots: Sequence[Function]) -> None:
-        self.names: set[Name | Table] = set()
-        self._given: dict[Name | Table, list[Iterable[Operand | Table]]] = {}
-        for function in functions:
-            self._learn(function.body)
-        self._waiting: list[Operand | Table | None] = [
-            result for root in roots for result in root.results
-        ]
-        while self._waiting:
-            operand = self._waiting.pop()
-            if not isinstance(operand, Name | Table) or operand in self.names:
-                continue
-            self.names.add(operand)
-            for needed in self._given.get(operand, ()):
-                self._waiting += needed
-
-    def _gives(self, target: Name | Table, needs: Iterable[Operand | Table | None]) -> None:
-        known = [need for need in needs if need is not None]
-        self._given.setdefault(target, []).append(known)
-
-    def _learn(self, block: Block) -> None:
-        for statement in block:
-            match statement:
-                case Assign(target, _, operands, _, table):
-                    self._gives(target, (*operands, table))
-                case Fill(table, values):
-                    self._gives(table, values)
-                case Loop(carried=carried, goes_on=goes_on, stacked=stacked):
-                    for each in carried:
-                        self._gives(each.name, (each.first, each.next, goes_on))
-                    for table in stacked:
-                        self._gives(table, (goes_on,))
-                case Store(table, index, _, _, value):
-                    self._gives(table, (index, value))
-                case Branch(index, _, values, targets):
-                    for target, *made in zip(targets, *values, strict=True):
-                        self._gives(target, (index, *made))
-                case Call(function, operands, targets):
-                    for target, result in zip(targets, function.results, strict=True):
-                        self._gives(target, (result,))
-                    for parameter, operand in zip(function.parameters, operands, strict=True):
-                        self._gives(parameter, (operand,))
-            for inner in inner_blocks(statement):
-                self._learn(inner)
+    needs, names = Needs(functions).of, set[Name | Table]()
+    waiting: list[Operand | Table] = [r for root in roots for r in (*root.results, *root.rows)]
+    while waiting:
+        operand = waiting.pop()
+        if isinstance(operand, Name | Table) and operand not in names:
+            names.add(operand)
+            waiting += needs.get(operand, ())
+    return names
 
 
 def prune(functions: Sequence[Function], roots: Sequence[Function]) -> list[Function]:
@@ -82,7 +46,7 @@ def prune(functions: Sequence[Function], roots: Sequence[Function]) -> list[Func
     left = list(functions)
     # a call that goes in the first round no longer needs what it was given in the second
     for _ in range(2):
-        names = _Needed(left, roots).names
+        names = _needed(left, roots)
         given: dict[Function, set[int]] = {function: set() for function in left}
         for function in left:
             for call in _calls(function.body):

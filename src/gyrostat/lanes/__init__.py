@@ -1,0 +1,8 @@
+"""Runs side by side in compiled C: what JAX traces of one run, at the speed of vector instructions.
+
+`gyrostat.lanes.batch` has what compiles and calls; it needs JAX, which this package does not load.
+"""
+
+from gyrostat.lanes.compiler import FLAGS, compiler, compiler_version, instructions
+
+__all__ = ["FLAGS", "compiler", "compiler_version", "instructions"]

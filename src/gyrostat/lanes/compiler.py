@@ -1,0 +1,125 @@
+"""The user's C compiler, and a cache of what it has made."""
+
+import ctypes
+import hashlib
+import os
+import platform
+import re
+import shutil
+import subprocess
+import tempfile
+from functools import lru_cache
+from importlib.resources import files
+from pathlib import Path
+
+from gyrostat.errors import InputError
+
+# The same operations in the same order on every machine: nothing is contracted or taken for finite.
+FLAGS = (
+    *("-std=gnu11", "-O2", "-march=native", "-fPIC", "-shared", "-fopenmp"),
+    *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-Wno-psabi"),
+)
+FAST = ("-ffast-math",)
+"""More flags, for a benchmark: NaN and infinity are then taken for impossible."""
+
+
+@lru_cache
+def compiler() -> str | None:
+    """The C compiler: what `CC` names, or cc, gcc or clang; None where there is none."""
+    named = os.environ.get("CC")
+    for name in (named,) if named else ("cc", "gcc", "clang"):
+        found = shutil.which(name)
+        if found:
+            return found
+    return None
+
+
+def required() -> str:
+    """The C compiler.
+
+    Raises:
+        InputError: there is none.
+    """
+    found = compiler()
+    if found is None:
+        raise InputError("C compiler: found none (CC, cc, gcc, clang), expected one for lanes")
+    return found
+
+
+@lru_cache
+def compiler_version() -> str:
+    """First line of what the compiler says of itself; "none" without one.
+
+    Raises:
+        InputError: it does not run.
+    """
+    found = compiler()
+    return "none" if found is None else _run([found, "--version"]).splitlines()[0]
+
+
+def instructions() -> str:
+    """The vector instructions that code is compiled for."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return platform.machine()
+    words = re.search(r"^(?:flags|Features)\s*:(.*)$", text, re.MULTILINE)
+    known = sorted(
+        w for w in (words[1].split() if words else ()) if re.match("avx|fma|sve|asimd", w)
+    )
+    return " ".join([platform.machine(), *known])
+
+
+def header() -> str:
+    """Text of the header that lanes need."""
+    return files("gyrostat.lanes").joinpath("lanes.h").read_text(encoding="utf-8")
+
+
+def cache() -> Path:
+    """Folder of what was compiled: `GYROSTAT_CACHE`, or gyrostat in the user's cache."""
+    own = os.environ.get("GYROSTAT_CACHE")
+    if own:
+        return Path(own)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gyrostat"
+
+
+def library(text: str, more: tuple[str, ...] = ()) -> ctypes.CDLL:
+    """Compile a C module, or find it compiled.
+
+    Args:
+        text: of the module.
+        more: flags.
+
+    Raises:
+        InputError: there is no compiler, or it refuses.
+    """
+    found = required()
+    parts = (header(), text, compiler_version(), *FLAGS, *more, instructions())
+    digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
+    try:
+        folder = cache()
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        return _in_folder(folder, digest, text, (found, *FLAGS, *more))
+    except OSError:  # no place to keep it, or what is kept cannot be loaded
+        with tempfile.TemporaryDirectory() as folder:
+            return _in_folder(Path(folder), digest, text, (found, *FLAGS, *more))
+
+
+def _in_folder(folder: Path, digest: str, text: str, command: tuple[str, ...]) -> ctypes.CDLL:
+    made = folder / f"lanes-{digest}.so"
+    if not made.exists():
+        with tempfile.TemporaryDirectory(dir=folder) as place:
+            source = Path(place) / "program.c"
+            source.write_text(text, encoding="utf-8")
+            (Path(place) / "lanes.h").write_text(header(), encoding="utf-8")
+            _run([*command, "-o", f"{place}/made.so", str(source), "-lm"])
+            os.replace(f"{place}/made.so", made)
+    return ctypes.CDLL(str(made))
+
+
+def _run(command: list[str]) -> str:
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        first = (done.stderr.strip() or f"exit code {done.returncode}").splitlines()[0]
+        raise InputError(f"C compiler: found {first!r} from {command[0]}, expected it to compile")
+    return done.stdout

@@ -1,0 +1,409 @@
+/* Numbers of several runs side by side, and the functions that a program of them needs.
+
+   A lane is one run. Real numbers, integers and bits are vectors of 64-bit elements; a logical
+   value is a mask, 0 or -1 in each lane. Every function treats every lane alike, whatever the
+   others hold, so that a run's numbers do not depend on its neighbours.
+
+   Errors against the exact value over all arguments tried by the tests, in units of the last
+   place: exp 1, expm1 2, tanh 3, log 1, log1p 2, sin and cos 1 (below 8e5; beyond, the library's),
+   atan2, asin and acos 3, erf_inv 1e-15 relative. */
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+#define LANES 8
+#include <immintrin.h>
+#else
+#define LANES 4
+#endif
+#define EACH for (int lane = 0; lane < LANES; ++lane)
+
+typedef double real __attribute__((vector_size(8 * LANES)));
+typedef int64_t integer __attribute__((vector_size(8 * LANES)));
+typedef uint64_t bits __attribute__((vector_size(8 * LANES)));
+typedef uint32_t words __attribute__((vector_size(4 * LANES)));
+typedef integer mask;
+/* as above, where memory is not aligned */
+typedef double real_memory __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
+typedef int64_t integer_memory __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
+typedef uint64_t bits_memory __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
+
+#define FUNCTION static inline __attribute__((unused, always_inline))
+/* what is long stays a function: a program calls it from hundreds of places */
+#define LONG_FUNCTION static __attribute__((unused, noinline))
+
+FUNCTION real all_real(double x) { real r; EACH r[lane] = x; return r; }
+FUNCTION integer all_integer(int64_t x) { integer r; EACH r[lane] = x; return r; }
+FUNCTION bits all_bits(uint64_t x) { bits r; EACH r[lane] = x; return r; }
+FUNCTION mask all_mask(bool x) { return all_integer(-(int64_t)x); }
+
+FUNCTION bool any(mask m)
+{
+#if LANES == 8
+    return _mm512_movepi64_mask((__m512i)m) != 0;
+#else
+    int64_t joined = 0;
+    EACH joined |= m[lane];
+    return joined != 0;
+#endif
+}
+
+FUNCTION integer select_integer(mask m, integer yes, integer no) { return (m & yes) | (~m & no); }
+FUNCTION mask select_mask(mask m, mask yes, mask no) { return (m & yes) | (~m & no); }
+FUNCTION bits select_bits(mask m, bits yes, bits no) { return ((bits)m & yes) | (~(bits)m & no); }
+FUNCTION real select_real(mask m, real yes, real no)
+{
+    return (real)((m & (integer)yes) | (~m & (integer)no));
+}
+
+FUNCTION real real_of_integer(integer x) { return __builtin_convertvector(x, real); }
+FUNCTION real real_of_bits(bits x) { return __builtin_convertvector(x, real); }
+FUNCTION real real_of_mask(mask m) { return (real)(m & (integer)all_real(1.0)); }
+FUNCTION integer integer_of_mask(mask m) { return -m; }
+/* towards zero; NaN becomes 0 and what is too large the largest, as in XLA */
+FUNCTION integer integer_of_real(real x)
+{
+    const mask high = x >= 0x1p63, low = x < -0x1p63, none = x != x;
+    const real inside = (real)((integer)x & ~(high | low | none));
+    const integer most = select_integer(high, all_integer(INT64_MAX), all_integer(INT64_MIN));
+    return select_integer(high | low, most, __builtin_convertvector(inside, integer));
+}
+FUNCTION int64_t one_integer_of_real(double x)
+{
+    return x != x ? 0 : x >= 0x1p63 ? INT64_MAX : x < -0x1p63 ? INT64_MIN : (int64_t)x;
+}
+FUNCTION double one_real_of_bits(uint64_t x) { double r; memcpy(&r, &x, 8); return r; }
+FUNCTION uint64_t one_bits_of_real(double x) { uint64_t r; memcpy(&r, &x, 8); return r; }
+
+/* NaN stays NaN */
+FUNCTION real max_real(real a, real b) { return select_real((a >= b) | (a != a), a, b); }
+FUNCTION real min_real(real a, real b) { return select_real((a <= b) | (a != a), a, b); }
+FUNCTION integer max_integer(integer a, integer b) { return select_integer(a >= b, a, b); }
+FUNCTION integer min_integer(integer a, integer b) { return select_integer(a <= b, a, b); }
+FUNCTION double one_max_real(double a, double b) { return ((a >= b) || (a != a)) ? a : b; }
+FUNCTION double one_min_real(double a, double b) { return ((a <= b) || (a != a)) ? a : b; }
+FUNCTION int64_t one_max_integer(int64_t a, int64_t b) { return a >= b ? a : b; }
+FUNCTION int64_t one_min_integer(int64_t a, int64_t b) { return a <= b ? a : b; }
+
+FUNCTION real abs_real(real x) { return (real)((integer)x & INT64_MAX); }
+FUNCTION integer abs_integer(integer x) { return select_integer(x < 0, -x, x); }
+FUNCTION int64_t one_abs_integer(int64_t x) { return x < 0 ? -x : x; }
+FUNCTION real sign_real(real x)
+{
+    const real one = (real)(((integer)x & INT64_MIN) | (integer)all_real(1.0));
+    return select_real((x < 0.0) | (x > 0.0), one, x);
+}
+FUNCTION double one_sign_real(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : x; }
+FUNCTION integer sign_integer(integer x) { return (x < 0) - (x > 0); }
+FUNCTION int64_t one_sign_integer(int64_t x) { return (x > 0) - (x < 0); }
+FUNCTION mask finite_real(real x) { return abs_real(x) < INFINITY; }
+FUNCTION real sqrt_real(real x) { real r; EACH r[lane] = sqrt(x[lane]); return r; }
+FUNCTION real floor_real(real x) { real r; EACH r[lane] = floor(x[lane]); return r; }
+FUNCTION real ceil_real(real x) { real r; EACH r[lane] = ceil(x[lane]); return r; }
+FUNCTION real rint_real(real x) { real r; EACH r[lane] = rint(x[lane]); return r; }
+
+/* lane by lane through the library: rare in a step */
+#define LANE_BY_LANE(name)                                                                        \
+    LONG_FUNCTION real name##_real(real x) { real r; EACH r[lane] = name(x[lane]); return r; }
+#define LANE_BY_LANE_2(name)                                                                      \
+    LONG_FUNCTION real name##_real(real x, real y)                                                \
+    {                                                                                             \
+        real r;                                                                                   \
+        EACH r[lane] = name(x[lane], y[lane]);                                                    \
+        return r;                                                                                 \
+    }
+LANE_BY_LANE(round)
+LANE_BY_LANE(exp2)
+LANE_BY_LANE(tan)
+LANE_BY_LANE(atan)
+LANE_BY_LANE(sinh)
+LANE_BY_LANE(cosh)
+LANE_BY_LANE(cbrt)
+LANE_BY_LANE_2(pow)
+LANE_BY_LANE_2(fmod)
+
+/* 1.5 * 2^52: added and taken away, it rounds to an integer that stands in the last bits */
+#define ROUNDER 0x1.8p52
+
+/* exp(r) - 1 for |r| <= ln(2)/2, by Taylor's series to r^13 / 13! */
+FUNCTION real expm1_near_zero(real r)
+{
+    real p = r * (1.0 / 6227020800.0) + 1.0 / 479001600.0;
+    p = p * r + 1.0 / 39916800.0;
+    p = p * r + 1.0 / 3628800.0;
+    p = p * r + 1.0 / 362880.0;
+    p = p * r + 1.0 / 40320.0;
+    p = p * r + 1.0 / 5040.0;
+    p = p * r + 1.0 / 720.0;
+    p = p * r + 1.0 / 120.0;
+    p = p * r + 1.0 / 24.0;
+    p = p * r + 1.0 / 6.0;
+    p = p * r + 0.5;
+    return r + r * r * p;
+}
+
+/* x = k ln(2) + r; ln(2) in two parts, the first of 32 bits, so that k times it is exact */
+FUNCTION real halved_ln2(real x, integer *k)
+{
+    const real shifted = x * 1.4426950408889634 + ROUNDER;
+    const real number = shifted - ROUNDER;
+    *k = (integer)shifted - (integer)all_real(ROUNDER);
+    return (x - number * 0.6931471803691238) - number * 1.9082149292705877e-10;
+}
+
+FUNCTION real power_of_two(integer k) { return (real)((k + 1023) << 52); }
+
+LONG_FUNCTION real exp_real(real x)
+{
+    integer k;
+    x = select_real(x > 720.0, all_real(720.0), x);
+    x = select_real(x < -760.0, all_real(-760.0), x);
+    const real p = 1.0 + expm1_near_zero(halved_ln2(x, &k));
+    /* in two steps: a subnormal result is rounded once, an infinite one is reached */
+    const integer half = k >> 1;
+    return p * power_of_two(half) * power_of_two(k - half);
+}
+
+LONG_FUNCTION real expm1_real(real x)
+{
+    integer k;
+    real near = select_real(abs_real(x) > 40.0, all_real(0.0), x);
+    near = select_real(x != x, x, near);
+    const real p = expm1_near_zero(halved_ln2(near, &k));
+    const real scale = power_of_two(k);
+    const real made = scale * p + (scale - 1.0);
+    const mask far = abs_real(x) > 40.0;
+    real result = select_real(k == 0, p, made);
+    if (any(far)) { result = select_real(far, exp_real(x) - 1.0, result); }
+    return result;
+}
+
+LONG_FUNCTION real tanh_real(real x)
+{
+    const real size = abs_real(x);
+    const real e = expm1_real(2.0 * select_real(size > 20.0, all_real(20.0), size));
+    const real made = e / (e + 2.0);
+    return (real)((integer)made | ((integer)x & INT64_MIN));
+}
+
+/* m 2^k with m between sqrt(1/2) and sqrt(2); ln(m) = 2 artanh(s), s = (m - 1)/(m + 1) */
+LONG_FUNCTION real log_real(real x)
+{
+    const mask small = x < 0x1p-1022;
+    const real scaled = select_real(small, x * 0x1p54, x);
+    const integer offset = (integer)scaled - 0x3fe6a09e667f3bcd;
+    const integer k = offset >> 52;
+    const real m = (real)((integer)scaled - (k << 52));
+    const real number = real_of_integer(k - (small & 54));
+    const real f = m - 1.0;
+    const real s = f / (m + 1.0);
+    const real z = s * s;
+    real p = z * (2.0 / 23.0) + 2.0 / 21.0;
+    p = p * z + 2.0 / 19.0;
+    p = p * z + 2.0 / 17.0;
+    p = p * z + 2.0 / 15.0;
+    p = p * z + 2.0 / 13.0;
+    p = p * z + 2.0 / 11.0;
+    p = p * z + 2.0 / 9.0;
+    p = p * z + 2.0 / 7.0;
+    p = p * z + 2.0 / 5.0;
+    p = p * z + 2.0 / 3.0;
+    /* 2 s = f - s f, so that the rounding of s counts little */
+    const real rest = s * (z * p - f);
+    real made = number * 0.6931471803691238 + (f + (rest + number * 1.9082149292705877e-10));
+    made = select_real(x == INFINITY, x, made);
+    made = select_real(x == 0.0, all_real(-INFINITY), made);
+    return select_real((x < 0.0) | (x != x), all_real(NAN), made);
+}
+
+LONG_FUNCTION real log1p_real(real x)
+{
+    const real u = 1.0 + x;
+    const real lost = (x - (u - 1.0)) / u;
+    const real made = log_real(u) + lost;
+    return select_real(abs_real(x) < 0x1p-54, x, select_real(u == INFINITY, u, select_real(u == 0.0, all_real(-INFINITY), made)));
+}
+
+/* x = n pi/2 + r; pi/2 in three parts, the first two of 33 bits */
+FUNCTION real quartered(real x, integer *n)
+{
+    const real shifted = x * 0.6366197723675814 + ROUNDER;
+    const real number = shifted - ROUNDER;
+    *n = (integer)shifted;
+    return ((x - number * 1.5707963267341256) - number * 6.077100506303966e-11)
+        - number * 2.0222662487959506e-21;
+}
+
+/* Taylor's series on |r| <= pi/4, to r^17 and r^18 */
+FUNCTION real sin_near_zero(real r)
+{
+    const real z = r * r;
+    real p = z * (1.0 / 355687428096000.0) - 1.0 / 1307674368000.0;
+    p = p * z + 1.0 / 6227020800.0;
+    p = p * z - 1.0 / 39916800.0;
+    p = p * z + 1.0 / 362880.0;
+    p = p * z - 1.0 / 5040.0;
+    p = p * z + 1.0 / 120.0;
+    p = p * z - 1.0 / 6.0;
+    return r + r * z * p;
+}
+
+FUNCTION real cos_near_zero(real r)
+{
+    const real z = r * r;
+    real p = z * (-1.0 / 6402373705728000.0) + 1.0 / 20922789888000.0;
+    p = p * z - 1.0 / 87178291200.0;
+    p = p * z + 1.0 / 479001600.0;
+    p = p * z - 1.0 / 3628800.0;
+    p = p * z + 1.0 / 40320.0;
+    p = p * z - 1.0 / 720.0;
+    p = p * z + 1.0 / 24.0;
+    /* 1 - z/2 with what its rounding loses */
+    const real half = 0.5 * z, near = 1.0 - half;
+    return near + (((1.0 - near) - half) + z * z * p);
+}
+
+#define LARGEST_ANGLE 8e5
+
+LONG_FUNCTION real sin_real(real x)
+{
+    integer n;
+    const real r = quartered(x, &n);
+    const real made = select_real((n & 1) != 0, cos_near_zero(r), sin_near_zero(r));
+    real result = (real)((integer)made ^ ((n & 2) << 62));
+    const mask far = ~(abs_real(x) < LARGEST_ANGLE);
+    if (any(far)) { EACH if (far[lane]) { result[lane] = sin(x[lane]); } }
+    return select_real(x == 0.0, x, result);
+}
+
+LONG_FUNCTION real cos_real(real x)
+{
+    integer n;
+    const real r = quartered(x, &n);
+    const real made = select_real((n & 1) != 0, sin_near_zero(r), cos_near_zero(r));
+    real result = (real)((integer)made ^ (((n + 1) & 2) << 62));
+    const mask far = ~(abs_real(x) < LARGEST_ANGLE);
+    if (any(far)) { EACH if (far[lane]) { result[lane] = cos(x[lane]); } }
+    return result;
+}
+
+/* atan(q)/q - 1 over q^2 for |q| <= tan(pi/8): interpolated at Chebyshev's points, 5e-18 */
+FUNCTION real atan_near_zero(real q)
+{
+    const real z = q * q;
+    real p = z * -0.019176887119048774 + 0.039231658295576184;
+    p = p * z - 0.05085449737939879;
+    p = p * z + 0.05858148912802137;
+    p = p * z - 0.06664511447381939;
+    p = p * z + 0.07692183190826087;
+    p = p * z - 0.09090904578123901;
+    p = p * z + 0.11111111015256361;
+    p = p * z - 0.14285714284666542;
+    p = p * z + 0.1999999999999552;
+    p = p * z - 0.3333333333333333;
+    return q + q * z * p;
+}
+
+LONG_FUNCTION real atan2_real(real y, real x)
+{
+    const integer sign_bit = all_integer(INT64_MIN);
+    real a = abs_real(y), b = abs_real(x);
+    const mask steep = a > b;
+    real low = select_real(steep, b, a), high = select_real(steep, a, b);
+    const mask both = (high == INFINITY) & (low == INFINITY);
+    low = select_real(both, all_real(1.0), select_real(high == INFINITY, all_real(0.0), low));
+    high = select_real(high == INFINITY, all_real(1.0), high);
+    /* away from the ends of the range of numbers */
+    const real scale = select_real(high < 0x1p-500, all_real(0x1p500), select_real(high > 0x1p500, all_real(0x1p-500), all_real(1.0)));
+    low *= scale;
+    high *= scale;
+    const mask wide = low > 0.41421356237309503 * high;
+    const real top = select_real(wide, low - high, low);
+    const real bottom = select_real(wide, low + high, high);
+    const real q = select_real(bottom == 0.0, all_real(0.0), top / bottom);
+    real angle = atan_near_zero(q);
+    angle = select_real(wide, 0x1.921fb54442d18p-1 + (angle + 0x1.1a62633145c07p-55), angle);
+    angle = select_real(steep, 0x1.921fb54442d18p0 - (angle - 0x1.1a62633145c07p-54), angle);
+    const mask left = ((integer)x & sign_bit) != 0;
+    angle = select_real(left, 0x1.921fb54442d18p1 - (angle - 0x1.1a62633145c07p-53), angle);
+    angle = (real)((integer)angle | ((integer)y & sign_bit));
+    return select_real((x != x) | (y != y), x + y, angle);
+}
+
+FUNCTION real asin_real(real x) { return atan2_real(x, sqrt_real((1.0 - x) * (1.0 + x))); }
+FUNCTION real acos_real(real x) { return atan2_real(sqrt_real((1.0 - x) * (1.0 + x)), x); }
+
+#define HORNER(count, table, w)                                                                   \
+    ({                                                                                            \
+        real sum = all_real((table)[0]);                                                          \
+        for (int term = 1; term < (count); ++term) { sum = sum * (w) + (table)[term]; }           \
+        sum;                                                                                      \
+    })
+
+/* M. Giles, "Approximating the erfinv function", GPU Computing Gems, Jade ed., 2011, table 10.4 */
+static const double giles_near[] = {
+    -3.6444120640178196996e-21, -1.685059138182016589e-19, 1.2858480715256400167e-18,
+    1.115787767802518096e-17, -1.333171662854620906e-16, 2.0972767875968561637e-17,
+    6.6376381343583238325e-15, -4.0545662729752068639e-14, -8.1519341976054721522e-14,
+    2.6335093153082322977e-12, -1.2975133253453532498e-11, -5.4154120542946279317e-11,
+    1.051212273321532285e-09, -4.1126339803469836976e-09, -2.9070369957882005086e-08,
+    4.2347877827932403518e-07, -1.3654692000834678645e-06, -1.3882523362786468719e-05,
+    0.0001867342080340571352, -0.00074070253416626697512, -0.0060336708714301490533,
+    0.24015818242558961693, 1.6536545626831027356,
+};
+static const double giles_middle[] = {
+    2.2137376921775787049e-09, 9.0756561938885390979e-08, -2.7517406297064545428e-07,
+    1.8239629214389227755e-08, 1.5027403968909827627e-06, -4.013867526981545969e-06,
+    2.9234449089955446044e-06, 1.2475304481671778723e-05, -4.7318229009055733981e-05,
+    6.8284851459573175448e-05, 2.4031110387097893999e-05, -0.0003550375203628474796,
+    0.00095328937973738049703, -0.0016882755560235047313, 0.0024914420961078508066,
+    -0.0037512085075692412107, 0.005370914553590063617, 1.0052589676941592334,
+    3.0838856104922207635,
+};
+static const double giles_far[] = {
+    -2.7109920616438573243e-11, -2.5556418169965252055e-10, 1.5076572693500548083e-09,
+    -3.7894654401267369937e-09, 7.6157012080783393804e-09, -1.4960026627149240478e-08,
+    2.9147953450901080826e-08, -6.7711997758452339498e-08, 2.2900482026654717e-07,
+    -9.9298272942317002539e-07, 4.5260625972231537039e-06, -1.9681778105531670567e-05,
+    7.5995277030017761139e-05, -0.00021503011930044477347, -0.00013871931833623122026,
+    1.0103004648645343977, 4.8499064014085844221,
+};
+
+LONG_FUNCTION real erf_inv_real(real x)
+{
+    const real w = -log1p_real(-(x * x));
+    const real near = w - 3.125;
+    real p = HORNER(23, giles_near, near);
+    const mask beyond = w >= 6.25;
+    if (any(beyond)) {
+        const real root = sqrt_real(w);
+        const real middle = root - 3.25, far = root - 5.0;
+        const real made = select_real(w < 16.0, HORNER(19, giles_middle, middle), HORNER(17, giles_far, far));
+        p = select_real(beyond, made, p);
+    }
+    return select_real(abs_real(x) == 1.0, x * INFINITY, p * x);
+}
+
+/* Threefry-2x32 with 20 rounds: J. Salmon et al., "Parallel random numbers: as easy as 1, 2, 3",
+   2011. Both key and counter are two words, the first in the upper half. */
+#define ROTATED(x, r) (((x) << (r)) | ((x) >> (32 - (r))))
+#define FOUR_ROUNDS(a, b, c, d)                                                                   \
+    x0 += x1; x1 = ROTATED(x1, a) ^ x0; x0 += x1; x1 = ROTATED(x1, b) ^ x0;                       \
+    x0 += x1; x1 = ROTATED(x1, c) ^ x0; x0 += x1; x1 = ROTATED(x1, d) ^ x0;
+
+LONG_FUNCTION bits threefry_bits(bits key, bits counter)
+{
+    const words k0 = __builtin_convertvector(key >> 32, words);
+    const words k1 = __builtin_convertvector(key & 0xffffffffu, words);
+    const words k2 = k0 ^ k1 ^ 0x1bd11bdau;
+    words x0 = __builtin_convertvector(counter >> 32, words) + k0;
+    words x1 = __builtin_convertvector(counter & 0xffffffffu, words) + k1;
+    FOUR_ROUNDS(13, 15, 26, 6) x0 += k1; x1 += k2 + 1u;
+    FOUR_ROUNDS(17, 29, 16, 24) x0 += k2; x1 += k0 + 2u;
+    FOUR_ROUNDS(13, 15, 26, 6) x0 += k0; x1 += k1 + 3u;
+    FOUR_ROUNDS(17, 29, 16, 24) x0 += k1; x1 += k2 + 4u;
+    FOUR_ROUNDS(13, 15, 26, 6) x0 += k2; x1 += k0 + 5u;
+    return (__builtin_convertvector(x0, bits) << 32) | __builtin_convertvector(x1, bits);
+}

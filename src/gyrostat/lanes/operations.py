@@ -1,0 +1,85 @@
+"""Operations as expressions of C: on one number, and on one in each lane."""
+
+from collections.abc import Sequence
+
+from gyrostat.lowering.program import Kind, Number, Operand
+
+VECTOR = {"real": "real", "integer": "integer", "logical": "mask", "bits": "bits"}
+"""Kind of number -> type of C for one in each lane; a function's name ends with it."""
+ONE = {"real": "double", "integer": "int64_t", "logical": "bool", "bits": "uint64_t"}
+"""Kind of number -> type of C for one."""
+
+INFIX = {
+    **{"add": "+", "sub": "-", "mul": "*", "div": "/", "shift_right": ">>", "shift_left": "<<"},
+    **{"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="},
+    **{"and": "&", "or": "|", "xor": "^"},
+}
+"""Operations that C has signs for, on lanes too."""
+_OWN_FOR_ONE = frozenset({"max", "min", "sign"})
+_WITHOUT_LIBRARY = frozenset({"erf_inv", "threefry"})
+"""Functions that C has for lanes only."""
+
+
+def number(constant: Number) -> str:
+    """A constant."""
+    value = constant.value
+    if constant.kind == "logical":
+        return "true" if value else "false"
+    if constant.kind == "bits":
+        return f"UINT64_C({int(value)})"
+    if constant.kind == "integer":
+        return f"INT64_C({int(value)})"
+    if value != value:
+        return "NAN"
+    if value in (float("inf"), float("-inf")):
+        return "INFINITY" if value > 0 else "(-INFINITY)"
+    return repr(value) if value >= 0 and repr(value)[0] != "-" else f"({value!r})"
+
+
+def converted(operation: str, kind: Kind, text: str) -> str | None:
+    """A conversion of lanes; None for another operation."""
+    target = operation.removeprefix("to_")
+    if operation.startswith("as_"):
+        return f"({VECTOR[operation[3:]]}){text}"  # pyright: ignore[reportArgumentType]
+    if target == operation:
+        return None
+    if target == "word":
+        return f"(bits){text} & 0xffffffffu"
+    if kind == "logical" and target == "real":
+        return f"real_of_mask({text})"
+    if kind == "logical":
+        return f"({target})integer_of_mask({text})"
+    if target == "real" or kind == "real":
+        made = f"{'real' if target == 'real' else 'integer'}_of_{VECTOR[kind]}({text})"
+        return f"(bits){made}" if target == "bits" else made
+    return f"({target}){text}"
+
+
+def on_one(operation: str, operands: Sequence[Operand], texts: list[str]) -> str:
+    """An operation on single numbers."""
+    kind = operands[0].kind
+    if operation in INFIX:
+        return f"{texts[0]} {INFIX[operation]} {texts[1]}"
+    if operation == "select":
+        return f"{texts[0]} ? {texts[1]} : {texts[2]}"
+    if operation == "neg":
+        return f"-{texts[0]}"
+    if operation == "not":
+        return f"{'!' if kind == 'logical' else '~'}{texts[0]}"
+    if operation in _OWN_FOR_ONE or (operation == "abs" and kind == "integer"):
+        return f"one_{operation}_{kind}({', '.join(texts)})"
+    if operation == "to_integer" and kind == "real":
+        return f"one_integer_of_real({texts[0]})"
+    if operation == "to_word":
+        return f"(uint64_t){texts[0]} & 0xffffffffu"
+    if operation.startswith("to_"):
+        return f"({ONE[operation[3:]]}){texts[0]}"  # pyright: ignore[reportArgumentType]
+    if operation.startswith("as_"):
+        return f"one_{operation[3:]}_of_{kind}({texts[0]})"
+    if operation in _WITHOUT_LIBRARY:
+        lanes = ", ".join(
+            f"all_{VECTOR[o.kind]}({t})" for o, t in zip(operands, texts, strict=True)
+        )
+        return f"{operation}_{VECTOR[kind]}({lanes})[0]"
+    name = {"abs": "fabs", "finite": "isfinite"}.get(operation, operation)
+    return f"{name}({', '.join(texts)})"

@@ -1,0 +1,141 @@
+"""What a campaign may compute beyond flight code: noise, more kinds of numbers, any loop."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from gyrostat._jax import jax, jnp
+from gyrostat.lowering.lower import Lowering
+from gyrostat.lowering.primitives import Scalars
+from gyrostat.lowering.program import Block, Kind, Name, Number, Operand
+from gyrostat.lowering.scope import Scope, kind_of
+from gyrostat.lowering.tracing import Source, refused
+
+LARGEST = 4096
+LONGEST = 64
+"""Passes of a scan whose rows are scalars of the program."""
+
+
+def wide_kind(dtype: Any) -> Kind | None:
+    """The kind of number of an array type; a random key is 64 bits."""
+    if dtype in (np.uint32, np.uint64) or jnp.issubdtype(dtype, jax.dtypes.prng_key):
+        return "bits"
+    return kind_of(dtype)
+
+
+def _drawn(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
+    """Words of a key's stream, one for each element: 64 bits, or a key.
+
+    Threefry-2x32 of the element's number, as JAX draws with `jax_threefry_partitionable`.
+    """
+    if (
+        equation.params.get("bit_width", 64) != 64
+        or not jax.config.values["jax_threefry_partitionable"]
+    ):
+        raise refused(equation, where, "random bits of another kind", "64 partitionable ones")
+    names = lowering.names(equation.outvars[0], where)
+    keys = given[0]
+    words = names.reshape([keys.size, -1])
+    for key, row in zip(keys.flat, words, strict=True):
+        for number, name in enumerate(row):
+            row[number] = lowering.assigned(
+                block, "threefry", (key, Number("bits", number)), name, where
+            )
+    return [words.reshape(names.shape)]
+
+
+def _folded_in(
+    lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source
+):
+    """The keys of numbers: that of number n is word n of the stream."""
+    return [lowering.applied(block, "threefry", equation.outvars[0], where, *given)]
+
+
+def _convert(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
+    target = equation.outvars[0]
+    kind, size = lowering.kind(target), target.aval.dtype.itemsize
+    before = equation.invars[0].aval.dtype
+    if kind == wide_kind(before) and not (kind == "bits" and size < before.itemsize):
+        return [given[0]]
+    if kind == "logical":
+        zero = Number(lowering.kind(equation.invars[0]), 0)
+        return [lowering.applied(block, "ne", target, where, given[0], np.array(zero))]
+    if all(isinstance(operand, Number) for operand in given[0].flat):
+        numbers = np.vectorize(lambda operand: operand.value, otypes=[before])(given[0])
+        return [lowering.numbers(numbers.astype(target.aval.dtype))]
+    operation = f"to_{kind}" if size != 4 or kind != "bits" else "to_word"
+    return [lowering.applied(block, operation, target, where, *given)]
+
+
+def _bitcast(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
+    kind = lowering.kind(equation.outvars[0])
+    return [lowering.applied(block, f"as_{kind}", equation.outvars[0], where, *given)]
+
+
+def _elementwise(operation: str) -> Callable[..., Sequence[Scalars]]:
+    def lowered(
+        lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source
+    ):
+        return [lowering.applied(block, operation, equation.outvars[0], where, *given)]
+
+    return lowered
+
+
+def _sorted(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
+    """Sorted along one axis by exchanges of neighbours; NaN last."""
+    if len(given) != 1:
+        raise refused(equation, where, "several arrays sorted by one", "one array")
+    axis = equation.params["dimension"]
+    rows = np.moveaxis(given[0].copy(), axis, -1)
+    target, kind = equation.outvars[0], lowering.kind(equation.outvars[0])
+
+    def new(operation: str, kind: Kind, *operands: Operand) -> Operand:
+        name = Name(kind, where.name, lowering.new_group())
+        return lowering.assigned(block, operation, operands, name, where)
+
+    for place in np.ndindex(rows.shape[:-1]):
+        row = rows[place]
+        for sweep in range(len(row)):
+            for k in range(sweep % 2, len(row) - 1, 2):
+                low, high = row[k], row[k + 1]
+                swap = new("gt", "logical", low, high)
+                swap = new("or", "logical", swap, new("ne", "logical", low, low))
+                row[k] = new("select", kind, swap, high, low)
+                row[k + 1] = new("select", kind, swap, low, high)
+    return [np.moveaxis(rows, -1, axis).reshape(target.aval.shape)]
+
+
+def _platform(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
+    """The branch for a processor, or the one for whatever there is."""
+    platforms = equation.params["platforms"]
+    for number, names in enumerate(platforms):
+        if names is None or "cpu" in names:
+            return [np.array(Number("integer", number), dtype=object)]
+    raise refused(equation, where, f"code for {platforms} alone", "code for a processor")
+
+
+WIDE = Scope(
+    kind_of=wide_kind,
+    lowered={
+        "random_bits": _drawn,
+        "random_split": _drawn,
+        "random_fold_in": _folded_in,
+        "convert_element_type": _convert,
+        "bitcast_convert_type": _bitcast,
+        "erf_inv": _elementwise("erf_inv"),
+        "shift_right_logical": _elementwise("shift_right"),
+        "shift_left": _elementwise("shift_left"),
+        "max": _elementwise("max"),
+        "min": _elementwise("min"),
+        "or": _elementwise("or"),
+        "and": _elementwise("and"),
+        "sort": _sorted,
+        "platform_index": _platform,
+    },
+    largest=LARGEST,
+    in_place=True,
+    unbounded=True,
+    longest=LONGEST,
+)
+"""The scope of a campaign."""

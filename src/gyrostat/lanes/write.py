@@ -1,0 +1,294 @@
+"""From a program of scalars to C in which each scalar is a vector of lanes.
+
+What does not depend on a run stays one number. A branch whose lanes differ does both of its
+blocks and selects; a loop goes on while any lane does and changes only those.
+"""
+
+from collections.abc import Sequence
+
+from gyrostat.lanes.operations import INFIX, ONE, VECTOR, converted, number, on_one
+from gyrostat.lowering.needs import made_from
+from gyrostat.lowering.program import (
+    Assign,
+    Block,
+    Branch,
+    Fill,
+    Function,
+    Loop,
+    Name,
+    Operand,
+    Statement,
+    Store,
+    Table,
+)
+
+_TEXT = """\
+/* Made by gyrostat from Python, one lane a run. */
+#include "lanes.h"
+
+static void fly(const uint64_t *shared, const uint64_t *own, uint64_t *made, uint64_t *every,
+    uint64_t *asked)
+{{
+{body}
+}}
+
+int lanes(void) {{ return LANES; }}
+
+void fly_all(int64_t groups, int64_t threads, const uint64_t *shared, const uint64_t *own,
+    uint64_t *made, uint64_t *every, uint64_t *asked, const int64_t *place)
+{{
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+    for (int64_t group = 0; group < groups; ++group) {{
+        fly(shared, own + group * INT64_C({own_words}) * LANES,
+            made + group * INT64_C({made_words}) * LANES,
+            every + group * INT64_C({every_words}) * LANES,
+            place[group] < 0 ? 0 : asked + place[group] * INT64_C({asked_words}) * LANES);
+    }}
+}}
+"""
+
+
+def module(
+    function: Function, shared: Sequence[Name], own: Sequence[Name], on_demand: Sequence[bool]
+) -> str:
+    """Text of the C module of a function.
+
+    Its `fly_all` takes 64-bit words: those that all runs share; `own`, (groups, words, lanes);
+    gives `made`, alike; gives the function's rows, table after table, (groups, size, lanes):
+    those of `every` group; and those of the groups that are `asked` for, whose `place` is from 0.
+
+    Args:
+        function: a root: its results and rows are what is made.
+        shared: its parameters that are the same for all runs.
+        own: its other parameters.
+        on_demand: for each of its rows whether it is given where it is asked for alone.
+    """
+    writer = _Writer(made_from(function, own))
+    writer.parameters(shared, own)
+    words = {"every": 0, "asked": 0}
+    places = {}
+    for table, where in zip(function.rows, on_demand, strict=True):
+        memory = "asked" if where else "every"
+        places[table] = (memory, words[memory])
+        words[memory] += table.size
+    writer.block(function.body, places)
+    writer.results(function.results)
+    return _TEXT.format(
+        body="\n".join(writer.lines),
+        every_words=words["every"],
+        asked_words=words["asked"],
+        own_words=len(own),
+        made_words=len(function.results),
+    )
+
+
+class _Writer:
+    def __init__(self, varying: set[Name | Table]) -> None:
+        self.lines: list[str] = []
+        self._varying = varying
+        self._texts: dict[Name | Table, str] = {}
+        self._kept: dict[Table, tuple[str, int]] = {}
+        self._depth = 1
+        self._active: str | None = None
+
+    def parameters(self, shared: Sequence[Name], own: Sequence[Name]) -> None:
+        for place, name in enumerate(shared):
+            word = f"shared[{place}]"
+            if name.kind == "real":
+                word = f"one_real_of_bits({word})"
+            self._declare(name, f"({ONE[name.kind]}){word}", constant=True)
+        for place, name in enumerate(own):
+            memory = "integer" if name.kind == "logical" else VECTOR[name.kind]
+            self._declare(name, f"((const {memory}_memory *)own)[{place}]", constant=True)
+
+    def results(self, results: Sequence[Operand]) -> None:
+        for place, result in enumerate(results):
+            self._store("made", str(place), result)
+
+    def block(self, block: Block, kept: dict[Table, tuple[str, int]]) -> None:
+        self._kept = kept
+        self._block(block)
+
+    def _line(self, text: str) -> None:
+        self.lines.append("    " * self._depth + text)
+
+    def _store(self, memory: str, place: str, value: Operand) -> None:
+        kind = "integer" if value.kind == "logical" else VECTOR[value.kind]
+        self._line(f"(({kind}_memory *){memory})[{place}] = {self._lanes(value)};")
+
+    def _new(self, thing: Name | Table) -> str:
+        self._texts[thing] = f"v{len(self._texts)}"
+        return self._texts[thing]
+
+    def _type(self, thing: Name | Table) -> str:
+        return (VECTOR if thing in self._varying else ONE)[thing.kind]
+
+    def _declare(self, name: Name, value: str, *, constant: bool) -> None:
+        const = "const " if constant else ""
+        self._line(f"{const}{self._type(name)} {self._new(name)} = {value};")
+
+    def _text(self, operand: Operand) -> str:
+        """An operand as it is: one number or lanes."""
+        if isinstance(operand, Name):
+            return self._texts[operand]
+        return number(operand)
+
+    def _lanes(self, operand: Operand) -> str:
+        """An operand in lanes."""
+        if isinstance(operand, Name) and operand in self._varying:
+            return self._texts[operand]
+        return f"all_{VECTOR[operand.kind]}({self._text(operand)})"
+
+    def _is_one(self, *operands: Operand) -> bool:
+        return not any(operand in self._varying for operand in operands)
+
+    def _block(self, block: Block) -> None:
+        for statement in block:
+            self._statement(statement)
+
+    def _statement(self, statement: Statement) -> None:
+        match statement:
+            case Assign(target):
+                self._declare(target, self._made(statement), constant=True)
+            case Fill(table, values):
+                text = self._lanes if table in self._varying else self._text
+                every = ", ".join(text(value) for value in values)
+                kind = self._type(table)
+                self._line(f"const {kind} {self._new(table)}[{table.size}] = {{{every}}};")
+            case Store(table, index, width, offset, value):
+                place = f"{self._text(index)} * {width} + {offset}"
+                if table.kept:
+                    memory, first = self._kept[table]
+                    if memory == "asked":
+                        self._line("if (asked)")
+                    self._store(memory, f"{first} + {place}", value)
+                else:
+                    text = (self._lanes if table in self._varying else self._text)(value)
+                    self._line(f"{self._texts[table]}[{place}] = {text};")
+            case Loop():
+                self._loop(statement)
+            case Branch():
+                self._branch(statement)
+            case _:
+                raise TypeError(f"found {type(statement).__name__}, expected it lowered in place")
+
+    def _made(self, statement: Assign) -> str:
+        target, operation, operands = statement.target, statement.operation, statement.operands
+        if statement.table is not None:
+            return self._element(statement.table, operands[0])
+        if target not in self._varying:
+            return on_one(operation, operands, [self._text(o) for o in operands])
+        if operation == "select":
+            test, yes, no = operands
+            if self._is_one(test):
+                return f"{self._text(test)} ? {self._lanes(yes)} : {self._lanes(no)}"
+            made = ", ".join(self._lanes(operand) for operand in operands)
+            return f"select_{VECTOR[target.kind]}({made})"
+        if operation in INFIX:
+            # a number beside lanes counts for each of them, but no logical one
+            mixed = operands[0].kind != "logical"
+            texts = [(self._text if mixed else self._lanes)(operand) for operand in operands]
+            return f"{texts[0]} {INFIX[operation]} {texts[1]}"
+        texts = [self._lanes(operand) for operand in operands]
+        if operation in ("neg", "not"):
+            return f"{'-' if operation == 'neg' else '~'}{texts[0]}"
+        return converted(operation, operands[0].kind, texts[0]) or (
+            f"{operation}_{VECTOR[operands[0].kind]}({', '.join(texts)})"
+        )
+
+    def _element(self, table: Table, index: Operand) -> str:
+        name = self._texts[table]
+        if self._is_one(index):
+            return f"{name}[{self._text(index)}]"
+        place = self._texts[index]  # pyright: ignore[reportArgumentType]
+        each = "[lane]" if table in self._varying else ""
+        return (
+            f"({{ {VECTOR[table.kind]} picked; "
+            f"EACH picked[lane] = {name}[{place}[lane]]{each}; picked; }})"
+        )
+
+    def _carry_in(self, loop: Loop) -> None:
+        for each in loop.carried:
+            text = self._lanes if each.name in self._varying else self._text
+            self._declare(each.name, text(each.first), constant=False)
+        for table in loop.stacked:
+            if not table.kept:
+                self._line(f"{self._type(table)} {self._new(table)}[{table.size}];")
+
+    def _loop(self, loop: Loop) -> None:
+        self._carry_in(loop)
+        counter, before = self._new(loop.counter), self._active
+        alive = None
+        if loop.goes_on is None:
+            self._line(f"for (int64_t {counter} = 0; {counter} < {loop.count}; ++{counter}) {{")
+        else:
+            if loop.goes_on in self._varying:
+                alive = f"alive_{counter}"
+                self._line(f"mask {alive} = {before or 'all_mask(true)'};")
+            self._line("for (;;) {")
+        self._depth += 1
+        if loop.goes_on is not None:
+            self._block(loop.test)
+            goes_on = self._text(loop.goes_on)
+            if alive is None:
+                self._line(f"if (!{goes_on}) break;")
+            else:
+                self._line(f"{alive} &= {goes_on};")
+                self._line(f"if (!any({alive})) break;")
+                self._active = alive
+        self._block(loop.body)
+        self._carry(loop, alive)
+        self._active = before
+        self._depth -= 1
+        self._line("}")
+
+    def _carry(self, loop: Loop, alive: str | None) -> None:
+        changing = {each.name for each in loop.carried}
+        moved = []
+        for each in loop.carried:
+            if each.next is each.name:
+                continue
+            lanes = each.name in self._varying
+            after, name = (self._lanes if lanes else self._text)(each.next), self._text(each.name)
+            if each.next in changing:
+                self._line(f"const {self._type(each.name)} next_{name} = {after};")
+                after = f"next_{name}"
+            if lanes and alive is not None:
+                after = f"select_{VECTOR[each.name.kind]}({alive}, {after}, {name})"
+            moved.append(f"{name} = {after};")
+        for text in moved:
+            self._line(text)
+
+    def _branch(self, branch: Branch) -> None:
+        for target in branch.targets:
+            self._line(f"{self._type(target)} {self._new(target)} = {{0}};")
+        last = len(branch.blocks) - 1
+        one, before = self._is_one(branch.index), self._active
+        for case, block in enumerate(branch.blocks):
+            here = self._case(branch.index, case, last)
+            if one:
+                self._line(f"if ({here}) {{")
+            else:
+                name = f"here_{len(self.lines)}"
+                self._line(f"const mask {name} = {f'{before} & ' if before else ''}({here});")
+                self._line(f"if (any({name})) {{")
+                self._active = name
+            self._depth += 1
+            self._block(block)
+            for target, value in zip(branch.targets, branch.values[case], strict=True):
+                name = self._text(target)
+                text = (self._lanes if target in self._varying else self._text)(value)
+                if not one and target in self._varying:
+                    text = f"select_{VECTOR[target.kind]}({self._active}, {text}, {name})"
+                self._line(f"{name} = {text};")
+            self._active = before
+            self._depth -= 1
+            self._line("}")
+
+    def _case(self, index: Operand, case: int, last: int) -> str:
+        """Test of C for one of several blocks."""
+        text = self._text(index)
+        if index.kind == "logical":
+            negated = "!" if self._is_one(index) else "~"
+            return text if case else f"{negated}{text}"
+        return f"{text} {'<=' if case == 0 else '>=' if case == last else '=='} {case}"

@@ -1,0 +1,73 @@
+"""What is made from what."""
+
+from collections.abc import Iterable, Sequence
+
+from gyrostat.lowering.program import (
+    Assign,
+    Block,
+    Branch,
+    Call,
+    Fill,
+    Function,
+    Loop,
+    Name,
+    Number,
+    Operand,
+    Store,
+    Table,
+    inner_blocks,
+)
+
+
+class Needs:
+    """What each name and table of some functions is made from."""
+
+    def __init__(self, functions: Sequence[Function]) -> None:
+        self.of: dict[Name | Table, list[Operand | Table]] = {}
+        for function in functions:
+            self._learn(function.body)
+
+    def _gives(self, target: Name | Table, needs: Iterable[Operand | Table | None]) -> None:
+        self.of.setdefault(target, []).extend(need for need in needs if need is not None)
+
+    def _learn(self, block: Block) -> None:
+        for statement in block:
+            match statement:
+                case Assign(target, _, operands, _, table):
+                    self._gives(target, (*operands, table))
+                case Fill(table, values):
+                    self._gives(table, values)
+                case Loop(carried=carried, goes_on=goes_on, stacked=stacked):
+                    for each in carried:
+                        self._gives(each.name, (each.first, each.next, goes_on))
+                    for table in stacked:
+                        self._gives(table, (goes_on,))
+                case Store(table, index, _, _, value):
+                    self._gives(table, (index, value))
+                case Branch(index, _, values, targets):
+                    for target, *made in zip(targets, *values, strict=True):
+                        self._gives(target, (index, *made))
+                case Call(function, operands, targets):
+                    for target, result in zip(targets, function.results, strict=True):
+                        self._gives(target, (result,))
+                    for parameter, operand in zip(function.parameters, operands, strict=True):
+                        self._gives(parameter, (operand,))
+            for inner in inner_blocks(statement):
+                self._learn(inner)
+
+
+def made_from(function: Function, given: Sequence[Name]) -> set[Name | Table]:
+    """Every name and table of a function that some of its parameters have a part in."""
+    makes: dict[Name | Table, list[Name | Table]] = {}
+    for target, needs in Needs([function]).of.items():
+        for need in needs:
+            if not isinstance(need, Number):
+                makes.setdefault(need, []).append(target)
+    found: set[Name | Table] = set()
+    waiting: list[Name | Table] = list(given)
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += makes.get(name, ())
+    return found
