@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import numpy as np
 
-from gyrostat._jax import jax, jnp
+from gyrostat._jax import jnp
 from gyrostat.body import Gyrostat, Spacecraft, rotations
 from gyrostat.body.gyrostat import GyrostatState, WheelTorqueCommand
 from gyrostat.friction import Stribeck
@@ -103,8 +103,11 @@ def parts(drawn):
     return plant, Law(), Sensor(plant), start
 
 
-def fly(drawn, count):
-    """One run of `count` control periods: `Drawn` -> `Flown`. Pure, for any engine."""
+def fly(drawn, key, count):
+    """One run of `count` control periods: `Drawn` -> `Flown`; pure, for any engine.
+
+    The key is of noise, of which there is none.
+    """
     *items, start = parts(drawn)
 
     def fold(kept, time, row):
@@ -114,7 +117,6 @@ def fly(drawn, count):
         return Flown(kept.mean_square + square / (count + 1), peak, row.state)
 
     first = Flown(jnp.zeros(()), jnp.zeros(()), start)
-    key = jax.random.key(0)
     return run_folded(*items, start, key, PERIOD, count=count, fold=fold, first=first)
 
 

@@ -1,4 +1,4 @@
-"""Three wheels with dry friction that point a body for 600 s: gyrostat, Basilisk, C by hand.
+"""Three wheels with dry friction that point a body for 600 s: JAX, lanes, Basilisk, C by hand.
 
     python benchmarks/three_wheels.py --basilisk PYTHON [--repeats 5] [--duration 600]
 
@@ -29,18 +29,20 @@ from pointing_case import CRAFT, LOCKED, PERIOD, SETTLED, Drawn, Flown, draw, fl
 from gyrostat._jax import jax
 from gyrostat.body import rotations
 from gyrostat.body.gyrostat import GyrostatState
-from gyrostat.export.measure import compiler
+from gyrostat.lanes import compiler
+from gyrostat.lanes.batch import lanes
+from gyrostat.lanes.compiler import FAST
 from gyrostat.simulate import run
 
 SOURCE = Path(__file__).with_suffix(".c")
-WORKERS, BLOCK, RUNS = 2, 64, {"JAX": 128, "C": 1024, "Basilisk": 16}
+WORKERS, BLOCK, RUNS = 2, 64, {"JAX": 128, "lanes": 256, "C": 1024, "Basilisk": 16}
 BASILISK_PERIOD = 0.1
 
 
 @partial(jax.jit, static_argnums=1)
 def fly_block(drawn, count):
     """Runs side by side."""
-    return jax.vmap(partial(fly, count=count))(drawn)
+    return jax.vmap(lambda one: fly(one, jax.random.key(0), count))(drawn)
 
 
 def one_core():
@@ -66,6 +68,21 @@ def by_jax(pool, drawn, count):
     seconds = time.perf_counter() - begun
     processor, found = zip(*each, strict=True)
     return (seconds, sum(processor)), jax.tree.map(lambda *x: np.concatenate(x), *found)
+
+
+class InLanes:
+    """One run, compiled for lanes."""
+
+    def __init__(self, drawn, count, *flags):
+        self.given = drawn, jax.random.key(0)
+        function = partial(fly, count=count)
+        self.fly = lanes(function, (True, False), self.given, more_flags=flags)
+
+    def __call__(self):
+        """Seconds and processor's seconds, and `Flown`."""
+        begun = time.perf_counter(), time.process_time()
+        flown = self.fly(*self.given, threads=WORKERS)
+        return (time.perf_counter() - begun[0], time.process_time() - begun[1]), flown
 
 
 class InC:
@@ -152,11 +169,13 @@ def engines_of(folder, pool, basilisk, duration):
     engines = {"JAX": (partial(by_jax, pool, some["JAX"], count), RUNS["JAX"] * count)}
     program = compiler()
     if program is None:
-        print("found no C compiler: the loop by hand is left out")
+        print("found no C compiler: lanes and the loop by hand are left out")
     else:
-        for name, flags in (("C by hand", ()), ("C by hand, -ffast-math", ("-ffast-math",))):
+        for words, flags in (("", ()), (", -ffast-math", FAST)):
             by_hand = InC(program, folder, *flags)
-            engines[name] = (partial(by_hand, some["C"], count), RUNS["C"] * count)
+            engines["C by hand" + words] = partial(by_hand, some["C"], count), RUNS["C"] * count
+            in_lanes = InLanes(some["lanes"], count, *flags)
+            engines["lanes" + words] = in_lanes, RUNS["lanes"] * count
     if basilisk is None:
         print("found no --basilisk: it is left out")
     else:
@@ -176,7 +195,7 @@ def report(rates, flown):
         ratios = f"{rate / theirs:.3g} | {rate / by_hand:.2g}"
         print(f"| {name} | {all_rate:.3g} | {rate:.3g} | {ratios} |")
     for name, found in flown.items():
-        if name.startswith("C"):
+        if name.startswith(("C", "lanes")):
             same = jax.tree.map(lambda x: x[: RUNS["JAX"]], found)
             print(f"{name} less JAX: at most {largest(flown['JAX'], same):.1e}")
 
