@@ -124,8 +124,11 @@ LANE_BY_LANE(cbrt)
 LANE_BY_LANE_2(pow)
 LANE_BY_LANE_2(fmod)
 
-/* 1.5 * 2^52: added and taken away, it rounds to an integer that stands in the last bits */
-#define ROUNDER 0x1.8p52
+/* a whole number below 2^51: added to 1.5 * 2^52, it stands in the last bits */
+FUNCTION integer integer_near(real number)
+{
+    return (integer)(number + 0x1.8p52) - (integer)all_real(0x1.8p52);
+}
 
 /* exp(r) - 1 for |r| <= ln(2)/2, by Taylor's series to r^13 / 13!, its terms in pairs so that few
    wait for others */
@@ -143,9 +146,8 @@ FUNCTION real expm1_near_zero(real r)
 /* x = k ln(2) + r; ln(2) in two parts, the first of 32 bits, so that k times it is exact */
 FUNCTION real halved_ln2(real x, integer *k)
 {
-    const real shifted = x * 1.4426950408889634 + ROUNDER;
-    const real number = shifted - ROUNDER;
-    *k = (integer)shifted - (integer)all_real(ROUNDER);
+    const real number = rint_real(x * 1.4426950408889634);
+    *k = integer_near(number);
     return (x - number * 0.6931471803691238) - number * 1.9082149292705877e-10;
 }
 
@@ -227,9 +229,8 @@ LONG_FUNCTION real log1p_real(real x)
 /* x = n pi/2 + r; pi/2 in three parts, the first two of 33 bits */
 FUNCTION real quartered(real x, integer *n)
 {
-    const real shifted = x * 0.6366197723675814 + ROUNDER;
-    const real number = shifted - ROUNDER;
-    *n = (integer)shifted;
+    const real number = rint_real(x * 0.6366197723675814);
+    *n = integer_near(number);
     return ((x - number * 1.5707963267341256) - number * 6.077100506303966e-11)
         - number * 2.0222662487959506e-21;
 }
