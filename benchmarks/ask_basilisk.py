@@ -24,7 +24,7 @@ class Basilisk:
         return json.loads(line)
 
     def ask(self, what, runs, **given):
-        """Seconds, and what each run found."""
+        """Seconds and processor's seconds, and what each run found."""
         question = {"what": what, "runs": runs, "given": given}
         self.process.stdin.write(json.dumps(question) + "\n")
         self.process.stdin.flush()

@@ -5,8 +5,9 @@
 It needs Basilisk and nothing of gyrostat, since Basilisk bounds the versions of packages that
 gyrostat uses too. `three_wheels.py` and `docs/make_wheels_that_stop.py` talk to it. The first line
 that it writes says the version. A question names one of the functions below, `what`, its first
-argument for every run, `runs`, and its others, `given`; the answer has what each run found and the
-seconds that it took worker processes that were started, and had Basilisk loaded, before.
+argument for every run, `runs`, and its others, `given`; the answer has what each run found, and the
+seconds and the processor's seconds that worker processes took, which had been started and had
+Basilisk loaded before.
 """
 
 import functools
@@ -134,6 +135,13 @@ def coast(run, step, duration, every):
     return speeds.wheelSpeeds[:, 0].tolist()
 
 
+def timed(work, run):
+    """Processor's seconds, and what a run found."""
+    begun = time.process_time()
+    found = work(run)
+    return time.process_time() - begun, found
+
+
 def main():
     """Answer the lines of standard input."""
     # Basilisk prints: answers have a stream of their own
@@ -144,9 +152,11 @@ def main():
             asked = json.loads(line)
             work = functools.partial(globals()[asked["what"]], **asked["given"])
             begun = time.perf_counter()
-            found = pool.map(work, asked["runs"], chunksize=1)
+            each = pool.map(functools.partial(timed, work), asked["runs"], chunksize=1)
             seconds = time.perf_counter() - begun
-            print(json.dumps({"seconds": seconds, "found": found}), file=answers, flush=True)
+            processor, found = zip(*each, strict=True)
+            answer = {"seconds": [seconds, sum(processor)], "found": found}
+            print(json.dumps(answer), file=answers, flush=True)
 
 
 if __name__ == "__main__":

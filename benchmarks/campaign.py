@@ -1,6 +1,6 @@
 """Campaigns of many runs: runs and steps per second, and peak memory against the number of runs.
 
-python benchmarks/campaign.py [--runs 20000] [--duration 40] [--workers 2]
+python benchmarks/campaign.py [--runs 20000] [--duration 40] [--period 0.25] [--engine lanes]
 
 The cubesat of examples/scenarios/zero_crossing.toml. Each campaign is a process of its own, so that
 peaks are its own; the first, a short one, compiles.
@@ -19,7 +19,7 @@ from pathlib import Path
 EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
 
 
-def fly(runs, duration, workers):
+def fly(runs, duration, period, engine, workers):
     """Fly a campaign in this process; its time, s, and peaks of memory, MiB."""
     from gyrostat.campaign import run_campaign
     from gyrostat.campaign.scenario_file import read_scenario
@@ -30,6 +30,7 @@ def fly(runs, duration, workers):
             (folder / file).write_text((EXAMPLES / file).read_text())
         text = (EXAMPLES / "zero_crossing.toml").read_text()
         text = text.replace('"400 s"', str(duration)).replace('after = "60 s"', 'after = "20 s"')
+        text = text.replace('control_period = "0.25 s"', f"control_period = {period}")
         (folder / "scenario.toml").write_text(text)
         scenario = read_scenario(folder / "scenario.toml")
         begun = []
@@ -38,7 +39,13 @@ def fly(runs, duration, workers):
             begun.append((time.perf_counter(), done))
 
         run_campaign(
-            scenario, folder / "out", runs=runs, workers=workers, worst=0, on_progress=told
+            scenario,
+            folder / "out",
+            runs=runs,
+            engine=engine,
+            workers=workers,
+            worst=0,
+            on_progress=told,
         )
         # from the first block on: before it, workers start and load their program
         (first, before), (last, after) = begun[workers], begun[-1]
@@ -60,15 +67,19 @@ def main():
     arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     arguments.add_argument("--runs", type=int, default=20_000)
     arguments.add_argument("--duration", type=float, default=40.0)
+    arguments.add_argument("--period", type=float, default=0.25, help="of control, s")
+    arguments.add_argument("--engine", default="auto")
     arguments.add_argument("--workers", type=int, default=2)
     arguments.add_argument("--one", type=int, help="only this campaign, its numbers as JSON")
     options = arguments.parse_args()
     if options.one:
-        print(json.dumps(fly(options.one, options.duration, options.workers)))
+        how = (options.duration, options.period, options.engine, options.workers)
+        print(json.dumps(fly(options.one, *how)))
         return
     with tempfile.TemporaryDirectory() as cache:
         environment = {
             "JAX_COMPILATION_CACHE_DIR": cache,
+            "GYROSTAT_CACHE": cache,
             "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0.05",
             **os.environ,
         }
@@ -77,7 +88,8 @@ def main():
         peaks = []
         for runs in (2 * 64 * options.workers, max(options.runs // 20, 640), options.runs):
             command = [sys.executable, __file__, "--one", str(runs)]
-            command += ["--duration", str(options.duration), "--workers", str(options.workers)]
+            for name in ("duration", "period", "engine", "workers"):
+                command += [f"--{name}", str(getattr(options, name))]
             done = subprocess.run(
                 command, env=environment, capture_output=True, text=True, check=True
             )

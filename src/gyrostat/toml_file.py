@@ -50,8 +50,9 @@ def refuse_unknown(path: Path, prefix: str, found: Collection[str], known: Colle
         if key not in known:
             near = difflib.get_close_matches(key, known, n=1)
             hint = f" (did you mean {prefix}{near[0]}?)" if near else ""
+            shown = key if key.isprintable() else repr(key)
             raise InputError(
-                f"{path}: key {prefix}{key}: found an unknown key{hint}, expected "
+                f"{path}: key {prefix}{shown}: found an unknown key{hint}, expected "
                 f"{', '.join(known)}"
             )
 

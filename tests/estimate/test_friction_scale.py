@@ -39,6 +39,11 @@ def tracked(current, scales, noise):
     return jax.lax.scan(tick, start, (current, scales, noise))[1]
 
 
+@jax.jit
+def predicted(estimate, current, period):
+    return FILTER.predict(estimate, current, period)
+
+
 def profile():
     """Steps of alternating sign: nine crossings."""
     return jnp.asarray(0.08 * (-1.0) ** (np.arange(COUNT) // 40))
@@ -114,7 +119,7 @@ def test_a_wheel_that_turns_although_the_model_holds_it_is_believed(shake):
 def test_a_wheel_at_rest_teaches_nothing_and_is_not_taken_to_turn():
     """Below breakaway only noise is measured: the scale stays, and its variance grows."""
     noise = SIGMA * np.random.default_rng(4).standard_normal(COUNT)
-    speed, found = tracked(jnp.full(COUNT, 0.5 * 0.8795e-3 / 0.0228), np.ones(COUNT), noise)
+    speed, found = tracked(np.full(COUNT, 0.5 * 0.8795e-3 / 0.0228), np.ones(COUNT), noise)
     np.testing.assert_array_equal(speed, 0.0)
     np.testing.assert_allclose(found.state[5:, 1], found.state[5, 1], rtol=1e-12)
     np.testing.assert_allclose(
@@ -124,18 +129,17 @@ def test_a_wheel_at_rest_teaches_nothing_and_is_not_taken_to_turn():
 
 def test_a_bearing_never_drives_its_wheel():
     """Speeds that only a driving friction could explain bring the scale to its end, not below."""
-    own = FrictionScaleFilter(WHEEL, SIGMA, DRIFT)
-    estimate = own.start(10.0)
+    estimate = FILTER.start(10.0)
     for k in range(20):
-        estimate = own.correct(own.predict(estimate, 0.0, PERIOD), 10.0 + 5.0 * k)
+        estimate = FILTER.correct(predicted(estimate, 0.0, PERIOD), 10.0 + 5.0 * k)
     assert float(estimate.scale) == pytest.approx(0.01)
     assert np.all(np.isfinite(estimate.covariance))
 
 
 def test_a_period_that_is_not_resolved_is_counted():
-    day = FILTER.predict(FILTER.start(100.0), 0.1, 86400.0)
+    day = predicted(FILTER.start(100.0), 0.1, 86400.0)
     assert float(day.unresolved) == 1.0
-    assert float(FILTER.predict(FILTER.start(100.0), 0.1, PERIOD).unresolved) == 0.0
+    assert float(predicted(FILTER.start(100.0), 0.1, PERIOD).unresolved) == 0.0
 
 
 @pytest.mark.parametrize(

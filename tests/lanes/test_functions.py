@@ -92,16 +92,19 @@ def test_the_inverse_error_function():
 
 def test_random_numbers_are_those_of_jax():
     def draws(key, k):
+        of_seed = jax.random.bits(jax.random.key(k - 9), dtype=jnp.uint64)
         bits, uniform, normal = jax.random.split(jax.random.fold_in(key, k), 3)
         return (
             jax.random.bits(bits, (3,), dtype=jnp.uint64),
             jax.random.uniform(uniform, (2, 2), minval=-1.0),
             jax.random.normal(normal),
+            of_seed ^ jax.random.bits(jax.random.key(5), dtype=jnp.uint64),
         )
 
     keys = jax.random.split(jax.random.key(3), 501)
     expected = jax.vmap(draws, (0, None))(keys, 7)
-    bits, uniform, normal = lanes(draws, (True, False), (keys, 7))(keys, 7)
+    bits, uniform, normal, seeds = lanes(draws, (True, False), (keys, 7))(keys, 7)
     np.testing.assert_array_equal(bits, expected[0])
     np.testing.assert_array_equal(uniform, expected[1])
+    np.testing.assert_array_equal(seeds, expected[3])
     np.testing.assert_allclose(normal, expected[2], rtol=2e-14, atol=1e-15)

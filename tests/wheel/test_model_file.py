@@ -93,6 +93,7 @@ def test_a_wheel_without_inertia_is_a_model_but_no_wheel(tmp_path):
         ('model = "stribeck"', "", "key friction.model: found none"),
         ("static = 1e-6", "static = inf", "key sigma.static: found inf"),
         ("static = 1e-6", "windage = 1.0", "key sigma.windage: found an unknown key"),
+        ("static = 1e-6", '"a\\rb" = 1.0', r"key sigma.'a\\rb': found an unknown key"),
         ("[sigma]", "[sgima]", r"key sgima: .*did you mean sigma\?"),
         ("[sigma]\nstatic = 1e-6", "", ""),
         ("[wheel]", "sigma = 3\n[wheel]", "found"),

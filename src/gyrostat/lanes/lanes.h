@@ -127,21 +127,17 @@ LANE_BY_LANE_2(fmod)
 /* 1.5 * 2^52: added and taken away, it rounds to an integer that stands in the last bits */
 #define ROUNDER 0x1.8p52
 
-/* exp(r) - 1 for |r| <= ln(2)/2, by Taylor's series to r^13 / 13! */
+/* exp(r) - 1 for |r| <= ln(2)/2, by Taylor's series to r^13 / 13!, its terms in pairs so that few
+   wait for others */
 FUNCTION real expm1_near_zero(real r)
 {
-    real p = r * (1.0 / 6227020800.0) + 1.0 / 479001600.0;
-    p = p * r + 1.0 / 39916800.0;
-    p = p * r + 1.0 / 3628800.0;
-    p = p * r + 1.0 / 362880.0;
-    p = p * r + 1.0 / 40320.0;
-    p = p * r + 1.0 / 5040.0;
-    p = p * r + 1.0 / 720.0;
-    p = p * r + 1.0 / 120.0;
-    p = p * r + 1.0 / 24.0;
-    p = p * r + 1.0 / 6.0;
-    p = p * r + 0.5;
-    return r + r * r * p;
+    const real r2 = r * r, r4 = r2 * r2;
+    const real low = (1.0 / 2.0 + r * (1.0 / 6.0)) + r2 * (1.0 / 24.0 + r * (1.0 / 120.0));
+    const real middle
+        = (1.0 / 720.0 + r * (1.0 / 5040.0)) + r2 * (1.0 / 40320.0 + r * (1.0 / 362880.0));
+    const real high = (1.0 / 3628800.0 + r * (1.0 / 39916800.0))
+        + r2 * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0));
+    return r + r2 * (low + r4 * (middle + r4 * high));
 }
 
 /* x = k ln(2) + r; ln(2) in two parts, the first of 32 bits, so that k times it is exact */
@@ -158,6 +154,8 @@ FUNCTION real power_of_two(integer k) { return (real)((k + 1023) << 52); }
 LONG_FUNCTION real exp_real(real x)
 {
     integer k;
+    /* nothing is left of friction's bend far from zero speed */
+    if (!any(~(x < -746.0))) { return all_real(0.0); }
     x = select_real(x > 720.0, all_real(720.0), x);
     x = select_real(x < -760.0, all_real(-760.0), x);
     const real p = 1.0 + expm1_near_zero(halved_ln2(x, &k));

@@ -7,7 +7,7 @@ import numpy as np
 
 from gyrostat._jax import jax, jnp
 from gyrostat.lowering.lower import Lowering
-from gyrostat.lowering.primitives import Scalars
+from gyrostat.lowering.primitives import Scalars, one_by_one
 from gyrostat.lowering.program import Block, Kind, Name, Number, Operand
 from gyrostat.lowering.scope import Scope, kind_of
 from gyrostat.lowering.tracing import Source, refused
@@ -50,6 +50,14 @@ def _folded_in(
 ):
     """The keys of numbers: that of number n is word n of the stream."""
     return [lowering.applied(block, "threefry", equation.outvars[0], where, *given)]
+
+
+def _seeded(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
+    """The key of a seed: its 64 bits."""
+    seed = given[0]
+    if all(isinstance(operand, Number) for operand in seed.flat):
+        return [one_by_one(seed.shape, lambda s: Number("bits", int(s.value) % 2**64), seed)]
+    return [lowering.applied(block, "to_bits", equation.outvars[0], where, seed)]
 
 
 def _convert(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
@@ -121,6 +129,7 @@ WIDE = Scope(
         "random_bits": _drawn,
         "random_split": _drawn,
         "random_fold_in": _folded_in,
+        "random_seed": _seeded,
         "convert_element_type": _convert,
         "bitcast_convert_type": _bitcast,
         "erf_inv": _elementwise("erf_inv"),
@@ -129,6 +138,7 @@ WIDE = Scope(
         "max": _elementwise("max"),
         "min": _elementwise("min"),
         "or": _elementwise("or"),
+        "xor": _elementwise("xor"),
         "and": _elementwise("and"),
         "sort": _sorted,
         "platform_index": _platform,

@@ -28,13 +28,12 @@ EVENT_TOLERANCE = 1e-9
 """Share of a height that may be left where it only dips to zero."""
 POLISH = 1e-6
 """Share of a segment that the last step towards an event may move: its square is lost."""
-STAGES = jnp.array([0.0, 0.5, 0.5, 1.0])
-WEIGHTS = jnp.array([1.0, 2.0, 2.0, 1.0]) / 6.0
+STAGES, WEIGHTS = jnp.array([0.5, 0.5, 1.0]), jnp.array([2.0, 2.0, 1.0]) / 6.0
 
 
 @jax.jit
-def _runge_kutta(contacts: Contacts, motion: Motion, modes: Modes, start, duration) -> Motion:
-    """One classical fourth-order step of frozen modes; its stages a loop, which compiles sooner."""
+def _runge_kutta(contacts: Contacts, motion: Motion, modes: Modes, start, rate, duration):
+    """One classical fourth-order step of frozen modes; later stages a loop, compiled sooner."""
 
     def stage(carry, share):
         rate, total = carry
@@ -43,8 +42,8 @@ def _runge_kutta(contacts: Contacts, motion: Motion, modes: Modes, start, durati
         rate = contacts.rate(there, modes, start + place * duration)
         return (rate, jax.tree.map(lambda y, k: y + weight * duration * k, total, rate)), None
 
-    nothing = jax.tree.map(jnp.zeros_like, motion)
-    return jax.lax.scan(stage, (nothing, motion), (STAGES, WEIGHTS))[0][1]
+    total = jax.tree.map(lambda y, k: y + duration / 6.0 * k, motion, rate)
+    return jax.lax.scan(stage, (rate, total), (STAGES, WEIGHTS))[0][1]
 
 
 class _Segment(NamedTuple):
@@ -73,7 +72,8 @@ def _modes(contacts: Contacts, motion: Motion, released: PerWheel, time: Scalar)
         return jnp.where(free, sense, direction), modes, jnp.any(free)
 
     nothing = Modes(start, jnp.zeros_like(contacts.mobility))
-    return jax.lax.while_loop(lambda carry: carry[2], release_worst, (start, nothing, True))[1]
+    rests = jnp.any(start == 0.0)  # else no wheel holds, and none is released
+    return jax.lax.while_loop(lambda carry: carry[2], release_worst, (start, nothing, rests))[1]
 
 
 class _Loads(NamedTuple):
@@ -95,9 +95,8 @@ def _loads(contacts: Contacts, motion: Motion, modes: Modes, time) -> _Loads:
 
 
 @jax.jit
-def _segment_limit(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
+def _segment_limit(contacts: Contacts, motion: Motion, modes: Modes, start, rate, remaining):
     """Longest segment that resolves every friction curve, the carrier and the drive."""
-    rate = contacts.rate(motion, modes, start)
     direction, mobility = modes.direction, contacts.mobility
 
     def pull(motion, time):
@@ -142,20 +141,36 @@ def _travel(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
         Motion and time at its end, whether that is the end of the interval, the wheels whose mode
         ran out, and the sense in which the torque on each resting wheel grows.
     """
-    frozen = jax.lax.stop_gradient((contacts, motion, modes, start))
-    limit = _segment_limit(*frozen, jax.lax.stop_gradient(remaining))
+    rate = contacts.rate(motion, modes, start)
+    known = (contacts, motion, modes, start, rate, remaining)
+    limit = _segment_limit(*jax.lax.stop_gradient(known))
     last = limit >= remaining
     duration = jnp.where(last, remaining, limit)
     direction = modes.direction
-    held = direction == 0.0
+    end = _runge_kutta(contacts, motion, modes, start, rate, duration)
+    # far from zero and not on the way there: `ends` could find nothing
+    first, final = direction * motion.speed, direction * end.speed
+    heads_for = first + 0.5 * duration * jnp.minimum(direction * rate.speed, 0.0)
+    calm = jnp.all((first > 0.0) & (final > 0.0) & (heads_for > 0.0))
+    whole = (end, duration, last)
+
+    def look_closer(_):
+        return _look_closer(contacts, motion, modes, start, remaining, rate, whole)
+
+    nothing = (jnp.zeros(direction.shape, dtype=bool), jnp.zeros_like(direction))
+    return jax.lax.cond(calm, lambda _: (*whole, *nothing), look_closer, None)
+
+
+def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
+    """`_travel` where a mode may run out."""
+    (end, duration, last), direction, held = whole, modes.direction, modes.direction == 0.0
 
     def flow(duration):
-        return _runge_kutta(contacts, motion, modes, start, duration)
+        return _runge_kutta(contacts, motion, modes, start, begins, duration)
 
     def loads(motion, duration):
         return _loads(contacts, motion, modes, start + duration)
 
-    end = flow(duration)
     # what happens is decided on values alone
     length = jax.lax.stop_gradient(duration)
     both = jax.tree.map(lambda a, b: jnp.stack([a, b]), motion, end)

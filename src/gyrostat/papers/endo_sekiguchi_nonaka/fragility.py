@@ -40,7 +40,9 @@ CASES: dict[str, Case] = {
 SETTINGS = (
     f"Fragility: {len(TURNS)} other phases of the momentum (all components alike), {len(AXES)} "
     f"other initial axes, and wheels at rest with {TORQUE_LIMIT:g} N·m, one change at a time. A "
-    f"run holds if its error is below {REQUIRED:g} degrees for good from {IN_TIME:g} s on.",
+    f"run holds if its error is below {REQUIRED:g} degrees for good from {IN_TIME:g} s on. "
+    "Where the gain runs away the motion is chaotic: figures of such a run change with the last "
+    "digit of the arithmetic, what is said of it does not.",
 )
 
 
