@@ -14,6 +14,7 @@ from gyrostat.campaign import Scenario
 from gyrostat.campaign.scenario_file import read_scenario
 from gyrostat.errors import InputError
 from gyrostat.units import RPM
+from gyrostat.wheel import read_wheel_sheet
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
 
@@ -157,6 +158,27 @@ def test_a_second_loss_leaves_too_few_wheels(variant):
     )
     with pytest.raises(InputError, match=r"key event\[a\]: found working wheels that do not span"):
         read_scenario(variant(more=more))
+
+
+def test_what_a_data_sheet_says_of_its_wheel_need_not_be_given_again(tmp_path):
+    wheels = "".join(
+        f'[[wheel]]\nname = "{name}"\naxis = {axis}\nsheet = "bct-rwp015"\n'
+        for name, axis in zip("xyz", np.eye(3).tolist(), strict=True)
+    )
+    (tmp_path / "craft.toml").write_text(f"[body]\ninertia = [0.06, 0.12, 0.14]\n{wheels}")
+    path = tmp_path / "scenario.toml"
+    text = (
+        "[run]\nduration = 10\ncontrol_period = 0.25\n[spacecraft]\nfile = 'craft.toml'\n"
+        "[controller]\nkind = 'wheel_array'\n[imbalance]\ndynamic_imbalance = 3e-9\n"
+    )
+    path.write_text(text)
+    values = read_scenario(path).values
+    sheet = read_wheel_sheet("bct-rwp015").values
+    assert values["wheel.y.static_imbalance"] == sheet["static_imbalance"] > 0.0
+    assert values["wheel.y.dynamic_imbalance"] == 3e-9
+    path.write_text(f"{text}[driver]\n")
+    with pytest.raises(InputError, match=r"key driver\.motor_constant: found none, expected above"):
+        read_scenario(path)
 
 
 def test_a_wheel_may_fail_and_wear_once_each(variant):

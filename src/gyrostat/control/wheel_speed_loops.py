@@ -7,13 +7,12 @@ import numpy as np
 from jaxtyping import Array, Bool
 
 from gyrostat._jax import jnp
+from gyrostat.body.speed_loop import SET_POINT_WEIGHT
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, check_period, require
 from gyrostat.wheel import PerWheel
 
-SET_POINT_WEIGHT = 0.5
-"""Of the set-point in the proportional part: speed follows it as a lag of order 1."""
 COARSEST = 0.8
 """Natural frequency times control period: from 0.828 on the sampled loop is unstable."""
 
