@@ -194,7 +194,9 @@ def test_linear_part_has_the_rates_that_the_gains_say(across):
     memory, _ = commanded(case, case.controller.start(period), at_target(case))
     # the drag filter would answer a jump of the wheels that no torque made
     case = case._replace(
-        controller=eqx.tree_at(lambda c: c.law.wheels.drag_time, case.controller, jnp.array(1e12, float))
+        controller=eqx.tree_at(
+            lambda c: c.law.wheels.drag_time, case.controller, jnp.array(1e12, float)
+        )
     )
     law, works = case.controller.law, jnp.flatnonzero(case.plant.working)
     # of turn and momentum alone: what is remembered stays as it is
