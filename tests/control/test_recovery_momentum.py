@@ -129,7 +129,7 @@ def loop_slope(case, rest, works, memory, period):
         state, wheels = moved(case, rest, works, small), memory.wheels
         wheels = wheels._replace(
             momentum=wheels.momentum.at[works].add(small[5:7]),
-            torque=wheels.torque.at[works].add(small[7:9]),
+            torque=wheels.torque.at[0, works].add(small[7:9]),
             drag=wheels.drag.at[works].add(small[9:]),
         )
         last, command = case.controller(memory._replace(wheels=wheels), measured(case, state))
@@ -139,7 +139,7 @@ def loop_slope(case, rest, works, memory, period):
                 rotations.rotation_vector(rotations.error(state.attitude, rest.attitude)),
                 (state.rotor_momentum - rest.rotor_momentum)[works],
                 (last.wheels.momentum - memory.wheels.momentum)[works],
-                last.wheels.torque[works],
+                last.wheels.torque[-1][works],
                 last.wheels.drag[works],
             ]
         )

@@ -1,5 +1,7 @@
 """The rate loop of wheels: damping, drag, limits."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -82,3 +84,19 @@ def test_room_is_how_far_the_first_wheel_goes():
 def test_refuses_gains_that_are_none():
     with pytest.raises(InputError, match="rate gain"):
         WheelRateLoop(*[getattr(LOOP, name) for name in list(LOOP.__dict__)[:6]], gain=0.0).check()
+
+
+def test_a_delay_that_is_known_is_no_drag():
+    loop = dataclasses.replace(LOOP, delay=2)
+    memory, period = loop.start(0.5), 0.5
+    momentum, sent = np.array([1.0, -1.0, 0.0]), [np.zeros(3)] * 2
+    seen = 0.0
+    for step in range(20):
+        wanted = jnp.array([0.01 * np.sin(step), 0.01 * np.cos(step), 0.0])
+        total = LOOP.inertia @ wanted + jnp.asarray(WORKING) @ momentum
+        memory, command = loop(memory, measured(STILL, momentum), total, wanted, STILL)
+        assert np.abs(memory.drag).max() < 1e-15
+        sent.append(np.asarray(command.torque))
+        seen = max(seen, np.abs(sent[-1]).max())
+        momentum = momentum + period * sent.pop(0)
+    assert seen > 1e-3

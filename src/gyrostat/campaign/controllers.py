@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import numpy as np
 
 from gyrostat._jax import jnp
@@ -64,13 +65,14 @@ class PlannedController(Component):
 
 
 def _plan_three_axis(case: Situation) -> MomentumRecovery:
-    return MomentumRecovery.plan(
+    found = MomentumRecovery.plan(
         case.spacecraft,
         case.working,
         seized=case.seized,
         target=case.target,
         total_momentum=np.zeros(3),
     )
+    return eqx.tree_at(lambda f: f.law.wheels, found, replace(found.law.wheels, delay=case.delay))
 
 
 def _three_axis(plan: MomentumRecovery, options: Options, momentum: Vector) -> MomentumRecovery:

@@ -24,14 +24,14 @@ class RateLoopMemory(NamedTuple):
 
     Attributes:
         momentum: (wheels,) absolute momentum of the rotors at the last sample, N·m·s.
-        torque: (wheels,) commanded there, N·m.
+        torque: (delay + 1, wheels) commanded at the last samples, the oldest first, N·m.
         drag: (wheels,) estimate of what the bearings take, N·m.
         begun: whether there was a sample.
         period: control period, s.
     """
 
     momentum: PerWheel
-    torque: PerWheel
+    torque: Float[Array, "samples wheels"]
     drag: PerWheel
     begun: Bool[Array, ""]
     period: Scalar
@@ -56,6 +56,7 @@ class WheelRateLoop(eqx.Module):
         momentum_limit: (wheels,), of the momentum relative to the body, N·m·s.
         gain: k, 1/s.
         drag_time: of its filter, s.
+        delay: control periods from a sample to the start of its command.
     """
 
     inertia: Float[Array, "3 3"]
@@ -66,6 +67,7 @@ class WheelRateLoop(eqx.Module):
     momentum_limit: PerWheel
     gain: Scalar = 0.8
     drag_time: Scalar = 10.0
+    delay: int = eqx.field(static=True, default=0)
 
     def check(self) -> None:
         """Refuse gains and times that are not positive, by `InputError`."""
@@ -75,7 +77,9 @@ class WheelRateLoop(eqx.Module):
     def start(self, period: Scalar) -> RateLoopMemory:
         """Nothing measured yet."""
         none = jnp.zeros(self.axes.shape[-1])
-        return RateLoopMemory(none, none, none, jnp.array(False), jnp.asarray(period, dtype=float))
+        torque = jnp.zeros((self.delay + 1, len(none)))
+        period = jnp.asarray(period, dtype=float)
+        return RateLoopMemory(none, torque, none, jnp.array(False), period)
 
     def torque_along(self, direction: Vector) -> Scalar:
         """Largest torque that the wheels give along a unit vector of their span, N·m."""
@@ -139,12 +143,13 @@ class WheelRateLoop(eqx.Module):
         lowest = (-self.momentum_limit - relative) / period
         torque = jnp.clip(torque, lowest, (self.momentum_limit - relative) / period)
         torque = jnp.where(working, jnp.clip(torque, -limit, limit), 0.0)
-        after = RateLoopMemory(absolute, torque, drag, jnp.array(True), period)
+        sent = jnp.concatenate([memory.torque[1:], torque[None]])
+        after = RateLoopMemory(absolute, sent, drag, jnp.array(True), period)
         return after, WheelTorqueCommand(torque)
 
     def _drag(self, memory: RateLoopMemory, absolute: PerWheel) -> PerWheel:
         # what the commanded torque should have given, less what the rotors have
-        lost = memory.torque - (absolute - memory.momentum) / memory.period
+        lost = memory.torque[0] - (absolute - memory.momentum) / memory.period
         share = memory.period / (self.drag_time + memory.period)
         drag = memory.drag + share * jnp.where(memory.begun, lost - memory.drag, 0.0)
         # a wheel at its limits loses torque that is no drag
