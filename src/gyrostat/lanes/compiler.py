@@ -21,7 +21,8 @@ FLAGS = (
     *("-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-Wno-psabi"),
 )
 FAST = ("-ffast-math",)
-"""More flags, for a benchmark: NaN and infinity are then taken for impossible."""
+"""More flags, for a benchmark: NaN and infinity are then taken for impossible. Before GCC 13 the
+whole process takes subnormal numbers for 0 once such a library is loaded."""
 
 
 @lru_cache
