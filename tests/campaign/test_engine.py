@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gyrostat.campaign import run_campaign, worst_runs
+from gyrostat.campaign import engine_record, run_campaign, worst_runs
 from gyrostat.campaign.execute import chosen_engine
 from gyrostat.campaign.metrics import BINS, LEAST_ERROR, WIDTH, percentile
 from gyrostat.errors import InputError
@@ -247,3 +247,17 @@ def test_percentiles_of_a_histogram():
         found = percentile(histogram, p, np.array([len(error)]))
         np.testing.assert_allclose(found, exact, rtol=0.5 * WIDTH + 1e-3)
     assert np.isnan(percentile(histogram * 0, 50.0, np.array([0])))[0]
+
+
+def test_an_engine_that_there_is_not_is_refused(scenario, tmp_path):
+    with pytest.raises(InputError, match="found lane, expected one of auto, lanes, jax"):
+        run_campaign(scenario, tmp_path, runs=2, engine="lane")
+
+
+def test_the_record_knows_the_header_of_lanes(tmp_path, monkeypatch):
+    digests = set()
+    for text in ("#define LANES 8", "#define LANES 4"):
+        (tmp_path / "lanes.h").write_text(text)
+        monkeypatch.setattr(engine_record.gyrostat, "__file__", str(tmp_path / "__init__.py"))
+        digests.add(engine_record._source_digest.__wrapped__())
+    assert len(digests) == 2

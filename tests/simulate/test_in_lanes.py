@@ -1,7 +1,8 @@
 """The loop in lanes: the histories that JAX gives."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import equinox as eqx
 import numpy as np
 import pytest
 
@@ -106,3 +107,27 @@ def test_what_lanes_do_not_know_is_refused_or_left_to_jax(g2):
     assert simulate(g2.table, Inverting(), NOISY, engine="auto", **options).status == 0
     with pytest.raises(InputError, match="engine: found 'c', expected one of jax, lanes, auto"):
         simulate(g2.table, Clocked(), NOISY, engine="c", **options)
+
+
+class Leaning(eqx.Module):
+    """A controller with one of two gains."""
+
+    towards: Any = None
+    away: Any = None
+
+    def start(self, period):
+        return jnp.array(0.0)
+
+    def __call__(self, memory, measurement):
+        gain = self.towards if self.away is None else -self.away
+        return memory, Command(-gain * measurement.attitude)
+
+
+def test_controllers_that_differ_in_what_they_lack_are_two(g2, both):
+    options = {"start": g2.table.start(attitude=0.01, speed=-3.0), "duration": 1.0}
+    towards, away = (
+        both(g2.table, controller, NOISY, **options)
+        for controller in (Leaning(towards=0.05), Leaning(away=0.05))
+    )
+    agree(towards)
+    agree(away)

@@ -92,7 +92,7 @@ def _source_digest() -> str:
     """Version of the package, and a digest of its code: a working copy changes between versions."""
     root = Path(gyrostat.__file__).parent
     digest = hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
+    for path in sorted((*root.rglob("*.py"), *root.rglob("*.h"))):
         digest.update(path.relative_to(root).as_posix().encode())
         digest.update(path.read_bytes())
     return f"{gyrostat.__version__}+{digest.hexdigest()[:12]}"

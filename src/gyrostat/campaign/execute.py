@@ -128,6 +128,8 @@ def run_campaign(
     for run in keep:
         if run not in range(runs):
             raise InputError(f"kept run: found {run}, expected 0 to {runs - 1}")
+    if engine not in ENGINES:
+        raise InputError(f"--engine: found {engine}, expected one of {', '.join(ENGINES)}")
     metrics = metric_units(scenario.percentiles)
     worst_by = worst_by or f"error_p{scenario.percentiles[-1]:g}"
     if worst_by not in metrics:

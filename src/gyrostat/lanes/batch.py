@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gyrostat._jax import jax, jnp
 from gyrostat.errors import InputError
 from gyrostat.lanes.compiler import library
-from gyrostat.lanes.wide import WIDE, wide_kind
+from gyrostat.lanes.wide import WIDE, numbers, wide_kind
 from gyrostat.lanes.write import module
 from gyrostat.lowering import Lowering, prune
 from gyrostat.lowering.program import Function, Name, Operand, Table
@@ -32,6 +32,7 @@ class Lanes:
     width: int
     _library: ctypes.CDLL
     _own: tuple[bool, ...]
+    _types: tuple[tuple[tuple[int, ...], Any], ...]
     _results: Any
     _places: tuple["_Place", ...]
     _words: dict[str, int]
@@ -46,18 +47,27 @@ class Lanes:
 
         Returns:
             The results with a leading axis of runs; in rows on demand, of the runs asked for.
+
+        Raises:
+            InputError: arguments of other shapes or types than it was compiled for, of several
+                numbers of runs, or a run asked for that is none of them.
         """
         leaves = jax.tree.leaves(arguments)
         split: tuple[list[Words], list[Words]] = ([], [])
-        for leaf, own in zip(leaves, self._own, strict=True):
-            split[own].append(_words(leaf))
+        for leaf, own, known in zip(leaves, self._own, self._types, strict=True):
+            split[own].append(_words(leaf, *known, own=own))
         runs = len(split[True][0])
+        if any(len(words) != runs for words in split[True]):
+            found = ", ".join(str(len(words)) for words in split[True])
+            raise InputError(f"runs: found {found}, expected one number of them")
+        if any(run not in range(runs) for run in asked):
+            raise InputError(f"asked: found {list(asked)}, expected numbers below {runs}")
         groups = -(-runs // self.width)
-        shared = _joined([word.ravel() for word in split[False]], 0)
-        own = _joined([word.reshape(runs, -1) for word in split[True]], 1)
+        shared = np.concatenate([np.zeros(0, np.uint64), *(word.ravel() for word in split[False])])
+        own = np.concatenate([w.reshape(runs, int(np.prod(w.shape[1:]))) for w in split[True]], 1)
         # lanes without a run fly the last one again
         own = own[np.minimum(np.arange(groups * self.width), runs - 1)]
-        own = own.reshape(groups, self.width, -1).swapaxes(1, 2).copy()
+        own = own.reshape(groups, self.width, own.shape[1]).swapaxes(1, 2).copy()
         wanted = sorted({run // self.width for run in asked})
         place = np.full(groups, -1, np.int64)
         place[wanted] = np.arange(len(wanted))
@@ -122,6 +132,8 @@ def lanes(
         jax.tree.map(_single if each else _whole, tree)
         for each, tree in zip(own, arguments, strict=True)
     ]
+    if not any(flags):
+        raise InputError("own: found no argument that runs have of their own, expected one or more")
     traced, shapes = jax.make_jaxpr(function, return_shape=True)(*single)
     inputs = [_named(variable.aval) for variable in traced.jaxpr.invars]
     lowering, body = Lowering(WIDE), []
@@ -157,6 +169,7 @@ def lanes(
         compiled.lanes(),
         compiled,
         tuple(flags),
+        tuple((leaf.shape, leaf.dtype) for leaf in jax.tree.leaves(single)),
         jax.tree.structure(shapes),
         tuple(places),
         words,
@@ -183,28 +196,36 @@ def _named(shape: Any) -> NDArray[Any]:
     return names
 
 
-def _joined(arrays: list[Words], axis: int) -> Words:
-    return np.concatenate(arrays, axis) if arrays else np.zeros(0, np.uint64)
-
-
-def _words(leaf: Any) -> Words:
+def _words(leaf: Any, shape: tuple[int, ...], dtype: Any, *, own: bool) -> Words:
     """Numbers as words of 64 bits: a logical one as a mask, the two words of a key as one."""
-    if jnp.issubdtype(getattr(leaf, "dtype", np.float64), jax.dtypes.prng_key):
-        pair = np.asarray(jax.random.key_data(leaf)).astype(np.uint64)
-        return (pair[..., 0] << np.uint64(32)) | pair[..., 1]
-    array = np.asarray(leaf)
+    found = leaf if hasattr(leaf, "dtype") else np.asarray(leaf)
+    key = jnp.issubdtype(found.dtype, jax.dtypes.prng_key)
+    fits = found.dtype == dtype or not (key or np.bool_ in (found.dtype, dtype))
+    if fits and found.dtype != dtype:
+        fits = np.can_cast(found.dtype, dtype)
+    if not fits or found.shape[own:] != shape or (own and not found.shape):
+        raise InputError(
+            f"argument: found {found.dtype}{list(found.shape[own:])}, expected "
+            f"{dtype}{list(shape)}, which this was compiled for"
+        )
+    array = numbers(found)
     if array.dtype == np.bool_:
         return (-array.astype(np.int64)).view(np.uint64)
-    if array.dtype == np.float64:
-        return np.ascontiguousarray(array).view(np.uint64)
-    return array.astype(np.int64).view(np.uint64)
+    if key:
+        return array
+    return np.ascontiguousarray(array, _word(dtype)).reshape(array.shape).view(np.uint64)
 
 
-def _numbers(words: Words, dtype: Any) -> NDArray[Any]:
+def _numbers(words: Words, dtype: Any) -> Any:
     words = np.ascontiguousarray(words)
-    if dtype == np.bool_:
-        return words != 0
-    return words.view(np.float64) if dtype == np.float64 else words.view(np.int64).astype(dtype)
+    if jnp.issubdtype(dtype, jax.dtypes.prng_key):
+        pair = np.stack([words >> np.uint64(32), words], axis=-1).astype(np.uint32)
+        return jax.random.wrap_key_data(jnp.asarray(pair))
+    return words != 0 if dtype == np.bool_ else words.view(_word(dtype)).astype(dtype)
+
+
+def _word(dtype: Any) -> type[np.number]:
+    return np.float64 if dtype == np.float64 else np.int64
 
 
 class Batched:

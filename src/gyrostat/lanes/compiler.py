@@ -21,7 +21,8 @@ FLAGS = (
     *("-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-Wno-psabi"),
 )
 FAST = ("-ffast-math",)
-"""More flags, for a benchmark: NaN and infinity are then taken for impossible."""
+"""More flags, for a benchmark: NaN and infinity are then taken for impossible. Before GCC 13 the
+whole process takes subnormal numbers for 0 once such a library is loaded."""
 
 
 @lru_cache
@@ -55,7 +56,7 @@ def compiler_version() -> str:
         InputError: it does not run.
     """
     found = compiler()
-    return "none" if found is None else _run([found, "--version"]).splitlines()[0]
+    return "none" if found is None else next(iter(_run([found, "--version"]).splitlines()), "")
 
 
 def instructions() -> str:
@@ -92,7 +93,7 @@ def library(text: str, more: tuple[str, ...] = ()) -> ctypes.CDLL:
         more: flags.
 
     Raises:
-        InputError: there is no compiler, or it refuses.
+        InputError: there is no compiler, or it refuses, or what it made cannot be loaded.
     """
     found = required()
     parts = (header(), text, compiler_version(), *FLAGS, *more, instructions())
@@ -101,30 +102,46 @@ def library(text: str, more: tuple[str, ...] = ()) -> ctypes.CDLL:
         folder = cache()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         return _in_folder(folder, digest, text, (found, *FLAGS, *more))
-    except OSError:  # no place to keep it, or what is kept cannot be loaded
+    except (OSError, RuntimeError):  # no home, or no place to keep it where it can be loaded
+        pass
+    try:
         with tempfile.TemporaryDirectory() as folder:
             return _in_folder(Path(folder), digest, text, (found, *FLAGS, *more))
+    except OSError as error:
+        raise InputError(
+            f"C compiler: found {error}, expected {found} to make a library that can be loaded"
+        ) from None
 
 
 def _in_folder(folder: Path, digest: str, text: str, command: tuple[str, ...]) -> ctypes.CDLL:
-    made = folder / f"lanes-{digest}.so"
-    if not made.exists():
-        with tempfile.TemporaryDirectory(dir=folder) as place:
-            source = Path(place) / "program.c"
-            source.write_text(text, encoding="utf-8")
-            (Path(place) / "lanes.h").write_text(header(), encoding="utf-8")
-            command = (*command, "-o", f"{place}/made.so", str(source), "-lm")
-            try:
-                _run([*command, "-fopenmp"])
-            except InputError:  # not every compiler has it; then there is one thread
-                _run([*command])
-            os.replace(f"{place}/made.so", made)
+    made = folder.absolute() / f"lanes-{digest}.so"
+    if made.exists():
+        try:
+            return ctypes.CDLL(str(made))
+        except OSError:  # it is not whole, and is made again
+            pass
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        source = Path(place) / "program.c"
+        source.write_text(text, encoding="utf-8")
+        (Path(place) / "lanes.h").write_text(header(), encoding="utf-8")
+        command = (*command, "-o", f"{place}/made.so", str(source), "-lm")
+        try:
+            _run([*command, "-fopenmp"])
+        except InputError:  # not every compiler has it; then there is one thread
+            _run([*command])
+        os.replace(f"{place}/made.so", made)
     return ctypes.CDLL(str(made))
 
 
 def _run(command: list[str]) -> str:
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, errors="replace", check=False
+        )
+    except OSError as error:
+        raise InputError(f"C compiler: found {error}, expected one that runs") from None
     if done.returncode != 0:
-        first = (done.stderr.strip() or f"exit code {done.returncode}").splitlines()[0]
-        raise InputError(f"C compiler: found {first!r} from {command[0]}, expected it to compile")
+        lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+        said = next((line for line in lines if "error" in line), lines[0])
+        raise InputError(f"C compiler: found {said!r} from {command[0]}, expected it to compile")
     return done.stdout

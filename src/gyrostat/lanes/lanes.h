@@ -74,14 +74,36 @@ FUNCTION int64_t one_integer_of_real(double x)
 {
     return x != x ? 0 : x >= 0x1p63 ? INT64_MAX : x < -0x1p63 ? INT64_MIN : (int64_t)x;
 }
-FUNCTION double one_real_of_bits(uint64_t x) { double r; memcpy(&r, &x, 8); return r; }
-FUNCTION uint64_t one_bits_of_real(double x) { uint64_t r; memcpy(&r, &x, 8); return r; }
+/* the same from 0 on, beyond 2^63 too */
+FUNCTION bits bits_of_real(real x)
+{
+    const mask high = x >= 0x1p63;
+    const real low = select_real(x > 0.0, x, all_real(0.0));
+    return (bits)(integer_of_real(select_real(high, low - 0x1p63, low)) ^ (high & INT64_MIN));
+}
+FUNCTION uint64_t one_bits_of_real(double x)
+{
+    return x >= 0x1p63 ? (uint64_t)one_integer_of_real(x - 0x1p63) ^ (1ull << 63)
+        : x > 0.0 ? (uint64_t)x : 0;
+}
+/* the 64 bits of a number as those of another kind */
+#define ONE_AS(type, number)                                                                      \
+    ({                                                                                            \
+        const __typeof__(number) before = (number);                                               \
+        type after;                                                                               \
+        memcpy(&after, &before, 8);                                                               \
+        after;                                                                                    \
+    })
 
 /* NaN stays NaN */
 FUNCTION real max_real(real a, real b) { return select_real((a >= b) | (a != a), a, b); }
 FUNCTION real min_real(real a, real b) { return select_real((a <= b) | (a != a), a, b); }
 FUNCTION integer max_integer(integer a, integer b) { return select_integer(a >= b, a, b); }
 FUNCTION integer min_integer(integer a, integer b) { return select_integer(a <= b, a, b); }
+FUNCTION bits max_bits(bits a, bits b) { return select_bits(a >= b, a, b); }
+FUNCTION bits min_bits(bits a, bits b) { return select_bits(a <= b, a, b); }
+FUNCTION uint64_t one_max_bits(uint64_t a, uint64_t b) { return a >= b ? a : b; }
+FUNCTION uint64_t one_min_bits(uint64_t a, uint64_t b) { return a <= b ? a : b; }
 FUNCTION double one_max_real(double a, double b) { return ((a >= b) || (a != a)) ? a : b; }
 FUNCTION double one_min_real(double a, double b) { return ((a <= b) || (a != a)) ? a : b; }
 FUNCTION int64_t one_max_integer(int64_t a, int64_t b) { return a >= b ? a : b; }

@@ -15,6 +15,7 @@ INFIX = {
     **{"and": "&", "or": "|", "xor": "^"},
 }
 """Operations that C has signs for, on lanes too."""
+ORDER = frozenset({"lt", "le", "gt", "ge"})
 _OWN_FOR_ONE = frozenset({"max", "min", "sign"})
 _WITHOUT_LIBRARY = frozenset({"erf_inv", "threefry"})
 """Functions that C has for lanes only."""
@@ -45,19 +46,22 @@ def converted(operation: str, kind: Kind, text: str) -> str | None:
         return None
     if target == "word":
         return f"(bits){text} & 0xffffffffu"
+    if target == "half":
+        return f"(integer)((bits){text} << 32) >> 32"
     if kind == "logical" and target == "real":
         return f"real_of_mask({text})"
     if kind == "logical":
         return f"({target})integer_of_mask({text})"
     if target == "real" or kind == "real":
-        made = f"{'real' if target == 'real' else 'integer'}_of_{VECTOR[kind]}({text})"
-        return f"(bits){made}" if target == "bits" else made
+        return f"{target}_of_{VECTOR[kind]}({text})"
     return f"({target}){text}"
 
 
 def on_one(operation: str, operands: Sequence[Operand], texts: list[str]) -> str:
     """An operation on single numbers."""
     kind = operands[0].kind
+    if operation == "shift_right":
+        return f"({ONE[kind]})((uint64_t){texts[0]} >> {texts[1]})"
     if operation in INFIX:
         return f"{texts[0]} {INFIX[operation]} {texts[1]}"
     if operation == "select":
@@ -68,14 +72,17 @@ def on_one(operation: str, operands: Sequence[Operand], texts: list[str]) -> str
         return f"{'!' if kind == 'logical' else '~'}{texts[0]}"
     if operation in _OWN_FOR_ONE or (operation == "abs" and kind == "integer"):
         return f"one_{operation}_{kind}({', '.join(texts)})"
-    if operation == "to_integer" and kind == "real":
-        return f"one_integer_of_real({texts[0]})"
+    if operation in ("to_integer", "to_bits") and kind == "real":
+        return f"one_{operation[3:]}_of_real({texts[0]})"
     if operation == "to_word":
         return f"(uint64_t){texts[0]} & 0xffffffffu"
+    if operation == "to_half":
+        return f"(int64_t)(int32_t){texts[0]}"
     if operation.startswith("to_"):
         return f"({ONE[operation[3:]]}){texts[0]}"  # pyright: ignore[reportArgumentType]
     if operation.startswith("as_"):
-        return f"one_{operation[3:]}_of_{kind}({texts[0]})"
+        target = ONE[operation[3:]]  # pyright: ignore[reportArgumentType]
+        return f"ONE_AS({target}, ({ONE[kind]}){texts[0]})"
     if operation in _WITHOUT_LIBRARY:
         lanes = ", ".join(
             f"all_{VECTOR[o.kind]}({t})" for o, t in zip(operands, texts, strict=True)

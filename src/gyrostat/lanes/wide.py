@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat._jax import jax, jnp
 from gyrostat.lowering.lower import Lowering
@@ -15,13 +16,23 @@ from gyrostat.lowering.tracing import Source, refused
 LARGEST = 4096
 LONGEST = 64
 """Passes of a scan whose rows are scalars of the program."""
+NARROW = {np.dtype(np.uint32): "to_word", np.dtype(np.int32): "to_half"}
+"""What keeps numbers of 32 bits within them."""
 
 
 def wide_kind(dtype: Any) -> Kind | None:
-    """The kind of number of an array type; a random key is 64 bits."""
-    if dtype in (np.uint32, np.uint64) or jnp.issubdtype(dtype, jax.dtypes.prng_key):
+    """The kind of number of an array type; a random key of Threefry is 64 bits."""
+    if dtype in (np.uint32, np.uint64) or str(dtype) == "key<fry>":
         return "bits"
     return kind_of(dtype)
+
+
+def numbers(array: Any) -> NDArray[Any]:
+    """An array of numbers; of a random key's two words one of 64 bits."""
+    if jnp.issubdtype(getattr(array, "dtype", np.float64), jax.dtypes.prng_key):
+        pair = np.asarray(jax.random.key_data(array)).astype(np.uint64)
+        return (pair[..., 0] << np.uint64(32)) | pair[..., 1]
+    return np.asarray(array)
 
 
 def _drawn(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
@@ -55,30 +66,63 @@ def _folded_in(
 def _seeded(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
     """The key of a seed: its 64 bits."""
     seed = given[0]
+    size = 8 * equation.invars[0].aval.dtype.itemsize
     if all(isinstance(operand, Number) for operand in seed.flat):
-        return [one_by_one(seed.shape, lambda s: Number("bits", int(s.value) % 2**64), seed)]
-    return [lowering.applied(block, "to_bits", equation.outvars[0], where, seed)]
+        return [one_by_one(seed.shape, lambda s: Number("bits", int(s.value) % 2**size), seed)]
+    operation = "to_bits" if size == 64 else "to_word"
+    return [lowering.applied(block, operation, equation.outvars[0], where, seed)]
 
 
 def _convert(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
-    target = equation.outvars[0]
-    kind, size = lowering.kind(target), target.aval.dtype.itemsize
-    before = equation.invars[0].aval.dtype
-    if kind == wide_kind(before) and not (kind == "bits" and size < before.itemsize):
+    """A conversion as XLA does it: whole numbers wrap around, real ones end at the limits."""
+    target, before = equation.outvars[0], equation.invars[0].aval.dtype
+    after, kind = target.aval.dtype, lowering.kind(target)
+
+    def made(operation: str, *operands: Any) -> Scalars:
+        return lowering.applied(block, operation, target, where, *operands)
+
+    if kind == wide_kind(before) and (after == before or after.itemsize > before.itemsize):
         return [given[0]]
     if kind == "logical":
-        zero = Number(lowering.kind(equation.invars[0]), 0)
-        return [lowering.applied(block, "ne", target, where, given[0], np.array(zero))]
-    if all(isinstance(operand, Number) for operand in given[0].flat):
-        numbers = np.vectorize(lambda operand: operand.value, otypes=[before])(given[0])
-        return [lowering.numbers(numbers.astype(target.aval.dtype))]
-    operation = f"to_{kind}" if size != 4 or kind != "bits" else "to_word"
-    return [lowering.applied(block, operation, target, where, *given)]
+        return [made("ne", given[0], np.array(Number(lowering.kind(equation.invars[0]), 0)))]
+    if before != np.float64 and all(isinstance(operand, Number) for operand in given[0].flat):
+        values = np.vectorize(lambda operand: operand.value, otypes=[before])(given[0])
+        return [lowering.numbers(values.astype(after))]
+    if before not in (np.float64, np.bool_) and after in NARROW:
+        return [made(NARROW[after], given[0])]
+    converted = made(f"to_{kind}", given[0])
+    if before == np.float64 and after in NARROW:
+        limits = np.iinfo(after)
+        converted = made("max", converted, np.array(Number(kind, int(limits.min))))
+        converted = made("min", converted, np.array(Number(kind, int(limits.max))))
+    return [converted]
 
 
 def _bitcast(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
-    kind = lowering.kind(equation.outvars[0])
-    return [lowering.applied(block, f"as_{kind}", equation.outvars[0], where, *given)]
+    before, after = equation.invars[0].aval.dtype, equation.outvars[0].aval.dtype
+    if before == after:
+        return [given[0]]
+    if np.bool_ in (before, after) or before.itemsize != after.itemsize:
+        raise refused(equation, where, f"{before} as {after}", "numbers of as many bits")
+    operation = NARROW.get(after) or f"as_{lowering.kind(equation.outvars[0])}"
+    return [lowering.applied(block, operation, equation.outvars[0], where, *given)]
+
+
+def _shifted(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
+    if equation.outvars[0].aval.dtype == np.int32:
+        raise refused(equation, where, "a shift of int32", "one of int64 or an unsigned type")
+    return [lowering.applied(block, "shift_right", equation.outvars[0], where, *given)]
+
+
+def _extreme(operation: str, of_logical: str) -> Callable[..., Sequence[Scalars]]:
+    def lowered(
+        lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source
+    ):
+        target = equation.outvars[0]
+        made = of_logical if lowering.kind(target) == "logical" else operation
+        return [lowering.applied(block, made, target, where, *given)]
+
+    return lowered
 
 
 def _elementwise(operation: str) -> Callable[..., Sequence[Scalars]]:
@@ -133,10 +177,10 @@ WIDE = Scope(
         "convert_element_type": _convert,
         "bitcast_convert_type": _bitcast,
         "erf_inv": _elementwise("erf_inv"),
-        "shift_right_logical": _elementwise("shift_right"),
+        "shift_right_logical": _shifted,
         "shift_left": _elementwise("shift_left"),
-        "max": _elementwise("max"),
-        "min": _elementwise("min"),
+        "max": _extreme("max", "or"),
+        "min": _extreme("min", "and"),
         "or": _elementwise("or"),
         "xor": _elementwise("xor"),
         "and": _elementwise("and"),
@@ -146,6 +190,8 @@ WIDE = Scope(
     largest=LARGEST,
     in_place=True,
     unbounded=True,
+    array=numbers,
+    narrow=NARROW,
     longest=LONGEST,
 )
 """The scope of a campaign."""

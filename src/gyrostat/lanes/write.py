@@ -6,7 +6,7 @@ blocks and selects; a loop goes on while any lane does and changes only those.
 
 from collections.abc import Sequence
 
-from gyrostat.lanes.operations import INFIX, ONE, VECTOR, converted, number, on_one
+from gyrostat.lanes.operations import INFIX, ONE, ORDER, VECTOR, converted, number, on_one
 from gyrostat.lowering.needs import made_from
 from gyrostat.lowering.program import (
     Assign,
@@ -66,10 +66,10 @@ def module(
     writer = _Writer(made_from(function, own))
     writer.parameters(shared, own)
     words = {"every": 0, "asked": 0}
-    places = {}
+    places: dict[Table, list[tuple[str, int]]] = {}
     for table, where in zip(function.rows, on_demand, strict=True):
         memory = "asked" if where else "every"
-        places[table] = (memory, words[memory])
+        places.setdefault(table, []).append((memory, words[memory]))
         words[memory] += table.size
     writer.block(function.body, places)
     writer.results(function.results)
@@ -87,7 +87,7 @@ class _Writer:
         self.lines: list[str] = []
         self._varying = varying
         self._texts: dict[Name | Table, str] = {}
-        self._kept: dict[Table, tuple[str, int]] = {}
+        self._kept: dict[Table, list[tuple[str, int]]] = {}
         self._depth = 1
         self._active: str | None = None
 
@@ -95,7 +95,7 @@ class _Writer:
         for place, name in enumerate(shared):
             word = f"shared[{place}]"
             if name.kind == "real":
-                word = f"one_real_of_bits({word})"
+                word = f"ONE_AS(double, {word})"
             self._declare(name, f"({ONE[name.kind]}){word}", constant=True)
         for place, name in enumerate(own):
             memory = "integer" if name.kind == "logical" else VECTOR[name.kind]
@@ -105,7 +105,7 @@ class _Writer:
         for place, result in enumerate(results):
             self._store("made", str(place), result)
 
-    def block(self, block: Block, kept: dict[Table, tuple[str, int]]) -> None:
+    def block(self, block: Block, kept: dict[Table, list[tuple[str, int]]]) -> None:
         self._kept = kept
         self._block(block)
 
@@ -158,10 +158,10 @@ class _Writer:
             case Store(table, index, width, offset, value):
                 place = f"{self._text(index)} * {width} + {offset}"
                 if table.kept:
-                    memory, first = self._kept[table]
-                    if memory == "asked":
-                        self._line("if (asked)")
-                    self._store(memory, f"{first} + {place}", value)
+                    for memory, first in self._kept[table]:
+                        if memory == "asked":
+                            self._line("if (asked)")
+                        self._store(memory, f"{first} + {place}", value)
                 else:
                     text = (self._lanes if table in self._varying else self._text)(value)
                     self._line(f"{self._texts[table]}[{place}] = {text};")
@@ -188,6 +188,11 @@ class _Writer:
             # a number beside lanes counts for each of them, but no logical one
             mixed = operands[0].kind != "logical"
             texts = [(self._text if mixed else self._lanes)(operand) for operand in operands]
+            if operation in ORDER and not mixed:  # a mask that is true is -1, less than 0
+                texts.reverse()
+            if operation == "shift_right":
+                first, by = (self._lanes(operand) for operand in operands)
+                return f"({VECTOR[target.kind]})((bits){first} >> (bits){by})"
             return f"{texts[0]} {INFIX[operation]} {texts[1]}"
         texts = [self._lanes(operand) for operand in operands]
         if operation in ("neg", "not"):

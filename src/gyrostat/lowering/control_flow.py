@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gyrostat.errors import InputError
 from gyrostat.lowering.primitives import Scalars
 from gyrostat.lowering.program import (
     Assign,
@@ -46,6 +47,17 @@ def _carried_names(
     ]
 
 
+def _inner(lowering: "Lowering", closed: Any, inputs: list[Scalars], block: Block, where: Source):
+    """Results of what a loop or a branch does; rows of a long scan are none."""
+    made = lowering.graph(closed, inputs, block)
+    if any(array.shape == () and isinstance(array.item(), Table) for array in made):
+        raise InputError(
+            f"{where}: found rows of a scan of more than {lowering.scope.longest} passes inside a "
+            "loop or branch, expected them only as a result"
+        )
+    return made
+
+
 def _scan(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block):
     params, where = equation.params, lowering.source(equation)
     constants, carries = params["num_consts"], params["num_carry"]
@@ -69,7 +81,7 @@ def _scan(lowering: "Lowering", equation: Any, given: list[Scalars], block: Bloc
         lowering.picked(block, body, array, index, atom, where)
         for array, atom in zip(rows, body_jaxpr.jaxpr.invars[constants + carries :], strict=True)
     ]
-    made = lowering.graph(body_jaxpr, [*fixed, *carried, *picked], body)
+    made = _inner(lowering, body_jaxpr, [*fixed, *carried, *picked], body, where)
     tables = []
     kept = count > lowering.scope.longest
     for array, atom in zip(made[carries:], results[carries:], strict=True):
@@ -111,7 +123,7 @@ def _while(lowering: "Lowering", equation: Any, given: list[Scalars], block: Blo
     test: Block = []
     goes_on = lowering.graph(params["cond_jaxpr"], [*test_fixed, *carried], test)[0].item()
     body: Block = []
-    made = lowering.graph(params["body_jaxpr"], [*body_fixed, *carried], body)
+    made = _inner(lowering, params["body_jaxpr"], [*body_fixed, *carried], body, where)
     every = _carried(carried, first, made)
     count = _bound(goes_on, test, every, body)
     if count is None and lowering.scope.unbounded:
@@ -177,7 +189,7 @@ def _cond(lowering: "Lowering", equation: Any, given: list[Scalars], block: Bloc
     values: list[list[Operand]] = []
     for branch in branches:
         inner: Block = []
-        made = lowering.graph(branch, operands, inner)
+        made = _inner(lowering, branch, operands, inner, where)
         blocks.append(inner)
         values.append([scalar for array in made for scalar in array.flat])
     flat = [name for array in targets for name in array.flat]

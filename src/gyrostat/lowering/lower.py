@@ -14,8 +14,10 @@ from gyrostat.lowering.primitives import (
     FOLDED,
     LOGICAL_ONLY,
     MOVES,
+    OVERFLOWING,
     REAL_ONLY,
     REDUCTIONS,
+    WRAPPED,
     Scalars,
     one_by_one,
 )
@@ -68,13 +70,13 @@ class Lowering:
         for equation in jaxpr.eqns:
             self._refuse_arrays(equation)
             given = [read(atom) for atom in equation.invars]
-            made = self._equation(equation, given, block)
+            made = self._narrowed(equation, self._equation(equation, given, block), block)
             values.update(zip(equation.outvars, made, strict=True))
         return [read(atom) for atom in jaxpr.outvars]
 
     def numbers(self, array: Any) -> Scalars:
         """An array of constants."""
-        array = np.asarray(array)
+        array = self.scope.array(array)
         kind = self.scope.kind_of(array.dtype)
         if kind is None or array.size > self.scope.largest:
             raise InputError(
@@ -97,7 +99,7 @@ class Lowering:
         """The result of an operation on scalars: a constant, an operand, or assigned in a block."""
         if operation in FOLDED and all(isinstance(o, Number) for o in operands):
             value = FOLDED[operation](*(o.value for o in operands if isinstance(o, Number)))
-            return Number(target.kind, value)
+            return Number(target.kind, WRAPPED.get(target.kind, lambda v: v)(value))
         if operation == "mul":
             for one, other in (operands, operands[::-1]):
                 if one == Number("real", 1.0):
@@ -208,6 +210,15 @@ class Lowering:
         operation = ELEMENTWISE[name]
         self._refuse_kind(equation, operation, where)
         return [self.applied(block, operation, equation.outvars[0], where, *given)]
+
+    def _narrowed(self, equation: Any, made: Sequence[Scalars], block: Block) -> Sequence[Scalars]:
+        if equation.primitive.name not in OVERFLOWING:
+            return made
+        target = equation.outvars[0]
+        operation = self.scope.narrow.get(target.aval.dtype)
+        if operation is None:
+            return made
+        return [self.applied(block, operation, target, self.source(equation), *made)]
 
     def source(self, equation: Any) -> Source:
         """Line of Python of an equation: inside a library's function, that which calls it."""

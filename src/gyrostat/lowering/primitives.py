@@ -67,8 +67,24 @@ FOLDED: dict[str, Callable[..., Any]] = {
     "or": operator.or_,
     "not": operator.not_,
     "xor": operator.xor,
+    "to_word": lambda value: value % 2**32,
+    "to_half": lambda value: (value + 2**31) % 2**32 - 2**31,
 }
 """Operation -> what it is on constants; each is exact, or rounds once as C does."""
+
+WRAPPED: dict[str, Callable[[Any], Any]] = {
+    "integer": lambda value: (value + 2**63) % 2**64 - 2**63,
+    "bits": lambda value: value % 2**64,
+}
+"""Kind -> a whole number within the 64 bits of its kind."""
+
+OVERFLOWING = frozenset(
+    {
+        *("add", "sub", "mul", "neg", "shift_left", "add_any", "square", "integer_pow"),
+        *("reduce_sum", "reduce_prod"),
+    }
+)
+"""Primitives whose result may need more bits than their operands have."""
 
 REDUCTIONS = {
     "reduce_sum": "add",

@@ -32,6 +32,8 @@ class Scope:
         largest: elements of an array.
         in_place: whether what would be a function is lowered where it is called.
         unbounded: whether a loop may have no bound of its passes.
+        array: a constant of JAX as an array of numbers.
+        narrow: what keeps numbers of less than 64 bits within theirs: type -> operation.
         longest: passes of a scan whose rows are scalars; those of a longer one are kept tables.
     """
 
@@ -40,6 +42,8 @@ class Scope:
     largest: int = LARGEST
     in_place: bool = False
     unbounded: bool = False
+    array: Callable[[Any], Any] = np.asarray
+    narrow: Mapping[Any, str] = field(default_factory=dict)
     longest: float = np.inf
 
 

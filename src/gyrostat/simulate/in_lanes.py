@@ -42,7 +42,11 @@ def fly_in_lanes(
     arrays, static = eqx.partition(items, eqx.is_array)
     leaves, tree = jax.tree.flatten(static)
     shapes = [(leaf.shape, str(leaf.dtype)) for leaf in jax.tree.leaves(arrays)]
-    kind = (tree, tuple(leaves), tuple(shapes), own, tuple(sorted(counts.items())))
+    # what is None may be an array elsewhere, and 1 equals True
+    kind = (
+        *(tree, jax.tree.structure(arrays), tuple(leaves), tuple(map(type, leaves)), *shapes),
+        *(own, str(keys.dtype), tuple(sorted(counts.items()))),
+    )
     if kind not in _COMPILED:
         if len(_COMPILED) >= MOST:
             del _COMPILED[next(iter(_COMPILED))]

@@ -1,0 +1,91 @@
+"""The cache of compiled lanes, and what is said where the compiler does not do its part."""
+
+from pathlib import Path
+
+import pytest
+
+import gyrostat.lanes
+from gyrostat.errors import InputError
+from gyrostat.lanes.compiler import library
+
+
+def module(number):
+    return f'#include "lanes.h"\nint found(void) {{ return LANES * 0 + {number}; }}\n'
+
+
+@pytest.fixture
+def compiler_is(tmp_path, monkeypatch):
+    def call(text):
+        script = tmp_path / "compiler"
+        script.write_text(text)
+        script.chmod(0o755)
+        monkeypatch.setenv("CC", str(script))
+        forget()
+
+    def forget():
+        gyrostat.lanes.compiler.cache_clear()
+        gyrostat.lanes.compiler_version.cache_clear()
+
+    monkeypatch.setenv("GYROSTAT_CACHE", str(tmp_path / "kept"))
+    yield call
+    monkeypatch.undo()
+    forget()
+
+
+def test_a_broken_file_in_the_cache_is_made_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("GYROSTAT_CACHE", str(tmp_path / "first"))
+    assert library(module(4)).found() == 4
+    (whole,) = (tmp_path / "first").iterdir()
+    broken = tmp_path / "second" / whole.name
+    broken.parent.mkdir()
+    broken.write_bytes(whole.read_bytes()[:100])
+    monkeypatch.setenv("GYROSTAT_CACHE", str(broken.parent))
+    assert library(module(4)).found() == 4
+    assert broken.stat().st_size == whole.stat().st_size
+    assert list(broken.parent.iterdir()) == [broken]
+
+
+def test_no_place_for_a_cache_is_needed(tmp_path, monkeypatch):
+    monkeypatch.setenv("GYROSTAT_CACHE", str(tmp_path / "file"))
+    (tmp_path / "file").write_text("")
+    assert library(module(5)).found() == 5
+
+    def homeless():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("GYROSTAT_CACHE")
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", homeless)
+    assert library(module(6)).found() == 6
+
+
+def test_a_cache_here_is_found_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("GYROSTAT_CACHE", ".")
+    monkeypatch.chdir(tmp_path)
+    assert library(module(7)).found() == 7
+    (made,) = tmp_path.iterdir()
+    before = made.stat().st_mtime_ns
+    assert library(module(7)).found() == 7
+    assert made.stat().st_mtime_ns == before
+
+
+def test_the_line_with_the_error_is_told(compiler_is):
+    compiler_is(
+        '#!/bin/sh\n[ "$1" = --version ] && exit 0\n'
+        'echo "program.c: In function fly:" >&2; echo "program.c:3: error: no such thing" >&2\n'
+        "exit 1\n"
+    )
+    with pytest.raises(InputError, match="error: no such thing"):
+        library(module(8))
+
+
+@pytest.mark.parametrize("text", ["\0 no program", "#!/bin/sh\nexit 0\n"])
+def test_a_compiler_that_makes_nothing_is_refused(compiler_is, text):
+    compiler_is(text)
+    with pytest.raises(InputError, match="C compiler: found"):
+        library(module(9))
+
+
+def test_other_instructions_make_fewer_lanes():
+    text = '#include "lanes.h"\nint found(void) { return LANES; }\n'
+    assert library(text, ("-mno-avx512f",)).found() == 4
