@@ -18,6 +18,9 @@
 #define LANES 2
 #endif
 #define INLINE static inline __attribute__((always_inline))
+#ifndef EVERYTHING
+#define EVERYTHING 0 /* 1: friction's bend and held wheels are always reckoned with, as in gyrostat */
+#endif
 #define EACH(i) for (int i = 0; i < 3; ++i)
 #define NARROWINGS 8 /* of a bracket, by secants: what is nearly a straight line needs fewer */
 #define BAND 6.1     /* Stribeck speeds, beyond which the exponential is below 1e-16 */
@@ -336,7 +339,7 @@ INLINE void period(const Case *c, const Friction *f, State *y, const Reals motor
     Reals friction[3];
     Truths event = {0};
     Modes modes;
-    if (any(rest)) {
+    if (EVERYTHING || any(rest)) {
         const Reals none[3] = {{0.0}, {0.0}, {0.0}};
         modes_of(c, f, y, motor, none, &modes);
         step(c, f, y, motor, &modes, whole, ALL, true, &end, &first, friction);
@@ -390,7 +393,7 @@ static void fly_block(const Case *c, const Friction *f, State *state, long count
         bool bends[3];
         EACH(i) {
             motor[i] = scale * q[i + 1] + c->derivative * rate[i];
-            bends[i] = any(size(y->speed[i]) < BAND * c->stribeck_speed);
+            bends[i] = EVERYTHING || any(size(y->speed[i]) < BAND * c->stribeck_speed);
         }
         period(c, f, y, motor, bends);
         const Reals unit = 1.0 / root(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);

@@ -89,7 +89,7 @@ class InC:
     """The loop by hand, compiled here."""
 
     def __init__(self, program, folder, *flags):
-        library = Path(folder) / f"three_wheels{len(flags)}.so"
+        library = Path(folder) / f"three_wheels{''.join(flags)}.so"
         command = [program, "-std=gnu11", "-O3", "-march=native", "-fopenmp", *flags]
         command += ["-shared", "-fPIC", str(SOURCE), "-o", str(library), "-lm"]
         subprocess.run(command, check=True)
@@ -171,6 +171,8 @@ def engines_of(folder, pool, basilisk, duration):
     if program is None:
         print("found no C compiler: lanes and the loop by hand are left out")
     else:
+        whole = InC(program, folder, "-DEVERYTHING=1")
+        engines["C by hand, everything"] = partial(whole, some["C"], count), RUNS["C"] * count
         for words, flags in (("", ()), (", -ffast-math", FAST)):
             by_hand = InC(program, folder, *flags)
             engines["C by hand" + words] = partial(by_hand, some["C"], count), RUNS["C"] * count
