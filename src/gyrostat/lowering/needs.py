@@ -1,6 +1,7 @@
 """What is made from what."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from gyrostat.lowering.program import (
     Assign,
@@ -11,7 +12,6 @@ from gyrostat.lowering.program import (
     Function,
     Loop,
     Name,
-    Number,
     Operand,
     Store,
     Table,
@@ -56,18 +56,24 @@ class Needs:
                 self._learn(inner)
 
 
+def reached(
+    start: Iterable[Operand | Table], edges: Mapping[Any, Iterable[Operand | Table]]
+) -> set[Name | Table]:
+    """Every name and table that some of them lead to, themselves among them."""
+    found: set[Name | Table] = set()
+    waiting = list(start)
+    while waiting:
+        thing = waiting.pop()
+        if isinstance(thing, Name | Table) and thing not in found:
+            found.add(thing)
+            waiting += edges.get(thing, ())
+    return found
+
+
 def made_from(function: Function, given: Sequence[Name]) -> set[Name | Table]:
     """Every name and table of a function that some of its parameters have a part in."""
-    makes: dict[Name | Table, list[Name | Table]] = {}
+    makes: dict[Operand | Table, list[Name | Table]] = {}
     for target, needs in Needs([function]).of.items():
         for need in needs:
-            if not isinstance(need, Number):
-                makes.setdefault(need, []).append(target)
-    found: set[Name | Table] = set()
-    waiting: list[Name | Table] = list(given)
-    while waiting:
-        name = waiting.pop()
-        if name not in found:
-            found.add(name)
-            waiting += makes.get(name, ())
-    return found
+            makes.setdefault(need, []).append(target)
+    return reached(given, makes)

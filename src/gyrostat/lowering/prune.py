@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from gyrostat.lowering.needs import Needs
+from gyrostat.lowering.needs import Needs, reached
 from gyrostat.lowering.program import (
     Assign,
     Block,
@@ -13,24 +13,11 @@ from gyrostat.lowering.program import (
     Function,
     Loop,
     Name,
-    Operand,
     Statement,
     Store,
     Table,
     inner_blocks,
 )
-
-
-def _needed(functions: Sequence[Function], roots: Sequence[Function]) -> set[Name | Table]:
-    """What the roots need, over all functions together."""
-    needs, names = Needs(functions).of, set[Name | Table]()
-    waiting: list[Operand | Table] = [r for root in roots for r in (*root.results, *root.rows)]
-    while waiting:
-        operand = waiting.pop()
-        if isinstance(operand, Name | Table) and operand not in names:
-            names.add(operand)
-            waiting += needs.get(operand, ())
-    return names
 
 
 def prune(functions: Sequence[Function], roots: Sequence[Function]) -> list[Function]:
@@ -46,7 +33,8 @@ def prune(functions: Sequence[Function], roots: Sequence[Function]) -> list[Func
     left = list(functions)
     # a call that goes in the first round no longer needs what it was given in the second
     for _ in range(2):
-        names = _needed(left, roots)
+        wanted = [thing for root in roots for thing in (*root.results, *root.rows)]
+        names = reached(wanted, Needs(left).of)
         given: dict[Function, set[int]] = {function: set() for function in left}
         for function in left:
             for call in _calls(function.body):
