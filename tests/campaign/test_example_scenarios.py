@@ -32,13 +32,14 @@ def test_every_example_is_read_and_traced(path):
             setup.plant,
             setup.controller,
             setup.sensor,
+            key,
             values["run.control_period"],
             substeps=scenario.substeps,
             command_delay=scenario.command_delay,
         )
         seeing = observer(scenario, setup, values)
-        carry, row = tick(begin(setup.start, key), (jnp.array(0), key))
-        return carry, begin(setup.start, key), seeing(seeing.start(), row, jnp.array(0))[1].error
+        carry, row = tick(begin(setup.start), jnp.array(0))
+        return carry, begin(setup.start), seeing(seeing.start(), row, jnp.array(0))[1].error
 
     after, before, error = jax.eval_shape(
         period, jnp.zeros(len(scenario.values)), jax.random.key(0)

@@ -24,7 +24,7 @@ from gyrostat.campaign.metrics import BINS, concluded, count_in, observer
 from gyrostat.campaign.scenario import Scenario
 from gyrostat.lanes.batch import lanes
 from gyrostat.lanes.compiler import required
-from gyrostat.simulate import Status, labelled, loop_parts
+from gyrostat.simulate import Status, labelled, loop_parts, stretch
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,12 +53,13 @@ class _Programs:
 
     Attributes:
         begin: (nominal, values, plans, noise) -> carry, of 64 runs.
-        segment: (carry, first, nominal, values, plans, noise, kept) -> carry, places in the
-            histogram, and for the runs in `kept` the samples and errors.
+        segment: (carry, first, nominal, values, plans, noise, asked) -> carry, places in the
+            histogram, and for the runs that are asked for the samples and errors.
         length: control periods of a segment.
     """
 
     scenario: Scenario
+    engine: str
     plans: Plans
     nominal: Vector
     begin: Callable[..., Any]
@@ -71,16 +72,16 @@ def _programs(text: str, engine: str) -> _Programs:
     scenario = Scenario.from_text(text)
     dispersed = scenario.dispersed
     fixed = [key for key in scenario.values if key not in dispersed]
-    segments = -(-(scenario.count + 1) // LONGEST_SEGMENT)
-    length = -(-(scenario.count + 1) // segments)
+    length = stretch(scenario.count, LONGEST_SEGMENT)
 
-    def parts(nominal, drawn, plans) -> tuple[Any, ...]:
+    def parts(nominal, drawn, plans, key) -> tuple[Any, ...]:
         values = dict(zip((*fixed, *dispersed), (*nominal, *drawn), strict=True))
         setup: Setup = build(scenario, values, plans)
         begin, tick = loop_parts(
             setup.plant,
             setup.controller,
             setup.sensor,
+            key,
             values["run.control_period"],
             substeps=scenario.substeps,
             command_delay=scenario.command_delay,
@@ -88,15 +89,15 @@ def _programs(text: str, engine: str) -> _Programs:
         return setup.start, begin, tick, observer(scenario, setup, values)
 
     def begin(nominal, drawn, plans, key):
-        start, first, _, seeing = parts(nominal, drawn, plans)
-        return first(start, jax.random.fold_in(key, 0)), seeing.start()
+        start, first, _, seeing = parts(nominal, drawn, plans, key)
+        return first(start), seeing.start()
 
     def segment(carry, first, nominal, drawn, plans, key):
-        _, _, tick, seeing = parts(nominal, drawn, plans)
+        _, _, tick, seeing = parts(nominal, drawn, plans, key)
 
         def step(carry, k):
             inner, seen = carry
-            inner, row = tick(inner, (k, jax.random.fold_in(key, k + 1)))
+            inner, row = tick(inner, k)
             seen, pointing = seeing(seen, row, k)
             return (inner, seen), (pointing.place, (row, pointing.error))
 
@@ -121,7 +122,7 @@ def _programs(text: str, engine: str) -> _Programs:
             kept = jax.tree.map(lambda leaf: np.asarray(leaf)[picked], rows) if asked else None
             return carry, np.asarray(places), kept
 
-    return _Programs(scenario, plans, nominal, starting, carried, length)
+    return _Programs(scenario, engine, plans, nominal, starting, carried, length)
 
 
 def prepare(text: str) -> None:
@@ -156,12 +157,12 @@ def fly(
         values, noise = draw(programs.scenario, seed, np.zeros(LANES))
         nominal = [programs.scenario.values[key] for key in programs.scenario.dispersed]
         drawn = (values * 0.0 + nominal, noise)
-        return _block(programs, np.zeros(1, np.int64), *drawn, keep, engine)
+        return _block(programs, np.zeros(1, np.int64), *drawn, keep)
     wanted, flown = np.asarray(runs, dtype=np.int64), []
     for group in np.unique(wanted // LANES):
         whole = group * LANES + np.arange(LANES)
         own = wanted[wanted // LANES == group]
-        flown.append(_block(programs, own, *draw(programs.scenario, seed, whole), keep, engine))
+        flown.append(_block(programs, own, *draw(programs.scenario, seed, whole), keep))
     histories = [block.histories for block in flown if block.histories is not None]
     return Flown(
         {name: np.concatenate([b.columns[name] for b in flown]) for name in flown[0].columns},
@@ -170,19 +171,14 @@ def fly(
 
 
 def _block(
-    programs: _Programs,
-    runs: NDArray[np.int64],
-    values: Matrix,
-    noise: Any,
-    keep: Sequence[int],
-    engine: str,
+    programs: _Programs, runs: NDArray[np.int64], values: Matrix, noise: Any, keep: Sequence[int]
 ) -> Flown:
     """Some of the runs of one group of 64, from values and noise of all of them."""
     scenario, plans, nominal = programs.scenario, programs.plans, programs.nominal
     picked = runs % LANES
     carry = programs.begin(nominal, values, plans, noise)
     drawn = values[picked]
-    if engine == "lanes":  # only what is wanted flies
+    if programs.engine == "lanes":  # only what is wanted flies
         carry = jax.tree.map(lambda leaf: np.asarray(leaf)[picked], carry)
         values, noise, picked = drawn, noise[picked], np.arange(len(runs))
     is_kept = np.isin(runs, keep)

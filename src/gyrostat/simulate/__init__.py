@@ -10,6 +10,7 @@ from gyrostat.simulate.loop import (
     loop_parts,
     run,
     run_folded,
+    stretch,
 )
 from gyrostat.simulate.simulation import Batch, labelled, simulate, stack
 
@@ -30,4 +31,5 @@ __all__ = [
     "run_folded",
     "simulate",
     "stack",
+    "stretch",
 ]

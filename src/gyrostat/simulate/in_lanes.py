@@ -6,9 +6,9 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
-from gyrostat._jax import jax, jnp
+from gyrostat._jax import jax
 from gyrostat.lanes.batch import Lanes, lanes
-from gyrostat.simulate.loop import Histories, loop_parts
+from gyrostat.simulate.loop import Histories, counting, loop_parts, stretch
 
 SEGMENT = 2000
 """Longest stretch of control periods whose samples are in memory in lanes."""
@@ -62,31 +62,24 @@ def fly_in_lanes(
 
 def _compiled(arrays, static, own, keys, period, counts) -> tuple[Lanes, Lanes, int]:
     """The loop's beginning, a stretch of it, and how long that is."""
-    parts = -(-(counts["count"] + 1) // SEGMENT)
-    length = -(-(counts["count"] + 1) // parts)
+    length = stretch(counts["count"], SEGMENT)
     given = {name: counts[name] for name in ("substeps", "command_delay")}
 
-    def loop(plant, controller, sensor, start, period):
+    def loop(plant, controller, sensor, start, key, period):
         items = eqx.combine((plant, controller, sensor, start), static)
-        return items[3], *loop_parts(*items[:3], period, **given)
+        return items[3], *loop_parts(*items[:3], key, period, **given)
 
-    def begin(plant, controller, sensor, start, key, period):
-        state, first, _ = loop(plant, controller, sensor, start, period)
-        return first(state, jax.random.fold_in(key, 0))
+    def begin(*parts):
+        state, first, _ = loop(*parts)
+        return first(state)
 
-    def segment(carry, plant, controller, sensor, start, key, period, first):
-        _, _, tick = loop(plant, controller, sensor, start, period)
-
-        def step(carry, _):
-            k, inner = carry
-            inner, row = tick(inner, (k, jax.random.fold_in(key, k + 1)))
-            return (k + 1, inner), row
-
-        (_, carry), rows = jax.lax.scan(step, (jnp.asarray(first), carry), length=length)
+    def segment(carry, *parts):
+        *parts, first = parts
+        *_, tick = loop(*parts)
+        (_, carry), rows = jax.lax.scan(counting(tick), (first, carry), length=length)
         return carry, rows
 
-    beginning = lanes(begin, (*own, True, False), (*arrays, keys, period))
-    carry = beginning(*arrays, keys, period)
-    own = (True, *own, True, False, False)
-    example = (carry, *arrays, keys, period, 0)
-    return beginning, lanes(segment, own, example, on_demand=(False, True)), length
+    own = (*own, True, False)
+    beginning = lanes(begin, own, (*arrays, keys, period))
+    example = (beginning(*arrays, keys, period), *arrays, keys, period, 0)
+    return beginning, lanes(segment, (True, *own, False), example, on_demand=(False, True)), length

@@ -91,6 +91,7 @@ def loop_parts(
     plant: Plant,
     controller: Controller,
     sensor: Sensor,
+    key: PRNGKeyArray,
     period: Scalar,
     *,
     substeps: int = 1,
@@ -102,13 +103,13 @@ def loop_parts(
         plant: what is controlled.
         controller: gives the commands.
         sensor: gives the measurements.
+        key: of the noise; that of sample k comes from its number alone.
         period: control period, s.
         substeps: integration steps in each.
         command_delay: see `run`.
 
     Returns:
-        `begin`, (state, key of the noise of sample 0) -> carry, and `tick`, (carry, (k, key of the
-        noise of sample k + 1)) -> (carry, `Histories` at sample k).
+        `begin`, state -> carry, and `tick`, (carry, k) -> (carry, `Histories` at sample k).
     """
 
     def carry_over(state, command, time, length):
@@ -128,18 +129,18 @@ def loop_parts(
         # a controller may command plain numbers
         return memory, jax.tree.map(jnp.asarray, command)
 
-    def begin(state, key):
-        sensed, memory = sensor(sensor.start(state, period), state, key), controller.start(period)
+    def begin(state):
+        sensed = sensor(sensor.start(state, period), state, jax.random.fold_in(key, 0))
+        memory = controller.start(period)
         _, command = jax.eval_shape(commanded, memory, sensed[1])
         under_way = jax.tree.map(lambda c: jnp.zeros((command_delay, *c.shape), c.dtype), command)
         return state, sensed, memory, under_way, jnp.array(int(Status.COMPLETE))
 
-    def tick(carry, now):
+    def tick(carry, k):
         # the measurement is carried from tick to tick: XLA would else compute it, noise and all,
         # anew for everything that is made from it
         state, sensed, memory, under_way, status = carry
         sensor_memory, measurement = sensed
-        k, next_draw = now
         diverged = ~_finite(state) | plant.diverged(state)
         status = jnp.where((status == 0) & diverged, int(Status.DIVERGED), status)
         memory, command = commanded(memory, measurement)
@@ -154,10 +155,28 @@ def loop_parts(
         row = Histories(state, measurement, command, plant.record(state, command), status)
         state = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), after, state)
         status = jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status)
-        sensed = sensor(sensor_memory, state, next_draw)
+        sensed = sensor(sensor_memory, state, jax.random.fold_in(key, k + 1))
         return (state, sensed, memory, under_way, status), row
 
     return begin, tick
+
+
+def counting(tick: Callable[..., Any]) -> Callable[..., Any]:
+    """A `tick` of `loop_parts` that carries its number too, for a scan over nothing.
+
+    Args:
+        tick: of `loop_parts`.
+
+    Returns:
+        ((k, carry), anything) -> ((k + 1, carry), `Histories` at sample k).
+    """
+
+    def step(carry, _):
+        k, inner = carry
+        inner, row = tick(inner, k)
+        return (k + 1, inner), row
+
+    return step
 
 
 def run(
@@ -189,9 +208,10 @@ def run(
     Returns:
         Histories of `count` + 1 samples. After a run has failed its state is frozen.
     """
-    items = (plant, controller, sensor, state)
-    tick, start = _loop(items, key, period, substeps, command_delay)
-    return jax.lax.scan(tick, start, length=count + 1)[1]
+    begin, tick = loop_parts(
+        plant, controller, sensor, key, period, substeps=substeps, command_delay=command_delay
+    )
+    return jax.lax.scan(counting(tick), (jnp.array(0), begin(state)), length=count + 1)[1]
 
 
 def run_folded(
@@ -222,27 +242,23 @@ def run_folded(
     Returns:
         What is kept after `count` + 1 samples.
     """
-    items = (plant, controller, sensor, state)
-    tick, start = _loop(items, key, period, 1, 0)
+    begin, tick = loop_parts(plant, controller, sensor, key, period)
 
     def folded(carry, _):
-        inner, kept = carry
-        after, row = tick(inner, None)
-        return (after, fold(kept, inner[0] * period, row)), None
+        k, inner, kept = carry
+        inner, row = tick(inner, k)
+        return (k + 1, inner, fold(kept, k * period, row)), None
 
-    return jax.lax.scan(folded, (start, first), length=count + 1)[0][1]
+    start = (jnp.array(0), begin(state), first)
+    return jax.lax.scan(folded, start, length=count + 1)[0][2]
 
 
-def _loop(items, key, period, substeps, command_delay):
-    """A control period as a function for a scan, and its first carry: k and that of the loop."""
-    plant, controller, sensor, state = items
-    begin, tick = loop_parts(
-        plant, controller, sensor, period, substeps=substeps, command_delay=command_delay
-    )
+def stretch(count: int, longest: int) -> int:
+    """Samples in each of the fewest equal stretches of a run that are no longer than this.
 
-    def step(carry, _):
-        k, inner = carry
-        inner, row = tick(inner, (k, jax.random.fold_in(key, k + 1)))
-        return (k + 1, inner), row
-
-    return step, (jnp.array(0), begin(state, jax.random.fold_in(key, 0)))
+    Args:
+        count: of its control periods.
+        longest: samples.
+    """
+    samples = count + 1
+    return -(-samples // -(-samples // longest))
