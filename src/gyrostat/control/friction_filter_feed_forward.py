@@ -6,7 +6,7 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from gyrostat._jax import jax, jnp
-from gyrostat.errors import InputError
+from gyrostat.control.commands_sent import Sent, check_delay, nothing_sent, sent_too
 from gyrostat.estimate import FrictionTorqueEstimate, FrictionTorqueFilter
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, check_period
@@ -25,7 +25,7 @@ class FrictionFilterMemory(NamedTuple):
 
     controller: Any
     estimate: FrictionTorqueEstimate
-    torque: Float[Array, "samples wheels"]
+    torque: Sent
     period: Scalar
 
 
@@ -55,8 +55,7 @@ class FrictionFilterFeedForward(eqx.Module):
     def check(self) -> None:
         """Refuse a delay below 0, and what the parts refuse, by `InputError`."""
         check_parts(self.controller, self.filter)
-        if self.delay < 0:
-            raise InputError(f"command delay: found {self.delay}, expected 0 periods or more")
+        check_delay(self.delay)
 
     def check_period(self, period: float) -> None:
         """Refuse a control period, s, that the controller refuses, by `InputError`."""
@@ -67,7 +66,7 @@ class FrictionFilterFeedForward(eqx.Module):
         none = jnp.zeros(self.axes.shape[-1])
         estimate = jax.vmap(self.filter.start)(none)
         period = jnp.asarray(period, dtype=float)
-        torque = jnp.zeros((self.delay + 1, len(none)))
+        torque = nothing_sent(self.delay, len(none))
         return FrictionFilterMemory(self.controller.start(period), estimate, torque, period)
 
     def __call__(self, memory: FrictionFilterMemory, measurement: Any) -> tuple[Any, Any]:
@@ -91,10 +90,6 @@ class FrictionFilterFeedForward(eqx.Module):
         demanded = command.torque
         torque = demanded + jnp.where(demanded == 0.0, 0.0, estimate.friction)
         torque = jnp.clip(torque, -self.torque_limit, self.torque_limit)
-        after = FrictionFilterMemory(
-            controller,
-            estimate,
-            jnp.concatenate([memory.torque[1:], torque[None]]),
-            memory.period,
-        )
+        sent = sent_too(memory.torque, torque)
+        after = FrictionFilterMemory(controller, estimate, sent, memory.period)
         return after, command._replace(torque=torque)

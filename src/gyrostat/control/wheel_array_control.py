@@ -11,6 +11,7 @@ from gyrostat._jax import jax, jnp
 from gyrostat.body import Spacecraft, rotations
 from gyrostat.body.rotations import Quaternion, Vector
 from gyrostat.control.allocation import LeastLargest, Working, spread, within_limits
+from gyrostat.control.commands_sent import Sent, nothing_sent, sent_too
 from gyrostat.control.momentum_management import MomentumManagement
 from gyrostat.control.null_space import NullSpaceControl
 from gyrostat.control.two_wheel_law import brake
@@ -99,7 +100,7 @@ class ArrayControlMemory(NamedTuple):
     samples: Scalar
     period: Scalar
     momentum: Vector
-    given: Float[Array, "samples 3"]
+    given: Sent
     unknown: Vector
     watch: WheelWatchMemory
 
@@ -173,7 +174,7 @@ class WheelArrayControl(eqx.Module):
         """Nothing measured yet."""
         none, watch = jnp.zeros(3), self.watch.start(self.spacecraft.wheels.count)
         period = jnp.asarray(period, dtype=float)
-        given = jnp.zeros((self.watch.delay + 1, 3))
+        given = nothing_sent(self.watch.delay, 3)
         return ArrayControlMemory(jnp.zeros(()), period, none, given, none, watch)
 
     def __call__(
@@ -212,7 +213,7 @@ class WheelArrayControl(eqx.Module):
             torque += self.null_space(axes, watch.works, relative, left - jnp.abs(torque))
         torque = wheels.within_momentum_limit(torque + watch.drag, relative, period)
         watch = self.watch.commanded(watch, torque)
-        given = jnp.concatenate([memory.given[1:], external[None]])
+        given = sent_too(memory.given, external)
         after = ArrayControlMemory(memory.samples + 1.0, period, in_space, given, unknown, watch)
         return after, ArrayCommand(torque, external, target, watch.works)
 

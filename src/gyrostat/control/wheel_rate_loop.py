@@ -8,6 +8,7 @@ from jaxtyping import Array, Bool, Float
 from gyrostat._jax import jnp
 from gyrostat.body import WheelTorqueCommand
 from gyrostat.body.rotations import Vector
+from gyrostat.control.commands_sent import Sent, check_delay, nothing_sent, sent_too
 from gyrostat.friction import Scalar
 from gyrostat.require import require
 
@@ -31,7 +32,7 @@ class RateLoopMemory(NamedTuple):
     """
 
     momentum: PerWheel
-    torque: Float[Array, "samples wheels"]
+    torque: Sent
     drag: PerWheel
     begun: Bool[Array, ""]
     period: Scalar
@@ -70,14 +71,15 @@ class WheelRateLoop(eqx.Module):
     delay: int = eqx.field(static=True, default=0)
 
     def check(self) -> None:
-        """Refuse gains and times that are not positive, by `InputError`."""
+        """Refuse gains and times that are not positive, a delay below 0, by `InputError`."""
         require("rate gain", self.gain, "1/s", positive=True)
         require("drag time", self.drag_time, "s", positive=True)
+        check_delay(self.delay)
 
     def start(self, period: Scalar) -> RateLoopMemory:
         """Nothing measured yet."""
         none = jnp.zeros(self.axes.shape[-1])
-        torque = jnp.zeros((self.delay + 1, len(none)))
+        torque = nothing_sent(self.delay, len(none))
         period = jnp.asarray(period, dtype=float)
         return RateLoopMemory(none, torque, none, jnp.array(False), period)
 
@@ -143,7 +145,7 @@ class WheelRateLoop(eqx.Module):
         lowest = (-self.momentum_limit - relative) / period
         torque = jnp.clip(torque, lowest, (self.momentum_limit - relative) / period)
         torque = jnp.where(working, jnp.clip(torque, -limit, limit), 0.0)
-        sent = jnp.concatenate([memory.torque[1:], torque[None]])
+        sent = sent_too(memory.torque, torque)
         after = RateLoopMemory(absolute, sent, drag, jnp.array(True), period)
         return after, WheelTorqueCommand(torque)
 

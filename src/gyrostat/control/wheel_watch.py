@@ -4,10 +4,11 @@ from typing import NamedTuple
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool
 
 from gyrostat._jax import jnp
 from gyrostat.control.allocation import Working
+from gyrostat.control.commands_sent import Sent, check_delay, nothing_sent, sent_too
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.require import require
@@ -28,7 +29,7 @@ class WheelWatchMemory(NamedTuple):
     """
 
     momentum: PerWheel
-    torque: Float[Array, "samples wheels"]
+    torque: Sent
     drag: PerWheel
     lost: PerWheel
     works: Working
@@ -75,18 +76,17 @@ class WheelWatch(eqx.Module):
             )
         if np.any(np.isnan(np.asarray(self.told))):
             raise InputError("time at which a failure is told: found NaN, expected s")
-        if self.delay < 0:
-            raise InputError(f"command delay: found {self.delay}, expected 0 periods or more")
+        check_delay(self.delay)
 
     def start(self, count: int) -> WheelWatchMemory:
         """Nothing measured yet, all wheels working."""
         none = jnp.zeros(count)
-        torque = jnp.zeros((self.delay + 1, count))
+        torque = nothing_sent(self.delay, count)
         return WheelWatchMemory(none, torque, none, none, none == 0.0, jnp.array(False))
 
     def commanded(self, memory: WheelWatchMemory, torque: PerWheel) -> WheelWatchMemory:
         """Take in what is commanded at this sample, (wheels,), N·m."""
-        return memory._replace(torque=jnp.concatenate([memory.torque[1:], torque[None]]))
+        return memory._replace(torque=sent_too(memory.torque, torque))
 
     def __call__(
         self,
