@@ -110,16 +110,12 @@ FUNCTION int64_t one_max_integer(int64_t a, int64_t b) { return a >= b ? a : b; 
 FUNCTION int64_t one_min_integer(int64_t a, int64_t b) { return a <= b ? a : b; }
 
 FUNCTION real abs_real(real x) { return (real)((integer)x & INT64_MAX); }
-FUNCTION integer abs_integer(integer x) { return select_integer(x < 0, -x, x); }
-FUNCTION int64_t one_abs_integer(int64_t x) { return x < 0 ? -x : x; }
 FUNCTION real sign_real(real x)
 {
     const real one = (real)(((integer)x & INT64_MIN) | (integer)all_real(1.0));
     return select_real((x < 0.0) | (x > 0.0), one, x);
 }
 FUNCTION double one_sign_real(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : x; }
-FUNCTION integer sign_integer(integer x) { return (x < 0) - (x > 0); }
-FUNCTION int64_t one_sign_integer(int64_t x) { return (x > 0) - (x < 0); }
 FUNCTION mask finite_real(real x) { return abs_real(x) < INFINITY; }
 FUNCTION real sqrt_real(real x) { real r; EACH r[lane] = sqrt(x[lane]); return r; }
 FUNCTION real floor_real(real x) { real r; EACH r[lane] = floor(x[lane]); return r; }

@@ -10,7 +10,7 @@ ONE = {"real": "double", "integer": "int64_t", "logical": "bool", "bits": "uint6
 """Kind of number -> type of C for one."""
 
 INFIX = {
-    **{"add": "+", "sub": "-", "mul": "*", "div": "/", "shift_right": ">>", "shift_left": "<<"},
+    **{"add": "+", "sub": "-", "mul": "*", "div": "/", "shift_left": "<<"},
     **{"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="},
     **{"and": "&", "or": "|", "xor": "^"},
 }
@@ -70,7 +70,7 @@ def on_one(operation: str, operands: Sequence[Operand], texts: list[str]) -> str
         return f"-{texts[0]}"
     if operation == "not":
         return f"{'!' if kind == 'logical' else '~'}{texts[0]}"
-    if operation in _OWN_FOR_ONE or (operation == "abs" and kind == "integer"):
+    if operation in _OWN_FOR_ONE:
         return f"one_{operation}_{kind}({', '.join(texts)})"
     if operation in ("to_integer", "to_bits") and kind == "real":
         return f"one_{operation[3:]}_of_real({texts[0]})"

@@ -139,6 +139,10 @@ class _Writer:
             return self._texts[operand]
         return f"all_{VECTOR[operand.kind]}({self._text(operand)})"
 
+    def _for(self, thing: Name | Table, operand: Operand) -> str:
+        """An operand as a name or table needs it."""
+        return self._lanes(operand) if thing in self._varying else self._text(operand)
+
     def _is_one(self, *operands: Operand) -> bool:
         return not any(operand in self._varying for operand in operands)
 
@@ -151,8 +155,7 @@ class _Writer:
             case Assign(target):
                 self._declare(target, self._made(statement), constant=True)
             case Fill(table, values):
-                text = self._lanes if table in self._varying else self._text
-                every = ", ".join(text(value) for value in values)
+                every = ", ".join(self._for(table, value) for value in values)
                 kind = self._type(table)
                 self._line(f"const {kind} {self._new(table)}[{table.size}] = {{{every}}};")
             case Store(table, index, width, offset, value):
@@ -163,8 +166,7 @@ class _Writer:
                             self._line("if (asked)")
                         self._store(memory, f"{first} + {place}", value)
                 else:
-                    text = (self._lanes if table in self._varying else self._text)(value)
-                    self._line(f"{self._texts[table]}[{place}] = {text};")
+                    self._line(f"{self._texts[table]}[{place}] = {self._for(table, value)};")
             case Loop():
                 self._loop(statement)
             case Branch():
@@ -190,11 +192,10 @@ class _Writer:
             texts = [(self._text if mixed else self._lanes)(operand) for operand in operands]
             if operation in ORDER and not mixed:  # a mask that is true is -1, less than 0
                 texts.reverse()
-            if operation == "shift_right":
-                first, by = (self._lanes(operand) for operand in operands)
-                return f"({VECTOR[target.kind]})((bits){first} >> (bits){by})"
             return f"{texts[0]} {INFIX[operation]} {texts[1]}"
         texts = [self._lanes(operand) for operand in operands]
+        if operation == "shift_right":
+            return f"({VECTOR[target.kind]})((bits){texts[0]} >> (bits){texts[1]})"
         if operation in ("neg", "not"):
             return f"{'-' if operation == 'neg' else '~'}{texts[0]}"
         return converted(operation, operands[0].kind, texts[0]) or (
@@ -214,8 +215,7 @@ class _Writer:
 
     def _carry_in(self, loop: Loop) -> None:
         for each in loop.carried:
-            text = self._lanes if each.name in self._varying else self._text
-            self._declare(each.name, text(each.first), constant=False)
+            self._declare(each.name, self._for(each.name, each.first), constant=False)
         for table in loop.stacked:
             if not table.kept:
                 self._line(f"{self._type(table)} {self._new(table)}[{table.size}];")
@@ -253,12 +253,11 @@ class _Writer:
         for each in loop.carried:
             if each.next is each.name:
                 continue
-            lanes = each.name in self._varying
-            after, name = (self._lanes if lanes else self._text)(each.next), self._text(each.name)
+            after, name = self._for(each.name, each.next), self._text(each.name)
             if each.next in changing:
                 self._line(f"const {self._type(each.name)} next_{name} = {after};")
                 after = f"next_{name}"
-            if lanes and alive is not None:
+            if each.name in self._varying and alive is not None:
                 after = f"select_{VECTOR[each.name.kind]}({alive}, {after}, {name})"
             moved.append(f"{name} = {after};")
         for text in moved:
@@ -282,7 +281,7 @@ class _Writer:
             self._block(block)
             for target, value in zip(branch.targets, branch.values[case], strict=True):
                 name = self._text(target)
-                text = (self._lanes if target in self._varying else self._text)(value)
+                text = self._for(target, value)
                 if not one and target in self._varying:
                     text = f"select_{VECTOR[target.kind]}({self._active}, {text}, {name})"
                 self._line(f"{name} = {text};")
