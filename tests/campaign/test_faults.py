@@ -100,7 +100,7 @@ def test_workers_that_always_die_end_the_campaign(tmp_path):
 
 
 def test_control_c_stops_cleanly_and_it_goes_on(tmp_path, undisturbed):
-    process = start(tmp_path, 0.1)
+    process = start(tmp_path, 1.0)  # long enough to be stopped on a busy machine
     begun(process, tmp_path)
     os.killpg(process.pid, signal.SIGINT)  # a terminal sends it to all of them
     code, messages = ended(process)
