@@ -4,13 +4,11 @@ from typing import Any, NamedTuple
 
 from jaxtyping import Array, Bool, Float
 
-from gyrostat._jax import jnp
+from gyrostat._jax import jax, jnp
 from gyrostat.body.rotations import Quaternion, Vector, rate_of_quaternion, to_body, to_inertial
 from gyrostat.friction import Scalar
-from gyrostat.wheel import Contacts, Motion, PerWheel
+from gyrostat.wheel import Changes, Contacts, Motion, PerWheel
 
-TURN_STEP = 0.02
-"""rad: largest turn of body or total momentum in one Runge-Kutta step; its error is below 1e-12."""
 FIXED = 1e12
 """N·m: what holds a seized rotor."""
 
@@ -78,18 +76,28 @@ class WheelsOnBody(Contacts):
         """See `Contacts.breakaway_torque`."""
         return jnp.where(self.seized, FIXED, self.friction.breakaway_torque(direction))
 
-    def longest_segment(self, motion: Motion, rate: Motion, time: Scalar) -> Scalar:
-        """See `Contacts.longest_segment`."""
+    def changes(self, motion: Motion, rate: Motion, time: Scalar) -> Changes:
+        """See `Contacts.changes`."""
         wheels = self.body.spacecraft.wheels
         turning, momentum = self.rate_of_body(motion)
+
+        def outside(attitude, time):
+            return self.body.torque(attitude, self.started + time)
+
+        along = (rate.carrier.attitude, jnp.ones_like(time))
+        torque, torque_change = jax.jvp(outside, (motion.carrier.attitude, time), along)
+        gained = torque - jnp.cross(turning, momentum)
+        rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * rate.speed)
+        change = self.inverse_locked @ (gained - rotors)
+        felt = torque_change - jnp.cross(change, momentum) - jnp.cross(turning, gained)
+        drag_change = -self.added_viscous * rate.speed
+        drift_change = -jnp.asarray(wheels.axes).T @ (self.inverse @ felt)
         nutation = self.inverse @ momentum
-        fastest = jnp.sqrt(jnp.maximum(turning @ turning, nutation @ nutation))
         drag = jnp.max(self.added_viscous * jnp.diagonal(self.mobility))
-        gained = to_body(motion.carrier.attitude, rate.carrier.momentum)
-        gained -= jnp.cross(turning, momentum)
-        gained -= jnp.asarray(wheels.axes) @ (wheels.inertia * rate.speed)
-        change = self.inverse_locked @ gained
-        # root of fastest t + |change| t²/2 = TURN_STEP: a body at rest may be set turning
-        frequency = jnp.maximum(fastest, drag) / TURN_STEP
-        frequency += jnp.sqrt(frequency**2 + 2.0 * jnp.sqrt(change @ change) / TURN_STEP)
-        return 2.0 / jnp.maximum(frequency, 1e-9)
+        fastest = jnp.maximum(turning @ turning, nutation @ nutation)
+        return Changes(
+            drive=drag_change,
+            pull=self.mobility @ drag_change + drift_change,
+            turn_squared=jnp.maximum(fastest, drag**2),
+            turn_change_squared=change @ change,
+        )

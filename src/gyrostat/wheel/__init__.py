@@ -4,7 +4,7 @@ from gyrostat.wheel.array import PerWheel, WheelArray
 from gyrostat.wheel.axes import orthogonal_axes, pyramid_axes
 from gyrostat.wheel.bristles import bend, carry
 from gyrostat.wheel.contact import Contact, Motion
-from gyrostat.wheel.contacts import Contacts
+from gyrostat.wheel.contacts import Changes, Contacts
 from gyrostat.wheel.data_sheet import WheelSheet, read_wheel_sheet, wheel_sheets
 from gyrostat.wheel.driver import Driver
 from gyrostat.wheel.model_file import WheelModel, read_model, write_model
@@ -15,6 +15,7 @@ from gyrostat.wheel.together import slide_together
 from gyrostat.wheel.wheel import Wheel
 
 __all__ = [
+    "Changes",
     "Contact",
     "Contacts",
     "Delayed",

@@ -26,6 +26,22 @@ class Modes(NamedTuple):
     holding: Float[Array, "wheels wheels"]
 
 
+class Changes(NamedTuple):
+    """How fast drive and carrier change at a time.
+
+    Attributes:
+        drive: (wheels,) derivative in time of m, N·m/s.
+        pull: (wheels,) that of the accelerations without friction M m + g, rad/s³.
+        turn_squared: square of the fastest rate in carrier and drive, 1/s².
+        turn_change_squared: square of the derivative in time of the carrier's rate, 1/s⁴.
+    """
+
+    drive: PerWheel
+    pull: PerWheel
+    turn_squared: Scalar
+    turn_change_squared: Scalar
+
+
 class Contacts(eqx.Module):
     """Wheels, what carries them and what drives all, over one interval of smooth drive.
 
@@ -62,8 +78,8 @@ class Contacts(eqx.Module):
         """Largest torque that each wheel at rest withstands in sense `direction` (±1), N·m."""
 
     @abc.abstractmethod
-    def longest_segment(self, motion: Motion, rate: Motion, time: Scalar) -> Scalar:
-        """Longest Runge-Kutta step that resolves carrier and drive from here on, s.
+    def changes(self, motion: Motion, rate: Motion, time: Scalar) -> "Changes":
+        """How fast drive and carrier change.
 
         Args:
             motion: the state.

@@ -16,8 +16,52 @@ BAND_STEP = 0.15
 """Largest change of speed in one segment inside a deep band, in Stribeck speeds."""
 RATE_STEP = 0.05
 """Largest segment times the local eigenvalue |dF/dw| / J; also bounds how fast that may change."""
+TURN_STEP = 0.02
+"""rad: largest turn of what carries the wheels in one segment; its error is below 1e-12."""
 NEWTON_STEPS = 3
 """After which a zero is good to 1e-14 of the segment; to 1e-8 where the speed only touches it."""
+
+
+def steepness(friction: Any, inertia, speed, direction):
+    """First and second derivative of a friction torque by speed, over the inertia that feels it.
+
+    Args:
+        friction: static; all arguments may be those of several wheels.
+        inertia: kg·m².
+        speed: rad/s.
+        direction: sense of rotation, ±1.
+    """
+    ones = jnp.ones_like(speed)
+
+    def eigenvalue(speed):
+        slope = jax.jvp(lambda w: friction.torque(w, direction), (speed,), (ones,))[1]
+        return slope / inertia
+
+    return jax.jvp(eigenvalue, (speed,), (ones,))
+
+
+def is_resolved(friction: Any, steep, speed, rate, rate_change, duration):
+    """Whether a segment surely resolves a friction curve: `friction_limit` is no shorter.
+
+    It asks for no more than a curve with the deepest bend would.
+
+    Args:
+        friction: static; all arguments may be those of several wheels.
+        steep: its `steepness`.
+        speed: rad/s.
+        rate: absolute value of the speed's derivative in time, rad/s².
+        rate_change: absolute value of its second one but for the friction's share, rad/s³.
+        duration: of the segment, s.
+    """
+    scale = friction.speed_scale()
+    reach = jnp.maximum(jnp.abs(speed) - BAND * scale, 0.0) + BAND_STEP * scale
+    slope, curvature = steep
+    gained = rate_change * duration
+    return (
+        (duration * (rate + 0.5 * gained) <= reach)
+        & (duration * jnp.abs(slope) <= RATE_STEP)
+        & (duration**2 * jnp.abs(curvature) * (rate + gained) <= RATE_STEP)
+    )
 
 
 def friction_limit(friction: Any, inertia, speed, direction, rate, rate_change, remaining):
@@ -46,13 +90,7 @@ def friction_limit(friction: Any, inertia, speed, direction, rate, rate_change, 
     frequency = rate / reach
     frequency += jnp.sqrt(frequency**2 + 2.0 * rate_change / reach)
     limit = jnp.minimum(remaining, 2.0 / jnp.maximum(frequency, tiny))
-    ones = jnp.ones_like(speed)
-
-    def eigenvalue(speed):
-        bend = jax.jvp(lambda w: friction.torque(w, direction), (speed,), (ones,))[1]
-        return bend / inertia
-
-    here, curvature = jax.jvp(eigenvalue, (speed,), (ones,))
+    here, curvature = steepness(friction, inertia, speed, direction)
     limit = jnp.minimum(limit, RATE_STEP / jnp.maximum(jnp.abs(here), tiny))
     # the curve is flat at zero speed: what counts there is how steep it is a segment later
     steepening = jnp.abs(curvature) * (rate + rate_change * limit)

@@ -14,12 +14,12 @@ from gyrostat._jax import jax, jnp
 from gyrostat.friction import Scalar
 from gyrostat.wheel.contact import Motion
 from gyrostat.wheel.contacts import Contacts, Modes, PerWheel
+from gyrostat.wheel.outlook import outlook, stays
 from gyrostat.wheel.segment import (
     MAX_SEGMENTS,
     NEWTON_STEPS,
     ends,
     falls_through_zero,
-    friction_limit,
     narrowed,
     within,
 )
@@ -94,29 +94,6 @@ def _loads(contacts: Contacts, motion: Motion, modes: Modes, time) -> _Loads:
     return _Loads(torque, along(rate, jnp.ones_like(time)), rate)
 
 
-@jax.jit
-def _segment_limit(contacts: Contacts, motion: Motion, modes: Modes, start, rate, remaining):
-    """Longest segment that resolves every friction curve, the carrier and the drive."""
-    direction, mobility = modes.direction, contacts.mobility
-
-    def pull(motion, time):
-        drive, drift = contacts.drive(motion, time)
-        return mobility @ drive + drift
-
-    change = jax.jvp(pull, (motion, start), (rate, jnp.ones_like(start)))[1]
-    limit = friction_limit(
-        contacts.friction,
-        1.0 / jnp.diagonal(mobility),
-        motion.speed,
-        direction,
-        jnp.abs(rate.speed),
-        jnp.abs(change),
-        remaining,
-    )
-    limit = jnp.min(jnp.where(direction == 0.0, remaining, limit))
-    return jnp.minimum(limit, contacts.longest_segment(motion, rate, start))
-
-
 class _Search(NamedTuple):
     """The earliest event so far, and the wheels that may have had an earlier one."""
 
@@ -141,9 +118,10 @@ def _travel(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
         Motion and time at its end, whether that is the end of the interval, the wheels whose mode
         ran out, and the sense in which the torque on each resting wheel grows.
     """
-    rate = contacts.rate(motion, modes, start)
-    known = (contacts, motion, modes, start, rate, remaining)
-    limit = _segment_limit(*jax.lax.stop_gradient(known))
+    torque = contacts.torques(motion, modes, start)
+    rate = contacts.rate_under(motion, torque, modes, start)
+    frozen = jax.lax.stop_gradient((contacts, motion, modes, start, torque, rate, remaining))
+    begin, limit = outlook(*frozen)
     last = limit >= remaining
     duration = jnp.where(last, remaining, limit)
     direction = modes.direction
@@ -151,7 +129,9 @@ def _travel(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
     # far from zero and not on the way there: `ends` could find nothing
     first, final = direction * motion.speed, direction * end.speed
     heads_for = first + 0.5 * duration * jnp.minimum(direction * rate.speed, 0.0)
-    calm = jnp.all((first > 0.0) & (final > 0.0) & (heads_for > 0.0))
+    turns_on = (first > 0.0) & (final > 0.0) & (heads_for > 0.0)
+    rests_on = stays(contacts, modes, begin, end, start + duration, duration)
+    calm = jnp.all(jnp.where(direction == 0.0, rests_on, turns_on))
     whole = (end, duration, last)
 
     def look_closer(_):

@@ -1,0 +1,109 @@
+"""What is seen at the start of a segment, against what is then found by looking closely."""
+
+import equinox as eqx
+import numpy as np
+
+from gyrostat._jax import jax, jnp
+from gyrostat.body import Gyrostat, Spacecraft
+from gyrostat.body.wheels_on_body import Carrier, WheelsOnBody
+from gyrostat.friction import Stribeck
+from gyrostat.linear import inverse_definite
+from gyrostat.wheel import Motion, WheelArray, outlook, pyramid_axes, slide_together, together
+
+WHEELS = 4
+RANDOM = np.random.default_rng(4)
+FRICTION = Stribeck(viscous=5e-6, coulomb=9e-4, static=1.1e-3, stribeck_speed=0.5)
+BODY = Spacecraft(
+    np.array([[0.9, 0.02, -0.03], [0.02, 0.8, 0.01], [-0.03, 0.01, 0.7]]),
+    WheelArray(axes=pyramid_axes(), inertia=1e-3 * np.ones(4), friction=FRICTION),
+)
+
+
+class Swing(eqx.Module):
+    """An external torque that changes with attitude and time."""
+
+    def __call__(self, spacecraft, attitude, time):
+        return 1e-3 * attitude[1:] * jnp.sin(3.0 * time) + 2e-4 * time
+
+
+def contacts(torque, drag=0.0):
+    plant = Gyrostat(BODY, environment=(Swing(),))
+    inverse = inverse_definite(jnp.asarray(BODY.inertia))
+    axes = jnp.asarray(BODY.wheels.axes)
+    return WheelsOnBody(
+        friction=FRICTION,
+        body=plant,
+        torque=jnp.asarray(torque),
+        seized=jnp.zeros(WHEELS, bool),
+        added_viscous=drag * jnp.ones(WHEELS),
+        started=jnp.array(2.0),
+        mobility=jnp.diag(1.0 / BODY.wheels.inertia) + axes.T @ inverse @ axes,
+        inverse=inverse,
+        inverse_locked=inverse_definite(BODY.inertia_locked()),
+    )
+
+
+def moving(speed, rate):
+    plant = Gyrostat(BODY)
+    state = plant.start(attitude=(0.8, 0.36, -0.48, 0.0), rate=rate, wheel_speed=speed)
+    return Motion(state.wheel_speed, Carrier(state.attitude, state.momentum))
+
+
+def drawn(count, torque, rate):
+    """Motor torques, wheel speeds, rates and durations of all sizes."""
+    speeds = [0.0, 0.0, 0.01, -0.2, 0.5, -3.0, 4.0, 60.0]
+    return (
+        RANDOM.uniform(-torque, torque, (count, WHEELS)),
+        RANDOM.choice(speeds, (count, WHEELS)),
+        RANDOM.uniform(-rate, rate, (count, 3)),
+        10.0 ** RANDOM.uniform(-3.0, 0.0, count),
+    )
+
+
+def test_changes_are_the_derivatives_along_the_motion():
+    contact = contacts(RANDOM.normal(0.0, 1e-3, WHEELS), drag=2e-5)
+    motion = moving(RANDOM.normal(0.0, 20.0, WHEELS), (0.1, -0.2, 0.15))
+    modes = contact.modes(jnp.sign(motion.speed))
+    rate = contact.rate(motion, modes, 0.3)
+    changes = contact.changes(motion, rate, 0.3)
+    along = (rate, 1.0)
+    drive, drift = jax.jvp(contact.drive, (motion, 0.3), along)[1]
+    np.testing.assert_allclose(changes.drive, drive, rtol=1e-12)
+    pull = contact.mobility @ drive + drift
+    np.testing.assert_allclose(changes.pull, pull, rtol=1e-11, atol=1e-14)
+    turn = jax.jvp(lambda motion: contact.rate_of_body(motion)[0], (motion,), (rate,))[1]
+    np.testing.assert_allclose(changes.turn_change_squared, turn @ turn, rtol=1e-11)
+
+
+def test_a_segment_taken_whole_is_within_its_limit(monkeypatch):
+    def limits(torque, speed, rate, remaining):
+        contact, motion = contacts(torque), moving(speed, rate)
+        modes = together._modes(contact, motion, jnp.zeros(WHEELS), 0.0)
+        torque = contact.torques(motion, modes, 0.0)
+        rate = contact.rate_under(motion, torque, modes, 0.0)
+        known = (contact, motion, modes, 0.0, torque, rate, remaining)
+        return outlook.outlook.__wrapped__(*known)[1], modes.direction
+
+    given = drawn(400, 0.02, 0.3)
+    quick, direction = jax.jit(jax.vmap(limits))(*given)
+    monkeypatch.setattr(outlook, "is_resolved", lambda *_: jnp.zeros(WHEELS, bool))
+    exact, _ = jax.jit(jax.vmap(lambda *given: limits(*given)))(*given)
+    turns = np.any(np.asarray(direction) != 0.0, axis=1)
+    np.testing.assert_allclose(quick[turns], np.minimum(exact, given[3])[turns], rtol=1e-12)
+    assert 0.2 < np.mean(quick == given[3]) < 0.9
+
+
+def test_what_rests_on_would_have_been_found_at_rest(monkeypatch):
+    def carried(torque, speed, rate, duration):
+        return slide_together(contacts(torque), moving(speed, rate), duration)
+
+    given = drawn(400, 3e-3, 0.02)
+    quick, resolved = jax.jit(jax.vmap(carried))(*given)
+    monkeypatch.setattr(together, "stays", lambda *_: jnp.zeros(WHEELS, bool))
+    close, _ = jax.jit(jax.vmap(lambda *given: carried(*given)))(*given)
+    for one, other in zip(jax.tree.leaves(quick), jax.tree.leaves(close), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-15)
+    held = np.asarray(given[1] == 0.0)
+    np.testing.assert_array_equal(quick.speed == 0.0, close.speed == 0.0)
+    assert np.all(resolved)
+    assert 0.1 < np.mean(quick.speed[held] == 0.0) < 0.9
