@@ -129,20 +129,23 @@ def loop_parts(
         # a controller may command plain numbers
         return memory, jax.tree.map(jnp.asarray, command)
 
+    def judged(state, status):
+        # beside the measurement, which may need the same of the state
+        diverged = ~_finite(state) | plant.diverged(state)
+        return jnp.where((status == 0) & diverged, int(Status.DIVERGED), status)
+
     def begin(state):
         sensed = sensor(sensor.start(state, period), state, jax.random.fold_in(key, 0))
         memory = controller.start(period)
         _, command = jax.eval_shape(commanded, memory, sensed[1])
         under_way = jax.tree.map(lambda c: jnp.zeros((command_delay, *c.shape), c.dtype), command)
-        return state, sensed, memory, under_way, jnp.array(int(Status.COMPLETE))
+        return state, sensed, memory, under_way, judged(state, jnp.array(int(Status.COMPLETE)))
 
     def tick(carry, k):
         # the measurement is carried from tick to tick: XLA would else compute it, noise and all,
         # anew for everything that is made from it
         state, sensed, memory, under_way, status = carry
         sensor_memory, measurement = sensed
-        diverged = ~_finite(state) | plant.diverged(state)
-        status = jnp.where((status == 0) & diverged, int(Status.DIVERGED), status)
         memory, command = commanded(memory, measurement)
         status = jnp.where((status == 0) & ~_finite(command), int(Status.BAD_COMMAND), status)
         queue = jax.tree.map(lambda q, c: jnp.concatenate([q, c[None]]), under_way, command)
@@ -154,7 +157,7 @@ def loop_parts(
         after, resolved = carry_over(state, command, k * period, length)
         row = Histories(state, measurement, command, plant.record(state, command), status)
         state = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), after, state)
-        status = jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status)
+        status = judged(state, jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status))
         sensed = sensor(sensor_memory, state, jax.random.fold_in(key, k + 1))
         return (state, sensed, memory, under_way, status), row
 

@@ -88,7 +88,7 @@ class WheelArray(eqx.Module):
         limit = jnp.asarray(self.momentum_limit)
         upper = jnp.maximum(limit - momentum, 0.0) / duration
         lower = jnp.minimum(-limit - momentum, 0.0) / duration
-        return jnp.clip(torque, lower, upper)
+        return jnp.where(jnp.isinf(limit), torque, jnp.clip(torque, lower, upper))
 
     def check(self) -> None:
         """Refuse what no wheels are.
