@@ -50,9 +50,9 @@ def words(leaf):
         (lambda x: (lambda rows: (rows, rows))(scan_of_70(x)), (REAL,)),
     ],
 )
-def test_numbers_are_those_of_xla(function, arguments):
+def test_numbers_are_those_of_xla(function, arguments, flags):
     expected = jax.vmap(function)(*arguments)
-    found = lanes(function, (True,) * len(arguments), arguments)(*arguments)
+    found = lanes(function, (True,) * len(arguments), arguments, more_flags=flags)(*arguments)
     for ours, theirs in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
         assert ours.dtype == theirs.dtype
         np.testing.assert_array_equal(ours, theirs)

@@ -13,17 +13,22 @@ RUNS = 21
 RANDOM = np.random.default_rng(1)
 
 
-def same(function, own, *arguments, tolerance=0.0):
-    """Compare a function in lanes with the same under `vmap`."""
-    expected = jax.vmap(function, tuple(0 if each else None for each in own))(*arguments)
-    found = lanes(function, own, arguments)(*arguments)
-    for ours, theirs in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
-        assert ours.dtype == theirs.dtype
-        np.testing.assert_allclose(ours, theirs, rtol=tolerance, atol=tolerance)
-    return found
+@pytest.fixture
+def same(flags):
+    """Compares a function in lanes with the same under `vmap`."""
+
+    def compare(function, own, *arguments, tolerance=0.0):
+        expected = jax.vmap(function, tuple(0 if each else None for each in own))(*arguments)
+        found = lanes(function, own, arguments, more_flags=flags)(*arguments)
+        for ours, theirs in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
+            assert ours.dtype == theirs.dtype
+            np.testing.assert_allclose(ours, theirs, rtol=tolerance, atol=tolerance)
+        return found
+
+    return compare
 
 
-def test_loops_end_in_each_lane_at_its_own_pass():
+def test_loops_end_in_each_lane_at_its_own_pass(same):
     def collatz(start):
         def turn(carry):
             number, count = carry
@@ -37,7 +42,7 @@ def test_loops_end_in_each_lane_at_its_own_pass():
     assert count[19 - 1] == 20
 
 
-def test_a_loop_in_a_branch_runs_for_the_lanes_that_took_it():
+def test_a_loop_in_a_branch_runs_for_the_lanes_that_took_it(same):
     def program(x, y):
         def long(z):
             return jax.lax.while_loop(lambda c: c < 100.0, lambda c: 1.5 * c + 1.0, z)
@@ -52,7 +57,7 @@ def test_a_loop_in_a_branch_runs_for_the_lanes_that_took_it():
     same(program, (True, False), np.append(x, [-0.0, 0.0]), 0.25)
 
 
-def test_switches_take_numbers_beyond_their_branches():
+def test_switches_take_numbers_beyond_their_branches(same):
     branches = [lambda z: z + 1.0, lambda z: -z, lambda z: z * z]
 
     def program(number, x):
@@ -62,7 +67,7 @@ def test_switches_take_numbers_beyond_their_branches():
     same(program, (False, True), 1, RANDOM.standard_normal(RUNS))
 
 
-def test_elements_are_picked_by_each_lane():
+def test_elements_are_picked_by_each_lane(same):
     def program(table, own, k):
         return (
             jnp.asarray(table)[k],
@@ -75,14 +80,14 @@ def test_elements_are_picked_by_each_lane():
     same(program, (False, True, True), np.arange(5.0), own, RANDOM.integers(0, 4, RUNS))
 
 
-def test_sorting_puts_nan_last():
+def test_sorting_puts_nan_last(same):
     values = RANDOM.standard_normal((RUNS, 2, 5))
     values[3, 0, 1] = values[4, 1, 0] = np.nan
     found = same(lambda x: jnp.sort(x, axis=1), (True,), values)
     assert np.isnan(found[3, 0, 4])
 
 
-def test_kinds_of_numbers_become_one_another():
+def test_kinds_of_numbers_become_one_another(same):
     def program(x, k, b):
         return (
             x.astype(int),
@@ -114,7 +119,7 @@ def test_random_programs_are_the_interpreter_bit_by_bit(module_at):
         assert np.isfinite(ours).mean() > 0.3
 
 
-def test_what_runs_share_is_one_number():
+def test_what_runs_share_is_one_number(same):
     def program(shared, x, flag):
         gain = jnp.exp(jnp.sum(shared)) + jnp.where(flag, 1.0, jnp.tanh(shared[0]))
         kept = jax.lax.fori_loop(0, 3, lambda k, c: c * shared[1] + k, gain)

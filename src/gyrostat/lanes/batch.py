@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from gyrostat._jax import jax, jnp
 from gyrostat.errors import InputError
 from gyrostat.lanes.compiler import library
+from gyrostat.lanes.module import module
+from gyrostat.lanes.seldom import seldom
+from gyrostat.lanes.simplify import simplify
 from gyrostat.lanes.wide import WIDE, numbers, wide_kind
-from gyrostat.lanes.write import module
 from gyrostat.lowering import Lowering, prune
 from gyrostat.lowering.program import Function, Name, Operand, Table
 
@@ -161,7 +163,9 @@ def lanes(
     program = Function(
         "fly", split[False] + split[True], body, results, rows=[table for table, _ in rows]
     )
+    simplify(program)
     prune([program], [program])
+    seldom(program)
     text = module(program, *split, [demand for _, demand in rows])
     compiled = library(text, more_flags)
     return Lanes(

@@ -1,8 +1,11 @@
 /* Numbers of several runs side by side, and the functions that a program of them needs.
 
    A lane is one run. Real numbers, integers and bits are vectors of 64-bit elements; a logical
-   value is a mask, 0 or -1 in each lane. Every function treats every lane alike, whatever the
-   others hold, so that a run's numbers do not depend on its neighbours.
+   value is a mask: a bit for each lane where the processor has registers of them, else 0 or -1 in
+   each lane. Every function treats every lane alike, whatever the others hold, so that a run's
+   numbers do not depend on its neighbours.
+
+   What is too small to be a normal number is zero on x86-64, as it is in XLA.
 
    Errors against the exact value over all arguments tried by the tests, in units of the last
    place: exp 1, expm1 2, tanh 3, log 1, log1p 2, sin and cos 1 (below 8e5; beyond, the library's),
@@ -14,7 +17,6 @@
 
 #if defined(__AVX512F__) && defined(__AVX512DQ__)
 #define LANES 8
-#include <immintrin.h>
 #else
 #define LANES 4
 #endif
@@ -24,49 +26,122 @@ typedef double real __attribute__((vector_size(8 * LANES)));
 typedef int64_t integer __attribute__((vector_size(8 * LANES)));
 typedef uint64_t bits __attribute__((vector_size(8 * LANES)));
 typedef uint32_t words __attribute__((vector_size(4 * LANES)));
-typedef integer mask;
 /* as above, where memory is not aligned */
 typedef double real_memory __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
 typedef int64_t integer_memory __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
 typedef uint64_t bits_memory __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
 
+/* a number too small to be a normal one would take a hundred times as long */
+#ifdef __SSE2__
+#include <immintrin.h>
+#define WITHOUT_SUBNORMALS(program)                                                               \
+    {                                                                                             \
+        const unsigned before = _mm_getcsr();                                                     \
+        _mm_setcsr(before | 0x8040);                                                              \
+        program;                                                                                  \
+        _mm_setcsr(before);                                                                       \
+    }
+#else
+#define WITHOUT_SUBNORMALS(program) program;
+#endif
+
 #define FUNCTION static inline __attribute__((unused, always_inline))
+#define SELDOM(test) __builtin_expect(test, 0)
 /* what is long stays a function: a program calls it from hundreds of places */
 #define LONG_FUNCTION static __attribute__((unused, noinline))
 
 FUNCTION real all_real(double x) { real r; EACH r[lane] = x; return r; }
 FUNCTION integer all_integer(int64_t x) { integer r; EACH r[lane] = x; return r; }
 FUNCTION bits all_bits(uint64_t x) { bits r; EACH r[lane] = x; return r; }
-FUNCTION mask all_mask(bool x) { return all_integer(-(int64_t)x); }
 
+#if LANES == 8
+typedef __mmask8 mask;
+#define COMPARED(name, sign, real_sign, whole_sign)                                               \
+    FUNCTION mask name##_real(real a, real b)                                                     \
+    {                                                                                             \
+        return _mm512_cmp_pd_mask((__m512d)a, (__m512d)b, real_sign);                             \
+    }                                                                                             \
+    FUNCTION mask name##_integer(integer a, integer b)                                            \
+    {                                                                                             \
+        return _mm512_cmp_epi64_mask((__m512i)a, (__m512i)b, whole_sign);                         \
+    }                                                                                             \
+    FUNCTION mask name##_bits(bits a, bits b)                                                     \
+    {                                                                                             \
+        return _mm512_cmp_epu64_mask((__m512i)a, (__m512i)b, whole_sign);                         \
+    }
+FUNCTION mask all_mask(bool x) { return x ? 0xff : 0; }
+FUNCTION bool any(mask m) { return m != 0; }
+FUNCTION bool lane_of(mask m, int lane) { return (m >> lane) & 1; }
+FUNCTION mask with_lane(mask m, int lane, bool is)
+{
+    return (mask)((m & ~(1 << lane)) | (is << lane));
+}
+FUNCTION real select_real(mask m, real yes, real no)
+{
+    return (real)_mm512_mask_blend_pd(m, (__m512d)no, (__m512d)yes);
+}
+FUNCTION integer select_integer(mask m, integer yes, integer no)
+{
+    return (integer)_mm512_mask_blend_epi64(m, (__m512i)no, (__m512i)yes);
+}
+#else
+typedef integer mask;
+#define COMPARED(name, sign, real_sign, whole_sign)                                               \
+    FUNCTION mask name##_real(real a, real b) { return a sign b; }                                \
+    FUNCTION mask name##_integer(integer a, integer b) { return a sign b; }                       \
+    FUNCTION mask name##_bits(bits a, bits b) { return a sign b; }
+FUNCTION mask all_mask(bool x) { return all_integer(-(int64_t)x); }
 FUNCTION bool any(mask m)
 {
-#if LANES == 8
-    return _mm512_movepi64_mask((__m512i)m) != 0;
-#else
     int64_t joined = 0;
     EACH joined |= m[lane];
     return joined != 0;
-#endif
 }
-
+FUNCTION bool lane_of(mask m, int lane) { return m[lane] != 0; }
+FUNCTION mask with_lane(mask m, int lane, bool is)
+{
+    m[lane] = -(int64_t)is;
+    return m;
+}
 FUNCTION integer select_integer(mask m, integer yes, integer no) { return (m & yes) | (~m & no); }
-FUNCTION mask select_mask(mask m, mask yes, mask no) { return (m & yes) | (~m & no); }
-FUNCTION bits select_bits(mask m, bits yes, bits no) { return ((bits)m & yes) | (~(bits)m & no); }
 FUNCTION real select_real(mask m, real yes, real no)
 {
     return (real)((m & (integer)yes) | (~m & (integer)no));
 }
+#endif
+COMPARED(lt, <, _CMP_LT_OQ, _MM_CMPINT_LT)
+COMPARED(le, <=, _CMP_LE_OQ, _MM_CMPINT_LE)
+COMPARED(gt, >, _CMP_GT_OQ, _MM_CMPINT_NLE)
+COMPARED(ge, >=, _CMP_GE_OQ, _MM_CMPINT_NLT)
+COMPARED(eq, ==, _CMP_EQ_OQ, _MM_CMPINT_EQ)
+COMPARED(ne, !=, _CMP_NEQ_UQ, _MM_CMPINT_NE)
+FUNCTION mask lt_mask(mask a, mask b) { return ~a & b; }
+FUNCTION mask le_mask(mask a, mask b) { return ~a | b; }
+FUNCTION mask gt_mask(mask a, mask b) { return a & ~b; }
+FUNCTION mask ge_mask(mask a, mask b) { return a | ~b; }
+FUNCTION mask eq_mask(mask a, mask b) { return ~(a ^ b); }
+FUNCTION mask ne_mask(mask a, mask b) { return a ^ b; }
+FUNCTION mask select_mask(mask m, mask yes, mask no) { return (m & yes) | (~m & no); }
+FUNCTION bits select_bits(mask m, bits yes, bits no)
+{
+    return (bits)select_integer(m, (integer)yes, (integer)no);
+}
+/* comparisons with one number, and what is not a number */
+#define BELOW(x, number) lt_real(x, all_real(number))
+#define ABOVE(x, number) gt_real(x, all_real(number))
+#define IS(x, number) eq_real(x, all_real(number))
+FUNCTION mask is_none(real x) { return ne_real(x, x); }
 
 FUNCTION real real_of_integer(integer x) { return __builtin_convertvector(x, real); }
 FUNCTION real real_of_bits(bits x) { return __builtin_convertvector(x, real); }
-FUNCTION real real_of_mask(mask m) { return (real)(m & (integer)all_real(1.0)); }
-FUNCTION integer integer_of_mask(mask m) { return -m; }
+FUNCTION real real_of_mask(mask m) { return select_real(m, all_real(1.0), all_real(0.0)); }
+FUNCTION integer integer_of_mask(mask m) { return select_integer(m, all_integer(1), all_integer(0)); }
+FUNCTION mask mask_of_integer(integer x) { return ne_integer(x, all_integer(0)); }
 /* towards zero; NaN becomes 0 and what is too large the largest, as in XLA */
 FUNCTION integer integer_of_real(real x)
 {
-    const mask high = x >= 0x1p63, low = x < -0x1p63, none = x != x;
-    const real inside = (real)((integer)x & ~(high | low | none));
+    const mask high = ge_real(x, all_real(0x1p63)), low = BELOW(x, -0x1p63);
+    const real inside = select_real(high | low | is_none(x), all_real(0.0), x);
     const integer most = select_integer(high, all_integer(INT64_MAX), all_integer(INT64_MIN));
     return select_integer(high | low, most, __builtin_convertvector(inside, integer));
 }
@@ -77,9 +152,10 @@ FUNCTION int64_t one_integer_of_real(double x)
 /* the same from 0 on, beyond 2^63 too */
 FUNCTION bits bits_of_real(real x)
 {
-    const mask high = x >= 0x1p63;
-    const real low = select_real(x > 0.0, x, all_real(0.0));
-    return (bits)(integer_of_real(select_real(high, low - 0x1p63, low)) ^ (high & INT64_MIN));
+    const mask high = ge_real(x, all_real(0x1p63));
+    const real low = select_real(ABOVE(x, 0.0), x, all_real(0.0));
+    const integer top = select_integer(high, all_integer(INT64_MIN), all_integer(0));
+    return (bits)(integer_of_real(select_real(high, low - 0x1p63, low)) ^ top);
 }
 FUNCTION uint64_t one_bits_of_real(double x)
 {
@@ -96,12 +172,20 @@ FUNCTION uint64_t one_bits_of_real(double x)
     })
 
 /* NaN stays NaN */
-FUNCTION real max_real(real a, real b) { return select_real((a >= b) | (a != a), a, b); }
-FUNCTION real min_real(real a, real b) { return select_real((a <= b) | (a != a), a, b); }
-FUNCTION integer max_integer(integer a, integer b) { return select_integer(a >= b, a, b); }
-FUNCTION integer min_integer(integer a, integer b) { return select_integer(a <= b, a, b); }
-FUNCTION bits max_bits(bits a, bits b) { return select_bits(a >= b, a, b); }
-FUNCTION bits min_bits(bits a, bits b) { return select_bits(a <= b, a, b); }
+/* the same beside a number that is none of those */
+#if LANES == 8
+FUNCTION real at_least(double a, real b) { return (real)_mm512_max_pd((__m512d)all_real(a), (__m512d)b); }
+FUNCTION real at_most(double a, real b) { return (real)_mm512_min_pd((__m512d)all_real(a), (__m512d)b); }
+#else
+FUNCTION real at_least(double a, real b) { return select_real(BELOW(b, a), all_real(a), b); }
+FUNCTION real at_most(double a, real b) { return select_real(ABOVE(b, a), all_real(a), b); }
+#endif
+FUNCTION real max_real(real a, real b) { return select_real(ge_real(a, b) | is_none(a), a, b); }
+FUNCTION real min_real(real a, real b) { return select_real(le_real(a, b) | is_none(a), a, b); }
+FUNCTION integer max_integer(integer a, integer b) { return select_integer(ge_integer(a, b), a, b); }
+FUNCTION integer min_integer(integer a, integer b) { return select_integer(le_integer(a, b), a, b); }
+FUNCTION bits max_bits(bits a, bits b) { return select_bits(ge_bits(a, b), a, b); }
+FUNCTION bits min_bits(bits a, bits b) { return select_bits(le_bits(a, b), a, b); }
 FUNCTION uint64_t one_max_bits(uint64_t a, uint64_t b) { return a >= b ? a : b; }
 FUNCTION uint64_t one_min_bits(uint64_t a, uint64_t b) { return a <= b ? a : b; }
 FUNCTION double one_max_real(double a, double b) { return ((a >= b) || (a != a)) ? a : b; }
@@ -113,14 +197,23 @@ FUNCTION real abs_real(real x) { return (real)((integer)x & INT64_MAX); }
 FUNCTION real sign_real(real x)
 {
     const real one = (real)(((integer)x & INT64_MIN) | (integer)all_real(1.0));
-    return select_real((x < 0.0) | (x > 0.0), one, x);
+    return select_real(BELOW(x, 0.0) | ABOVE(x, 0.0), one, x);
 }
 FUNCTION double one_sign_real(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : x; }
-FUNCTION mask finite_real(real x) { return abs_real(x) < INFINITY; }
 FUNCTION real sqrt_real(real x) { real r; EACH r[lane] = sqrt(x[lane]); return r; }
+#if LANES == 8
+/* neither NaN, quiet or not, nor infinite */
+FUNCTION mask finite_real(real x) { return ~_mm512_fpclass_pd_mask((__m512d)x, 0x99); }
+#define ROUNDED(way) (real)_mm512_roundscale_pd((__m512d)x, (way) | _MM_FROUND_NO_EXC)
+FUNCTION real floor_real(real x) { return ROUNDED(_MM_FROUND_TO_NEG_INF); }
+FUNCTION real ceil_real(real x) { return ROUNDED(_MM_FROUND_TO_POS_INF); }
+FUNCTION real rint_real(real x) { return ROUNDED(_MM_FROUND_TO_NEAREST_INT); }
+#else
+FUNCTION mask finite_real(real x) { return BELOW(abs_real(x), INFINITY); }
 FUNCTION real floor_real(real x) { real r; EACH r[lane] = floor(x[lane]); return r; }
 FUNCTION real ceil_real(real x) { real r; EACH r[lane] = ceil(x[lane]); return r; }
 FUNCTION real rint_real(real x) { real r; EACH r[lane] = rint(x[lane]); return r; }
+#endif
 
 /* lane by lane through the library: rare in a step */
 #define LANE_BY_LANE(name)                                                                        \
@@ -161,39 +254,38 @@ FUNCTION real expm1_near_zero(real r)
     return r + r2 * (low + r4 * (middle + r4 * high));
 }
 
-/* x = k ln(2) + r; ln(2) in two parts, the first of 32 bits, so that k times it is exact */
-FUNCTION real halved_ln2(real x, integer *k)
+/* x less a whole number of ln(2), which is in two parts, the first of 32 bits: exact times it */
+FUNCTION real rest_of_ln2(real x, real number)
 {
-    const real number = rint_real(x * 1.4426950408889634);
-    *k = integer_near(number);
     return (x - number * 0.6931471803691238) - number * 1.9082149292705877e-10;
 }
 
 FUNCTION real power_of_two(integer k) { return (real)((k + 1023) << 52); }
 
-LONG_FUNCTION real exp_real(real x)
+/* short enough to stand wherever it is called: a call would keep everything else in memory */
+FUNCTION real exp_real(real x)
 {
-    integer k;
-    /* nothing is left of friction's bend far from zero speed */
-    if (!any(~(x < -746.0))) { return all_real(0.0); }
-    x = select_real(x > 720.0, all_real(720.0), x);
-    x = select_real(x < -760.0, all_real(-760.0), x);
-    const real p = 1.0 + expm1_near_zero(halved_ln2(x, &k));
+    x = at_least(-760.0, at_most(720.0, x));
+    const real number = rint_real(x * 1.4426950408889634);
+    const real p = 1.0 + expm1_near_zero(rest_of_ln2(x, number));
+#if LANES == 8
+    return (real)_mm512_scalef_pd((__m512d)p, (__m512d)number);
+#else
     /* in two steps: a subnormal result is rounded once, an infinite one is reached */
-    const integer half = k >> 1;
+    const integer k = integer_near(number), half = k >> 1;
     return p * power_of_two(half) * power_of_two(k - half);
+#endif
 }
 
 LONG_FUNCTION real expm1_real(real x)
 {
-    integer k;
-    real near = select_real(abs_real(x) > 40.0, all_real(0.0), x);
-    near = select_real(x != x, x, near);
-    const real p = expm1_near_zero(halved_ln2(near, &k));
-    const real scale = power_of_two(k);
+    const mask far = ABOVE(abs_real(x), 40.0);
+    const real near = select_real(far, all_real(0.0), x);
+    const real number = rint_real(near * 1.4426950408889634);
+    const real p = expm1_near_zero(rest_of_ln2(near, number));
+    const real scale = power_of_two(integer_near(number));
     const real made = scale * p + (scale - 1.0);
-    const mask far = abs_real(x) > 40.0;
-    real result = select_real(k == 0, p, made);
+    real result = select_real(IS(number, 0.0), p, made);
     if (any(far)) { result = select_real(far, exp_real(x) - 1.0, result); }
     return result;
 }
@@ -201,7 +293,7 @@ LONG_FUNCTION real expm1_real(real x)
 LONG_FUNCTION real tanh_real(real x)
 {
     const real size = abs_real(x);
-    const real e = expm1_real(2.0 * select_real(size > 20.0, all_real(20.0), size));
+    const real e = expm1_real(2.0 * select_real(ABOVE(size, 20.0), all_real(20.0), size));
     const real made = e / (e + 2.0);
     return (real)((integer)made | ((integer)x & INT64_MIN));
 }
@@ -209,12 +301,12 @@ LONG_FUNCTION real tanh_real(real x)
 /* m 2^k with m between sqrt(1/2) and sqrt(2); ln(m) = 2 artanh(s), s = (m - 1)/(m + 1) */
 LONG_FUNCTION real log_real(real x)
 {
-    const mask small = x < 0x1p-1022;
+    const mask small = BELOW(x, 0x1p-1022);
     const real scaled = select_real(small, x * 0x1p54, x);
     const integer offset = (integer)scaled - 0x3fe6a09e667f3bcd;
     const integer k = offset >> 52;
     const real m = (real)((integer)scaled - (k << 52));
-    const real number = real_of_integer(k - (small & 54));
+    const real number = real_of_integer(k) - select_real(small, all_real(54.0), all_real(0.0));
     const real f = m - 1.0;
     const real s = f / (m + 1.0);
     const real z = s * s;
@@ -231,9 +323,9 @@ LONG_FUNCTION real log_real(real x)
     /* 2 s = f - s f, so that the rounding of s counts little */
     const real rest = s * (z * p - f);
     real made = number * 0.6931471803691238 + (f + (rest + number * 1.9082149292705877e-10));
-    made = select_real(x == INFINITY, x, made);
-    made = select_real(x == 0.0, all_real(-INFINITY), made);
-    return select_real((x < 0.0) | (x != x), all_real(NAN), made);
+    made = select_real(IS(x, INFINITY), x, made);
+    made = select_real(IS(x, 0.0), all_real(-INFINITY), made);
+    return select_real(BELOW(x, 0.0) | is_none(x), all_real(NAN), made);
 }
 
 LONG_FUNCTION real log1p_real(real x)
@@ -241,7 +333,8 @@ LONG_FUNCTION real log1p_real(real x)
     const real u = 1.0 + x;
     const real lost = (x - (u - 1.0)) / u;
     const real made = log_real(u) + lost;
-    return select_real(abs_real(x) < 0x1p-54, x, select_real(u == INFINITY, u, select_real(u == 0.0, all_real(-INFINITY), made)));
+    const real ends = select_real(IS(u, 0.0), all_real(-INFINITY), select_real(IS(u, INFINITY), u, made));
+    return select_real(BELOW(abs_real(x), 0x1p-54), x, ends);
 }
 
 /* x = n pi/2 + r; pi/2 in three parts, the first two of 33 bits */
@@ -288,21 +381,21 @@ LONG_FUNCTION real sin_real(real x)
 {
     integer n;
     const real r = quartered(x, &n);
-    const real made = select_real((n & 1) != 0, cos_near_zero(r), sin_near_zero(r));
+    const real made = select_real(mask_of_integer(n & 1), cos_near_zero(r), sin_near_zero(r));
     real result = (real)((integer)made ^ ((n & 2) << 62));
-    const mask far = ~(abs_real(x) < LARGEST_ANGLE);
-    if (any(far)) { EACH if (far[lane]) { result[lane] = sin(x[lane]); } }
-    return select_real(x == 0.0, x, result);
+    const mask far = ~BELOW(abs_real(x), LARGEST_ANGLE);
+    if (any(far)) { EACH if (lane_of(far, lane)) { result[lane] = sin(x[lane]); } }
+    return select_real(IS(x, 0.0), x, result);
 }
 
 LONG_FUNCTION real cos_real(real x)
 {
     integer n;
     const real r = quartered(x, &n);
-    const real made = select_real((n & 1) != 0, sin_near_zero(r), cos_near_zero(r));
+    const real made = select_real(mask_of_integer(n & 1), sin_near_zero(r), cos_near_zero(r));
     real result = (real)((integer)made ^ (((n + 1) & 2) << 62));
-    const mask far = ~(abs_real(x) < LARGEST_ANGLE);
-    if (any(far)) { EACH if (far[lane]) { result[lane] = cos(x[lane]); } }
+    const mask far = ~BELOW(abs_real(x), LARGEST_ANGLE);
+    if (any(far)) { EACH if (lane_of(far, lane)) { result[lane] = cos(x[lane]); } }
     return result;
 }
 
@@ -327,26 +420,27 @@ LONG_FUNCTION real atan2_real(real y, real x)
 {
     const integer sign_bit = all_integer(INT64_MIN);
     real a = abs_real(y), b = abs_real(x);
-    const mask steep = a > b;
+    const mask steep = gt_real(a, b);
     real low = select_real(steep, b, a), high = select_real(steep, a, b);
-    const mask both = (high == INFINITY) & (low == INFINITY);
-    low = select_real(both, all_real(1.0), select_real(high == INFINITY, all_real(0.0), low));
-    high = select_real(high == INFINITY, all_real(1.0), high);
+    const mask endless = IS(high, INFINITY), both = endless & IS(low, INFINITY);
+    low = select_real(both, all_real(1.0), select_real(endless, all_real(0.0), low));
+    high = select_real(endless, all_real(1.0), high);
     /* away from the ends of the range of numbers */
-    const real scale = select_real(high < 0x1p-500, all_real(0x1p500), select_real(high > 0x1p500, all_real(0x1p-500), all_real(1.0)));
+    const real smaller = select_real(ABOVE(high, 0x1p500), all_real(0x1p-500), all_real(1.0));
+    const real scale = select_real(BELOW(high, 0x1p-500), all_real(0x1p500), smaller);
     low *= scale;
     high *= scale;
-    const mask wide = low > 0.41421356237309503 * high;
+    const mask wide = gt_real(low, 0.41421356237309503 * high);
     const real top = select_real(wide, low - high, low);
     const real bottom = select_real(wide, low + high, high);
-    const real q = select_real(bottom == 0.0, all_real(0.0), top / bottom);
+    const real q = select_real(IS(bottom, 0.0), all_real(0.0), top / bottom);
     real angle = atan_near_zero(q);
     angle = select_real(wide, 0x1.921fb54442d18p-1 + (angle + 0x1.1a62633145c07p-55), angle);
     angle = select_real(steep, 0x1.921fb54442d18p0 - (angle - 0x1.1a62633145c07p-54), angle);
-    const mask left = ((integer)x & sign_bit) != 0;
+    const mask left = mask_of_integer((integer)x & sign_bit);
     angle = select_real(left, 0x1.921fb54442d18p1 - (angle - 0x1.1a62633145c07p-53), angle);
     angle = (real)((integer)angle | ((integer)y & sign_bit));
-    return select_real((x != x) | (y != y), x + y, angle);
+    return select_real(is_none(x) | is_none(y), x + y, angle);
 }
 
 FUNCTION real asin_real(real x) { return atan2_real(x, sqrt_real((1.0 - x) * (1.0 + x))); }
@@ -393,14 +487,15 @@ LONG_FUNCTION real erf_inv_real(real x)
     const real w = -log1p_real(-(x * x));
     const real near = w - 3.125;
     real p = HORNER(23, giles_near, near);
-    const mask beyond = w >= 6.25;
+    const mask beyond = ge_real(w, all_real(6.25));
     if (any(beyond)) {
         const real root = sqrt_real(w);
         const real middle = root - 3.25, far = root - 5.0;
-        const real made = select_real(w < 16.0, HORNER(19, giles_middle, middle), HORNER(17, giles_far, far));
+        const real near_one = HORNER(17, giles_far, far);
+        const real made = select_real(BELOW(w, 16.0), HORNER(19, giles_middle, middle), near_one);
         p = select_real(beyond, made, p);
     }
-    return select_real(abs_real(x) == 1.0, x * INFINITY, p * x);
+    return select_real(IS(abs_real(x), 1.0), x * INFINITY, p * x);
 }
 
 /* Threefry-2x32 with 20 rounds: J. Salmon et al., "Parallel random numbers: as easy as 1, 2, 3",

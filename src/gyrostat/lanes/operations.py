@@ -11,11 +11,12 @@ ONE = {"real": "double", "integer": "int64_t", "logical": "bool", "bits": "uint6
 
 INFIX = {
     **{"add": "+", "sub": "-", "mul": "*", "div": "/", "shift_left": "<<"},
-    **{"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="},
     **{"and": "&", "or": "|", "xor": "^"},
 }
 """Operations that C has signs for, on lanes too."""
-ORDER = frozenset({"lt", "le", "gt", "ge"})
+_COMPARED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
+BOUND = {"max": "at_least", "min": "at_most"}
+"""Operations that are simpler beside a constant."""
 _OWN_FOR_ONE = frozenset({"max", "min", "sign"})
 _WITHOUT_LIBRARY = frozenset({"erf_inv", "threefry"})
 """Functions that C has for lanes only."""
@@ -62,8 +63,9 @@ def on_one(operation: str, operands: Sequence[Operand], texts: list[str]) -> str
     kind = operands[0].kind
     if operation == "shift_right":
         return f"({ONE[kind]})((uint64_t){texts[0]} >> {texts[1]})"
-    if operation in INFIX:
-        return f"{texts[0]} {INFIX[operation]} {texts[1]}"
+    sign = INFIX.get(operation) or _COMPARED.get(operation)
+    if sign is not None:
+        return f"{texts[0]} {sign} {texts[1]}"
     if operation == "select":
         return f"{texts[0]} ? {texts[1]} : {texts[2]}"
     if operation == "neg":

@@ -6,83 +6,25 @@ blocks and selects; a loop goes on while any lane does and changes only those.
 
 from collections.abc import Sequence
 
-from gyrostat.lanes.operations import INFIX, ONE, ORDER, VECTOR, converted, number, on_one
-from gyrostat.lowering.needs import made_from
+from gyrostat.lanes.operations import BOUND, INFIX, ONE, VECTOR, converted, number, on_one
 from gyrostat.lowering.program import (
     Assign,
     Block,
     Branch,
     Fill,
-    Function,
     Loop,
     Name,
+    Number,
     Operand,
     Statement,
     Store,
     Table,
 )
 
-_TEXT = """\
-/* Made by gyrostat from Python, one lane a run. */
-#include "lanes.h"
 
-static void fly(const uint64_t *shared, const uint64_t *own, uint64_t *made, uint64_t *every,
-    uint64_t *asked)
-{{
-{body}
-}}
+class Writer:
+    """Writes the body of a function; `lines` are those so far."""
 
-int lanes(void) {{ return LANES; }}
-
-void fly_all(int64_t groups, int64_t threads, const uint64_t *shared, const uint64_t *own,
-    uint64_t *made, uint64_t *every, uint64_t *asked, const int64_t *place)
-{{
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-    for (int64_t group = 0; group < groups; ++group) {{
-        fly(shared, own + group * INT64_C({own_words}) * LANES,
-            made + group * INT64_C({made_words}) * LANES,
-            every + group * INT64_C({every_words}) * LANES,
-            place[group] < 0 ? 0 : asked + place[group] * INT64_C({asked_words}) * LANES);
-    }}
-}}
-"""
-
-
-def module(
-    function: Function, shared: Sequence[Name], own: Sequence[Name], on_demand: Sequence[bool]
-) -> str:
-    """Text of the C module of a function.
-
-    Its `fly_all` takes 64-bit words: those that all runs share; `own`, (groups, words, lanes);
-    gives `made`, alike; gives the function's rows, table after table, (groups, size, lanes):
-    those of `every` group; and those of the groups that are `asked` for, whose `place` is from 0.
-
-    Args:
-        function: a root: its results and rows are what is made.
-        shared: its parameters that are the same for all runs.
-        own: its other parameters.
-        on_demand: for each of its rows whether it is given where it is asked for alone.
-    """
-    writer = _Writer(made_from(function, own))
-    writer.parameters(shared, own)
-    words = {"every": 0, "asked": 0}
-    places: dict[Table, list[tuple[str, int]]] = {}
-    for table, where in zip(function.rows, on_demand, strict=True):
-        memory = "asked" if where else "every"
-        places.setdefault(table, []).append((memory, words[memory]))
-        words[memory] += table.size
-    writer.block(function.body, places)
-    writer.results(function.results)
-    return _TEXT.format(
-        body="\n".join(writer.lines),
-        every_words=words["every"],
-        asked_words=words["asked"],
-        own_words=len(own),
-        made_words=len(function.results),
-    )
-
-
-class _Writer:
     def __init__(self, varying: set[Name | Table]) -> None:
         self.lines: list[str] = []
         self._varying = varying
@@ -92,20 +34,25 @@ class _Writer:
         self._active: str | None = None
 
     def parameters(self, shared: Sequence[Name], own: Sequence[Name]) -> None:
+        """Declare what all runs share, and what each has of its own."""
         for place, name in enumerate(shared):
             word = f"shared[{place}]"
             if name.kind == "real":
                 word = f"ONE_AS(double, {word})"
             self._declare(name, f"({ONE[name.kind]}){word}", constant=True)
         for place, name in enumerate(own):
-            memory = "integer" if name.kind == "logical" else VECTOR[name.kind]
-            self._declare(name, f"((const {memory}_memory *)own)[{place}]", constant=True)
+            logical = name.kind == "logical"
+            memory = "integer" if logical else VECTOR[name.kind]
+            text = f"((const {memory}_memory *)own)[{place}]"
+            self._declare(name, f"mask_of_integer({text})" if logical else text, constant=True)
 
     def results(self, results: Sequence[Operand]) -> None:
+        """Store results one after the other."""
         for place, result in enumerate(results):
             self._store("made", str(place), result)
 
     def block(self, block: Block, kept: dict[Table, list[tuple[str, int]]]) -> None:
+        """Write statements; kept tables lie where they are told to."""
         self._kept = kept
         self._block(block)
 
@@ -113,8 +60,10 @@ class _Writer:
         self.lines.append("    " * self._depth + text)
 
     def _store(self, memory: str, place: str, value: Operand) -> None:
-        kind = "integer" if value.kind == "logical" else VECTOR[value.kind]
-        self._line(f"(({kind}_memory *){memory})[{place}] = {self._lanes(value)};")
+        kind, text = VECTOR[value.kind], self._lanes(value)
+        if value.kind == "logical":
+            kind, text = "integer", f"integer_of_mask({text})"
+        self._line(f"(({kind}_memory *){memory})[{place}] = {text};")
 
     def _new(self, thing: Name | Table) -> str:
         self._texts[thing] = f"v{len(self._texts)}"
@@ -190,9 +139,11 @@ class _Writer:
             # a number beside lanes counts for each of them, but no logical one
             mixed = operands[0].kind != "logical"
             texts = [(self._text if mixed else self._lanes)(operand) for operand in operands]
-            if operation in ORDER and not mixed:  # a mask that is true is -1, less than 0
-                texts.reverse()
             return f"{texts[0]} {INFIX[operation]} {texts[1]}"
+        if operation in BOUND and target.kind == "real":
+            for one, other in (operands, operands[::-1]):
+                if isinstance(one, Number) and one.value == one.value:
+                    return f"{BOUND[operation]}({self._text(one)}, {self._lanes(other)})"
         texts = [self._lanes(operand) for operand in operands]
         if operation == "shift_right":
             return f"({VECTOR[target.kind]})((bits){texts[0]} >> (bits){texts[1]})"
@@ -207,11 +158,13 @@ class _Writer:
         if self._is_one(index):
             return f"{name}[{self._text(index)}]"
         place = self._texts[index]  # pyright: ignore[reportArgumentType]
-        each = "[lane]" if table in self._varying else ""
-        return (
-            f"({{ {VECTOR[table.kind]} picked; "
-            f"EACH picked[lane] = {name}[{place}[lane]]{each}; picked; }})"
-        )
+        picked, varies = f"{name}[{place}[lane]]", table in self._varying
+        if table.kind == "logical":
+            picked = f"lane_of({picked}, lane)" if varies else picked
+            made = f"picked = with_lane(picked, lane, {picked})"
+        else:
+            made = f"picked[lane] = {picked}{'[lane]' if varies else ''}"
+        return f"({{ {VECTOR[table.kind]} picked = {{0}}; EACH {made}; picked; }})"
 
     def _carry_in(self, loop: Loop) -> None:
         for each in loop.carried:
@@ -264,18 +217,24 @@ class _Writer:
             self._line(text)
 
     def _branch(self, branch: Branch) -> None:
-        for target in branch.targets:
-            self._line(f"{self._type(target)} {self._new(target)} = {{0}};")
+        # what the first empty block gives needs no test
+        empty = next((k for k, block in enumerate(branch.blocks) if not block), None)
+        for k, target in enumerate(branch.targets):
+            text = "{0}" if empty is None else self._for(target, branch.values[empty][k])
+            self._line(f"{self._type(target)} {self._new(target)} = {text};")
         last = len(branch.blocks) - 1
         one, before = self._is_one(branch.index), self._active
         for case, block in enumerate(branch.blocks):
+            if case == empty:
+                continue
             here = self._case(branch.index, case, last)
             if one:
                 self._line(f"if ({here}) {{")
             else:
                 name = f"here_{len(self.lines)}"
                 self._line(f"const mask {name} = {f'{before} & ' if before else ''}({here});")
-                self._line(f"if (any({name})) {{")
+                test = f"any({name})"
+                self._line(f"if ({test if empty is None else f'SELDOM({test})'}) {{")
                 self._active = name
             self._depth += 1
             self._block(block)
@@ -291,8 +250,10 @@ class _Writer:
 
     def _case(self, index: Operand, case: int, last: int) -> str:
         """Test of C for one of several blocks."""
-        text = self._text(index)
+        text, one = self._text(index), self._is_one(index)
         if index.kind == "logical":
-            negated = "!" if self._is_one(index) else "~"
-            return text if case else f"{negated}{text}"
-        return f"{text} {'<=' if case == 0 else '>=' if case == last else '=='} {case}"
+            return text if case else f"{'!' if one else '~'}{text}"
+        if one:
+            return f"{text} {'<=' if case == 0 else '>=' if case == last else '=='} {case}"
+        compared = "le" if case == 0 else "ge" if case == last else "eq"
+        return f"{compared}_{index.kind}({text}, all_{index.kind}({case}))"
