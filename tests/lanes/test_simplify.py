@@ -125,3 +125,15 @@ def test_numbers_too_small_to_be_normal_are_zero():
     for ours, theirs in zip(found, expected, strict=True):
         np.testing.assert_array_equal(ours, theirs)
     assert np.float64(5e-324) / 2.0 == 0.0 < np.float64(1e-310) * 0.5  # here they are as before
+
+
+def test_a_branch_takes_all_that_leads_to_it():
+    def program(v):
+        rests = v == 0.0
+        inner = jnp.where(rests, jnp.cos(v) * jnp.sum(v), jnp.tan(v))
+        return jnp.where(rests, jnp.abs(inner) < 0.5, v > 0.0)
+
+    vectors = np.where(RANDOM.random((RUNS, 3)) < 0.2, 0.0, VECTORS)
+    before, branch = compiled(program, vectors).split("if (SELDOM(any(", 1)
+    assert statements(before, "(cos|tan)_real") == 0
+    assert statements(branch, "tan_real") == 3

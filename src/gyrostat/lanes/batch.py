@@ -163,9 +163,10 @@ def lanes(
     program = Function(
         "fly", split[False] + split[True], body, results, rows=[table for table, _ in rows]
     )
-    simplify(program)
     prune([program], [program])
     seldom(program)
+    simplify(program)
+    prune([program], [program])
     text = module(program, *split, [demand for _, demand in rows])
     compiled = library(text, more_flags)
     return Lanes(

@@ -74,7 +74,8 @@ class _Moving:
                 statement.body = self.block(statement.body)
             elif isinstance(statement, Branch):
                 statement.blocks = [self.block(inner) for inner in statement.blocks]
-        for selects in self._groups(block):
+        # the last first: what leads to it may hold others
+        for selects in reversed(self._groups(block)):
             block = self._without(block, selects)
         return block
 
@@ -102,7 +103,9 @@ class _Moving:
 
     def _without(self, block: Block, selects: Mapping[int, Assign]) -> Block:
         """A block in which what only the seldom sides of selects need is a branch before them."""
-        first = next(k for k, statement in enumerate(block) if id(statement) in selects)
+        first = next((k for k, statement in enumerate(block) if id(statement) in selects), None)
+        if first is None:  # they have moved with another
+            return block
         sides = dict.fromkeys(s.operands[1] for s in selects.values())
         taken = set(selects)
         moved: list[Statement] = []
