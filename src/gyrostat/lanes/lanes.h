@@ -115,13 +115,20 @@ COMPARED(gt, >, _CMP_GT_OQ, _MM_CMPINT_NLE)
 COMPARED(ge, >=, _CMP_GE_OQ, _MM_CMPINT_NLT)
 COMPARED(eq, ==, _CMP_EQ_OQ, _MM_CMPINT_EQ)
 COMPARED(ne, !=, _CMP_NEQ_UQ, _MM_CMPINT_NE)
-FUNCTION mask lt_mask(mask a, mask b) { return ~a & b; }
-FUNCTION mask le_mask(mask a, mask b) { return ~a | b; }
-FUNCTION mask gt_mask(mask a, mask b) { return a & ~b; }
-FUNCTION mask ge_mask(mask a, mask b) { return a | ~b; }
-FUNCTION mask eq_mask(mask a, mask b) { return ~(a ^ b); }
-FUNCTION mask ne_mask(mask a, mask b) { return a ^ b; }
-FUNCTION mask select_mask(mask m, mask yes, mask no) { return (m & yes) | (~m & no); }
+FUNCTION mask not_mask(mask m) { return ~m; }
+FUNCTION mask and_mask(mask a, mask b) { return a & b; }
+FUNCTION mask or_mask(mask a, mask b) { return a | b; }
+FUNCTION mask xor_mask(mask a, mask b) { return a ^ b; }
+FUNCTION mask lt_mask(mask a, mask b) { return and_mask(not_mask(a), b); }
+FUNCTION mask le_mask(mask a, mask b) { return or_mask(not_mask(a), b); }
+FUNCTION mask gt_mask(mask a, mask b) { return lt_mask(b, a); }
+FUNCTION mask ge_mask(mask a, mask b) { return le_mask(b, a); }
+FUNCTION mask eq_mask(mask a, mask b) { return not_mask(xor_mask(a, b)); }
+FUNCTION mask ne_mask(mask a, mask b) { return xor_mask(a, b); }
+FUNCTION mask select_mask(mask m, mask yes, mask no)
+{
+    return or_mask(and_mask(m, yes), and_mask(not_mask(m), no));
+}
 FUNCTION bits select_bits(mask m, bits yes, bits no)
 {
     return (bits)select_integer(m, (integer)yes, (integer)no);
@@ -141,9 +148,10 @@ FUNCTION mask mask_of_integer(integer x) { return ne_integer(x, all_integer(0));
 FUNCTION integer integer_of_real(real x)
 {
     const mask high = ge_real(x, all_real(0x1p63)), low = BELOW(x, -0x1p63);
-    const real inside = select_real(high | low | is_none(x), all_real(0.0), x);
+    const mask beyond = or_mask(high, low);
+    const real inside = select_real(or_mask(beyond, is_none(x)), all_real(0.0), x);
     const integer most = select_integer(high, all_integer(INT64_MAX), all_integer(INT64_MIN));
-    return select_integer(high | low, most, __builtin_convertvector(inside, integer));
+    return select_integer(beyond, most, __builtin_convertvector(inside, integer));
 }
 FUNCTION int64_t one_integer_of_real(double x)
 {
@@ -180,8 +188,8 @@ FUNCTION real at_most(double a, real b) { return (real)_mm512_min_pd((__m512d)al
 FUNCTION real at_least(double a, real b) { return select_real(BELOW(b, a), all_real(a), b); }
 FUNCTION real at_most(double a, real b) { return select_real(ABOVE(b, a), all_real(a), b); }
 #endif
-FUNCTION real max_real(real a, real b) { return select_real(ge_real(a, b) | is_none(a), a, b); }
-FUNCTION real min_real(real a, real b) { return select_real(le_real(a, b) | is_none(a), a, b); }
+FUNCTION real max_real(real a, real b) { return select_real(or_mask(ge_real(a, b), is_none(a)), a, b); }
+FUNCTION real min_real(real a, real b) { return select_real(or_mask(le_real(a, b), is_none(a)), a, b); }
 FUNCTION integer max_integer(integer a, integer b) { return select_integer(ge_integer(a, b), a, b); }
 FUNCTION integer min_integer(integer a, integer b) { return select_integer(le_integer(a, b), a, b); }
 FUNCTION bits max_bits(bits a, bits b) { return select_bits(ge_bits(a, b), a, b); }
@@ -197,13 +205,13 @@ FUNCTION real abs_real(real x) { return (real)((integer)x & INT64_MAX); }
 FUNCTION real sign_real(real x)
 {
     const real one = (real)(((integer)x & INT64_MIN) | (integer)all_real(1.0));
-    return select_real(BELOW(x, 0.0) | ABOVE(x, 0.0), one, x);
+    return select_real(ABOVE(abs_real(x), 0.0), one, x);
 }
 FUNCTION double one_sign_real(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : x; }
 FUNCTION real sqrt_real(real x) { real r; EACH r[lane] = sqrt(x[lane]); return r; }
 #if LANES == 8
 /* neither NaN, quiet or not, nor infinite */
-FUNCTION mask finite_real(real x) { return ~_mm512_fpclass_pd_mask((__m512d)x, 0x99); }
+FUNCTION mask finite_real(real x) { return not_mask(_mm512_fpclass_pd_mask((__m512d)x, 0x99)); }
 #define ROUNDED(way) (real)_mm512_roundscale_pd((__m512d)x, (way) | _MM_FROUND_NO_EXC)
 FUNCTION real floor_real(real x) { return ROUNDED(_MM_FROUND_TO_NEG_INF); }
 FUNCTION real ceil_real(real x) { return ROUNDED(_MM_FROUND_TO_POS_INF); }
@@ -241,16 +249,27 @@ FUNCTION integer integer_near(real number)
     return (integer)(number + 0x1.8p52) - (integer)all_real(0x1.8p52);
 }
 
+#if LANES == 8
+#define ALL(x) {x, x, x, x, x, x, x, x}
+#else
+#define ALL(x) {x, x, x, x}
+#endif
+/* 1 / n! from 2 on. Weak, so that the compiler takes them from here: it would else make them anew
+   wherever it needs them, and keep them on the stack. */
+const real shares[] __attribute__((weak, visibility("hidden"))) = {
+    ALL(1.0 / 2.0), ALL(1.0 / 6.0), ALL(1.0 / 24.0), ALL(1.0 / 120.0), ALL(1.0 / 720.0),
+    ALL(1.0 / 5040.0), ALL(1.0 / 40320.0), ALL(1.0 / 362880.0), ALL(1.0 / 3628800.0),
+    ALL(1.0 / 39916800.0), ALL(1.0 / 479001600.0), ALL(1.0 / 6227020800.0),
+};
+
 /* exp(r) - 1 for |r| <= ln(2)/2, by Taylor's series to r^13 / 13!, its terms in pairs so that few
    wait for others */
 FUNCTION real expm1_near_zero(real r)
 {
     const real r2 = r * r, r4 = r2 * r2;
-    const real low = (1.0 / 2.0 + r * (1.0 / 6.0)) + r2 * (1.0 / 24.0 + r * (1.0 / 120.0));
-    const real middle
-        = (1.0 / 720.0 + r * (1.0 / 5040.0)) + r2 * (1.0 / 40320.0 + r * (1.0 / 362880.0));
-    const real high = (1.0 / 3628800.0 + r * (1.0 / 39916800.0))
-        + r2 * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0));
+    const real low = (shares[0] + r * shares[1]) + r2 * (shares[2] + r * shares[3]);
+    const real middle = (shares[4] + r * shares[5]) + r2 * (shares[6] + r * shares[7]);
+    const real high = (shares[8] + r * shares[9]) + r2 * (shares[10] + r * shares[11]);
     return r + r2 * (low + r4 * (middle + r4 * high));
 }
 
@@ -325,7 +344,7 @@ LONG_FUNCTION real log_real(real x)
     real made = number * 0.6931471803691238 + (f + (rest + number * 1.9082149292705877e-10));
     made = select_real(IS(x, INFINITY), x, made);
     made = select_real(IS(x, 0.0), all_real(-INFINITY), made);
-    return select_real(BELOW(x, 0.0) | is_none(x), all_real(NAN), made);
+    return select_real(or_mask(BELOW(x, 0.0), is_none(x)), all_real(NAN), made);
 }
 
 LONG_FUNCTION real log1p_real(real x)
@@ -383,7 +402,7 @@ LONG_FUNCTION real sin_real(real x)
     const real r = quartered(x, &n);
     const real made = select_real(mask_of_integer(n & 1), cos_near_zero(r), sin_near_zero(r));
     real result = (real)((integer)made ^ ((n & 2) << 62));
-    const mask far = ~BELOW(abs_real(x), LARGEST_ANGLE);
+    const mask far = not_mask(BELOW(abs_real(x), LARGEST_ANGLE));
     if (any(far)) { EACH if (lane_of(far, lane)) { result[lane] = sin(x[lane]); } }
     return select_real(IS(x, 0.0), x, result);
 }
@@ -394,7 +413,7 @@ LONG_FUNCTION real cos_real(real x)
     const real r = quartered(x, &n);
     const real made = select_real(mask_of_integer(n & 1), sin_near_zero(r), cos_near_zero(r));
     real result = (real)((integer)made ^ (((n + 1) & 2) << 62));
-    const mask far = ~BELOW(abs_real(x), LARGEST_ANGLE);
+    const mask far = not_mask(BELOW(abs_real(x), LARGEST_ANGLE));
     if (any(far)) { EACH if (lane_of(far, lane)) { result[lane] = cos(x[lane]); } }
     return result;
 }
@@ -422,7 +441,7 @@ LONG_FUNCTION real atan2_real(real y, real x)
     real a = abs_real(y), b = abs_real(x);
     const mask steep = gt_real(a, b);
     real low = select_real(steep, b, a), high = select_real(steep, a, b);
-    const mask endless = IS(high, INFINITY), both = endless & IS(low, INFINITY);
+    const mask endless = IS(high, INFINITY), both = and_mask(endless, IS(low, INFINITY));
     low = select_real(both, all_real(1.0), select_real(endless, all_real(0.0), low));
     high = select_real(endless, all_real(1.0), high);
     /* away from the ends of the range of numbers */
@@ -440,7 +459,7 @@ LONG_FUNCTION real atan2_real(real y, real x)
     const mask left = mask_of_integer((integer)x & sign_bit);
     angle = select_real(left, 0x1.921fb54442d18p1 - (angle - 0x1.1a62633145c07p-53), angle);
     angle = (real)((integer)angle | ((integer)y & sign_bit));
-    return select_real(is_none(x) | is_none(y), x + y, angle);
+    return select_real(or_mask(is_none(x), is_none(y)), x + y, angle);
 }
 
 FUNCTION real asin_real(real x) { return atan2_real(x, sqrt_real((1.0 - x) * (1.0 + x))); }

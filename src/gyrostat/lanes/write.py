@@ -135,11 +135,9 @@ class Writer:
                 return f"{self._text(test)} ? {self._lanes(yes)} : {self._lanes(no)}"
             made = ", ".join(self._lanes(operand) for operand in operands)
             return f"select_{VECTOR[target.kind]}({made})"
-        if operation in INFIX:
-            # a number beside lanes counts for each of them, but no logical one
-            mixed = operands[0].kind != "logical"
-            texts = [(self._text if mixed else self._lanes)(operand) for operand in operands]
-            return f"{texts[0]} {INFIX[operation]} {texts[1]}"
+        if operation in INFIX and operands[0].kind != "logical":
+            # a number beside lanes counts for each of them
+            return f" {INFIX[operation]} ".join(self._text(operand) for operand in operands)
         if operation in BOUND and target.kind == "real":
             for one, other in (operands, operands[::-1]):
                 if isinstance(one, Number) and one.value == one.value:
@@ -147,7 +145,7 @@ class Writer:
         texts = [self._lanes(operand) for operand in operands]
         if operation == "shift_right":
             return f"({VECTOR[target.kind]})((bits){texts[0]} >> (bits){texts[1]})"
-        if operation in ("neg", "not"):
+        if operation in ("neg", "not") and operands[0].kind != "logical":
             return f"{'-' if operation == 'neg' else '~'}{texts[0]}"
         return converted(operation, operands[0].kind, texts[0]) or (
             f"{operation}_{VECTOR[operands[0].kind]}({', '.join(texts)})"
@@ -191,7 +189,7 @@ class Writer:
             if alive is None:
                 self._line(f"if (!{goes_on}) break;")
             else:
-                self._line(f"{alive} &= {goes_on};")
+                self._line(f"{alive} = and_mask({alive}, {goes_on});")
                 self._line(f"if (!any({alive})) break;")
                 self._active = alive
         self._block(loop.body)
@@ -232,7 +230,8 @@ class Writer:
                 self._line(f"if ({here}) {{")
             else:
                 name = f"here_{len(self.lines)}"
-                self._line(f"const mask {name} = {f'{before} & ' if before else ''}({here});")
+                here = f"and_mask({before}, {here})" if before else here
+                self._line(f"const mask {name} = {here};")
                 test = f"any({name})"
                 self._line(f"if ({test if empty is None else f'SELDOM({test})'}) {{")
                 self._active = name
@@ -252,7 +251,7 @@ class Writer:
         """Test of C for one of several blocks."""
         text, one = self._text(index), self._is_one(index)
         if index.kind == "logical":
-            return text if case else f"{'!' if one else '~'}{text}"
+            return text if case else f"{'!' if one else 'not_mask'}({text})"
         if one:
             return f"{text} {'<=' if case == 0 else '>=' if case == last else '=='} {case}"
         compared = "le" if case == 0 else "ge" if case == last else "eq"
