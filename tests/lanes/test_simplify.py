@@ -69,6 +69,26 @@ def test_what_a_loop_does_not_change_is_not_carried():
     assert statements(loop, r" \+ ") == 3
 
 
+def test_quotients_that_are_made_whole_stay_exact():
+    def program(k, step):
+        def count(total, _):
+            time = k * step
+            return total + jnp.floor(time / step), (time / 49.0).astype(int)
+
+        total, _ = jax.lax.scan(count, 0.0, None, length=3)
+        whole = jnp.round(0.5 + (k / 49.0 - 0.5)), jnp.ceil(k / step), k % 7.0
+        return total, whole, (k * 0.1) * 10.0 >= 3.0, jnp.trunc(k / 49.0)
+
+    given = np.arange(1.0, 500.0), np.full(499, 49.0)
+    program = lanes(program, (True, True), given, more_flags=("-ffp-contract=off",))
+    total, (rounded, up, rest), _, whole = program(*given)
+    np.testing.assert_array_equal(total, 3.0 * given[0])
+    np.testing.assert_array_equal(rounded, np.round(0.5 + (given[0] / 49.0 - 0.5)))
+    np.testing.assert_array_equal(up, np.ceil(given[0] / 49.0))
+    np.testing.assert_array_equal(rest, given[0] % 7.0)
+    np.testing.assert_array_equal(whole, np.trunc(given[0] / 49.0))
+
+
 def test_nothing_endless_is_a_limit():
     text = compiled(lambda v: jnp.clip(v, -jnp.inf, np.array([np.inf, 1.0, np.inf])), VECTORS)
     assert statements(text, "at_(most|least)") == 1

@@ -26,6 +26,10 @@ class Known(Protocol):
         """What an operation gives, on behalf of a statement."""
         ...
 
+    def is_exact(self, of: Assign) -> bool:
+        """Whether what a statement gives must not move by a rounding."""
+        ...
+
     def reciprocal(self, of: Assign, divisor: Operand) -> Operand | None:
         """One over a divisor, where that is less work than to divide."""
         ...
@@ -115,7 +119,7 @@ def _mul(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
         made = known.made(other)
         if kind == "real" and isinstance(one, Number) and made and made.operation == "mul":
             inner, rest = made.operands  # where a constant comes first
-            if isinstance(inner, Number):
+            if isinstance(inner, Number) and not known.is_exact(of):
                 return known.value(of, "mul", Number(kind, inner.value * one.value), rest)
     return None
 
@@ -123,6 +127,8 @@ def _mul(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
 def _div(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
     if _is(b, 1):
         return a
+    if known.is_exact(of):
+        return None
     if isinstance(b, Number):
         share = 1.0 / b.value if b.value else math.inf
         fits = math.isfinite(share) and share

@@ -1,14 +1,16 @@
 """Arithmetic that a program of lanes can do without.
 
-What is computed twice is computed once, products with constant zeros and ones go, divisions by what
-does not change in a loop become products. Results may move by roundings, and what is multiplied by
-a constant zero no longer spreads its NaN or infinity.
+What is computed twice is computed once, products with constant zeros and ones go, divisions by
+constants and by what does not change in a loop become products. Results may move by roundings, but
+not where a quotient is made whole, and what is multiplied by a constant zero no longer spreads its
+NaN or infinity.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from gyrostat.lanes.algebra import key, simpler
+from gyrostat.lowering.needs import reached
 from gyrostat.lowering.program import (
     Assign,
     Block,
@@ -26,25 +28,34 @@ from gyrostat.lowering.program import (
     inner_blocks,
 )
 
+_WHOLE = frozenset({"floor", "ceil", "round", "rint", "fmod", "to_integer", "to_bits"})
+_ARITHMETIC = frozenset({"add", "sub", "mul", "div", "neg", "abs", "max", "min", "select"})
 _COMMUTATIVE = frozenset({"add", "mul", "and", "or", "xor", "eq", "ne"})
 
 
 def simplify(function: Function) -> None:
     """Simplify a function without calls, in place; what it no longer needs is still in it."""
-    values = _Values(_divided_by(function.body))
+    assigned = {statement.target: statement for statement in _assigns(function.body)}
+    divided_by = Counter(s.operands[1] for s in assigned.values() if s.operation == "div")
+    values = _Values(divided_by, _exact(assigned))
     function.body = values.block(function.body)
     function.results = values.known_as(function.results)
 
 
-def _divided_by(block: Block) -> Counter[Operand]:
-    """How often each operand divides."""
-    found: Counter[Operand] = Counter()
+def _assigns(block: Block) -> Iterator[Assign]:
+    """The assignments of a block and of those in it."""
     for statement in block:
-        if isinstance(statement, Assign) and statement.operation == "div":
-            found[statement.operands[1]] += 1
+        if isinstance(statement, Assign):
+            yield statement
         for inner in inner_blocks(statement):
-            found += _divided_by(inner)
-    return found
+            yield from _assigns(inner)
+
+
+def _exact(assigned: Mapping[Name, Assign]) -> set[Name | Table]:
+    """What is made whole: there the last bit of a quotient decides, as in floor(t / step)."""
+    steps = {name: s.operands for name, s in assigned.items() if s.operation in _ARITHMETIC}
+    made_whole = (s.operands for s in assigned.values() if s.operation in _WHOLE)
+    return reached((operand for operands in made_whole for operand in operands), steps)
 
 
 class _Scope:
@@ -57,8 +68,8 @@ class _Scope:
 
 
 class _Values:
-    def __init__(self, divided_by: Counter[Operand]) -> None:
-        self._divided_by = divided_by
+    def __init__(self, divided_by: Counter[Operand], exact: set[Name | Table]) -> None:
+        self._divided_by, self._exact = divided_by, exact
         self._scopes: list[_Scope] = []
         self._same: dict[Name, Operand] = {}
         self._assigned: dict[Operand, Assign] = {}
@@ -143,8 +154,9 @@ class _Values:
         branch.blocks = [self.block(block) for block in branch.blocks]
         branch.values = [self.known_as(values) for values in branch.values]
         for target, *values in zip(branch.targets, *branch.values, strict=True):
-            # what all blocks give is none's own
-            if len({key(value) for value in values}) == 1:
+            # what all blocks give and none has made
+            outside = self._depth.get(values[0], 1) <= len(self._scopes)
+            if outside and len({key(value) for value in values}) == 1:
                 self._same[target] = values[0]
         self._add(branch, *branch.targets)
 
@@ -164,6 +176,10 @@ class _Values:
         """What an operation gives: a constant, something known, or a new name."""
         found = simpler(self, of, operation, operands)
         return self._computed(of, operation, operands) if found is None else found
+
+    def is_exact(self, of: Assign) -> bool:
+        """See `Known.is_exact`."""
+        return of.target in self._exact
 
     def made(self, operand: Operand) -> Assign | None:
         """See `Known.made`."""
