@@ -20,6 +20,11 @@ FAKE = Path(__file__).with_name("fake_campaign.py")
 RUNS = 41  # the last block is not full
 
 
+def hears_control_c():
+    """What runs in the background ignores it, and so does all that it starts."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def start(out, pause=0.0, *scheduler, **environment):
     """A campaign as a process of its own, at the head of its group."""
     command = [sys.executable, str(FAKE), str(out), str(RUNS), str(pause), *scheduler]
@@ -30,6 +35,7 @@ def start(out, pause=0.0, *scheduler, **environment):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        preexec_fn=hears_control_c,
     )
 
 
@@ -100,7 +106,7 @@ def test_workers_that_always_die_end_the_campaign(tmp_path):
 
 
 def test_control_c_stops_cleanly_and_it_goes_on(tmp_path, undisturbed):
-    process = start(tmp_path, 1.0)  # long enough to be stopped on a busy machine
+    process = start(tmp_path, 0.4)
     begun(process, tmp_path)
     os.killpg(process.pid, signal.SIGINT)  # a terminal sends it to all of them
     code, messages = ended(process)
