@@ -18,8 +18,9 @@ import numpy as np
 from gyrostat._jax import jax, jnp
 from gyrostat.control import AttitudePID, EstimatingCompensator
 from gyrostat.export import TARGETS, files
-from gyrostat.export.measure import FLAGS, compiler, measure
+from gyrostat.export.measure import FLAGS, measure
 from gyrostat.friction import Stribeck
+from gyrostat.lanes import compiler
 from gyrostat.wheel import Wheel
 
 PERIOD = 0.1
@@ -75,7 +76,7 @@ def in_c(target, texts, steps, optimisation):
         loop = LOOP.format(name=name, steps=steps, **SNIPPETS[name])
         for file, text in (texts | {"loop.c": loop}).items():
             (Path(folder) / file).write_text(text, encoding="utf-8")
-        command = [compiler(), *FLAGS.split(), optimisation, "loop.c", f"{name}.c", "-lm"]
+        command = [*compiler(), *FLAGS.split(), optimisation, "loop.c", f"{name}.c", "-lm"]
         subprocess.run([*command, "-o", "loop"], cwd=folder, check=True)
         done = subprocess.run([f"{folder}/loop"], capture_output=True, text=True, check=True)
     return float(done.stdout)

@@ -90,7 +90,7 @@ class InC:
 
     def __init__(self, program, folder, *flags):
         library = Path(folder) / f"three_wheels{''.join(flags)}.so"
-        command = [program, "-std=gnu11", "-O3", "-march=native", "-fopenmp", *flags]
+        command = [*program, "-std=gnu11", "-O3", "-march=native", "-fopenmp", *flags]
         command += ["-shared", "-fPIC", str(SOURCE), "-o", str(library), "-lm"]
         subprocess.run(command, check=True)
         self.fly = ctypes.CDLL(str(library)).fly

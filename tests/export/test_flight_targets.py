@@ -7,7 +7,8 @@ import subprocess
 import pytest
 
 from gyrostat.export import files
-from gyrostat.export.measure import compiler, measure
+from gyrostat.export.measure import measure
+from gyrostat.lanes import compiler
 from gyrostat.units import SI_UNIT
 
 MODEL = """

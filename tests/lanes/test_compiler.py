@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-import gyrostat.lanes
 from gyrostat.errors import InputError
-from gyrostat.lanes.compiler import library
+from gyrostat.lanes.compiler import compiler, compiler_version, library, required
 
 
 def module(number):
@@ -15,21 +14,29 @@ def module(number):
 
 @pytest.fixture
 def compiler_is(tmp_path, monkeypatch):
-    def call(text):
-        script = tmp_path / "compiler"
+    def call(text, flags=""):
+        script = tmp_path / "a compiler"
         script.write_text(text)
         script.chmod(0o755)
-        monkeypatch.setenv("CC", str(script))
-        forget()
-
-    def forget():
-        gyrostat.lanes.compiler.cache_clear()
-        gyrostat.lanes.compiler_version.cache_clear()
+        monkeypatch.setenv("CC", f"{script}{flags}")
 
     monkeypatch.setenv("GYROSTAT_CACHE", str(tmp_path / "kept"))
-    yield call
-    monkeypatch.undo()
-    forget()
+    return call
+
+
+def test_a_compiler_may_be_named_with_flags(tmp_path, monkeypatch):
+    path, *_ = required()
+    monkeypatch.setenv("GYROSTAT_CACHE", str(tmp_path))
+    monkeypatch.setenv("CC", f"{path} -DTOLD=3")
+    assert compiler() == (path, "-DTOLD=3")
+    assert compiler_version().endswith(" -DTOLD=3")
+    assert library(module("TOLD")).found() == 3
+    monkeypatch.setenv("CC", f"{path} -DTOLD=4")  # and is not mistaken for the other
+    assert library(module("TOLD")).found() == 4
+    monkeypatch.setenv("CC", "no-such-compiler -O1")
+    assert compiler() is None
+    monkeypatch.setenv("CC", " ")
+    assert compiler() is not None
 
 
 def test_a_broken_file_in_the_cache_is_made_again(tmp_path, monkeypatch):

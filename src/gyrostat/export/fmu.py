@@ -193,9 +193,9 @@ def _binary(sources: dict[str, str], name: str) -> bytes | None:
             (Path(folder) / file).write_text(text, encoding="utf-8")
         files = [file for file in sources if file.endswith(".c")]
         flags = [*FLAGS.split(), "-O2", "-shared", "-fPIC", "-fvisibility=hidden"]
-        command = [program, *flags, *files, "-lm", "-o", "unit"]
+        command = [*program, *flags, *files, "-lm", "-o", "unit"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
         if done.returncode != 0:
             first = re.sub(r"\s+", " ", done.stderr)[:200]
-            raise InputError(f"{program}: found it refuses the unit ({first}), expected C99")
+            raise InputError(f"{program[0]}: found it refuses the unit ({first}), expected C99")
         return (Path(folder) / "unit").read_bytes()

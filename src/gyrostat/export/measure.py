@@ -1,6 +1,5 @@
 """What the user's own compiler makes of emitted C: size, stack, and what single precision costs."""
 
-import os
 import re
 import shutil
 import subprocess
@@ -8,6 +7,8 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+
+from gyrostat.lanes import compiler
 
 FLAGS = "-std=c99 -ffp-contract=off"
 """Without which the results may differ from Python's in their last digits."""
@@ -29,12 +30,6 @@ class Compiled:
     code: int | None
     stack: Mapping[str, int]
     errors: Mapping[str, float]
-
-
-def compiler() -> str | None:
-    """The C compiler: $CC, cc, gcc or clang; None without one."""
-    wanted = (os.environ.get("CC"), "cc", "gcc", "clang")
-    return next((name for name in wanted if name and shutil.which(name)), None)
 
 
 def measure(files: Mapping[str, str], name: str) -> Compiled | None:
@@ -59,10 +54,10 @@ def measure(files: Mapping[str, str], name: str) -> Compiled | None:
             return done.stdout if done.returncode == 0 else None
 
         flags = [*FLAGS.split(), OPTIMISATION]
-        usage = run(program, *flags, "-fstack-usage", "-c", f"{name}.c")
-        if usage is None and run(program, *flags, "-c", f"{name}.c") is None:
+        usage = run(*program, *flags, "-fstack-usage", "-c", f"{name}.c")
+        if usage is None and run(*program, *flags, "-c", f"{name}.c") is None:
             return None
-        if run(program, *flags, f"{name}.o", f"{name}_test.c", "-lm", "-o", "test") is None:
+        if run(*program, *flags, f"{name}.o", f"{name}_test.c", "-lm", "-o", "test") is None:
             return None
         # it ends with 1 where an output is not as in Python: its numbers are wanted all the same
         told = subprocess.run(
@@ -73,7 +68,7 @@ def measure(files: Mapping[str, str], name: str) -> Compiled | None:
         found = re.findall(r"^\.(?:text|rodata)\S*\s+(\d+)", sizes or "", re.MULTILINE)
         stack = Path(folder) / f"{name}.su"
         return Compiled(
-            compiler=(run(program, "--version") or program).splitlines()[0],
+            compiler=(run(*program, "--version") or program[0]).splitlines()[0],
             code=sum(map(int, found)) if found else None,
             stack=_stack(stack.read_text(encoding="utf-8") if stack.exists() else ""),
             errors={output: float(error) for output, _, error in lines},

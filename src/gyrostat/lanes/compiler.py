@@ -25,19 +25,22 @@ FAST = ("-ffast-math",)
 whole process takes subnormal numbers for 0 once such a library is loaded."""
 
 
-@lru_cache
-def compiler() -> str | None:
-    """The C compiler: what `CC` names, or cc, gcc or clang; None where there is none."""
-    named = os.environ.get("CC")
-    for name in (named,) if named else ("cc", "gcc", "clang"):
-        found = shutil.which(name)
+def compiler() -> tuple[str, ...] | None:
+    """Words of a command that starts with the C compiler.
+
+    What `CC` names, which may have flags, or cc, gcc or clang; None where there is none.
+    """
+    named = os.environ.get("CC", "")
+    wanted = [(named,), named.split()] if named.split() else [("cc",), ("gcc",), ("clang",)]
+    for program, *flags in wanted:
+        found = shutil.which(program)
         if found:
-            return found
+            return (found, *flags)
     return None
 
 
-def required() -> str:
-    """The C compiler.
+def required() -> tuple[str, ...]:
+    """See `compiler`.
 
     Raises:
         InputError: there is none.
@@ -48,15 +51,20 @@ def required() -> str:
     return found
 
 
-@lru_cache
 def compiler_version() -> str:
-    """First line of what the compiler says of itself; "none" without one.
+    """First line of what the compiler says of itself, and its flags; "none" without one.
 
     Raises:
         InputError: it does not run.
     """
     found = compiler()
-    return "none" if found is None else next(iter(_run([found, "--version"]).splitlines()), "")
+    return "none" if found is None else _version(found)
+
+
+@lru_cache
+def _version(command: tuple[str, ...]) -> str:
+    said = next(iter(_run([*command, "--version"]).splitlines()), "")
+    return " ".join([said, *command[1:]])
 
 
 def instructions() -> str:
@@ -101,15 +109,15 @@ def library(text: str, more: tuple[str, ...] = ()) -> ctypes.CDLL:
     try:
         folder = cache()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        return _in_folder(folder, digest, text, (found, *FLAGS, *more))
+        return _in_folder(folder, digest, text, (*found, *FLAGS, *more))
     except (OSError, RuntimeError):  # no home, or no place to keep it where it can be loaded
         pass
     try:
         with tempfile.TemporaryDirectory() as folder:
-            return _in_folder(Path(folder), digest, text, (found, *FLAGS, *more))
+            return _in_folder(Path(folder), digest, text, (*found, *FLAGS, *more))
     except OSError as error:
         raise InputError(
-            f"C compiler: found {error}, expected {found} to make a library that can be loaded"
+            f"C compiler: found {error}, expected {found[0]} to make a library that can be loaded"
         ) from None
 
 
