@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from gyrostat._jax import jax, jnp
 from gyrostat.body import Gyrostat, Spacecraft, SpacecraftSensor, WheelFailures, rotations
 from gyrostat.control import TwoWheelSweeps, ZeroMomentumRecovery
-from gyrostat.control.rest_to_rest import progress, rate_axis, turned
+from gyrostat.control.recovery.rest_to_rest import progress, rate_axis, turned
 from gyrostat.errors import InputError
 from gyrostat.simulate.loop import run
 from gyrostat.wheel import WheelArray

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from gyrostat._jax import jax, jnp
 from gyrostat.body import rotations
-from gyrostat.control.rest_to_rest import (
+from gyrostat.control.recovery.rest_to_rest import (
     Sweep,
     progress,
     rate_axis,

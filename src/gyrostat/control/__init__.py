@@ -36,9 +36,12 @@ from gyrostat.control.momentum_control import (
 from gyrostat.control.momentum_management import MomentumManagement
 from gyrostat.control.null_space import NullSpaceControl
 from gyrostat.control.output_zeroing import OutputZeroing, ZeroingCommand
-from gyrostat.control.recovery_momentum import MomentumRecovery
-from gyrostat.control.recovery_one_wheel import OneWheelRecovery
-from gyrostat.control.recovery_zero_momentum import ZeroMomentumRecovery
+from gyrostat.control.recovery import (
+    MomentumRecovery,
+    OneWheelRecovery,
+    TwoWheelSweeps,
+    ZeroMomentumRecovery,
+)
 from gyrostat.control.riccati import RiccatiSolution, lyapunov, riccati
 from gyrostat.control.safe_frit import SafeFrit
 from gyrostat.control.speed_mode import SpeedMode
@@ -46,7 +49,6 @@ from gyrostat.control.state_dependent import StateDependentRiccati
 from gyrostat.control.three_axis_law import ThreeAxisLaw
 from gyrostat.control.two_wheel_law import TwoWheelLaw
 from gyrostat.control.two_wheel_pointing import PointingCommand, TwoWheelPointing
-from gyrostat.control.two_wheel_sweeps import TwoWheelSweeps
 from gyrostat.control.wheel_array_control import (
     ArrayCommand,
     AttitudeTargets,

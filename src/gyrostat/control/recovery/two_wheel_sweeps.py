@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float
 from gyrostat._jax import jax, jnp
 from gyrostat.body import Spacecraft, rotations
 from gyrostat.body.rotations import Quaternion, Vector
-from gyrostat.control.rest_to_rest import Sweep, progress, shortest, timed, turned
+from gyrostat.control.recovery.rest_to_rest import Sweep, progress, shortest, timed, turned
 from gyrostat.control.working_wheels import SPAN, WorkingWheels
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar

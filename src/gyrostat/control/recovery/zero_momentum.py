@@ -9,8 +9,8 @@ from jaxtyping import Array, Bool, Float
 from gyrostat._jax import jnp
 from gyrostat.body import Spacecraft, rotations
 from gyrostat.body.rotations import Quaternion, Vector
-from gyrostat.control.rest_to_rest import Sweep, progress, rate_axis, turned
-from gyrostat.control.two_wheel_sweeps import TwoWheelSweeps
+from gyrostat.control.recovery.rest_to_rest import Sweep, progress, rate_axis, turned
+from gyrostat.control.recovery.two_wheel_sweeps import TwoWheelSweeps
 from gyrostat.friction import Scalar
 from gyrostat.require import require
 
