@@ -171,11 +171,12 @@ def engines_of(folder, pool, basilisk, duration):
     if program is None:
         print("found no C compiler: lanes and the loop by hand are left out")
     else:
-        whole = InC(program, folder, "-DEVERYTHING=1")
-        engines["C by hand, everything"] = partial(whole, some["C"], count), RUNS["C"] * count
         for words, flags in (("", ()), (", -ffast-math", FAST)):
             by_hand = InC(program, folder, *flags)
             engines["C by hand" + words] = partial(by_hand, some["C"], count), RUNS["C"] * count
+            whole = InC(program, folder, "-DEVERYTHING=1", *flags)
+            flight = partial(whole, some["C"], count)
+            engines["C by hand, everything" + words] = flight, RUNS["C"] * count
             in_lanes = InLanes(some["lanes"], count, *flags)
             engines["lanes" + words] = in_lanes, RUNS["lanes"] * count
     if basilisk is None:
