@@ -89,6 +89,35 @@ def test_quotients_that_are_made_whole_stay_exact():
     np.testing.assert_array_equal(whole, np.trunc(given[0] / 49.0))
 
 
+def test_quotients_from_branches_and_tables_stay_exact():
+    def program(k, step):
+        quotient, rest = (k * step) / step, k - jnp.round(k)
+        dear = jnp.sin(rest) * jnp.cos(rest)
+        return (
+            jnp.floor(jnp.where(rest == 0.0, quotient + dear, 2.5 + 3.0 / step)),
+            jnp.floor(jax.lax.cond(k > 3.0, lambda: quotient, lambda: k + 1.0 / step)),
+            jnp.floor(jnp.stack([quotient, 2.0 / step])[(k < 0.0).astype(int)]),
+            jnp.floor(jax.lax.scan(lambda c, x: (c, k * x / x), 0.0, step + jnp.zeros(1))[1][0]),
+            jnp.floor(jnp.sqrt(k * (k * step / step))),
+            jnp.where(quotient == k, k, 0.0),
+        )
+
+    whole, steps = np.arange(1.0, 500.0), np.full(499, 49.0)
+    found = lanes(program, (True, True), (whole, steps), more_flags=("-ffp-contract=off",))
+    for made in found(whole, steps):
+        np.testing.assert_array_equal(made, whole)
+
+
+def test_constants_are_joined_where_a_number_can_hold_them():
+    def program(large, small):
+        return large / 1e308, large * 1e-200 * 1e-200, small * 1e200 * 1e200, small * 2.0 * 1e9
+
+    given = np.array([1e300, -2e300]), np.array([1e-300, -2e-300])
+    found = lanes(program, (True, True), given)(*given)
+    for ours, exact in zip(found, program(*given), strict=True):
+        np.testing.assert_allclose(ours, exact, rtol=1e-15)
+
+
 def test_nothing_endless_is_a_limit():
     text = compiled(lambda v: jnp.clip(v, -jnp.inf, np.array([np.inf, 1.0, np.inf])), VECTORS)
     assert statements(text, "at_(most|least)") == 1
