@@ -80,8 +80,8 @@ def test_quotients_that_are_made_whole_stay_exact():
         return total, whole, (k * 0.1) * 10.0 >= 3.0, jnp.trunc(k / 49.0)
 
     given = np.arange(1.0, 500.0), np.full(499, 49.0)
-    program = lanes(program, (True, True), given, more_flags=("-ffp-contract=off",))
-    total, (rounded, up, rest), _, whole = program(*given)
+    found = lanes(program, (True, True), given, more_flags=("-ffp-contract=off",))
+    total, (rounded, up, rest), _, whole = found(*given)
     np.testing.assert_array_equal(total, 3.0 * given[0])
     np.testing.assert_array_equal(rounded, np.round(0.5 + (given[0] / 49.0 - 0.5)))
     np.testing.assert_array_equal(up, np.ceil(given[0] / 49.0))
@@ -186,3 +186,15 @@ def test_a_branch_takes_all_that_leads_to_it():
     before, branch = compiled(program, vectors).split("if (SELDOM(any(", 1)
     assert statements(before, "(cos|tan)_real") == 0
     assert statements(branch, "tan_real") == 3
+
+
+def test_a_branch_may_take_some_elements_of_an_array():
+    def program(v, x):
+        dear = jnp.sin(v + 1.0) * jnp.cos(v + 2.0) * x
+        inner = jnp.where(v == 0.0, dear, jnp.tan(v))
+        outer = jnp.sin(inner[0]) * jnp.cos(inner[0]) + dear[2]
+        return jnp.where(x == 0.0, outer, x), inner[1:]
+
+    vectors = np.where(RANDOM.random((RUNS, 3)) < 0.3, 0.0, VECTORS)
+    text = compiled(program, vectors, np.where(RANDOM.random(RUNS) < 0.3, 0.0, VECTORS[:, 0]))
+    assert text.count("if (SELDOM(any(") == 2
