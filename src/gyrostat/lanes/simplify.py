@@ -84,12 +84,12 @@ class _Values:
         self._depth: dict[Operand, int] = {}
         self._filled: dict[Table, tuple[Operand, ...]] = {}
 
-    def block(self, *blocks: Block, names: Sequence[Name] = (), loops: bool = False) -> Block:
-        """Blocks that follow each other, as one; `names` are new in them."""
-        return self._blocks(blocks, names, loops=loops)[-1]
+    def block(self, block: Block) -> Block:
+        """A block that is no loop's."""
+        return self._blocks([block], [], loops=False)[0]
 
     def _blocks(self, blocks: Sequence[Block], names: Sequence[Name], *, loops: bool):
-        """The same, one by one: the later may read what the earlier have made."""
+        """Blocks of which the later may read what the earlier have made; `names` are new there."""
         scope = _Scope(loops=loops)
         self._scopes.append(scope)
         self._depth.update(dict.fromkeys(names, len(self._scopes)))
