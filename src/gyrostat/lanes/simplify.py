@@ -2,9 +2,9 @@
 
 What is computed twice is computed once, products with constant zeros and ones go, divisions by
 constants and by what does not change in a loop become products. Results may move by roundings, but
-not where a quotient is made whole or asked to be equal, unless a loop has carried it there. What is
-multiplied by a constant zero no longer spreads its NaN or infinity, a zero may have another sign,
-and divisors beyond 2^1022 count as infinite.
+not where a quotient is made whole, unless a loop has carried it there; comparisons may see them.
+What is multiplied by a constant zero no longer spreads its NaN or infinity, a zero may have another
+sign, and divisors beyond 2^1022 count as infinite.
 """
 
 from collections import Counter
@@ -29,10 +29,10 @@ from gyrostat.lowering.program import (
     inner_blocks,
 )
 
-_WHOLE = frozenset({"floor", "ceil", "round", "rint", "fmod", "to_integer", "to_bits", "eq", "ne"})
+_WHOLE = frozenset({"floor", "ceil", "round", "rint", "fmod", "to_integer", "to_bits"})
 _ARITHMETIC = frozenset({"add", "sub", "mul", "div", "neg", "abs", "max", "min", "sqrt"})
 _ARITHMETIC |= frozenset({"select", "element"})
-_COMMUTATIVE = frozenset({"add", "mul", "and", "or", "xor", "eq", "ne"})
+_COMMUTATIVE = frozenset({"add", "mul", "and", "or", "xor"})
 
 
 def simplify(function: Function) -> None:
