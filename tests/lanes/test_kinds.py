@@ -140,3 +140,13 @@ def test_runs_are_counted():
             program(REAL, REAL, asked=asked)
     with pytest.raises(InputError, match="own"):
         lanes(lambda x: x, (False,), (1.0,))
+
+
+def test_shared_bits_are_shifted_out():
+    def program(bits, by, other):
+        return bits << by, bits >> by, other + (bits >> np.uint64(3)) + (bits << np.uint64(3))
+
+    given = np.uint64(2**63 + 7), np.uint64(70), np.arange(5, dtype=np.uint64)
+    left, right, moved = lanes(program, (False, False, True), given)(*given)
+    np.testing.assert_array_equal(np.concatenate([left, right]), 0)
+    np.testing.assert_array_equal(moved, 2**60 + 56 + given[2])

@@ -80,13 +80,41 @@ def test_quotients_that_are_made_whole_stay_exact():
         return total, whole, (k * 0.1) * 10.0 >= 3.0, jnp.trunc(k / 49.0)
 
     given = np.arange(1.0, 500.0), np.full(499, 49.0)
-    program = lanes(program, (True, True), given, more_flags=("-ffp-contract=off",))
-    total, (rounded, up, rest), _, whole = program(*given)
+    found = lanes(program, (True, True), given, more_flags=("-ffp-contract=off",))
+    total, (rounded, up, rest), _, whole = found(*given)
     np.testing.assert_array_equal(total, 3.0 * given[0])
     np.testing.assert_array_equal(rounded, np.round(0.5 + (given[0] / 49.0 - 0.5)))
     np.testing.assert_array_equal(up, np.ceil(given[0] / 49.0))
     np.testing.assert_array_equal(rest, given[0] % 7.0)
     np.testing.assert_array_equal(whole, np.trunc(given[0] / 49.0))
+
+
+def test_quotients_from_branches_and_tables_stay_exact():
+    def program(k, step):
+        quotient, rest = (k * step) / step, k - jnp.round(k)
+        dear = jnp.sin(rest) * jnp.cos(rest)
+        return (
+            jnp.floor(jnp.where(rest == 0.0, quotient + dear, 2.5 + 3.0 / step)),
+            jnp.floor(jax.lax.cond(k > 3.0, lambda: quotient, lambda: k + 1.0 / step)),
+            jnp.floor(jnp.stack([quotient, 2.0 / step])[(k < 0.0).astype(int)]),
+            jnp.floor(jax.lax.scan(lambda c, x: (c, k * x / x), 0.0, step + jnp.zeros(1))[1][0]),
+            jnp.floor(jnp.sqrt(k * (k * step / step))),
+        )
+
+    whole, steps = np.arange(1.0, 500.0), np.full(499, 49.0)
+    found = lanes(program, (True, True), (whole, steps), more_flags=("-ffp-contract=off",))
+    for made in found(whole, steps):
+        np.testing.assert_array_equal(made, whole)
+
+
+def test_constants_are_joined_where_a_number_can_hold_them():
+    def program(large, small):
+        return large / 1e308, large * 1e-200 * 1e-200, small * 1e200 * 1e200, small * 2.0 * 1e9
+
+    given = np.array([1e300, -2e300]), np.array([1e-300, -2e-300])
+    found = lanes(program, (True, True), given)(*given)
+    for ours, exact in zip(found, program(*given), strict=True):
+        np.testing.assert_allclose(ours, exact, rtol=1e-15)
 
 
 def test_nothing_endless_is_a_limit():
@@ -157,3 +185,15 @@ def test_a_branch_takes_all_that_leads_to_it():
     before, branch = compiled(program, vectors).split("if (SELDOM(any(", 1)
     assert statements(before, "(cos|tan)_real") == 0
     assert statements(branch, "tan_real") == 3
+
+
+def test_a_branch_may_take_some_elements_of_an_array():
+    def program(v, x):
+        dear = jnp.sin(v + 1.0) * jnp.cos(v + 2.0) * x
+        inner = jnp.where(v == 0.0, dear, jnp.tan(v))
+        outer = jnp.sin(inner[0]) * jnp.cos(inner[0]) + dear[2]
+        return jnp.where(x == 0.0, outer, x), inner[1:]
+
+    vectors = np.where(RANDOM.random((RUNS, 3)) < 0.3, 0.0, VECTORS)
+    text = compiled(program, vectors, np.where(RANDOM.random(RUNS) < 0.3, 0.0, VECTORS[:, 0]))
+    assert text.count("if (SELDOM(any(") == 2

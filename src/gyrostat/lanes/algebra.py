@@ -1,6 +1,7 @@
 """Rules by which an operation on numbers is a simpler one, or none."""
 
 import math
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
@@ -74,6 +75,11 @@ def _is(operand: Operand, value: int) -> bool:
     return isinstance(operand, Number) and operand.kind != "logical" and operand.value == value
 
 
+def _is_normal(value: float) -> bool:
+    """Whether a number is neither zero, in lanes, nor endless."""
+    return sys.float_info.min <= abs(value) < math.inf
+
+
 def _negated(known: Known, operand: Operand) -> Operand | None:
     """What an operand is the negative of."""
     made = known.made(operand)
@@ -120,7 +126,9 @@ def _mul(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
         if kind == "real" and isinstance(one, Number) and made and made.operation == "mul":
             inner, rest = made.operands  # where a constant comes first
             if isinstance(inner, Number) and not known.is_exact(of):
-                return known.value(of, "mul", Number(kind, inner.value * one.value), rest)
+                both = inner.value * one.value
+                if _is_normal(both):
+                    return known.value(of, "mul", Number(kind, both), rest)
     return None
 
 
@@ -131,8 +139,7 @@ def _div(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
         return None
     if isinstance(b, Number):
         share = 1.0 / b.value if b.value else math.inf
-        fits = math.isfinite(share) and share
-        return known.value(of, "mul", a, Number("real", share)) if fits else None
+        return known.value(of, "mul", a, Number("real", share)) if _is_normal(share) else None
     negated = _negated(known, a)
     if negated is not None:
         return known.value(of, "neg", known.value(of, "div", negated, b))

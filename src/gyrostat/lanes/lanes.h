@@ -179,8 +179,11 @@ FUNCTION uint64_t one_bits_of_real(double x)
         after;                                                                                    \
     })
 
-/* NaN stays NaN */
-/* the same beside a number that is none of those */
+/* the bits of a number, moved; from 64 on none is left, as in XLA */
+FUNCTION uint64_t one_shift_left(uint64_t x, uint64_t by) { return by < 64 ? x << by : 0; }
+FUNCTION uint64_t one_shift_right(uint64_t x, uint64_t by) { return by < 64 ? x >> by : 0; }
+
+/* NaN stays NaN; first beside a number that is none */
 #if LANES == 8
 FUNCTION real at_least(double a, real b) { return (real)_mm512_max_pd((__m512d)all_real(a), (__m512d)b); }
 FUNCTION real at_most(double a, real b) { return (real)_mm512_min_pd((__m512d)all_real(a), (__m512d)b); }

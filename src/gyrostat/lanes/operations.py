@@ -61,8 +61,8 @@ def converted(operation: str, kind: Kind, text: str) -> str | None:
 def on_one(operation: str, operands: Sequence[Operand], texts: list[str]) -> str:
     """An operation on single numbers."""
     kind = operands[0].kind
-    if operation == "shift_right":
-        return f"({ONE[kind]})((uint64_t){texts[0]} >> {texts[1]})"
+    if operation in ("shift_left", "shift_right"):
+        return f"({ONE[kind]})one_{operation}({', '.join(texts)})"
     sign = INFIX.get(operation) or _COMPARED.get(operation)
     if sign is not None:
         return f"{texts[0]} {sign} {texts[1]}"

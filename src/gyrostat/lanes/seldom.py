@@ -103,9 +103,11 @@ class _Moving:
 
     def _without(self, block: Block, selects: Mapping[int, Assign]) -> Block:
         """A block in which what only the seldom sides of selects need is a branch before them."""
-        first = next((k for k, statement in enumerate(block) if id(statement) in selects), None)
-        if first is None:  # they have moved with another
+        places = {id(statement): place for place, statement in enumerate(block)}
+        selects = {number: s for number, s in selects.items() if number in places}
+        if not selects:  # they have moved with another
             return block
+        first = min(places[number] for number in selects)
         sides = dict.fromkeys(s.operands[1] for s in selects.values())
         taken = set(selects)
         moved: list[Statement] = []

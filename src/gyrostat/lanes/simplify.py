@@ -2,15 +2,16 @@
 
 What is computed twice is computed once, products with constant zeros and ones go, divisions by
 constants and by what does not change in a loop become products. Results may move by roundings, but
-not where a quotient is made whole, and what is multiplied by a constant zero no longer spreads its
-NaN or infinity.
+not where a quotient is made whole, unless a loop has carried it there; comparisons may see them.
+What is multiplied by a constant zero no longer spreads its NaN or infinity, a zero may have another
+sign, and divisors beyond 2^1022 count as infinite.
 """
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from gyrostat.lanes.algebra import key, simpler
-from gyrostat.lowering.needs import reached
+from gyrostat.lowering.needs import Needs, reached
 from gyrostat.lowering.program import (
     Assign,
     Block,
@@ -29,33 +30,40 @@ from gyrostat.lowering.program import (
 )
 
 _WHOLE = frozenset({"floor", "ceil", "round", "rint", "fmod", "to_integer", "to_bits"})
-_ARITHMETIC = frozenset({"add", "sub", "mul", "div", "neg", "abs", "max", "min", "select"})
-_COMMUTATIVE = frozenset({"add", "mul", "and", "or", "xor", "eq", "ne"})
+_ARITHMETIC = frozenset({"add", "sub", "mul", "div", "neg", "abs", "max", "min", "sqrt"})
+_ARITHMETIC |= frozenset({"select", "element"})
+_COMMUTATIVE = frozenset({"add", "mul", "and", "or", "xor"})
 
 
 def simplify(function: Function) -> None:
     """Simplify a function without calls, in place; what it no longer needs is still in it."""
-    assigned = {statement.target: statement for statement in _assigns(function.body)}
-    divided_by = Counter(s.operands[1] for s in assigned.values() if s.operation == "div")
-    values = _Values(divided_by, _exact(assigned))
+    assigned = [s for s in _statements(function.body) if isinstance(s, Assign)]
+    divided_by = Counter(s.operands[1] for s in assigned if s.operation == "div")
+    values = _Values(divided_by, _exact(function))
     function.body = values.block(function.body)
     function.results = values.known_as(function.results)
 
 
-def _assigns(block: Block) -> Iterator[Assign]:
-    """The assignments of a block and of those in it."""
+def _statements(block: Block) -> Iterator[Statement]:
+    """The statements of a block and of those in it."""
     for statement in block:
-        if isinstance(statement, Assign):
-            yield statement
+        yield statement
         for inner in inner_blocks(statement):
-            yield from _assigns(inner)
+            yield from _statements(inner)
 
 
-def _exact(assigned: Mapping[Name, Assign]) -> set[Name | Table]:
+def _exact(function: Function) -> set[Name | Table]:
     """What is made whole: there the last bit of a quotient decides, as in floor(t / step)."""
-    steps = {name: s.operands for name, s in assigned.items() if s.operation in _ARITHMETIC}
-    made_whole = (s.operands for s in assigned.values() if s.operation in _WHOLE)
-    return reached((operand for operands in made_whole for operand in operands), steps)
+    steps, made_whole = Needs([function]).of, []
+    for statement in _statements(function.body):
+        match statement:
+            case Assign(target, operation, operands) if operation not in _ARITHMETIC:
+                del steps[target]
+                made_whole += operands if operation in _WHOLE else ()
+            case Loop(carried=carried):  # else all that a loop computes would be exact
+                for each in carried:
+                    del steps[each.name]
+    return reached(made_whole, steps)
 
 
 class _Scope:
@@ -76,12 +84,12 @@ class _Values:
         self._depth: dict[Operand, int] = {}
         self._filled: dict[Table, tuple[Operand, ...]] = {}
 
-    def block(self, *blocks: Block, names: Sequence[Name] = (), loops: bool = False) -> Block:
-        """Blocks that follow each other, as one; `names` are new in them."""
-        return self._blocks(blocks, names, loops=loops)[-1]
+    def block(self, block: Block) -> Block:
+        """A block that is no loop's."""
+        return self._blocks([block], [], loops=False)[0]
 
     def _blocks(self, blocks: Sequence[Block], names: Sequence[Name], *, loops: bool):
-        """The same, one by one: the later may read what the earlier have made."""
+        """Blocks of which the later may read what the earlier have made; `names` are new there."""
         scope = _Scope(loops=loops)
         self._scopes.append(scope)
         self._depth.update(dict.fromkeys(names, len(self._scopes)))
