@@ -4,6 +4,7 @@ Store, executor and order of work are the real ones; only what a worker computes
 """
 
 import os
+import signal
 import sys
 import time
 from pathlib import Path
@@ -14,6 +15,8 @@ import numpy as np
 from gyrostat.campaign import Scenario, cluster, run_campaign
 from gyrostat.campaign.schema import metric_units
 
+if __name__ == "__main__":  # what is started in the background is told to ignore Ctrl-C
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 PAUSE = float(sys.argv[3]) if __name__ in ("__main__", "__mp_main__") else 0.0
 SCENARIO = Scenario(
     name="fake",

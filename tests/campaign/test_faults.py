@@ -20,11 +20,6 @@ FAKE = Path(__file__).with_name("fake_campaign.py")
 RUNS = 41  # the last block is not full
 
 
-def hears_control_c():
-    """What runs in the background ignores it, and so does all that it starts."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
 def start(out, pause=0.0, *scheduler, **environment):
     """A campaign as a process of its own, at the head of its group."""
     command = [sys.executable, str(FAKE), str(out), str(RUNS), str(pause), *scheduler]
@@ -35,7 +30,6 @@ def start(out, pause=0.0, *scheduler, **environment):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        preexec_fn=hears_control_c,
     )
 
 

@@ -26,34 +26,45 @@ def words(leaf):
     return np.asarray(jax.random.key_data(leaf) if key else leaf)
 
 
-@pytest.mark.parametrize(
-    ("function", "arguments"),
-    [
-        (lambda f: (f[0] < f[1], f[0] >= f[2], jnp.argmax(f), jnp.argmin(f)), (FLAGS,)),
-        (lambda f: (jnp.sort(f), jnp.maximum(f[0], f[1]), jnp.minimum(f[0], f[1])), (FLAGS,)),
-        (lambda f: (f < jnp.array(True), jnp.array(False) < f), (FLAGS,)),
-        (lambda a, b: ((a - b) >> 1, (a * b) >> 3, (a << 20) >> 20), (WORDS, WORDS[::-1])),
-        (lambda a: ((-a).astype(float), jnp.sum(jnp.stack([a, a])).astype(float)), (WORDS,)),
-        (lambda a: (a.astype(jnp.int32) < 0, a.astype(jnp.int64)), (WORDS,)),
-        (lambda k: ((k * k).astype(float), (k + k) < 0), ((SIGNED * 400_000_000).astype("i4"),)),
-        (lambda k: k.astype(jnp.int32).astype(float), (SIGNED * 2**31 + 7,)),
-        (lambda x: x.astype(jnp.int32), (BEYOND,)),
-        (lambda x: x.astype(jnp.uint32), (BEYOND,)),
-        (lambda x: x.astype(jnp.uint64), (BEYOND,)),
-        (lambda f: f.astype(jnp.uint32) + jnp.uint32(1), (FLAGS,)),
-        (lambda k: jax.lax.shift_right_logical(k, 3), (SIGNED,)),
-        (lambda a: (jnp.maximum(a, jnp.uint64(2**63)), jnp.minimum(a, jnp.uint64(7))), (LONG,)),
-        (lambda k: k + jax.lax.add(jnp.int64(2**63 - 1), jnp.int64(1)), (SIGNED,)),
-        (lambda a: jax.lax.bitcast_convert_type(a, jnp.int32) < 0, (WORDS,)),
-        (lambda k: jax.random.uniform(jax.random.key(k)), (SIGNED.astype(np.int32),)),
-        (lambda x: (scan_of_70(x), scan_of_70(x)), (REAL,)),
-        (lambda x: (lambda rows: (rows, rows))(scan_of_70(x)), (REAL,)),
-    ],
-)
-def test_numbers_are_those_of_xla(function, arguments, flags):
-    expected = jax.vmap(function)(*arguments)
-    found = lanes(function, (True,) * len(arguments), arguments, more_flags=flags)(*arguments)
-    for ours, theirs in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
+CASES = [
+    (lambda f: (f[0] < f[1], f[0] >= f[2], jnp.argmax(f), jnp.argmin(f)), (FLAGS,)),
+    (lambda f: (jnp.sort(f), jnp.maximum(f[0], f[1]), jnp.minimum(f[0], f[1])), (FLAGS,)),
+    (lambda f: (f < jnp.array(True), jnp.array(False) < f), (FLAGS,)),
+    (lambda a, b: ((a - b) >> 1, (a * b) >> 3, (a << 20) >> 20), (WORDS, WORDS[::-1])),
+    (lambda a: ((-a).astype(float), jnp.sum(jnp.stack([a, a])).astype(float)), (WORDS,)),
+    (lambda a: (a.astype(jnp.int32) < 0, a.astype(jnp.int64)), (WORDS,)),
+    (lambda k: ((k * k).astype(float), (k + k) < 0), ((SIGNED * 400_000_000).astype("i4"),)),
+    (lambda k: k.astype(jnp.int32).astype(float), (SIGNED * 2**31 + 7,)),
+    (lambda x: x.astype(jnp.int32), (BEYOND,)),
+    (lambda x: x.astype(jnp.uint32), (BEYOND,)),
+    (lambda x: x.astype(jnp.uint64), (BEYOND,)),
+    (lambda f: f.astype(jnp.uint32) + jnp.uint32(1), (FLAGS,)),
+    (lambda k: jax.lax.shift_right_logical(k, 3), (SIGNED,)),
+    (lambda a: (jnp.maximum(a, jnp.uint64(2**63)), jnp.minimum(a, jnp.uint64(7))), (LONG,)),
+    (lambda k: k + jax.lax.add(jnp.int64(2**63 - 1), jnp.int64(1)), (SIGNED,)),
+    (lambda a: jax.lax.bitcast_convert_type(a, jnp.int32) < 0, (WORDS,)),
+    (lambda k: jax.random.uniform(jax.random.key(k)), (SIGNED.astype(np.int32),)),
+    (lambda x: (scan_of_70(x), scan_of_70(x)), (REAL,)),
+    (lambda x: (lambda rows: (rows, rows))(scan_of_70(x)), (REAL,)),
+]
+
+
+@pytest.fixture(scope="module")
+def found(flags):
+    """Results of all cases, of one program."""
+    given = tuple(arguments for _, arguments in CASES)
+
+    def every(*each):
+        return [function(*own) for (function, _), own in zip(CASES, each, strict=True)]
+
+    return lanes(every, (True,) * len(CASES), given, more_flags=flags)(*given)
+
+
+@pytest.mark.parametrize("case", range(len(CASES)))
+def test_numbers_are_those_of_xla(found, case):
+    function, arguments = CASES[case]
+    expected = jax.tree.leaves(jax.vmap(function)(*arguments))
+    for ours, theirs in zip(jax.tree.leaves(found[case]), expected, strict=True):
         assert ours.dtype == theirs.dtype
         np.testing.assert_array_equal(ours, theirs)
 
