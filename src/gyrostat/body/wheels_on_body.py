@@ -48,20 +48,26 @@ class WheelsOnBody(Contacts):
 
     def rate_of_body(self, motion: Motion) -> tuple[Vector, Vector]:
         """Body rate, and total momentum in body axes."""
-        wheels = self.body.spacecraft.wheels
         momentum = to_body(motion.carrier.attitude, motion.carrier.momentum)
-        rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * motion.speed)
-        return self.inverse_locked @ (momentum - rotors), momentum
+        return self.inverse_locked @ (momentum - self._of_rotors(motion.speed)), momentum
+
+    def _of_rotors(self, speed: PerWheel) -> Vector:
+        """Momentum of the rotors by their speeds, or torque by their accelerations."""
+        wheels = self.body.spacecraft.wheels
+        return jnp.asarray(wheels.axes) @ (wheels.inertia * speed)
+
+    def _felt(self, torque: Vector) -> PerWheel:
+        """What the wheels feel of a torque on the body, which turns under them, rad/s²."""
+        return -jnp.asarray(self.body.spacecraft.wheels.axes).T @ (self.inverse @ torque)
 
     def drive(self, motion: Motion, time: Scalar) -> tuple[PerWheel, PerWheel]:
         """See `Contacts.drive`."""
         rate, momentum = self.rate_of_body(motion)
-        # J dw/dt = N - A (m - F): what the wheels feel of N is the body turning under them
+        # J dw/dt = N - A (m - F)
         torque = self.body.torque(motion.carrier.attitude, self.started + time) - jnp.cross(
             rate, momentum
         )
-        drift = -jnp.asarray(self.body.spacecraft.wheels.axes).T @ (self.inverse @ torque)
-        return self.torque - self.added_viscous * motion.speed, drift
+        return self.torque - self.added_viscous * motion.speed, self._felt(torque)
 
     def carrier_rate(self, motion: Motion, friction: PerWheel, time: Scalar) -> Carrier:
         """See `Contacts.carrier_rate`."""
@@ -78,7 +84,6 @@ class WheelsOnBody(Contacts):
 
     def changes(self, motion: Motion, rate: Motion, time: Scalar) -> Changes:
         """See `Contacts.changes`."""
-        wheels = self.body.spacecraft.wheels
         turning, momentum = self.rate_of_body(motion)
 
         def outside(attitude, time):
@@ -87,17 +92,15 @@ class WheelsOnBody(Contacts):
         along = (rate.carrier.attitude, jnp.ones_like(time))
         torque, torque_change = jax.jvp(outside, (motion.carrier.attitude, time), along)
         gained = torque - jnp.cross(turning, momentum)
-        rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * rate.speed)
-        change = self.inverse_locked @ (gained - rotors)
-        felt = torque_change - jnp.cross(change, momentum) - jnp.cross(turning, gained)
+        change = self.inverse_locked @ (gained - self._of_rotors(rate.speed))
+        torque_change = torque_change - jnp.cross(change, momentum) - jnp.cross(turning, gained)
         drag_change = -self.added_viscous * rate.speed
-        drift_change = -jnp.asarray(wheels.axes).T @ (self.inverse @ felt)
         nutation = self.inverse @ momentum
         drag = jnp.max(self.added_viscous * jnp.diagonal(self.mobility))
         fastest = jnp.maximum(turning @ turning, nutation @ nutation)
         return Changes(
             drive=drag_change,
-            pull=self.mobility @ drag_change + drift_change,
+            pull=self.mobility @ drag_change + self._felt(torque_change),
             turn_squared=jnp.maximum(fastest, drag**2),
             turn_change_squared=change @ change,
         )

@@ -106,15 +106,16 @@ def library(text: str, more: tuple[str, ...] = ()) -> ctypes.CDLL:
     found = required()
     parts = (header(), text, compiler_version(), *FLAGS, *more, instructions())
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
+    command = (*found, *FLAGS, *more)
     try:
         folder = cache()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        return _in_folder(folder, digest, text, (*found, *FLAGS, *more))
+        return _in_folder(folder, digest, text, command)
     except (OSError, RuntimeError):  # no home, or no place to keep it where it can be loaded
         pass
     try:
         with tempfile.TemporaryDirectory() as folder:
-            return _in_folder(Path(folder), digest, text, (*found, *FLAGS, *more))
+            return _in_folder(Path(folder), digest, text, command)
     except OSError as error:
         raise InputError(
             f"C compiler: found {error}, expected {found[0]} to make a library that can be loaded"

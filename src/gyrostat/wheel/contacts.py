@@ -78,7 +78,7 @@ class Contacts(eqx.Module):
         """Largest torque that each wheel at rest withstands in sense `direction` (±1), N·m."""
 
     @abc.abstractmethod
-    def changes(self, motion: Motion, rate: Motion, time: Scalar) -> "Changes":
+    def changes(self, motion: Motion, rate: Motion, time: Scalar) -> Changes:
         """How fast drive and carrier change.
 
         Args:
