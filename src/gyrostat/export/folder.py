@@ -9,7 +9,7 @@ from gyrostat.export.measure import FLAGS, OPTIMISATION, Compiled, measure
 from gyrostat.export.module import Module, Precision
 from gyrostat.export.structs import Leaf
 from gyrostat.export.targets import STEPS, Target
-from gyrostat.lowering.program import Call, Function, inner_blocks
+from gyrostat.lowering.program import Call, Function, statements
 
 MAKEFILE = """\
 # Strict C99 without contracted products: then every run has the same last digits.
@@ -156,13 +156,7 @@ def _costs(target: Target, module: Module, compiled: Compiled | None) -> list[st
 
 def _depth(function: Function, compiled: Compiled) -> int:
     """Bytes of stack down the deepest chain of calls; a function that is inlined counts as none."""
-    calls: list[Function] = []
-    blocks = [function.body]
-    while blocks:
-        for statement in blocks.pop():
-            blocks += inner_blocks(statement)
-            if isinstance(statement, Call):
-                calls.append(statement.function)
+    calls = (s.function for s in statements(function.body) if isinstance(s, Call))
     below = max((_depth(called, compiled) for called in calls), default=0)
     return compiled.stack.get(function.name, 0) + below
 

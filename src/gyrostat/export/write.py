@@ -19,7 +19,7 @@ from gyrostat.lowering.program import (
     Statement,
     Store,
     Table,
-    inner_blocks,
+    statements,
 )
 from gyrostat.lowering.tracing import NOWHERE, Source
 
@@ -55,16 +55,11 @@ def _takes_in(reader: Statement, statement: Assign, made: Text) -> bool:
 
 def may_stop_early(function: Function) -> bool:
     """Whether a loop in it, or in what it calls, has a test that its bound may end."""
-
-    def in_block(block: Block) -> bool:
-        return any(
-            (isinstance(statement, Loop) and statement.goes_on is not None)
-            or (isinstance(statement, Call) and may_stop_early(statement.function))
-            or any(in_block(inner) for inner in inner_blocks(statement))
-            for statement in block
-        )
-
-    return in_block(function.body)
+    return any(
+        (isinstance(statement, Loop) and statement.goes_on is not None)
+        or (isinstance(statement, Call) and may_stop_early(statement.function))
+        for statement in statements(function.body)
+    )
 
 
 class Writer:
@@ -131,7 +126,7 @@ class Writer:
         return lines
 
     def _count(self, block: Block) -> None:
-        for statement in block:
+        for statement in statements(block):
             read = used(statement)
             if isinstance(statement, Loop):
                 read += [each.next for each in statement.carried]
@@ -139,8 +134,6 @@ class Writer:
             if isinstance(statement, Branch):
                 read += [value for made in statement.values for value in made]
             self._uses.update(operand for operand in read if isinstance(operand, Name))
-            for inner in inner_blocks(statement):
-                self._count(inner)
 
     def _block(self, block: Block, results: list[Operand]) -> None:
         """Write a block; what leaves it by `results` gets a name."""

@@ -8,7 +8,7 @@ sign, and divisors beyond 2^1022 count as infinite.
 """
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from gyrostat.lanes.algebra import key, simpler
 from gyrostat.lowering.needs import Needs, reached
@@ -26,7 +26,7 @@ from gyrostat.lowering.program import (
     Statement,
     Store,
     Table,
-    inner_blocks,
+    statements,
 )
 
 _WHOLE = frozenset({"floor", "ceil", "round", "rint", "fmod", "to_integer", "to_bits"})
@@ -37,25 +37,17 @@ _COMMUTATIVE = frozenset({"add", "mul", "and", "or", "xor"})
 
 def simplify(function: Function) -> None:
     """Simplify a function without calls, in place; what it no longer needs is still in it."""
-    assigned = [s for s in _statements(function.body) if isinstance(s, Assign)]
+    assigned = [s for s in statements(function.body) if isinstance(s, Assign)]
     divided_by = Counter(s.operands[1] for s in assigned if s.operation == "div")
     values = _Values(divided_by, _exact(function))
     function.body = values.block(function.body)
     function.results = values.known_as(function.results)
 
 
-def _statements(block: Block) -> Iterator[Statement]:
-    """The statements of a block and of those in it."""
-    for statement in block:
-        yield statement
-        for inner in inner_blocks(statement):
-            yield from _statements(inner)
-
-
 def _exact(function: Function) -> set[Name | Table]:
     """What is made whole: there the last bit of a quotient decides, as in floor(t / step)."""
     steps, made_whole = Needs([function]).of, []
-    for statement in _statements(function.body):
+    for statement in statements(function.body):
         match statement:
             case Assign(target, operation, operands) if operation not in _ARITHMETIC:
                 del steps[target]

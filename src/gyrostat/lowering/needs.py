@@ -15,7 +15,7 @@ from gyrostat.lowering.program import (
     Operand,
     Store,
     Table,
-    inner_blocks,
+    statements,
 )
 
 
@@ -31,7 +31,7 @@ class Needs:
         self.of.setdefault(target, []).extend(need for need in needs if need is not None)
 
     def _learn(self, block: Block) -> None:
-        for statement in block:
+        for statement in statements(block):
             match statement:
                 case Assign(target, _, operands, _, table):
                     self._gives(target, (*operands, table))
@@ -52,8 +52,6 @@ class Needs:
                         self._gives(target, (result,))
                     for parameter, operand in zip(function.parameters, operands, strict=True):
                         self._gives(parameter, (operand,))
-            for inner in inner_blocks(statement):
-                self._learn(inner)
 
 
 def reached(
@@ -70,10 +68,15 @@ def reached(
     return found
 
 
-def made_from(function: Function, given: Sequence[Name]) -> set[Name | Table]:
-    """Every name and table of a function that some of its parameters have a part in."""
-    makes: dict[Operand | Table, list[Name | Table]] = {}
+def uses(function: Function) -> dict[Operand | Table, set[Name | Table]]:
+    """What has been made from each operand and table of a function, its results left out."""
+    makes: dict[Operand | Table, set[Name | Table]] = {}
     for target, needs in Needs([function]).of.items():
         for need in needs:
-            makes.setdefault(need, []).append(target)
-    return reached(given, makes)
+            makes.setdefault(need, set()).add(target)
+    return makes
+
+
+def made_from(function: Function, given: Sequence[Name]) -> set[Name | Table]:
+    """Every name and table of a function that some of its parameters have a part in."""
+    return reached(given, uses(function))

@@ -4,6 +4,7 @@ A scalar is a `Name` that is given a value once, or a `Number`. Only a loop's ca
 at the end of each pass.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -156,3 +157,11 @@ def inner_blocks(statement: Statement) -> list[Block]:
     if isinstance(statement, Loop):
         return [statement.test, statement.body]
     return statement.blocks if isinstance(statement, Branch) else []
+
+
+def statements(block: Block) -> Iterator[Statement]:
+    """The statements of a block, each followed by those in it."""
+    for statement in block:
+        yield statement
+        for inner in inner_blocks(statement):
+            yield from statements(inner)

@@ -16,7 +16,7 @@ from gyrostat.lowering.program import (
     Statement,
     Store,
     Table,
-    inner_blocks,
+    statements,
 )
 
 
@@ -37,8 +37,9 @@ def prune(functions: Sequence[Function], roots: Sequence[Function]) -> list[Func
         names = reached(wanted, Needs(left).of)
         given: dict[Function, set[int]] = {function: set() for function in left}
         for function in left:
-            for call in _calls(function.body):
-                given[call.function] |= {k for k, t in enumerate(call.targets) if t in names}
+            for call in statements(function.body):
+                if isinstance(call, Call):
+                    given[call.function] |= {k for k, t in enumerate(call.targets) if t in names}
         for function in left:
             function.body = _kept(function.body, names, given)
         for function in left:
@@ -82,13 +83,3 @@ def _kept(block: Block, names: set[Name | Table], given: dict[Function, set[int]
 
 def _at(items: Sequence[Any], places: set[int]) -> list[Any]:
     return [item for k, item in enumerate(items) if k in places]
-
-
-def _calls(block: Block) -> list[Call]:
-    found: list[Call] = []
-    for statement in block:
-        if isinstance(statement, Call):
-            found.append(statement)
-        for inner in inner_blocks(statement):
-            found += _calls(inner)
-    return found
