@@ -40,7 +40,7 @@ def test_moves_as_the_full_one():
         state, _ = short(state, command, jnp.array(0.5 * k), jnp.array(0.5))
     assert rotations.error_angle(state.attitude, start.attitude) < 1e-6
     np.testing.assert_allclose(
-        ReducedSensor(reduced)(None, state, jax.random.key(0))[1].wheel_momentum,
+        ReducedSensor(reduced)(None, state, jax.random.key(0))[1].wheel_speed * ROTORS,
         ROTORS * start.wheel_speed,
         atol=1e-7,
     )

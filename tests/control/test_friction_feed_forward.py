@@ -30,10 +30,10 @@ class Demands:
 def told(demanded, speed, **options):
     values = {"band": 1.0, **options}
     part = FrictionFeedForward(
-        Demands(demanded), Stribeck(VISCOUS, COULOMB, STATIC, SPEED), INERTIA, 1e-3, **values
+        Demands(demanded), Stribeck(VISCOUS, COULOMB, STATIC, SPEED), 1e-3, **values
     )
     part.check()
-    measured = SimpleNamespace(wheel_momentum=INERTIA * np.array(speed))
+    measured = SimpleNamespace(wheel_speed=np.array(speed))
     memory, command = part(part.start(0.25), measured)
     assert memory == 0.25
     return np.asarray(command.torque)

@@ -104,7 +104,8 @@ def flown(items, count, period=0.5):
         )
         target = controller.law.target
         errors = jax.vmap(lambda q: rotations.error_angle(q, target))(histories.state.attitude)
-        return errors, histories.command.torque, histories.measurement.wheel_momentum
+        momenta = controller.rotor_inertia * histories.measurement.wheel_speed
+        return errors, histories.command.torque, momenta
 
     return eqx.filter_vmap(single)(*items)
 

@@ -86,7 +86,8 @@ def flown(items, count):
         target = controller.target
         errors = jax.vmap(lambda q: rotations.error_angle(q, target))(histories.state.attitude)
         seen = histories.measurement
-        return errors, seen.rate, histories.command.torque, seen.wheel_momentum
+        momenta = controller.rotor_inertia * seen.wheel_speed
+        return errors, seen.rate, histories.command.torque, momenta
 
     return eqx.filter_vmap(single)(*items)
 

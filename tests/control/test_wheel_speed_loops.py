@@ -31,7 +31,7 @@ class Wanted:
 
 
 class Sample(NamedTuple):
-    wheel_momentum: object
+    wheel_speed: object
 
 
 def flown(limit, friction):
@@ -40,7 +40,7 @@ def flown(limit, friction):
 
     def step(carry, _):
         memory, speed = carry
-        memory, command = loops(memory, Sample(ROTORS * speed))
+        memory, command = loops(memory, Sample(speed))
         speed = speed + PERIOD * (command.torque - friction) / ROTORS
         return (memory, speed), (speed, command.torque)
 

@@ -98,7 +98,7 @@ def test_controllers_are_given_the_filters_attitude():
     # one sample of the tracker pulls by twice the bandwidth times the period
     assert got.attitude[1] == pytest.approx(2.0 * 0.05 * 0.1 * 5e-5, rel=1e-3)
     assert got.rate[0] == pytest.approx(0.05**2 * 0.1 * 1e-4, rel=1e-3)
-    assert np.array_equal(got.wheel_momentum, [2.0, 3.0])
+    assert np.array_equal(got.wheel_speed, [2.0, 3.0])
 
 
 def made_up(last, settled):

@@ -32,7 +32,7 @@ texts = st.text(st.characters(exclude_categories=["Cs"]))
 @given(st.data(), st.sampled_from([*FRICTION_MODELS.values()]))
 def test_a_model_is_read_back_bit_by_bit(tmp_path_factory, data, friction):
     names = ("inertia", "motor_constant", *friction.dimensions())
-    above_zero = {"inertia", *friction.held_by_default}
+    above_zero = {"inertia", "motor_constant", *friction.held_by_default}
     values = {n: data.draw(positive if n in above_zero else finite) for n in names}
     if data.draw(st.booleans()):
         del values["inertia"]

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.stats import chi2, kstest
 
 from gyrostat._jax import jax, jnp
-from gyrostat.wheel import Delayed, LowPass, PulseTachometer, Tachometer
+from gyrostat.errors import InputError
+from gyrostat.wheel import Delayed, LowPass, PulseTachometer, Tachometer, WheelTachometer
 
 PERIOD = 0.1
 TURN = 2.0 * np.pi
@@ -118,3 +119,47 @@ def test_a_delay_moves_the_samples_and_the_first_stands_for_those_before(periods
     assert len(np.unique(now)) == len(now)
     np.testing.assert_array_equal(late[periods:], now[:-periods])
     np.testing.assert_array_equal(late[:periods], now[0])
+
+
+SEVERAL = np.array([5.0, -0.3, 0.0, 120.0])
+
+
+def of_several(sensor, count=40):
+    """What a sensor says of wheels that turn evenly."""
+
+    def tick(memory, now):
+        k, key = now
+        return sensor(memory, State(jnp.asarray(SEVERAL), k * PERIOD * SEVERAL), key)
+
+    memory = sensor.start(State(jnp.asarray(SEVERAL), jnp.zeros(4)), PERIOD)
+    keys = jax.random.split(jax.random.key(1), count)
+    return np.asarray(jax.lax.scan(tick, memory, (jnp.arange(count), keys))[1])
+
+
+def test_several_wheels_are_measured_as_each_alone():
+    pulses = of_several(PulseTachometer(24, 3))
+    for k, speed in enumerate(SEVERAL):
+        alone = samples(PulseTachometer(24, 3), np.full(40, speed))
+        np.testing.assert_array_equal(pulses[:, k], alone)
+    filtered = of_several(LowPass(PulseTachometer(24), 0.3))
+    alone = samples(LowPass(PulseTachometer(24), 0.3), np.full(40, SEVERAL[0]))
+    np.testing.assert_allclose(filtered[:, 0], alone, rtol=1e-14)
+
+
+def test_a_wheel_tachometer_is_made_of_the_simple_ones():
+    """Each of pulses, noise and lag, alone and together; none of them is the speed itself."""
+    np.testing.assert_array_equal(of_several(WheelTachometer()), np.tile(SEVERAL, (40, 1)))
+    for pulses, lag in ((24.0, 0.0), (0.0, 0.3), (24.0, 0.3)):
+        simple = PulseTachometer(pulses) if pulses else Tachometer()
+        simple = LowPass(simple, lag) if lag else simple
+        found = of_several(WheelTachometer(0.0, pulses, lag))
+        np.testing.assert_allclose(found, of_several(simple), rtol=1e-14)
+    noisy = of_several(WheelTachometer(0.2), 2000) - SEVERAL
+    low, high = chi2.ppf([1e-4, 1.0 - 1e-4], noisy.size)
+    assert low < np.sum((noisy / 0.2) ** 2) < high
+
+
+@pytest.mark.parametrize("values", [(-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, np.nan)])
+def test_a_wheel_tachometer_of_senseless_numbers_is_refused(values):
+    with pytest.raises(InputError, match="tachometer"):
+        WheelTachometer(*values).check()

@@ -2,7 +2,6 @@
 
 from gyrostat.body import rotations
 from gyrostat.body.attitude_sensors import (
-    RateGyro,
     StarTracker,
     TrackerGyroMeasurement,
     TrackerGyroSensors,
@@ -32,6 +31,7 @@ from gyrostat.body.imbalance import (
     ImbalancedRecord,
     ImbalancedState,
 )
+from gyrostat.body.rate_gyro import BodyMotion, RateGyro, integrated_rate
 from gyrostat.body.reduced_gyrostat import (
     ReducedGyrostat,
     ReducedRecord,
@@ -65,6 +65,7 @@ __all__ = [
     "BenchRecord",
     "BenchWheel",
     "BenchWheelState",
+    "BodyMotion",
     "BodyRateRecord",
     "BodyTorqueCommand",
     "CircularOrbit",
@@ -117,6 +118,7 @@ __all__ = [
     "WheelSpeedCommand",
     "WheelTorqueCommand",
     "check_inertia",
+    "integrated_rate",
     "read_spacecraft",
     "rotations",
     "unit_quaternion",

@@ -101,6 +101,10 @@ class DrivenGyrostat(eqx.Module):
         """Body rate in body axes, rad/s."""
         return self.gyrostat.rate(state)
 
+    def balanced_rate(self, state: Any) -> Vector:
+        """Body rate without the jitter of wheels out of balance, in body axes, rad/s."""
+        return getattr(self.gyrostat, "balanced_rate", self.gyrostat.rate)(state)
+
     def __call__(
         self, state: Any, command: Any, time: Scalar, duration: Scalar
     ) -> tuple[Any, Bool[Array, ""]]:

@@ -172,13 +172,16 @@ class Gyrostat(eqx.Module):
             state: one, or several with a leading axis of runs.
 
         Raises:
-            InputError: shapes that do not fit, or a quaternion that is not of unit length.
+            InputError: shapes that do not fit, a quaternion that is not of unit length, or a wheel
+                beyond its momentum limit.
         """
-        sizes = (4, 3, self.spacecraft.wheels.count)
+        wheels = self.spacecraft.wheels
+        sizes = (4, 3, wheels.count)
         for name, value, size in zip(state._fields, state, sizes, strict=True):
             if np.shape(value)[-1:] != (size,):
                 raise InputError(f"{name}: found shape {np.shape(value)}, expected ({size},)")
         check_unit(state.attitude)
+        wheels.check_speed(state.wheel_speed)
 
     def rate(self, state: GyrostatState) -> Vector:
         """Body rate in body axes, rad/s."""
@@ -238,7 +241,7 @@ class Gyrostat(eqx.Module):
             seized = failed & failures.seized
             # the body takes over at once what a rotor that stops had
             state = state._replace(wheel_speed=jnp.where(seized, 0.0, state.wheel_speed))
-            given = self._within_momentum_limit(state, given, duration)
+            given = self._within_momentum_limit(state, given, length)
             rubs = friction if steps is None else steps.at(time + start, friction)
             state, resolved = self._carry(state, given, rubs, seized, drag, time + start, length)
             return (state, fine & resolved), None

@@ -206,7 +206,11 @@ class ImbalancedGyrostat(eqx.Module):
     def rate(self, state: ImbalancedState) -> Vector:
         """Body rate with its jitter, in body axes, rad/s."""
         jitter = self.imbalance.jitter_rate(self.spacecraft, state.wheel_speed, state.wheel_angle)
-        return self.gyrostat.rate(self._balanced(state)) + jitter
+        return self.balanced_rate(state) + jitter
+
+    def balanced_rate(self, state: ImbalancedState) -> Vector:
+        """Body rate without jitter, in body axes, rad/s."""
+        return self.gyrostat.rate(self._balanced(state))
 
     def __call__(
         self, state: ImbalancedState, command: Any, time: Scalar, duration: Scalar

@@ -167,6 +167,6 @@ class ReducedSensor(eqx.Module):
         return None, SpacecraftMeasurement(
             attitude=state.attitude,
             rate=self.gyrostat.rate(state),
-            wheel_momentum=momentum,
+            wheel_speed=momentum / self.gyrostat.spacecraft.wheels.inertia,
             wheel_measured=jnp.ones(momentum.shape, dtype=bool),
         )

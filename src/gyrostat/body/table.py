@@ -144,15 +144,10 @@ class AirBearingTable(eqx.Module):
         Raises:
             InputError: an inertia or the motor constant is not positive, or not finite.
         """
-        for name, value, unit in (
-            ("table inertia", self.inertia, "kg·m²"),
-            ("wheel inertia", self.wheel.inertia, "kg·m²"),
-            ("motor_constant", self.wheel.motor_constant, "N·m/A"),
-        ):
-            require(name, value, unit, positive=True)
+        require("table inertia", self.inertia, "kg·m²", positive=True)
         if not np.all(np.isfinite(np.asarray(self.external_torque))):
             raise InputError("external torque: found a value that is not finite, expected N·m")
-        check_parts(self.driver, self.wheel.friction)
+        check_parts(self.driver, self.wheel)
 
     def start(
         self, *, attitude: Scalar = 0.0, rate: Scalar = 0.0, speed: Scalar = 0.0

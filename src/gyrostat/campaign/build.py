@@ -281,5 +281,5 @@ def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
     controller = ESTIMATORS[scenario.estimator].make(
         _options(values, "estimator"), controller, _options(scenario.values, "sensors")
     )
-    sensor = SENSORS[scenario.sensors].make(_options(values, "sensors"), plant)
+    sensor = SENSORS[scenario.sensors].make(_options(values, "sensors"), plant, plans.known)
     return Setup(plant, controller, sensor, start, starts, jnp.asarray(plans.targets))

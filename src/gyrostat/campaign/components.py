@@ -5,6 +5,7 @@ To add a component is to add an entry: its keys, and how it is made of their val
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 from gyrostat._jax import jnp
@@ -24,6 +25,7 @@ from gyrostat.campaign.schema import Key, positive, size, vector
 from gyrostat.control import EstimatedControl, FrictionFeedForward, FrictionFilterFeedForward
 from gyrostat.estimate import AttitudeFilter, FrictionTorqueFilter
 from gyrostat.friction import Scalar
+from gyrostat.wheel import WheelTachometer
 
 Options = Mapping[str, Scalar]
 """Values of a component's keys, SI."""
@@ -51,7 +53,6 @@ def _friction_model(
     return FrictionFeedForward(
         controller,
         wheels.friction,
-        jnp.asarray(wheels.inertia),
         jnp.asarray(wheels.torque_limit),
         options["band"],
         options["share"],
@@ -72,8 +73,23 @@ def _friction_filter(
     )
 
 
-def _white_noise(options: Options, plant: Any) -> SpacecraftSensor:
-    return SpacecraftSensor(plant, **options)
+def _tachometer(options: Options, known: Spacecraft) -> WheelTachometer:
+    # noise of a momentum is noise of a speed times the inertia that it was worked out with
+    older = options["wheel_sigma"] / jnp.asarray(known.wheels.inertia)
+    return WheelTachometer(
+        jnp.hypot(options["speed_sigma"], older),
+        options["tachometer_pulses"],
+        options["tachometer_lag"],
+    )
+
+
+def _white_noise(options: Options, plant: Any, known: Spacecraft) -> SpacecraftSensor:
+    return SpacecraftSensor(
+        plant,
+        options["attitude_sigma"],
+        options["rate_sigma"],
+        tachometer=_tachometer(options, known),
+    )
 
 
 def stacked(options: Options, name: str) -> Vector:
@@ -81,11 +97,16 @@ def stacked(options: Options, name: str) -> Vector:
     return jnp.stack([jnp.asarray(options[f"{name}.{axis}"], dtype=float) for axis in "xyz"])
 
 
-def _tracker_gyro(options: Options, plant: Any) -> TrackerGyroSensors:
+def _tracker_gyro(options: Options, plant: Any, known: Spacecraft) -> TrackerGyroSensors:
+    numbers = ("angle_walk", "bias_walk", "rate_limit", "coning_compensation")
+    vectors = ("bias", "scale_factor", "misalignment")
     return TrackerGyroSensors(
-        SpacecraftSensor(plant, wheel_sigma=options["wheel_sigma"]),
+        SpacecraftSensor(plant, tachometer=_tachometer(options, known)),
         StarTracker(options["attitude_sigma"], jnp.round(options["tracker_periods"])),
-        RateGyro(options["angle_walk"], options["bias_walk"], stacked(options, "bias")),
+        RateGyro(
+            **{name: options[name] for name in numbers},
+            **{name: stacked(options, name) for name in vectors},
+        ),
     )
 
 
@@ -138,19 +159,31 @@ COMPENSATORS: dict[str, Component] = {
         _friction_filter,
     ),
 }
+_TACHOMETER = {
+    "speed_sigma": size("speed", 0.0, "Noise of a tachometer sample."),
+    "tachometer_pulses": size("1", 0.0, "In one revolution, counted over a period; 0: not."),
+    "tachometer_lag": size("time", 0.0, "Time constant of the tachometer's low pass; 0: none."),
+    "wheel_sigma": size(
+        "momentum",
+        0.0,
+        "Older form of `speed_sigma`, times the nominal rotor inertia; both add in quadrature.",
+    ),
+}
 SENSORS: dict[str, Component] = {
     "white_noise": Component(
-        "Attitude, rate and wheel momenta with white noise (`gyrostat.body.SpacecraftSensor`).",
+        "Attitude and rate with white noise, wheel speeds from tachometers "
+        "(`gyrostat.body.SpacecraftSensor`, `gyrostat.wheel.WheelTachometer`).",
         {
             "attitude_sigma": size("angle", 0.0, "Of a sample about each body axis."),
             "rate_sigma": size("speed", 0.0, "Of a sample of each component."),
-            "wheel_sigma": size("momentum", 0.0, "Of a sample of each wheel's momentum."),
+            **_TACHOMETER,
         },
         _white_noise,
     ),
     "star_tracker_gyro": Component(
         "Star tracker, gyro and tachometers (`gyrostat.body.TrackerGyroSensors`), for the "
-        "estimator `kalman`.",
+        "estimator `kalman`. The gyro gives the integral of the body rate over the period "
+        "(`gyrostat.body.RateGyro`).",
         {
             "attitude_sigma": positive("angle", None, "Of a sample of the star tracker."),
             "tracker_periods": Key(
@@ -159,7 +192,13 @@ SENSORS: dict[str, Component] = {
             "angle_walk": positive("rad/√s", None, "Of the gyro: its integrated noise."),
             "bias_walk": size("rad/s/√s", 0.0, "Of the gyro: how its bias walks."),
             "bias": vector("speed", "Of the gyro, at the start."),
-            "wheel_sigma": size("momentum", 0.0, "Of a sample of each wheel's momentum."),
+            "scale_factor": vector("1", "Relative error of each gyro axis."),
+            "misalignment": vector("angle", "Rotation vector from body to gyro axes."),
+            "rate_limit": positive("speed", inf, "Largest rate that a gyro axis measures."),
+            "coning_compensation": Key(
+                "1", 0.0, "Share of the coning that the gyro compensates for.", least=0.0, most=1.0
+            ),
+            **_TACHOMETER,
         },
         _tracker_gyro,
     ),

@@ -20,6 +20,7 @@ from gyrostat.campaign.build import parts_of, phase_starts
 from gyrostat.campaign.scenario import INERTIA, Dispersion, Scenario
 from gyrostat.campaign.schema import key_of
 from gyrostat.errors import InputError
+from gyrostat.wheel.array import LIMIT_TOLERANCE
 
 AT_ONCE = 4096
 """Runs that are checked together: memory stays the same however many there are."""
@@ -97,12 +98,13 @@ def check_draws(scenario: Scenario, seed: int, runs: int) -> None:
                 if not entry.allows(value) or not np.isfinite(value):
                     raise InputError(
                         f"dispersion of {key}: found {value:g} in run {numbers[int(place)]}, "
-                        f"expected {entry.range()}: use less spread, uniform or log_normal"
+                        f"expected {entry.range(value)}: use less spread, uniform or log_normal"
                     )
         _check_together(scenario, numbers, values)
 
 
 def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:
+    _check_speeds(scenario, numbers, values)
     inertia = any(key.startswith("body.inertia.") for key in scenario.dispersed)
     events = any(key.startswith("event.") for key in scenario.dispersed)
     if not inertia and not events:
@@ -120,4 +122,21 @@ def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:
             raise InputError(
                 f"dispersion of event times: found events in another order in run {number}, "
                 "expected times that do not overlap"
+            )
+
+
+def _check_speeds(scenario: Scenario, numbers: range, values: Matrix) -> None:
+    """Refuse runs in which a wheel starts beyond its momentum limit, by `InputError`."""
+    drawn = dict(zip(scenario.dispersed, values.T, strict=True))
+    for wheel in scenario.wheels:
+        speed, inertia, limit = (
+            np.asarray(drawn.get(key, scenario.values[key]))
+            for key in (f"wheel.{wheel}.{n}" for n in ("speed", "inertia", "momentum_limit"))
+        )
+        beyond = np.abs(inertia * speed) > limit * (1.0 + LIMIT_TOLERANCE)
+        if np.any(beyond):
+            run = int(np.argmax(np.broadcast_to(beyond, len(numbers))))
+            raise InputError(
+                f"dispersion of wheel.{wheel}: found a start beyond its momentum limit in run "
+                f"{numbers[run]}, expected less spread"
             )

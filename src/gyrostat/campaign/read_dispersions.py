@@ -84,7 +84,7 @@ def _alone(row: Table, kind: str, key: str, scenario: Scenario, parts: Parts) ->
         own = _share(row, name)
         value = nominal + own * abs(nominal) if own is not None else _amount(row, name, entry, 0.0)
         if not entry.allows(value):
-            raise row.refuse(name, row.row[name], f"{key} {entry.range()}")
+            raise row.refuse(name, row.row[name], f"{key} {entry.range(value)}")
         bounds.append(value)
     if not bounds[0] < bounds[1]:
         raise row.refuse("high", row.row["high"], f"more than low, {bounds[0]:g} {entry.unit}")

@@ -32,14 +32,12 @@ from gyrostat.campaign.schema import (
 )
 from gyrostat.campaign.tables import Table, one_of, opened
 from gyrostat.errors import InputError
-from gyrostat.require import check_parts, check_period
+from gyrostat.require import MOST_PERIODS, check_parts, check_period, require_period
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", "controller", "compensator", "sensors"),
     *("estimator", "environment", "event", "dispersion", "metrics", *WHEEL_PARTS),
 )
-MOST_PERIODS = 100_000_000
-"""Control periods in a run: more are a slip of units."""
 
 
 def read_scenario(path: str | os.PathLike[str]) -> Scenario:
@@ -102,6 +100,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     try:
         setup = build(scenario, values, plan(scenario))
         check_parts(setup.plant, setup.controller, setup.sensor)
+        setup.plant.check_state(setup.start)
         check_period(values["run.control_period"], setup.controller)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
@@ -137,9 +136,11 @@ def _steps(run: Table, values: dict[str, float]) -> tuple[int, int]:
     """Control periods in a run, and integration steps in a control period."""
     period = values["run.control_period"]
     count = run.multiple("duration", values["run.duration"], "control period", period, MOST_PERIODS)
+    require_period(f"{run.path}: key run.control_period", period)
     if "step" not in run.row:
         return count, 1
     step = run.quantity("step", "time", positive=True)
+    require_period(f"{run.path}: key run.step", step)
     return count, run.multiple("control_period", period, "step", step, 10_000)
 
 

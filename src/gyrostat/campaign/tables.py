@@ -78,7 +78,7 @@ class Table:
         """A number that an entry of the schema allows, SI."""
         value = self.value(key, found, entry.dimension, positive=False)
         if not entry.allows(value):
-            raise self.refuse(key, found, entry.range())
+            raise self.refuse(key, found, entry.range(value))
         return value
 
     def numbers(self, keys: Mapping[str, Key]) -> dict[str, float]:

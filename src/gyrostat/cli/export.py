@@ -137,7 +137,7 @@ def _target(what: What, wheel: "Wheel", period_text: str, given: dict[str, Text]
     from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
     from gyrostat.estimate import FrictionScaleFilter
     from gyrostat.export import TARGETS, CompensatedWheel
-    from gyrostat.require import check_parts, require
+    from gyrostat.require import LARGEST, check_parts, require, require_period
     from gyrostat.units import parse_quantity
 
     known = (*NEEDED[what], *TAKEN.get(what, ()))
@@ -147,7 +147,7 @@ def _target(what: What, wheel: "Wheel", period_text: str, given: dict[str, Text]
     others = {option: value for option, value in given.items() if option not in known}
     refuse_given(others, f"--what {what}", "what flies being another")
     period = parse_quantity(period_text, "time", "--period")
-    require("--period", period, "s", positive=True)
+    require_period("--period", period)
 
     def quantity(option: str, dimension: str) -> float:
         return parse_quantity(str(given[option]), dimension, option)
@@ -164,8 +164,10 @@ def _target(what: What, wheel: "Wheel", period_text: str, given: dict[str, Text]
         check_parts(piece)
         return TARGETS[what](piece, period)
     law = AttitudePID(*map(float, numbers(str(given["--gains"]), 3, None, "--gains")))
-    if not all(map(math.isfinite, (law.proportional, law.integral, law.derivative))):
-        raise InputError(f"--gains: found {given['--gains']}, expected finite numbers")
+    if not all(abs(g) <= LARGEST for g in (law.proportional, law.integral, law.derivative)):
+        raise InputError(
+            f"--gains: found {given['--gains']}, expected finite numbers of size below {LARGEST:g}"
+        )
     if what is What.controller:
         return TARGETS[what](CurrentMode(law, wheel.motor_constant, limit), period)
     delay = int(given["--delay"] or 0)

@@ -160,8 +160,12 @@ def attitude(what: str, options: "Mapping[str, str | None]") -> "Vector | None":
 
 def _failed(items: list[str], file: "SpacecraftFile") -> dict[int, float]:
     """Number of each failed wheel -> its momentum, N·m·s."""
-    from gyrostat.units import parse_quantity
+    import numpy as np
 
+    from gyrostat.units import parse_quantity
+    from gyrostat.wheel.array import LIMIT_TOLERANCE
+
+    wheels = file.spacecraft.wheels
     found: dict[int, float] = {}
     for item in (part.strip() for entry in items for part in entry.split(",")):
         name, _, value = (part.strip() for part in item.partition("="))
@@ -173,13 +177,20 @@ def _failed(items: list[str], file: "SpacecraftFile") -> dict[int, float]:
             continue
         where = f"--failed {name}"
         try:
-            found[number] = parse_quantity(value, "momentum", where)
+            momentum = parse_quantity(value, "momentum", where)
         except InputError as error:
             try:
                 speed = parse_quantity(value, "speed", where)
             except InputError:
                 raise error from None
-            found[number] = float(file.spacecraft.wheels.inertia[number]) * speed
+            momentum = float(file.spacecraft.wheels.inertia[number]) * speed
+        most = float(np.broadcast_to(wheels.momentum_limit, wheels.count)[number])
+        if abs(momentum) > most * (1.0 + LIMIT_TOLERANCE):
+            raise InputError(
+                f"{where}: found {momentum:g} N·m·s, expected at most the wheel's momentum limit, "
+                f"{most:g} N·m·s"
+            )
+        found[number] = momentum
     return found
 
 

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 from gyrostat._jax import jnp
 from gyrostat.control.command import CurrentCommand
 from gyrostat.friction import Scalar
+from gyrostat.require import check_parts, require
 
 
 class PIDMemory(NamedTuple):
@@ -44,6 +45,15 @@ class AttitudePID(eqx.Module):
     derivative: Scalar
     torque_limit: Scalar = np.inf
     reference: Scalar = 0.0
+
+    def check(self) -> None:
+        """Refuse gains that are not finite or of absurd size, by `InputError`."""
+        for name, unit in (
+            ("proportional", "N·m/rad"),
+            ("integral", "N·m/(rad·s)"),
+            ("derivative", "N·m·s/rad"),
+        ):
+            require(f"size of the {name} gain", np.abs(getattr(self, name)), unit)
 
     def start(self, period: Scalar) -> PIDMemory:
         """Nothing summed up yet."""
@@ -91,6 +101,11 @@ class CurrentMode(eqx.Module):
     law: AttitudePID
     motor_constant: Scalar
     current_limit: Scalar = np.inf
+
+    def check(self) -> None:
+        """Refuse a motor constant that is not positive, and what the law refuses."""
+        require("motor_constant", self.motor_constant, "N·m/A", positive=True)
+        check_parts(self.law)
 
     def start(self, period: Scalar) -> PIDMemory:
         """Memory of the law."""

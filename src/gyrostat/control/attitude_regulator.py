@@ -101,15 +101,15 @@ class AttitudeRegulator(eqx.Module):
 
         Args:
             memory: none.
-            measurement: has `attitude` (4,), `rate` (3,), rad/s, and `wheel_momentum` (wheels,)
-                seen from the body, N·m·s.
+            measurement: has `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed` (wheels,)
+                relative to the body, rad/s.
         """
         wheels, rate = self.spacecraft.wheels, measurement.rate
         axes = jnp.asarray(wheels.axes)
         body = MRPBody(jnp.asarray(self.spacecraft.inertia))
         state = body.state(measurement.attitude, rate, self.target)
         if self.gain is None:
-            momentum = axes @ (measurement.wheel_momentum + wheels.inertia * (axes.T @ rate))
+            momentum = axes @ (wheels.inertia * (measurement.wheel_speed + axes.T @ rate))
             _, gain, residual, valid = self._solve(state, momentum)
         else:
             gain, residual, valid = self.gain, jnp.zeros(()), jnp.array(True)

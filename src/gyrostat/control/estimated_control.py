@@ -84,7 +84,7 @@ class EstimatedControl(eqx.Module):
         Args:
             memory: from the last sample.
             measurement: has `attitude` (4,), `attitude_measured`, `rate` (3,) over the last control
-                period, rad/s, `wheel_momentum` (wheels,), N·m·s, and `wheel_measured` (wheels,).
+                period, rad/s, `wheel_speed` (wheels,), rad/s, and `wheel_measured` (wheels,).
         """
         estimate = self.filter.predict(memory.estimate, measurement.rate, memory.period)
         estimate = self.filter.correct(
@@ -92,7 +92,7 @@ class EstimatedControl(eqx.Module):
         )
         rate = measurement.rate - estimate.bias
         known = SpacecraftMeasurement(
-            estimate.attitude, rate, measurement.wheel_momentum, measurement.wheel_measured
+            estimate.attitude, rate, measurement.wheel_speed, measurement.wheel_measured
         )
         controller, command = self.controller(memory.controller, known)
         sigma = jnp.sqrt(jnp.diagonal(estimate.covariance)[:3])

@@ -10,7 +10,7 @@ from gyrostat._jax import jnp
 from gyrostat.control.attitude_pid import AttitudePID, PIDMemory
 from gyrostat.estimate import MomentumEstimate, RateEstimate, RateObserver, WheelMomentumFilter
 from gyrostat.friction import Friction, Scalar, static_curve
-from gyrostat.require import require
+from gyrostat.require import check_parts, require
 from gyrostat.wheel import Wheel
 
 MOMENTUM_FREQUENCY = 0.05
@@ -148,16 +148,18 @@ class EstimatingCompensator(eqx.Module):
         """Refuse what leaves nothing to estimate with.
 
         Raises:
-            InputError: an inertia, the noise of the tachometer or the observer's bandwidth is not
-                above zero.
+            InputError: an inertia, the motor constant, the noise of the tachometer or the
+                observer's bandwidth is not above zero, or what law or friction refuse.
         """
         for name, value in (
             ("compensator wheel inertia", self.momentum.wheel_inertia),
             ("compensator table inertia", self.momentum.table_inertia),
             ("compensator speed sigma", self.momentum.speed_sigma),
             ("compensator bandwidth", self.observer.bandwidth),
+            ("motor_constant", self.motor_constant),
         ):
             require(name, value, positive=True)
+        check_parts(self.law, self.friction)
 
     def start(self, period: Scalar) -> EstimatingMemory:
         """Nothing seen yet."""

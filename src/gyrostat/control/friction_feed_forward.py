@@ -24,7 +24,6 @@ class FrictionFeedForward(eqx.Module):
     Attributes:
         controller: that demands the torques u_i.
         friction: of the wheels, as the controller knows it.
-        inertia: (wheels,) of the rotors, kg·m².
         torque_limit: (wheels,) N·m.
         band: rad/s.
         share: of the friction that is compensated.
@@ -32,7 +31,6 @@ class FrictionFeedForward(eqx.Module):
 
     controller: Any
     friction: Friction
-    inertia: PerWheel
     torque_limit: PerWheel
     band: Scalar
     share: Scalar = 1.0
@@ -56,12 +54,12 @@ class FrictionFeedForward(eqx.Module):
 
         Args:
             memory: of the controller.
-            measurement: has `wheel_momentum` (wheels,) relative to the body, N·m·s, beside what the
+            measurement: has `wheel_speed` (wheels,) relative to the body, rad/s, beside what the
                 controller needs.
         """
         memory, command = self.controller(memory, measurement)
         demanded = command.torque
-        speed = measurement.wheel_momentum / self.inertia
+        speed = measurement.wheel_speed
         turns = jnp.abs(speed) > self.band
         sense = jnp.where(jnp.where(turns, speed, demanded) < 0.0, -1.0, 1.0)
         resting = jnp.clip(

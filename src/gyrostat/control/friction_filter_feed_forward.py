@@ -40,7 +40,7 @@ class FrictionFilterFeedForward(eqx.Module):
         controller: that demands the torques u_i.
         filter: of one wheel.
         axes: (3, wheels) spin axes in body axes.
-        inertia: (wheels,) of the rotors, kg·m².
+        inertia: (wheels,) of the rotors as the controller knows them, kg·m².
         torque_limit: (wheels,) N·m.
         delay: control periods from a sample to the start of its command.
     """
@@ -74,11 +74,11 @@ class FrictionFilterFeedForward(eqx.Module):
 
         Args:
             memory: from the last sample.
-            measurement: has `rate` (3,), rad/s, `wheel_momentum` (wheels,) relative to the body,
-                N·m·s, and `wheel_measured` (wheels,), beside what the controller needs.
+            measurement: has `rate` (3,), rad/s, `wheel_speed` (wheels,) relative to the body,
+                rad/s, and `wheel_measured` (wheels,), beside what the controller needs.
         """
         axes, filter = jnp.asarray(self.axes), self.filter
-        momentum = measurement.wheel_momentum + self.inertia * (axes.T @ measurement.rate)
+        momentum = self.inertia * (measurement.wheel_speed + axes.T @ measurement.rate)
         momentum = jnp.where(measurement.wheel_measured, momentum, jnp.nan)
 
         def learnt(estimate: Any, torque: Scalar, momentum: Scalar) -> FrictionTorqueEstimate:

@@ -9,6 +9,7 @@ from gyrostat._jax import jnp
 from gyrostat.control.attitude_pid import AttitudePID, PIDMemory
 from gyrostat.control.command import CurrentCommand
 from gyrostat.friction import Friction, Scalar
+from gyrostat.require import check_parts, require
 
 
 class DynamicModelCompensator(eqx.Module):
@@ -28,6 +29,11 @@ class DynamicModelCompensator(eqx.Module):
     friction: Friction
     motor_constant: Scalar
     current_limit: Scalar = np.inf
+
+    def check(self) -> None:
+        """Refuse a motor constant that is not positive, and what law or friction refuse."""
+        require("motor_constant", self.motor_constant, "N·m/A", positive=True)
+        check_parts(self.law, self.friction)
 
     def start(self, period: Scalar) -> PIDMemory:
         """Memory of the law."""

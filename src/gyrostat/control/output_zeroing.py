@@ -90,7 +90,7 @@ class OutputZeroing(eqx.Module):
         feedback: (2,) diagonal of F, 1/s.
         total_momentum: (3,) in inertial axes as the controller knows it, N·m·s.
         momentum_measured: whether the momentum is computed from the measured body rate and wheel
-            momentum instead.
+            speeds instead.
     """
 
     spacecraft: Spacecraft
@@ -164,7 +164,7 @@ class OutputZeroing(eqx.Module):
         """Wheel speeds for a virtual input, (11)."""
         wheels = self.spacecraft.wheels
         if self.momentum_measured:
-            rotors = jnp.asarray(wheels.axes) @ measurement.wheel_momentum
+            rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * measurement.wheel_speed)
             momentum = self.spacecraft.inertia_locked() @ measurement.rate + rotors
         else:
             momentum = to_body(memory, jnp.asarray(self.total_momentum))

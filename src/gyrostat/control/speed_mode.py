@@ -10,6 +10,7 @@ from gyrostat._jax import jnp
 from gyrostat.control.attitude_pid import AttitudePID, PIDMemory
 from gyrostat.control.command import CurrentCommand
 from gyrostat.friction import Scalar
+from gyrostat.require import check_parts, require
 
 
 class SpeedModeMemory(NamedTuple):
@@ -50,6 +51,18 @@ class SpeedMode(eqx.Module):
     natural_frequency: Scalar = 1.0
     damping_ratio: Scalar = 1.0
     current_limit: Scalar = np.inf
+
+    def check(self) -> None:
+        """Refuse constants of the wheel or the loop that are not positive, and what the law does.
+
+        Raises:
+            InputError: as said.
+        """
+        require("wheel inertia", self.inertia, "kg·m²", positive=True)
+        require("motor_constant", self.motor_constant, "N·m/A", positive=True)
+        require("natural frequency", self.natural_frequency, "rad/s", positive=True)
+        require("damping ratio", self.damping_ratio)
+        check_parts(self.law)
 
     def start(self, period: Scalar) -> SpeedModeMemory:
         """Nothing seen yet."""

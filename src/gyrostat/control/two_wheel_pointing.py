@@ -188,13 +188,13 @@ class TwoWheelPointing(eqx.Module):
 
         Args:
             memory: from the last sample.
-            measurement: has `attitude` (4,), `rate` (3,), rad/s, and `wheel_momentum` (2,), N·m·s.
+            measurement: has `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed` (2,), rad/s.
         """
         wheels, period = self.spacecraft.wheels, memory.period
-        speed = measurement.wheel_momentum / wheels.inertia
+        speed = measurement.wheel_speed
         estimate = self.filter(memory.estimate, measurement.attitude, measurement.rate, period)
         attitude = estimate.attitude
-        inertial = self._momentum(memory, attitude, estimate.rate, measurement.wheel_momentum)
+        inertial = self._momentum(memory, attitude, estimate.rate, wheels.inertia * speed)
         momentum, map = to_body(attitude, inertial), WheelMap.of(self.spacecraft)
         acting = map.rate(momentum, speed)
         turn = rotation_vector(error(attitude, memory.estimate.attitude))[:2]

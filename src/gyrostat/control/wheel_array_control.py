@@ -184,13 +184,13 @@ class WheelArrayControl(eqx.Module):
 
         Args:
             memory: from the last sample.
-            measurement: has `attitude` (4,), `rate` (3,), rad/s, `wheel_momentum` (wheels,) seen
-                from the body, N·m·s, and `wheel_measured` (wheels,).
+            measurement: has `attitude` (4,), `rate` (3,), rad/s, `wheel_speed` (wheels,)
+                relative to the body, rad/s, and `wheel_measured` (wheels,).
         """
         wheels, period = self.spacecraft.wheels, memory.period
         axes, inertia = jnp.asarray(wheels.axes), jnp.asarray(self.spacecraft.inertia)
         limit = jnp.ones(wheels.count) * wheels.torque_limit
-        rate, relative = measurement.rate, measurement.wheel_momentum
+        rate, relative = measurement.rate, wheels.inertia * measurement.wheel_speed
         time = memory.samples * period
         absolute = relative + wheels.inertia * (axes.T @ rate)
         momentum = inertia @ rate + axes @ absolute
@@ -232,7 +232,7 @@ class WheelArrayControl(eqx.Module):
 
         slowing = BRAKING_SHARE * most(inertia @ axis, wheels.torque_limit)
         turning = TURNING_SHARE * most(jnp.cross(momentum, axis), wheels.torque_limit)
-        resting = works * measurement.wheel_momentum + across @ (inertia @ rate)
+        resting = works * wheels.inertia * measurement.wheel_speed + across @ (inertia @ rate)
         room = jnp.maximum(wheels.momentum_limit - jnp.abs(resting), 0.0)
         fastest = jnp.minimum(turning, jnp.maximum(most(inertia @ axis, room), LEAST_RATE))
         fastest = jnp.minimum(fastest, self.largest_rate)

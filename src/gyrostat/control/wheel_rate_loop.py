@@ -121,15 +121,15 @@ class WheelRateLoop(eqx.Module):
 
         Args:
             memory: from the last sample.
-            measurement: has `rate` (3,), rad/s, and `wheel_momentum` (wheels,) relative to the
-                body, N·m·s.
+            measurement: has `rate` (3,), rad/s, and `wheel_speed` (wheels,) relative to the
+                body, rad/s.
             momentum: (3,) total, in body axes, N·m·s.
             wanted: (3,) body rate, rad/s.
             acceleration: (3,) change of the wanted rate, rad/s².
         """
         rate, period = measurement.rate, memory.period
         working = jnp.any(self.axes != 0.0, axis=0)
-        relative = jnp.where(working, measurement.wheel_momentum, 0.0)
+        relative = jnp.where(working, self.rotor_inertia * measurement.wheel_speed, 0.0)
         absolute = relative + self.rotor_inertia * (self.axes.T @ rate)
         drag = self._drag(memory, absolute)
         limit = jnp.asarray(self.torque_limit)

@@ -101,11 +101,11 @@ class WheelSpeedLoops(eqx.Module):
 
         Args:
             memory: from the last sample.
-            measurement: has `wheel_momentum` (wheels,) relative to the body, N·m·s, beside what the
+            measurement: has `wheel_speed` (wheels,) relative to the body, rad/s, beside what the
                 controller needs.
         """
         controller, command = self.controller(memory.controller, measurement)
-        frequency, speed = self.natural_frequency, measurement.wheel_momentum / self.inertia
+        frequency, speed = self.natural_frequency, measurement.wheel_speed
         rest = 2.0 * (1.0 - SET_POINT_WEIGHT) * speed / frequency
         error = command.speed - speed
         before = jnp.where(memory.begun, memory.integral, rest)

@@ -91,9 +91,7 @@ class FrictionScaleFilter(eqx.Module):
         for name in ("speed_sigma", "scale_drift", "initial_scale_sigma"):
             require(name, getattr(self, name), positive=True)
         require("torque_sigma", self.torque_sigma, "N·m √s")
-        require("wheel inertia", self.wheel.inertia, "kg·m²", positive=True)
-        require("motor_constant", self.wheel.motor_constant, "N·m/A", positive=True)
-        check_parts(self.wheel.friction)
+        check_parts(self.wheel)
 
     def start(
         self, speed: Scalar = 0.0, speed_sigma: Scalar | None = None

@@ -10,6 +10,7 @@ from gyrostat._types import Matrix, Vector
 from gyrostat.body import Spacecraft
 from gyrostat.errors import InputError
 from gyrostat.holdable.momentum_set import MomentumSet
+from gyrostat.require import LARGEST
 
 NEGLIGIBLE_RATE = 1e-12
 """rad/s: momentum that could not turn the body faster has no direction worth the name."""
@@ -54,7 +55,7 @@ class Case:
         for wheel, value in failed.items():
             if wheel not in range(count):
                 raise InputError(f"failed: found wheel {wheel}, expected 0 to {count - 1}")
-            if not np.isfinite(value):
+            if not abs(value) <= LARGEST:
                 raise InputError(f"failed wheel {wheel}: found {value}, expected N·m·s")
         limits = np.broadcast_to(np.asarray(spacecraft.wheels.momentum_limit, float), count)
         torques = np.broadcast_to(np.asarray(spacecraft.wheels.torque_limit, float), count)
@@ -83,7 +84,7 @@ class Case:
 
 
 def vector(value: Any, length: int, name: str, unit: str) -> Vector:
-    """An array of so many finite numbers.
+    """An array of so many finite numbers, none larger than `gyrostat.require.LARGEST`.
 
     Raises:
         InputError: it is not.
@@ -92,8 +93,9 @@ def vector(value: Any, length: int, name: str, unit: str) -> Vector:
         found = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         found = np.zeros(0)
-    if found.shape != (length,) or not np.all(np.isfinite(found)):
-        wanted = f"{length} finite numbers {unit}".rstrip()
+    # comparisons with NaN are false
+    if found.shape != (length,) or not np.all(np.abs(found) <= LARGEST):
+        wanted = f"{length} finite numbers below {LARGEST:g} {unit}".rstrip()
         raise InputError(f"{name}: found {value}, expected {wanted}")
     return found
 

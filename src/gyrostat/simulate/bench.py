@@ -9,6 +9,7 @@ from gyrostat._jax import jax, jnp
 from gyrostat._types import Vector
 from gyrostat.errors import InputError
 from gyrostat.friction import static_curve
+from gyrostat.require import require_period
 from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel, speed_response
 
@@ -174,14 +175,16 @@ def bench_record(
         name: of the record.
 
     Raises:
-        InputError: an unknown profile, or too short a duration.
+        InputError: an unknown profile, too short a duration, a period that is out of range, or
+            parameters that no wheel has.
     """
     if profile not in PROFILES:
         raise InputError(f"profile: found {profile!r}, expected one of {', '.join(PROFILES)}")
     if not (np.isfinite(duration) and duration * telemetry.rate >= 1.0):
         raise InputError(f"duration: found {duration:g} s, expected at least one sample interval")
-    if period is not None and not period > 0.0:
-        raise InputError(f"period: found {period:g} s, expected more than 0 s")
+    wheel.check()
+    if period is not None:
+        require_period("period", period)
     command_random, noise_random = (np.random.default_rng(s) for s in _streams(seed))
     time = telemetry.sample_times(duration, noise_random)
     shape = {} if period is None else {"period": period}

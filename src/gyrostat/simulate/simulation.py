@@ -8,7 +8,7 @@ import numpy as np
 
 from gyrostat._jax import jax, jnp
 from gyrostat.errors import InputError
-from gyrostat.require import check_parts, check_period
+from gyrostat.require import MOST_PERIODS, check_parts, check_period, require_period
 from gyrostat.simulate.in_lanes import fly_in_lanes
 from gyrostat.simulate.loop import Controller, Histories, Plant, Sensor, Status, run
 
@@ -114,12 +114,14 @@ def _whole(value: float, part: float, names: tuple[str, str]) -> int:
     for name, number in zip(names, (value, part), strict=True):
         if not (np.isfinite(number) and number > 0.0):
             raise InputError(f"{name}: found {number:g} s, expected more than 0 s")
-    times = round(value / part)
-    if times < 1 or abs(value / part - times) > 1e-6 * times:
+    require_period(names[1], part)
+    ratio = value / part
+    if ratio > MOST_PERIODS or round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 * ratio:
         raise InputError(
-            f"{names[0]}: found {value:g} s, expected a whole multiple of the {names[1]} {part:g} s"
+            f"{names[0]}: found {value:g} s, expected a whole multiple of the {names[1]} "
+            f"{part:g} s, at most {MOST_PERIODS} of them"
         )
-    return times
+    return round(ratio)
 
 
 def simulate(

@@ -10,7 +10,13 @@ from gyrostat.wheel.driver import Driver
 from gyrostat.wheel.model_file import WheelModel, read_model, write_model
 from gyrostat.wheel.response import WheelStep, advance, speed_response
 from gyrostat.wheel.stepping import slide
-from gyrostat.wheel.tachometer import Delayed, LowPass, PulseTachometer, Tachometer
+from gyrostat.wheel.tachometer import (
+    Delayed,
+    LowPass,
+    PulseTachometer,
+    Tachometer,
+    WheelTachometer,
+)
 from gyrostat.wheel.together import slide_together
 from gyrostat.wheel.wheel import Wheel
 
@@ -30,6 +36,7 @@ __all__ = [
     "WheelModel",
     "WheelSheet",
     "WheelStep",
+    "WheelTachometer",
     "advance",
     "bend",
     "carry",

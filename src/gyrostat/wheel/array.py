@@ -14,6 +14,9 @@ from gyrostat.require import check_parts, require
 UNIT_TOLERANCE = 1e-6
 """Of the length of an axis: data sheets and drawings round."""
 
+LIMIT_TOLERANCE = 1e-9
+"""Of a momentum limit: speeds are converted and rounded."""
+
 PerWheel = Float[Array, " wheels"]
 
 
@@ -83,12 +86,33 @@ class WheelArray(eqx.Module):
         Args:
             torque: (wheels,) N·m.
             momentum: (wheels,) inertia times speed relative to the body, N·m·s.
-            duration: s.
+            duration: s; where it is 0 the result has no effect, but is finite.
         """
         limit = jnp.asarray(self.momentum_limit)
-        upper = jnp.maximum(limit - momentum, 0.0) / duration
-        lower = jnp.minimum(-limit - momentum, 0.0) / duration
+        # 0 / 0 would be NaN for a wheel exactly at its limit
+        length = jnp.where(duration > 0.0, duration, 1.0)
+        upper = jnp.maximum(limit - momentum, 0.0) / length
+        lower = jnp.minimum(-limit - momentum, 0.0) / length
         return jnp.where(jnp.isinf(limit), torque, jnp.clip(torque, lower, upper))
+
+    def check_speed(self, speed: PerWheel) -> None:
+        """Refuse speeds relative to the body, (..., wheels), rad/s, beyond the momentum limit.
+
+        Raises:
+            InputError: as said.
+        """
+        speed, limit = np.asarray(speed, dtype=float), np.asarray(self.momentum_limit, dtype=float)
+        momentum = np.asarray(self.inertia, dtype=float) * speed
+        # comparisons with NaN are false
+        beyond = ~(np.abs(momentum) <= limit * (1.0 + LIMIT_TOLERANCE))
+        if np.any(beyond):
+            place = tuple(np.argwhere(beyond)[0])
+            most = np.broadcast_to(limit, beyond.shape)[place]
+            raise InputError(
+                f"speed of wheel {place[-1]}: found {np.broadcast_to(speed, beyond.shape)[place]:g}"
+                f" rad/s, {momentum[place]:g} N·m·s, expected at most its momentum limit, {most:g} "
+                "N·m·s"
+            )
 
     def check(self) -> None:
         """Refuse what no wheels are.

@@ -126,7 +126,7 @@ def read_model(path: str | os.PathLike[str]) -> WheelModel:
     for key, section in required.items():
         if key.split(".")[1] not in section:
             raise InputError(f"{path}: key {key}: found none, expected its value in SI units")
-    positive = {"inertia", *model.held_by_default}
+    positive = {*_WHEEL, *model.held_by_default}
     values = {
         n: number(path, f"{section}.{n}", v, positive=n in positive)
         for section, entries in (("wheel", wheel), ("friction", friction))

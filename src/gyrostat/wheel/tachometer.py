@@ -1,4 +1,4 @@
-"""Sensors of the speed of a wheel, and what may stand behind any sensor.
+"""Sensors of the speed of wheels, and what may stand behind any sensor.
 
 A sensor has `start(state, period) -> memory` and `sensor(memory, state, key) -> memory, value`. It
 is sampled once in each control period.
@@ -41,7 +41,7 @@ class Tachometer(eqx.Module):
 class PulseTachometer(eqx.Module):
     """Pulses counted over a gate time, with the sense of rotation (two channels, or Hall sensors).
 
-    One pulse more or less is a speed of 2 pi / (N gate).
+    One pulse more or less is a speed of 2 pi / (N gate). One wheel, or several at once.
 
     Attributes:
         pulses: N, in one revolution.
@@ -62,6 +62,7 @@ class PulseTachometer(eqx.Module):
     def start(self, state: Any, period: Scalar) -> tuple[Array, Scalar]:
         """Counts at the last samples, as if the wheel had turned evenly before, and the gate."""
         back = jnp.arange(self.gate_periods, 0, -1) * period
+        back = back.reshape(-1, *(1,) * jnp.ndim(state.speed))
         before = (state.wheel_angle - back * state.speed) * self.pulses / (2.0 * jnp.pi)
         return jnp.floor(before), self.gate_periods * period
 
@@ -72,7 +73,53 @@ class PulseTachometer(eqx.Module):
         counts, gate = memory
         count = self._count(state)
         speed = (count - counts[0]) * 2.0 * jnp.pi / (self.pulses * gate)
-        return (jnp.append(counts[1:], count), gate), speed
+        return (jnp.concatenate([counts[1:], count[None]]), gate), speed
+
+
+class WheelTachometer(eqx.Module):
+    """Tachometer of one or several wheels with pulses, white noise and a first-order lag.
+
+    The pulses of each control period are counted as by `PulseTachometer` and give the mean speed of
+    the period; without pulses the speed at the sample is read. Then comes the noise, then the lag,
+    as by `LowPass`. All three are plain numbers, which a scenario can disperse.
+
+    Attributes:
+        sigma: standard deviation of the noise of a sample, rad/s.
+        pulses: in one revolution; 0: the speed is not quantised.
+        time_constant: of the lag, s; 0: none.
+    """
+
+    sigma: Scalar = 0.0
+    pulses: Scalar = 0.0
+    time_constant: Scalar = 0.0
+
+    def check(self) -> None:
+        """Refuse noise, pulses or a lag that are negative or not finite, by `InputError`."""
+        require("tachometer sigma", self.sigma, "rad/s")
+        require("tachometer pulses", self.pulses)
+        require("tachometer time constant", self.time_constant, "s")
+
+    def _counter(self) -> PulseTachometer:
+        return PulseTachometer(jnp.where(jnp.asarray(self.pulses) > 0.0, self.pulses, 1.0))
+
+    def start(self, state: Any, period: Scalar) -> tuple[Any, Array, Array, Array]:
+        """Memory of the counter, the filtered speed, whether there is one, and its decay."""
+        lags = jnp.asarray(self.time_constant) > 0.0
+        decay = jnp.exp(-period / jnp.where(lags, self.time_constant, 1.0))
+        decay = jnp.where(lags, decay, 0.0)
+        filtered = jnp.zeros_like(jnp.asarray(state.speed, dtype=float))
+        return self._counter().start(state, period), filtered, jnp.array(False), decay
+
+    def __call__(
+        self, memory: tuple[Any, Array, Array, Array], state: Any, key: PRNGKeyArray
+    ) -> tuple[tuple[Any, Array, Array, Array], Array]:
+        """Measure `state.speed`, rad/s; `state.wheel_angle`, rad, is what the pulses count."""
+        counter, filtered, started, decay = memory
+        counter, counted = self._counter()(counter, state, key)
+        speed = jnp.where(jnp.asarray(self.pulses) > 0.0, counted, state.speed)
+        speed = speed + self.sigma * jax.random.normal(key, jnp.shape(state.speed))
+        filtered = jnp.where(started, decay * filtered + (1.0 - decay) * speed, speed)
+        return (counter, filtered, jnp.array(True), decay), filtered
 
 
 class LowPass(eqx.Module):
@@ -94,7 +141,9 @@ class LowPass(eqx.Module):
     def start(self, state: Any, period: Scalar) -> tuple[Any, Array, Array, Scalar]:
         """Memory of the sensor, the filtered value, whether there is one, and its decay."""
         decay = jnp.exp(-period / self.time_constant)
-        return self.sensor.start(state, period), jnp.array(0.0), jnp.array(False), decay
+        memory = self.sensor.start(state, period)
+        value = jax.eval_shape(self.sensor, memory, state, jax.random.key(0))[1]
+        return memory, jnp.zeros(value.shape), jnp.array(False), decay
 
     def __call__(self, memory: Any, state: Any, key: PRNGKeyArray) -> tuple[Any, Array]:
         """Measure and filter; the first sample starts the filter."""

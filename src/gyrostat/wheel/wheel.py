@@ -3,6 +3,7 @@
 import equinox as eqx
 
 from gyrostat.friction import Friction, LuGre, Scalar
+from gyrostat.require import check_parts, require
 
 
 class Wheel(eqx.Module):
@@ -20,3 +21,13 @@ class Wheel(eqx.Module):
     inertia: Scalar
     motor_constant: Scalar
     friction: Friction | LuGre
+
+    def check(self) -> None:
+        """Validate parameters.
+
+        Raises:
+            InputError: inertia or motor constant are not positive, or see the friction.
+        """
+        require("wheel inertia", self.inertia, "kg·m²", positive=True)
+        require("motor_constant", self.motor_constant, "N·m/A", positive=True)
+        check_parts(self.friction)

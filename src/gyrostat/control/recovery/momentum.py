@@ -47,13 +47,13 @@ class MomentumRecovery(eqx.Module):
         law: rate over attitude.
         normal: (3,) to the working axes, or zero where they span space.
         failed_axes: (3, wheels), those of working and of seized wheels zero.
-        failed_inertia: (wheels,) of those rotors, kg·m².
+        rotor_inertia: (wheels,) of every rotor about its axis, kg·m².
     """
 
     law: TwoWheelLaw | ThreeAxisLaw
     normal: Vector
     failed_axes: Float[Array, "3 wheels"]
-    failed_inertia: Float[Array, " wheels"]
+    rotor_inertia: Float[Array, " wheels"]
 
     def check(self) -> None:
         """Refuse what the law refuses, by `InputError`."""
@@ -71,12 +71,13 @@ class MomentumRecovery(eqx.Module):
 
         Args:
             memory: from the last sample.
-            measurement: has `attitude` (4,), `rate` (3,), rad/s, `wheel_momentum` (wheels,) seen
-                from the body, N·m·s, and `wheel_measured` (wheels,).
+            measurement: has `attitude` (4,), `rate` (3,), rad/s, `wheel_speed` (wheels,)
+                relative to the body, rad/s, and `wheel_measured` (wheels,).
         """
         law, loop, rate = self.law, self.law.wheels, measurement.rate
         held = self._held(measurement)
-        resting = measurement.wheel_momentum + loop.allocation @ (jnp.asarray(loop.inertia) @ rate)
+        relative = self.rotor_inertia * measurement.wheel_speed
+        resting = relative + loop.allocation @ (jnp.asarray(loop.inertia) @ rate)
         turning = rotations.rate_of_quaternion(measurement.attitude, rate)
         wanted, change, way = jax.jvp(
             lambda attitude: law(attitude, held, resting, memory.way),
@@ -90,7 +91,7 @@ class MomentumRecovery(eqx.Module):
 
     def _held(self, measurement: Any) -> Scalar:
         axes = self.failed_axes
-        absolute = measurement.wheel_momentum + self.failed_inertia * (axes.T @ measurement.rate)
+        absolute = self.rotor_inertia * (measurement.wheel_speed + axes.T @ measurement.rate)
         unknown = jnp.any(jnp.any(axes != 0.0, axis=0) & ~measurement.wheel_measured)
         planned = rotations.to_body(self.law.target, self.law.total_momentum)
         return self.normal @ jnp.where(unknown, planned, axes @ absolute)

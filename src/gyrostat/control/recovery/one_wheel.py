@@ -94,6 +94,7 @@ class OneWheelRecovery(eqx.Module):
         widest_roll: (2,) lowest, below zero, and highest, rad.
         torque_limit: (wheels,), N·m.
         momentum_limit: (wheels,), relative to the body, N·m·s.
+        rotor_inertia: (wheels,) about the spin axes, kg·m².
         inner: near rest begins below it: the larger of tilt in rad and |J w|/|H|.
         outer: and ends above it.
     """
@@ -110,6 +111,7 @@ class OneWheelRecovery(eqx.Module):
     widest_roll: Float[Array, "2"]
     torque_limit: PerWheel
     momentum_limit: PerWheel
+    rotor_inertia: PerWheel
     inner: Scalar = 0.8
     outer: Scalar = 1.4
 
@@ -130,8 +132,8 @@ class OneWheelRecovery(eqx.Module):
 
         Args:
             memory: from the last sample.
-            measurement: has `attitude` (4,), `rate` (3,), rad/s, and `wheel_momentum` (wheels,)
-                seen from the body, N·m·s.
+            measurement: has `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed` (wheels,)
+                relative to the body, rad/s.
         """
         rate, limit = measurement.rate, jnp.asarray(self.torque_limit)
         body = rotations.to_body(measurement.attitude, self.total_momentum)
@@ -152,7 +154,7 @@ class OneWheelRecovery(eqx.Module):
         damped = change - self.following * (excess - share)
         torque = self.allocation * jnp.where(near, regulated, damped)
         torque = jnp.clip(torque, -limit, limit)
-        relative, period = measurement.wheel_momentum, memory.period
+        relative, period = self.rotor_inertia * measurement.wheel_speed, memory.period
         lowest = jnp.minimum((-self.momentum_limit - relative) / period, 0.0)
         highest = jnp.maximum((self.momentum_limit - relative) / period, 0.0)
         torque = jnp.where(self.allocation != 0.0, jnp.clip(torque, lowest, highest), 0.0)
@@ -239,6 +241,7 @@ class OneWheelRecovery(eqx.Module):
             widest_roll=jnp.asarray(widest),
             torque_limit=jnp.asarray(limits),
             momentum_limit=jnp.ones(wheels.count) * wheels.momentum_limit,
+            rotor_inertia=jnp.asarray(left.rotor_inertia),
         )
 
 

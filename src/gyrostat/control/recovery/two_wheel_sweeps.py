@@ -94,9 +94,9 @@ class TwoWheelSweeps(eqx.Module):
         )
         return cls(*(jnp.asarray(value) for value in values))
 
-    def momentum(self, rate: Vector, wheel_momentum: PerWheel) -> Vector:
+    def momentum(self, rate: Vector, wheel_speed: PerWheel) -> Vector:
         """Total momentum in body axes, N·m·s, from what is measured."""
-        rotors = wheel_momentum + self.rotor_inertia * (self.axes.T @ rate)
+        rotors = self.rotor_inertia * (wheel_speed + self.axes.T @ rate)
         return self.inertia @ rate + self.axes @ rotors
 
     def in_body(self, turn: Quaternion) -> Quaternion:

@@ -136,10 +136,11 @@ class ZeroMomentumRecovery(eqx.Module):
 
         Args:
             memory: from the last sample.
-            measurement: attitude, rate, rad/s, and wheel_momentum (wheels,) relative to the body.
+            measurement: has `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed` (wheels,)
+                relative to the body, rad/s.
         """
         sweeps, attitude, rate = self.sweeps, measurement.attitude, measurement.rate
-        momentum = sweeps.momentum(rate, measurement.wheel_momentum)
+        momentum = sweeps.momentum(rate, measurement.wheel_speed)
         across = sweeps.frame.T @ rate
         memory, held, started = self._begun(memory, attitude, momentum, across)
         sweep, period = memory.sweep, memory.period

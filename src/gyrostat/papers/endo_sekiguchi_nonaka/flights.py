@@ -107,7 +107,7 @@ class Flight:
 
 
 class Ideal(eqx.Module):
-    """Measures attitude, body rate and wheel momentum without error.
+    """Measures attitude, body rate and wheel speeds without error.
 
     Attributes:
         plant: that is measured.
@@ -126,7 +126,7 @@ class Ideal(eqx.Module):
         return None, SpacecraftMeasurement(
             attitude=state.attitude,
             rate=self.plant.rate(state),
-            wheel_momentum=wheels.inertia * state.wheel_speed,
+            wheel_speed=state.wheel_speed,
             wheel_measured=jnp.ones(wheels.count, dtype=bool),
         )
 
