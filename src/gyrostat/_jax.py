@@ -3,7 +3,8 @@
 import jax
 import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
+from jax.interpreters.partial_eval import dce_jaxpr
 
 jax.config.update("jax_enable_x64", True)
 
-__all__ = ["jax", "jnp", "ravel_pytree"]
+__all__ = ["dce_jaxpr", "jax", "jnp", "ravel_pytree"]

@@ -1,6 +1,7 @@
 """Draws: distributed as asked, and dependent on nothing but seed, run and key."""
 
 import dataclasses
+import zlib
 
 import numpy as np
 import pytest
@@ -69,6 +70,16 @@ def test_a_run_draws_the_same_whoever_else_is_drawn(wide, values):
 def test_one_more_dispersion_changes_no_other(wide, values):
     fewer = dataclasses.replace(wide, dispersions=wide.dispersions[1:])
     np.testing.assert_array_equal(draw(fewer, 3, RUNS[:9])[0], values[:9, 1:])
+
+
+def test_names_with_equal_checksums_do_not_share_their_draws(wide):
+    """CRC-32 cannot tell these names apart."""
+    first, second = "wheel.gnyijstj.coulomb", "wheel.etislvlf.coulomb"
+    assert zlib.crc32(first.encode()) == zlib.crc32(second.encode())
+    alike = tuple(Dispersion((key,), "log_normal", ((0.1,),)) for key in (first, second))
+    both = dataclasses.replace(wide, dispersions=alike, values={first: 1.0, second: 1.0})
+    drawn = draw(both, 3, RUNS)[0]
+    assert abs(np.corrcoef(drawn.T)[0, 1]) < 5.0 / np.sqrt(len(RUNS))
 
 
 def test_a_value_that_makes_no_sense_is_refused_before_anything_flies(wide):

@@ -1,12 +1,15 @@
 """Runs of the small campaign: the same bits however they are flown, metrics as their histories."""
 
+from types import SimpleNamespace
+
 import numpy as np
+import pyarrow as pa
 import pytest
 import xarray as xr
 
 from gyrostat.campaign import engine_record, run_campaign, worst_runs
 from gyrostat.campaign.execute import chosen_engine
-from gyrostat.campaign.metrics import BINS, LEAST_ERROR, WIDTH, percentile
+from gyrostat.campaign.metrics import ended
 from gyrostat.errors import InputError
 from gyrostat.simulate import Status
 
@@ -159,8 +162,9 @@ def test_metrics_are_those_of_the_history(small, table, kept, scenario):
     np.testing.assert_allclose(kept.error.values, error, atol=1e-12)
     ordered = np.sort(error[counts])
     for p in scenario.percentiles:
-        exact = ordered[int(np.ceil(p / 100.0 * len(ordered))) - 1]
-        np.testing.assert_allclose(row[f"error_p{p:g}"], exact, rtol=0.5 * WIDTH + 1e-3)
+        # the same number as in the history, none between
+        exact = np.percentile(kept.error.values[counts], p, method="inverted_cdf")
+        assert row[f"error_p{p:g}"] == exact
     speed = kept.wheel_speed.values
     sense = np.sign(speed)
     crossing = ((sense[1:] != sense[:-1]) & (sense[:-1] != 0.0) & counts[1:, None]).sum(axis=1)
@@ -233,15 +237,43 @@ def test_momentum_changes_by_the_torque_from_outside_alone(kept, table):
     np.testing.assert_allclose(momentum[1:] - momentum[0], gained, atol=1e-9 * 30.0)
 
 
-def test_percentiles_of_a_histogram():
-    error = np.random.default_rng(1).lognormal(-7.0, 1.0, 5000)
-    bins = np.floor(np.log(error / LEAST_ERROR) / np.log1p(WIDTH)).astype(int)
-    histogram = np.bincount(bins, minlength=BINS)[None]
-    for p in (5.0, 50.0, 99.7):
-        exact = np.sort(error)[int(np.ceil(p / 100.0 * len(error))) - 1]
-        found = percentile(histogram, p, np.array([len(error)]))
-        np.testing.assert_allclose(found, exact, rtol=0.5 * WIDTH + 1e-3)
-    assert np.isnan(percentile(histogram * 0, 50.0, np.array([0])))[0]
+def test_errors_that_do_not_fit_in_memory_are_counted_in_bins(small, table):
+    """The worker's limit is set to nothing for one flight."""
+    limit = "import gyrostat.campaign.percentiles as p; p.MEMORY = {}"
+    small.pool.submit(exec, limit.format(0.0)).result()
+    try:
+        binned = small.fly(4, 5, 6).columns
+    finally:
+        small.pool.submit(exec, limit.format(200e6)).result()
+    for name, values in binned.items():
+        if not name.startswith("error_p"):
+            np.testing.assert_array_equal(values, table[name][4:7], err_msg=name)
+            continue
+        np.testing.assert_allclose(values, table[name][4:7], rtol=1e-3)
+        assert np.any(values != table[name][4:7])
+        assert not np.any(values > binned["error_max"])
+
+
+def test_no_percentile_exceeds_the_maximum(table, scenario):
+    for p in scenario.percentiles:
+        assert not np.any(table[f"error_p{p:g}"] > table["error_max"])
+
+
+def test_a_run_that_diverges_at_its_start_ends_at_its_start():
+    seen = SimpleNamespace(samples=np.array([0, 1, 121]))
+    np.testing.assert_array_equal(ended(seen, 0.25), [0.0, 0.0, 30.0])
+
+
+def test_the_worst_of_equal_runs_has_the_largest_maximum():
+    columns = {
+        "run": np.arange(5),
+        "status": np.array([0, 0, 0, 1, 0], np.int8),
+        "ended": np.array([9.0, 9.0, 9.0, 4.0, 9.0]),
+        "error_p50": np.array([1.0, 2.0, 2.0, np.nan, 2.0]),
+        "error_max": np.array([9.0, 3.0, 5.0, np.nan, 4.0]),
+    }
+    store = SimpleNamespace(read_table=lambda: pa.table(columns))
+    assert worst_runs(store, 4, "error_p50") == [3, 2, 4, 1]
 
 
 def test_an_engine_that_there_is_not_is_refused(scenario, tmp_path):

@@ -1,9 +1,10 @@
-"""Percentiles with confidence, and what drives a metric."""
+"""Percentiles with confidence."""
 
 import numpy as np
 import pytest
 
-from gyrostat.campaign.summary import chance_level, percentile_of, rank_correlation
+from gyrostat.campaign.summary import percentile_of
+from gyrostat.report.campaign import told_percentile
 
 
 @pytest.mark.parametrize(("percent", "count"), [(50.0, 40), (95.0, 200), (99.7, 3000)])
@@ -30,15 +31,16 @@ def test_runs_without_the_metric_do_not_count():
     assert percentile_of(values, 50.0).value == 2.0
 
 
-def test_rank_correlation_sees_any_rising_law_and_nothing_else():
-    random = np.random.default_rng(5)
-    drawn = random.normal(size=(500, 3))
-    drawn[:, 2] = 1.0
-    rho = rank_correlation(drawn, np.exp(3.0 * drawn[:, 0]))
-    assert rho[0] == pytest.approx(1.0)
-    assert abs(rho[1]) < 2.0 * chance_level(500)
-    assert np.isnan(rho[2])
-    assert np.all(np.isnan(rank_correlation(drawn, np.ones(500))))
-    metric = -drawn[:, 1]
-    metric[:400] = np.nan
-    assert rank_correlation(drawn, metric)[1] == pytest.approx(-1.0)
+@pytest.mark.parametrize("percent", [5.0, 50.0, 95.0, 99.7])
+def test_the_value_is_that_of_the_rank_definition(percent):
+    values = np.random.default_rng(3).random(1234)
+    exact = np.percentile(values, percent, method="inverted_cdf")
+    assert percentile_of(values, percent).value == exact
+
+
+def test_ends_of_an_interval_read_apart():
+    entry = {"value": 0.35203, "low": 0.352001, "high": 0.352052}
+    assert told_percentile(entry, "1") == ("0.35203", "0.352", "0.35205")
+    same = dict.fromkeys(("value", "low", "high"), 1e-3)
+    assert told_percentile(same, "N·m") == ("0.001 N·m",) * 3
+    assert told_percentile({**entry, "high": None}, "rad") == ("20.17 deg", "20.168 deg", "none")

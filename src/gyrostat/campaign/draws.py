@@ -2,10 +2,11 @@
 
 Random bits come from a counter-based generator keyed by seed, run and dispersion (Salmon et al.,
 "Parallel random numbers: as easy as 1, 2, 3", 2011; JAX's threefry). So a run's values depend on
-nothing else, and one more dispersion leaves the draws of the others as they were.
+nothing else, and one more dispersion leaves the draws of the others as they were. A dispersion
+enters by 128 bits of the SHA-256 digest of its first key, so that no two share their draws.
 """
 
-import zlib
+import hashlib
 from functools import lru_cache
 
 import numpy as np
@@ -32,12 +33,21 @@ def _streams(size: int):
     def one(root: PRNGKeyArray, run: Array, codes: Array) -> tuple[Array, Array]:
         key = jax.random.fold_in(root, run)
         own = jax.random.fold_in(key, _VALUES)
-        bits = jax.vmap(
-            lambda code: jax.random.bits(jax.random.fold_in(own, code), (size,), jnp.uint64)
-        )(codes)
-        return jax.random.fold_in(key, _NOISE), bits
+
+        def drawn(code: Array) -> Array:
+            named = own
+            for word in code:
+                named = jax.random.fold_in(named, word)
+            return jax.random.bits(named, (size,), jnp.uint64)
+
+        return jax.random.fold_in(key, _NOISE), jax.vmap(drawn)(codes)
 
     return jax.jit(jax.vmap(one, in_axes=(None, 0, None)))
+
+
+def _code(key: str) -> list[int]:
+    """Four words of 32 bits that tell a key from every other."""
+    return np.frombuffer(hashlib.sha256(key.encode()).digest()[:16], "<u4").tolist()
 
 
 def draw(scenario: Scenario, seed: int, runs: ArrayLike) -> tuple[Matrix, PRNGKeyArray]:
@@ -52,7 +62,7 @@ def draw(scenario: Scenario, seed: int, runs: ArrayLike) -> tuple[Matrix, PRNGKe
         Values (n, keys) in the order of `scenario.dispersed`, SI, and (n,) keys of the noise.
     """
     dispersions = scenario.dispersions
-    codes = jnp.array([zlib.crc32(d.keys[0].encode()) for d in dispersions], dtype=jnp.uint32)
+    codes = np.array([_code(d.keys[0]) for d in dispersions], np.uint32).reshape(-1, 4)
     size = max((len(d.keys) for d in dispersions), default=1)
     numbers = jnp.asarray(runs, dtype=jnp.uint32)
     noise, bits = _streams(size)(jax.random.key(seed), numbers, codes)

@@ -20,7 +20,8 @@ from gyrostat._jax import jax, jnp
 from gyrostat._types import Matrix, Vector
 from gyrostat.campaign.build import Plans, Setup, build, plan
 from gyrostat.campaign.draws import draw
-from gyrostat.campaign.metrics import BINS, concluded, count_in, observer
+from gyrostat.campaign.metrics import concluded, ended, observer
+from gyrostat.campaign.percentiles import collector
 from gyrostat.campaign.scenario import Scenario
 from gyrostat.lanes.batch import lanes
 from gyrostat.lanes.compiler import required
@@ -53,8 +54,8 @@ class _Programs:
 
     Attributes:
         begin: (nominal, values, plans, noise) -> carry, of 64 runs.
-        segment: (carry, first, nominal, values, plans, noise, asked) -> carry, places in the
-            histogram, and for the runs that are asked for the samples and errors.
+        segment: (carry, first, nominal, values, plans, noise, asked) -> carry, the errors that
+            count, and for the runs that are asked for the samples and all errors.
         length: control periods of a segment.
     """
 
@@ -99,10 +100,10 @@ def _programs(text: str, engine: str) -> _Programs:
             inner, seen = carry
             inner, row = tick(inner, k)
             seen, pointing = seeing(seen, row, k)
-            return (inner, seen), (pointing.place, (row, pointing.error))
+            return (inner, seen), (pointing.counted, (row, pointing.error))
 
-        carry, (places, rows) = jax.lax.scan(step, carry, first + jnp.arange(length))
-        return carry, places, rows
+        carry, (counted, rows) = jax.lax.scan(step, carry, first + jnp.arange(length))
+        return carry, counted, rows
 
     nominal = np.array([scenario.values[key] for key in fixed])
     starting = jax.jit(jax.vmap(begin, in_axes=(None, 0, None, 0)))
@@ -117,10 +118,10 @@ def _programs(text: str, engine: str) -> _Programs:
         batch = jax.jit(jax.vmap(segment, in_axes=(0, None, None, 0, None, 0)))
 
         def carried(*arguments, asked):
-            carry, places, rows = batch(*arguments)
+            carry, counted, rows = batch(*arguments)
             picked = np.asarray(asked, np.int64)
             kept = jax.tree.map(lambda leaf: np.asarray(leaf)[picked], rows) if asked else None
-            return carry, np.asarray(places), kept
+            return carry, np.asarray(counted), kept
 
     return _Programs(scenario, engine, plans, nominal, starting, carried, length)
 
@@ -183,13 +184,14 @@ def _block(
         values, noise, picked = drawn, noise[picked], np.arange(len(runs))
     is_kept = np.isin(runs, keep)
     lanes_kept = picked[is_kept].tolist()
-    histogram = np.zeros((len(values), BINS), np.int64)
+    segments = range(0, scenario.count + 1, programs.length)
+    errors = collector(len(values), len(segments) * programs.length, LANES)
     kept = []
-    for first in range(0, scenario.count + 1, programs.length):
-        carry, places, rows = programs.segment(
+    for first in segments:
+        carry, counted, rows = programs.segment(
             carry, first, nominal, values, plans, noise, asked=lanes_kept
         )
-        count_in(histogram, places)
+        errors.add(counted)
         if lanes_kept:
             kept.append(rows)
     seen = carry[1]
@@ -198,9 +200,9 @@ def _block(
         "run": runs,
         **{key: drawn[:, k] for k, key in enumerate(scenario.dispersed)},
         "status": np.asarray(seen.status)[picked].astype(np.int8),
-        "ended": (np.asarray(seen.samples)[picked] - 1) * period,
+        "ended": ended(seen, period)[picked],
     }
-    columns |= {name: entry[picked] for name, entry in concluded(scenario, seen, histogram).items()}
+    columns |= {name: entry[picked] for name, entry in concluded(scenario, seen, errors).items()}
     if not kept:
         return Flown(columns, None)
     rows, error = jax.tree.map(

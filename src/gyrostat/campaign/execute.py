@@ -195,7 +195,8 @@ def _fly_blocks(store, campaign, opener, window, on_progress, say, fly_job) -> N
 def worst_runs(store: Store, count: int, metric: str) -> list[int]:
     """Numbers of the worst runs: those that did not end, then the largest of a metric.
 
-    A run that never settles is worse than one that does; without a crossing it has no peak.
+    A run that never settles is worse than one that does; without a crossing it has no peak. Among
+    equal values the run with the larger maximum of the pointing error is worse.
     """
     import numpy as np
 
@@ -205,7 +206,8 @@ def worst_runs(store: Store, count: int, metric: str) -> list[int]:
     value = np.where(np.isnan(value), none, value)
     value = np.where(table["status"].to_numpy() != 0, np.inf, value)
     ended = np.where(table["status"].to_numpy() != 0, -table["ended"].to_numpy(), 0.0)
-    order = np.lexsort((table["run"].to_numpy(), -ended, -value))
+    largest = np.nan_to_num(table["error_max"].to_numpy())
+    order = np.lexsort((table["run"].to_numpy(), -largest, -ended, -value))
     return table["run"].to_numpy()[order][:count].tolist()
 
 

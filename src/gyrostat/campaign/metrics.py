@@ -5,18 +5,16 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float, Int
-from numpy.typing import NDArray
 
 from gyrostat._jax import jax, jnp
 from gyrostat._types import Vector
 from gyrostat.body.rotations import angle_between, error_angle, to_inertial
 from gyrostat.campaign.build import Setup
+from gyrostat.campaign.percentiles import Collector
 from gyrostat.campaign.scenario import Scenario
 from gyrostat.friction import Scalar
 from gyrostat.simulate import Histories
 
-LEAST_ERROR, WIDTH, BINS = 1e-8, 0.02, 990
-"""rad: the percentiles come from a histogram in logarithmic bins of this width, up to 180 deg."""
 FULL = 0.999
 """Share of a limit at which a wheel counts as saturated."""
 
@@ -65,12 +63,12 @@ class Pointing(NamedTuple):
     """Pointing at one sample.
 
     Attributes:
-        error: rad.
-        place: of the error in the histogram; BINS where it does not count.
+        error: Pointing error, rad.
+        counted: The same; infinite where it does not count.
     """
 
     error: Scalar
-    place: Int[Array, ""]
+    counted: Scalar
 
 
 class Observer(eqx.Module):
@@ -115,13 +113,11 @@ class Observer(eqx.Module):
         after = self._seen(seen, row, time, error)
         kept = jax.tree.map(lambda new, old: jnp.where(valid, new, old), after, seen)
         counts = valid & (time + 1e-9 >= self.values["metrics.after"])
-        share = jnp.log(jnp.maximum(error, LEAST_ERROR) / LEAST_ERROR) / np.log1p(WIDTH)
-        place = jnp.clip(jnp.where(counts, share, 0.0).astype(int), 0, BINS - 1)
         status = jnp.where(k <= self.count, row.status, seen.status)
-        return kept._replace(status=status), Pointing(error, jnp.where(counts, place, BINS))
+        return kept._replace(status=status), Pointing(error, jnp.where(counts, error, jnp.inf))
 
     def _seen(self, seen: Seen, row: Histories, time: Scalar, error: Scalar) -> Seen:
-        """All but histogram and status, taking the sample to be valid."""
+        """All but the status, taking the sample to be valid."""
         values, wheels = self.values, self.setup.plant.spacecraft.wheels
         momentum, torque = row.record.wheel_momentum, row.command.torque
         counts = time + 1e-9 >= values["metrics.after"]
@@ -161,30 +157,28 @@ def observer(scenario: Scenario, setup: Setup, values: dict[str, Scalar]) -> Obs
     return Observer(setup, own, scenario.count, scenario.boresight)
 
 
-def count_in(histogram: NDArray[np.int64], places: NDArray[np.int64]) -> None:
-    """Count errors in histograms, in place.
+def ended(seen: Any, period: float) -> Vector:
+    """Time of the last valid sample of each run, s; 0 for a run that diverges at its start.
 
     Args:
-        histogram: (runs, BINS).
-        places: (runs, samples), as `Pointing` has them.
+        seen: `Seen` with a leading axis of runs.
+        period: Control period, s.
     """
-    rows = (BINS + 1) * np.arange(len(places))[:, None]
-    counts = np.bincount((rows + places).ravel(), minlength=(BINS + 1) * len(places))
-    histogram += counts.reshape(len(places), -1)[:, :BINS]
+    return np.maximum(np.asarray(seen.samples) - 1, 0) * period
 
 
-def concluded(scenario: Scenario, seen: Any, histogram: NDArray[np.int64]) -> dict[str, Vector]:
+def concluded(scenario: Scenario, seen: Any, errors: Collector) -> dict[str, Vector]:
     """The metrics of several runs; NaN where a run did not end, or there is none.
 
     Args:
-        scenario: of the runs.
+        scenario: Scenario of the runs.
         seen: `Seen` with a leading axis of runs.
-        histogram: (runs, BINS) of their errors.
+        errors: Their pointing errors that count.
     """
     seen = jax.tree.map(np.asarray, seen)
     period = scenario.values["run.control_period"]
     counted, samples = np.maximum(seen.counted, 1), np.maximum(seen.samples, 1)
-    found = {f"error_p{p:g}": percentile(histogram, p, seen.counted) for p in scenario.percentiles}
+    found = {f"error_p{p:g}": errors.percentile(p) for p in scenario.percentiles}
     some = seen.counted > 0
     found |= {
         "error_max": np.where(some, seen.error_max, np.nan),
@@ -201,9 +195,3 @@ def concluded(scenario: Scenario, seen: Any, histogram: NDArray[np.int64]) -> di
     }
     return {name: np.where(seen.status == 0, entry, np.nan) for name, entry in found.items()}
 
-
-def percentile(histogram: NDArray[np.int64], percent: float, counted: Vector) -> Vector:
-    """Percentiles of histograms, (runs, BINS): the middle of the bin that holds the rank, rad."""
-    rank = np.maximum(np.ceil(percent / 100.0 * counted), 1)
-    place = np.argmax(np.cumsum(histogram, axis=1) >= rank[:, None], axis=1)
-    return np.where(counted > 0, LEAST_ERROR * (1.0 + WIDTH) ** (place + 0.5), np.nan)

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 
 from gyrostat.campaign import Campaign, Scenario, Store, worst_runs
 from gyrostat.campaign.schema import RESULTS, metric_units
-from gyrostat.campaign.summary import chance_level, percentile_of, rank_correlation
+from gyrostat.campaign.drivers import find_drivers
+from gyrostat.campaign.summary import percentile_of
 from gyrostat.errors import InputError
 from gyrostat.files import write_whole
 from gyrostat.report.campaign_run import run_page, told
@@ -59,6 +60,7 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
         units=metric_units(scenario.percentiles),
         meanings={name: meaning for name, (_, meaning) in RESULTS.items()},
         told=lambda value, unit: told(np.nan if value is None else value, unit),
+        told_percentile=told_percentile,
         folder=folder,
         command=command,
     )
@@ -81,16 +83,27 @@ def _content(
         kind.name.lower(): int(np.sum(status == kind)) for kind in Status if np.any(status == kind)
     }
     bad = np.flatnonzero(status != Status.COMPLETE)
+    units = metric_units(scenario.percentiles)
+    driving = find_drivers(drawn, np.stack([columns[name] for name in units], axis=1))
     metrics: dict[str, Any] = {}
-    for name, unit in metric_units(scenario.percentiles).items():
+    for (name, unit), rho, level in zip(
+        units.items(), driving.rank_correlation.T, driving.chance_level, strict=True
+    ):
         found = [percentile_of(columns[name], percent) for percent in PERCENTILES]
-        rho = rank_correlation(drawn, columns[name])
         order = [k for k in np.argsort(-np.abs(rho)) if np.isfinite(rho[k])]
         metrics[name] = {
             "unit": unit,
             "runs": int(np.sum(np.isfinite(columns[name]))),
             "percentiles": [{k: _or_none(v) for k, v in vars(p).items()} for p in found],
-            "drivers": [{"key": keys[k], "rank_correlation": float(rho[k])} for k in order],
+            "chance_level": _or_none(float(level)),
+            "drivers": [
+                {
+                    "key": keys[k],
+                    "rank_correlation": float(rho[k]),
+                    "beyond_chance": bool(abs(rho[k]) > level),
+                }
+                for k in order
+            ],
         }
     ranked = f"error_p{scenario.percentiles[-1]:g}"
     return {
@@ -107,7 +120,7 @@ def _content(
             }
             for k in bad[:100]
         ],
-        "chance_level": chance_level(int(np.sum(status == 0))),
+        "chance_level": metrics[ranked]["chance_level"],
         "metrics": metrics,
         "worst_by": ranked,
         "worst": [
@@ -126,6 +139,22 @@ def _or_none(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
+def told_percentile(entry: dict[str, float | None], unit: str) -> tuple[str, ...]:
+    """Value and ends of the interval for a person, with digits that tell unequal ones apart.
+
+    Args:
+        entry: Percentile as report.json has it.
+        unit: Unit of the metric.
+    """
+    parts = [np.nan if entry[name] is None else entry[name] for name in ("value", "low", "high")]
+    different = len({part for part in parts if np.isfinite(part)})
+    for digits in range(4, 17):
+        texts = tuple(told(part, unit, digits) for part in parts)
+        if len(set(texts) - {"none"}) == different:
+            break
+    return texts
+
+
 def _lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
     """The outcome for a terminal."""
     ended = ", ".join(
@@ -134,15 +163,12 @@ def _lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
     lines = [f"{content['runs']} runs of {scenario.name}: {ended}"]
     own = content["metrics"][content["worst_by"]]
     for entry in own["percentiles"]:
-        value, low, high = (
-            told(np.nan if entry[k] is None else entry[k], own["unit"])
-            for k in ("value", "low", "high")
-        )
+        value, low, high = told_percentile(entry, own["unit"])
         lines.append(
             f"  {content['worst_by']}: {entry['percent']:g} % of the runs stay below {value} "
             f"(95 % confidence: {low} to {high})"
         )
-    driving = [d for d in own["drivers"] if abs(d["rank_correlation"]) > content["chance_level"]]
+    driving = [driver for driver in own["drivers"] if driver["beyond_chance"]]
     if driving:
         told_of = ", ".join(f"{d['key']} ({d['rank_correlation']:+.2f})" for d in driving[:3])
         lines.append(f"  driven by {told_of}, by rank correlation")

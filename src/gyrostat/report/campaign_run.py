@@ -103,13 +103,13 @@ def _or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def told(value: float, unit: str) -> str:
-    """A value for a person: angles in degrees."""
+def told(value: float, unit: str, digits: int = 4) -> str:
+    """A value for a person with so many significant digits: angles in degrees."""
     if not math.isfinite(value):
         return "none"
     if unit == "rad":
-        return f"{plain(math.degrees(value))} deg"
-    return plain(value) if unit == "1" else f"{plain(value)} {unit}"
+        return f"{plain(math.degrees(value), digits)} deg"
+    return plain(value, digits) if unit == "1" else f"{plain(value, digits)} {unit}"
 
 
 def metric_rows(scenario: Scenario, values: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -8,6 +8,7 @@ from jaxtyping import Array, Bool, Int, PRNGKeyArray
 
 from gyrostat._jax import jax, jnp
 from gyrostat.friction import Scalar
+from gyrostat.simulate.delay_line import delay_line, delayed
 
 
 class Plant(Protocol):
@@ -19,7 +20,10 @@ class Plant(Protocol):
     """
 
     def __call__(self, state: Any, command: Any, time: Scalar, duration: Scalar) -> tuple[Any, Any]:
-        """Carry the state over an interval of held command: the new state; whether resolved."""
+        """Carry the state over an interval of held command: the new state; whether resolved.
+
+        The fields of the command on which either depends are those that go to actuators.
+        """
         ...
 
     def diverged(self, state: Any) -> Any:
@@ -51,7 +55,11 @@ class Controller(Protocol):
         ...
 
     def __call__(self, memory: Any, measurement: Any) -> tuple[Any, Any]:
-        """Command: the new memory; the command, a named tuple whose other fields are recorded."""
+        """Command: the new memory; the command, a named tuple.
+
+        Fields that the plant's motion depends on go to actuators, after the command delay if there
+        is one. The others, such as a target or an estimate, are recorded at this sample.
+        """
         ...
 
 
@@ -68,11 +76,12 @@ class Histories(NamedTuple):
     """Signals of one run at the control times, first axis time.
 
     Attributes:
-        state: of the plant.
-        measurement: of the sensor.
-        command: that acts from each time on.
-        record: of the plant.
-        status: of the run up to each time.
+        state: State of the plant.
+        measurement: Measurement made at each time.
+        command: Fields that go to actuators: the values that act from each time on. Other fields:
+            the values made at each time.
+        record: Record of the plant.
+        status: Status of the run up to each time.
     """
 
     state: Any
@@ -138,19 +147,17 @@ def loop_parts(
         sensed = sensor(sensor.start(state, period), state, jax.random.fold_in(key, 0))
         memory = controller.start(period)
         _, command = jax.eval_shape(commanded, memory, sensed[1])
-        under_way = jax.tree.map(lambda c: jnp.zeros((command_delay, *c.shape), c.dtype), command)
-        return state, sensed, memory, under_way, judged(state, jnp.array(int(Status.COMPLETE)))
+        line = delay_line(plant, state, command, period, command_delay)
+        return state, sensed, memory, line, judged(state, jnp.array(int(Status.COMPLETE)))
 
     def tick(carry, k):
         # the measurement is carried from tick to tick: XLA would else compute it, noise and all,
         # anew for everything that is made from it
-        state, sensed, memory, under_way, status = carry
+        state, sensed, memory, line, status = carry
         sensor_memory, measurement = sensed
         memory, command = commanded(memory, measurement)
         status = jnp.where((status == 0) & ~_finite(command), int(Status.BAD_COMMAND), status)
-        queue = jax.tree.map(lambda q, c: jnp.concatenate([q, c[None]]), under_way, command)
-        command = jax.tree.map(lambda q: q[0], queue)
-        under_way = jax.tree.map(lambda q: q[1:], queue)
+        line, command = delayed(line, command)
         goes_on = status == 0
         # what ended beyond all bounds needs many steps: a batch would wait for it to the end
         length = jnp.where(goes_on, period, 0.0)
@@ -159,7 +166,7 @@ def loop_parts(
         state = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), after, state)
         status = judged(state, jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status))
         sensed = sensor(sensor_memory, state, jax.random.fold_in(key, k + 1))
-        return (state, sensed, memory, under_way, status), row
+        return (state, sensed, memory, line, status), row
 
     return begin, tick
 
@@ -205,8 +212,9 @@ def run(
         period: control period, s.
         count: of control periods.
         substeps: integration steps in each.
-        command_delay: control periods from a sample to the start of the command made from it; until
-            the first arrives the command is zero.
+        command_delay: Control periods from a sample to the start of the command made from it; until
+            the first command arrives, actuators get zero. Fields of the command that do not move
+            the plant are not delayed.
 
     Returns:
         Histories of `count` + 1 samples. After a run has failed its state is frozen.

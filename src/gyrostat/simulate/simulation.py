@@ -153,7 +153,9 @@ def simulate(
         control_period: s.
         step: longest integration step, s, of which the control period is a multiple; by default the
             control period itself.
-        command_delay: control periods from a sample to the start of the command made from it.
+        command_delay: Control periods from a sample to the start of the command made from it. It
+            delays the fields of the command that the plant's motion depends on; the others, as a
+            target or an estimate, stand at the sample that they were made at.
         seed: of the noise.
         runs: number of runs; None for a single one. Of plant, controller, sensor and start each may
             be one for all, or one for each as `stack` joins them.
