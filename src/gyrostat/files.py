@@ -1,12 +1,18 @@
-"""Files that appear under their final name only when whole."""
+"""Files that appear under their final name only when whole, and reading without following links."""
 
+import hashlib
 import os
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from gyrostat.errors import InputError
+
+UNFINISHED = ".gyrostat-"
+"""Beginning of the names of temporary files and folders."""
 
 
 def check_writable(folder: Path) -> None:
@@ -20,7 +26,7 @@ def check_writable(folder: Path) -> None:
         with tempfile.TemporaryFile(dir=existing):
             pass
     except OSError as error:
-        raise _unwritable(folder, error) from None
+        raise unwritable(folder, error) from None
 
 
 @contextmanager
@@ -38,7 +44,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     unfinished: Path | None = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=path.suffix)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=UNFINISHED, suffix=path.suffix)
         os.close(handle)
         unfinished = Path(name)
         yield unfinished
@@ -48,7 +54,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         unfinished.chmod(0o666 & ~mask)
         os.replace(unfinished, path)
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
-        raise _unwritable(path, error) from None
+        raise unwritable(path, error) from None
     finally:
         if unfinished is not None:
             unfinished.unlink(missing_ok=True)
@@ -64,7 +70,62 @@ def write_whole(path: Path, text: str) -> None:
         unfinished.write_text(text, encoding="utf-8")
 
 
-def _unwritable(path: Path, error: OSError | ValueError) -> InputError:
+def set_aside(path: Path) -> Path:
+    """Rename a file, link or folder to NAME.changed, or NAME.changed.2 and so on.
+
+    Returns:
+        The new path.
+
+    Raises:
+        OSError: it cannot be renamed.
+    """
+    number, free = 1, path.with_name(f"{path.name}.changed")
+    while os.path.lexists(free):
+        number += 1
+        free = path.with_name(f"{path.name}.changed.{number}")
+    path.rename(free)
+    return free
+
+
+def read_regular(path: Path) -> bytes | None:
+    """The content of a file; None where there is none, or a link, folder or device in its place.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
+    stream = _open_regular(path)
+    if stream is None:
+        return None
+    with stream:
+        return stream.read()
+
+
+def digest_of(path: Path) -> str | None:
+    """SHA-256 digest of a file; None where there is none, or a link, folder or device in its place.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
+    stream = _open_regular(path)
+    if stream is None:
+        return None
+    with stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _open_regular(path: Path) -> BinaryIO | None:
+    try:
+        if not stat.S_ISREG(os.lstat(path).st_mode):
+            return None
+        # a pipe that takes the file's place meanwhile would block
+        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    return os.fdopen(handle, "rb")
+
+
+def unwritable(path: Path, error: OSError | ValueError) -> InputError:
+    """The error for a file or folder that cannot be written."""
     reason = getattr(error, "strerror", None) or str(error)
     # a path may hold line breaks and bytes that are no text
     name = str(path) if str(path).isprintable() else repr(str(path))
