@@ -153,22 +153,35 @@ class Store:
         write_whole(self._description, campaign.text())
 
     def check(self, campaign: Campaign) -> set[int]:
-        """Set aside every result that is not as the campaign wrote it.
+        """Set aside everything in the place of a result that is not as the campaign wrote it.
 
         Returns:
             Numbers of the runs whose histories were set aside.
         """
         manifest, damaged = Manifest(self.folder), set()
-        for name, entry in manifest.entries.items():
+        for path in sorted((*self.folder.iterdir(), *(self.folder / "runs").iterdir())):
+            name = path.relative_to(self.folder).as_posix()
             match = _RESULT.fullmatch(name)
             found = manifest.fault(name, campaign.by)
-            if match is None or entry.by != campaign.by or found is None:
+            if match is None or found is None:
                 continue
-            path = self.folder / name
             self.say(f"{path}: found {found}: it is kept as {set_aside(path).name}")
             if match[2] == "nc":
                 damaged.add(int(match[1]))
         return damaged
+
+    def mend(self, campaign: Campaign) -> None:
+        """Check the folder of a finished campaign and write its table again where it is damaged.
+
+        Raises:
+            InputError: the table is damaged, and so are blocks.
+        """
+        self.check(campaign)
+        found, damaged = self.blocks(campaign)
+        for number in sorted({*damaged, *range(campaign.blocks)} - set(found)):
+            state = "damaged or of another campaign" if number in damaged else "missing"
+            self.say(f"block {number} is {state}: gyrostat campaign flies it again")
+        self.merge(campaign)
 
     @contextlib.contextmanager
     def results(self, campaign: Campaign) -> Iterator[Path]:

@@ -130,8 +130,7 @@ def replay(
         raise InputError(f"run: found {run}, expected 0 to {known.runs - 1}")
     refuse_other(known.engine, str(folder))
     with store.locked():
-        store.check(known)
-        store.merge(known)
+        store.mend(known)
         path = fly_again(store, known, [run], processes(1))[0]
     write_replay(known, path, run, command=command_line(), say=say)
 

@@ -43,8 +43,7 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
     store = Store(folder, say)
     known = store.known()
     with store.locked():
-        store.check(known)
-        store.merge(known)
+        store.mend(known)
     scenario = Scenario.from_text(known.scenario)
     table = store.read_table()
     columns = {name: table[name].to_numpy() for name in table.column_names}
