@@ -2,12 +2,12 @@
 
 python benchmarks/soak_files.py [--flips 2000] [--others 500] [--workers 2] [--seed 1]
 
-Single bits are flipped, and files truncated, extended, deleted, swapped, replaced by those of another
-campaign, by links and by folders, and foreign files added. After each damage `gyrostat campaign`,
-`report` and `replay` are asked, each on a damaged copy of its own. An answer counts as
+Single bits are flipped; files are truncated, extended, deleted, swapped, and replaced by those of
+another campaign, by links and by folders; foreign files are added. After each damage `gyrostat
+campaign`, `report` and `replay` are asked, each on a damaged copy of its own. An answer counts as
 
-repaired    exit 0, and every file is byte for byte that of the same command on an undamaged copy;
-            or a message names what was set aside, and the rest is as if the user had removed it
+repaired    exit 0, and every file is byte for byte that of the same command on an undamaged copy,
+            but for what a message names: histories and pages that were set aside, damaged blocks
 refused     exit 2 and one line that says why
 silent      exit 0 with anything else
 traceback   everything else
@@ -164,7 +164,7 @@ class Attack:
             return "traceback"
         after = files_of(self.work)
         missing = frozenset(
-            file for file in self.files if file not in after and file.startswith("runs/")
+            file for file in self.files if file not in after and file.startswith(("runs", "report"))
         )
         if any(file in before and f"{file}: found" not in said for file in missing):
             return "silent"

@@ -4,12 +4,14 @@ import hashlib
 import os
 import stat
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TypeVar
 
 from gyrostat.errors import InputError
+
+T = TypeVar("T")
 
 UNFINISHED = ".gyrostat-"
 """Beginning of the names of temporary files and folders."""
@@ -77,51 +79,50 @@ def set_aside(path: Path) -> Path:
         The new path.
 
     Raises:
-        OSError: it cannot be renamed.
+        InputError: it cannot be renamed.
     """
     number, free = 1, path.with_name(f"{path.name}.changed")
     while os.path.lexists(free):
         number += 1
         free = path.with_name(f"{path.name}.changed.{number}")
-    path.rename(free)
-    return free
+    try:
+        return path.rename(free)
+    except OSError as error:
+        raise unwritable(path, error) from None
 
 
 def read_regular(path: Path) -> bytes | None:
     """The content of a file; None where there is none, or a link, folder or device in its place.
 
     Raises:
-        OSError: the file cannot be read.
+        InputError: the file cannot be read.
     """
-    stream = _open_regular(path)
-    if stream is None:
-        return None
-    with stream:
-        return stream.read()
+    return _with_regular(path, lambda stream: stream.read())
 
 
 def digest_of(path: Path) -> str | None:
     """SHA-256 digest of a file; None where there is none, or a link, folder or device in its place.
 
     Raises:
-        OSError: the file cannot be read.
+        InputError: the file cannot be read.
     """
-    stream = _open_regular(path)
-    if stream is None:
-        return None
-    with stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+    return _with_regular(path, lambda stream: hashlib.file_digest(stream, "sha256").hexdigest())
 
 
-def _open_regular(path: Path) -> BinaryIO | None:
+def _with_regular(path: Path, use: Callable[[BinaryIO], T]) -> T | None:
     try:
         if not stat.S_ISREG(os.lstat(path).st_mode):
             return None
         # a pipe that takes the file's place meanwhile would block
         handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        with os.fdopen(handle, "rb") as stream:
+            return use(stream)
     except (FileNotFoundError, NotADirectoryError):
         return None
-    return os.fdopen(handle, "rb")
+    except OSError as error:
+        raise InputError(
+            f"{path}: found no way to read it ({error.strerror}), expected a readable file"
+        ) from None
 
 
 def unwritable(path: Path, error: OSError | ValueError) -> InputError:

@@ -96,10 +96,6 @@ def read_campaign(file: Path) -> Campaign | None:
             and hashlib.sha256(campaign.scenario.encode()).hexdigest() == campaign.digest
         ):
             return campaign
-    except OSError as error:
-        raise InputError(
-            f"{file}: found no way to read it ({error.strerror}), expected a readable file"
-        ) from None
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         pass  # as below
     raise DamagedError(

@@ -1,11 +1,11 @@
 """The folder of a campaign: its description, a file for each block of runs, the table of all runs.
 
-campaign.json               scenario, seed, engine; with the digest of its own content
+campaign.json                    scenario, seed, engine; with the digest of its own content
 blocks/000012.<digest>.parquet   one block; the digest is that of campaign, number and content
-runs.parquet                every run, once all blocks are there
-report.html, report.json    what the runs show
-runs/run_004711.nc, .html   histories that were kept, pages of runs that were replayed
-.gyrostat.json              digests of the files of the last three kinds, see `gyrostat.outputs`
+runs.parquet                     every run, once all blocks are there
+report.html, report.json         what the runs show
+runs/run_004711.nc, .html        histories that were kept, pages of runs that were replayed
+.gyrostat.json                   digests of the last three kinds of files: `gyrostat.outputs`
 
 The digests guard against damage, not against somebody who computes them again.
 """
@@ -78,7 +78,8 @@ class Store:
             # what a killed process has not finished
             for folder in (self.folder, self._blocks):
                 for left in folder.glob(f"{UNFINISHED}*.*"):
-                    left.unlink()
+                    if left.is_file():
+                        left.unlink()
             yield
         finally:
             os.close(handle)
@@ -191,6 +192,7 @@ class Store:
             InputError: they cannot be written.
         """
         with new_files(self.folder, by=campaign.by, aside=self.say) as scratch:
+            (scratch / "runs").mkdir()
             yield scratch
 
     def write_block(self, campaign: Campaign, number: int, columns: Mapping[str, "Vector"]) -> None:
@@ -296,7 +298,6 @@ class Store:
         """
         path = self.history(run)
         with self.results(campaign) as scratch:
-            (scratch / "runs").mkdir()
             dataset.to_netcdf(scratch / "runs" / path.name, engine="h5netcdf")
         return path
 

@@ -204,7 +204,6 @@ def write_replay(
     with xr.open_dataset(path, engine="h5netcdf") as history:
         page = run_page(scenario, values, history, f"{scenario.name}, run {run}", command)
     with store.locked(), store.results(known) as scratch:
-        (scratch / "runs").mkdir()
         (scratch / "runs" / path.with_suffix(".html").name).write_text(page, encoding="utf-8")
     say(f"run {run} flown again: every number is that of the table, bit for bit")
     say(f"written: {path}, {path.with_suffix('.html')}")
