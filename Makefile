@@ -1,6 +1,7 @@
 # One command for each job; each brings the environment that it needs.
 #   make demo    a wheel's friction from the example record
 #   make test    the tests
+#   make soak    the long attacks of benchmarks/soak_*.py, under 15 minutes
 #   make peers   the tests against FMPy and Basilisk, which are left out where these are not installed
 #   make check   everything that must pass before a change goes in
 #   make docs    the documentation, its examples executed
@@ -18,7 +19,7 @@ PINS := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test peers check lint format types contracts docs clean
+.PHONY: help demo test soak peers check lint format types contracts docs clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -52,6 +53,12 @@ demo: $(VENV)/.runtime
 
 test: $(VENV)/.test
 	$(BIN)/python -m pytest -n $(JOBS) -q tests
+
+# Every script runs, whatever the others found.
+soak: $(VENV)/.test
+	@failed=; for script in benchmarks/soak_*.py; do \
+	  echo "== $$script"; $(BIN)/python $$script || failed="$$failed $$script"; \
+	done; test -z "$$failed" || { echo "failed:$$failed" >&2; exit 1; }
 
 peers: $(VENV)/.peers
 	$(BIN)/python -m pytest -q tests/export

@@ -89,7 +89,8 @@ def test_help_names_every_verb(run):
 
 def test_identify_writes_its_three_files_and_prints_only_json(fitted):
     out, done = fitted
-    assert sorted(p.name for p in out.iterdir()) == ["fit.json", "model.toml", "report.html"]
+    written = ["fit.json", "model.toml", "report.html"]
+    assert sorted(p.name for p in out.iterdir()) == [".gyrostat.json", *written]
     printed = json.loads(done.stdout)
     assert printed == json.loads((out / "fit.json").read_text())
     assert "coulomb" in done.stderr

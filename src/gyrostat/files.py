@@ -1,12 +1,20 @@
-"""Files that appear under their final name only when whole."""
+"""Files that appear under their final name only when whole, and reading without following links."""
 
+import hashlib
 import os
+import stat
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO, TypeVar
 
 from gyrostat.errors import InputError
+
+T = TypeVar("T")
+
+UNFINISHED = ".gyrostat-"
+"""Beginning of the names of temporary files and folders."""
 
 
 def check_writable(folder: Path) -> None:
@@ -20,7 +28,7 @@ def check_writable(folder: Path) -> None:
         with tempfile.TemporaryFile(dir=existing):
             pass
     except OSError as error:
-        raise _unwritable(folder, error) from None
+        raise unwritable(folder, error) from None
 
 
 @contextmanager
@@ -38,7 +46,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     unfinished: Path | None = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=path.suffix)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=UNFINISHED, suffix=path.suffix)
         os.close(handle)
         unfinished = Path(name)
         yield unfinished
@@ -48,7 +56,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         unfinished.chmod(0o666 & ~mask)
         os.replace(unfinished, path)
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
-        raise _unwritable(path, error) from None
+        raise unwritable(path, error) from None
     finally:
         if unfinished is not None:
             unfinished.unlink(missing_ok=True)
@@ -64,7 +72,61 @@ def write_whole(path: Path, text: str) -> None:
         unfinished.write_text(text, encoding="utf-8")
 
 
-def _unwritable(path: Path, error: OSError | ValueError) -> InputError:
+def set_aside(path: Path) -> Path:
+    """Rename a file, link or folder to NAME.changed, or NAME.changed.2 and so on.
+
+    Returns:
+        The new path.
+
+    Raises:
+        InputError: it cannot be renamed.
+    """
+    number, free = 1, path.with_name(f"{path.name}.changed")
+    while os.path.lexists(free):
+        number += 1
+        free = path.with_name(f"{path.name}.changed.{number}")
+    try:
+        return path.rename(free)
+    except OSError as error:
+        raise unwritable(path, error) from None
+
+
+def read_regular(path: Path) -> bytes | None:
+    """The content of a file; None where there is none, or a link, folder or device in its place.
+
+    Raises:
+        InputError: the file cannot be read.
+    """
+    return _with_regular(path, lambda stream: stream.read())
+
+
+def digest_of(path: Path) -> str | None:
+    """SHA-256 digest of a file; None where there is none, or a link, folder or device in its place.
+
+    Raises:
+        InputError: the file cannot be read.
+    """
+    return _with_regular(path, lambda stream: hashlib.file_digest(stream, "sha256").hexdigest())
+
+
+def _with_regular(path: Path, use: Callable[[BinaryIO], T]) -> T | None:
+    try:
+        if not stat.S_ISREG(os.lstat(path).st_mode):
+            return None
+        # a pipe that takes the file's place meanwhile would block
+        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        with os.fdopen(handle, "rb") as stream:
+            return use(stream)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        raise InputError(
+            f"{path}: found no way to read it ({error.strerror}), expected a readable file"
+        ) from None
+
+
+def unwritable(path: Path, error: OSError | ValueError) -> InputError:
+    """The error for a file or folder that cannot be written."""
     reason = getattr(error, "strerror", None) or str(error)
     # a path may hold line breaks and bytes that are no text
     name = str(path) if str(path).isprintable() else repr(str(path))

@@ -1,5 +1,6 @@
 """The verbs as an engineer meets them, on the small campaign."""
 
+import dataclasses
 import json
 import re
 import shutil
@@ -80,10 +81,9 @@ def test_a_run_is_flown_again_bit_for_bit_by_another_process(run, small):
 
 def test_a_replay_that_differs_is_refused(run, small, tmp_path):
     shutil.copytree(small.out, tmp_path / "copy")
-    manifest = tmp_path / "copy" / "campaign.json"
-    content = json.loads(manifest.read_text())
-    content["engine"]["instructions"] = "x86_64 sse2"
-    manifest.write_text(json.dumps(content))
+    other = {**small.campaign.engine, "instructions": "x86_64 sse2"}
+    text = dataclasses.replace(small.campaign, engine=other).text()
+    (tmp_path / "copy" / "campaign.json").write_text(text)
     code, _, err = run("replay", tmp_path / "copy", 5)
     assert code == 2
     assert "expected x86_64 sse2, as recorded" in err

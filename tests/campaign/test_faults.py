@@ -3,7 +3,7 @@
 The runs cost nothing (fake_campaign.py beside this file); store, executor and processes are real.
 """
 
-import json
+import dataclasses
 import os
 import random
 import shutil
@@ -15,6 +15,8 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+
+from gyrostat.campaign import Store
 
 FAKE = Path(__file__).with_name("fake_campaign.py")
 RUNS = 41  # the last block is not full
@@ -80,7 +82,7 @@ def test_killed_at_ten_random_moments_it_ends_with_the_same_table(tmp_path, undi
     code, messages = ended(start(tmp_path))
     assert code == 0, messages
     assert (tmp_path / "runs.parquet").read_bytes() == undisturbed
-    assert not [p for p in tmp_path.rglob(".*") if p.name != ".lock"]
+    assert {p.name for p in tmp_path.rglob(".*")} == {".lock", ".gyrostat.json"}
 
 
 def test_a_killed_worker_costs_nothing(tmp_path, undisturbed):
@@ -122,17 +124,16 @@ def test_damaged_blocks_are_flown_again(tmp_path, undisturbed):
     (tmp_path / "runs.parquet").unlink()
     code, messages = ended(start(tmp_path))
     assert code == 0
-    assert "block 3 was not whole" in messages
-    assert "block 5 was not whole" in messages
+    assert "block 3 is damaged" in messages
+    assert "block 5 is damaged" in messages
     assert (tmp_path / "runs.parquet").read_bytes() == undisturbed
 
 
 def test_another_engine_is_refused(tmp_path):
     ended(start(tmp_path))
-    manifest = tmp_path / "campaign.json"
-    content = json.loads(manifest.read_text())
-    content["engine"]["jaxlib"] = "0.0.1"
-    manifest.write_text(json.dumps(content))
+    known = Store(tmp_path).known()
+    other = dataclasses.replace(known, engine={**known.engine, "jaxlib": "0.0.1"})
+    (tmp_path / "campaign.json").write_text(other.text())
     code, messages = ended(start(tmp_path))
     assert code == 1
     assert "found jaxlib" in messages
@@ -140,13 +141,15 @@ def test_another_engine_is_refused(tmp_path):
 
 
 def test_results_of_unknown_origin_are_refused_and_hidden_files_left_alone(tmp_path):
-    (tmp_path / ".profile").write_text("mine")
-    assert ended(start(tmp_path))[0] == 0
-    (tmp_path / "campaign.json").unlink()
+    (tmp_path / ".abcdefgh.parquet").write_text("mine")
+    (tmp_path / "runs.parquet").write_text("mine too")
     code, messages = ended(start(tmp_path))
     assert code == 1
-    assert "found results without campaign.json" in messages
-    assert (tmp_path / ".profile").read_text() == "mine"
+    assert "found results without their campaign.json" in messages
+    assert (tmp_path / "runs.parquet").read_text() == "mine too"
+    (tmp_path / "runs.parquet").unlink()
+    assert ended(start(tmp_path))[0] == 0
+    assert (tmp_path / ".abcdefgh.parquet").read_text() == "mine"
 
 
 def test_a_full_disk_is_told_and_survived(tmp_path, undisturbed):

@@ -65,7 +65,7 @@ def test_the_folder_compiles_and_its_test_passes(what, exported, tools):
     what = what.replace("-", "_")
     names = [f"{what}.h", f"{what}.c", f"{what}_test.c", "expected.txt", "Makefile", "README.md"]
     assert json.loads(printed) == {"files": names}
-    assert sorted(path.name for path in out.iterdir()) == sorted(names)
+    assert sorted(path.name for path in out.iterdir()) == sorted([".gyrostat.json", *names])
     strict = [f"{what}.c", f"{what}_test.c", "-lm", "-o", "program"]
     tools.build(out, *strict)
     done = subprocess.run([out / "program"], capture_output=True, text=True)

@@ -351,6 +351,7 @@ def test_a_quick_run_reports_and_shows_progress(quick):
     assert all(name in page for name in ISSUE_IDS | OWN_IDS | GOAL_IDS)
     assert page.count("<svg") == 11
     assert "Quick" in page
-    assert sorted(path.name for path in folder.iterdir()) == ["claims.json", "report.html"]
+    written = [".gyrostat.json", "claims.json", "report.html"]
+    assert sorted(path.name for path in folder.iterdir()) == written
     assert "12 of 12 records" in result.stderr
     assert "not-reproduced" in result.stderr

@@ -5,12 +5,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from gyrostat.campaign.description import Campaign, DamagedError
 from gyrostat.campaign.engine_record import FLAGS, engine_record, refuse_other, use_engine
 from gyrostat.campaign.executors import Opener, carry_out, processes
 from gyrostat.campaign.scenario import Scenario
 from gyrostat.campaign.schema import metric_units
-from gyrostat.campaign.store import Campaign, Store
+from gyrostat.campaign.store import Store
 from gyrostat.errors import InputError
+from gyrostat.files import set_aside
 
 BLOCK = 64
 """Runs in a block: as many as are carried together."""
@@ -92,6 +94,7 @@ def run_campaign(
     keep: Sequence[int] = (),
     worst: int = 3,
     worst_by: str | None = None,
+    force: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
     say: Callable[[str], None] = lambda text: None,
     fly_job: Callable[[Job], Any] = work,
@@ -112,6 +115,8 @@ def run_campaign(
         keep: numbers of runs whose histories are kept.
         worst: so many of the worst runs' histories are kept too.
         worst_by: metric by which they are; None for the last percentile of the error.
+        force: whether a new campaign may begin beside files that have the names of its results;
+            they are renamed NAME.changed.
         on_progress: called with the runs done and the runs in all.
         say: takes each line for a person.
         fly_job: what workers do with a job.
@@ -120,8 +125,8 @@ def run_campaign(
         The table of all runs.
 
     Raises:
-        InputError: the folder has another campaign or engine or cannot be written, a run draws
-            values that make no sense, or workers do not live.
+        InputError: the folder has another campaign, another engine or files of unknown origin, or
+            cannot be written; a run draws values that make no sense; or workers do not live.
     """
     if not 1 <= runs <= MOST_RUNS or block < 1:
         raise InputError(f"runs: found {runs}, expected 1 to {MOST_RUNS}")
@@ -134,8 +139,11 @@ def run_campaign(
     worst_by = worst_by or f"error_p{scenario.percentiles[-1]:g}"
     if worst_by not in metrics:
         raise InputError(f"worst by: found {worst_by!r}, expected one of {', '.join(metrics)}")
-    store = Store(out)
-    known = store.read()
+    store = Store(out, say)
+    try:
+        known = store.read()
+    except DamagedError:  # this command may mend it
+        known = None
     if known is None:
         engine = chosen_engine(engine, scenario.text(), device, say)
     else:
@@ -151,25 +159,25 @@ def run_campaign(
 
         check_draws(scenario, seed, runs)
     with store.locked():
-        campaign = store.begin(
-            Campaign(scenario.text(), scenario.digest(), seed, runs, block, record)
-        )
+        asked = Campaign(scenario.text(), scenario.digest(), seed, runs, block, record)
+        campaign = store.begin(asked, force=force)
         refuse_other(campaign.engine, str(out))
         count = workers or (len(os.sched_getaffinity(0)) if opener is None else ELSEWHERE)
         opener = opener or processes(count)
+        damaged = store.check(campaign)
         _fly_blocks(store, campaign, opener, 2 * count + 2, on_progress, say, fly_job)
         store.merge(campaign)
-        wanted = {*keep, *worst_runs(store, worst, worst_by)}
-        missing = [run for run in sorted(wanted) if not store.history(run).exists()]
+        wanted = {*keep, *worst_runs(store, worst, worst_by), *damaged}
+        missing = sorted(wanted - store.histories(campaign))
         if missing:
             replay(store, campaign, missing, opener, fly_job=fly_job)
     return store.table
 
 
 def _fly_blocks(store, campaign, opener, window, on_progress, say, fly_job) -> None:
-    found, broken = store.blocks()
-    for number in broken:
-        say(f"block {number} was not whole and is flown again")
+    found, damaged = store.blocks(campaign)
+    for number in damaged:
+        say(f"block {number} is damaged or of another campaign; it is flown again")
     done = sum(len(campaign.numbers(number)) for number in found)
     if done:
         say(f"{done} of {campaign.runs} runs are there already")
@@ -181,7 +189,9 @@ def _fly_blocks(store, campaign, opener, window, on_progress, say, fly_job) -> N
 
     def take(job: Job, flown: Any) -> None:
         nonlocal done
-        store.write_block(job.block, flown.columns)
+        for path in damaged.get(job.block, ()):
+            set_aside(path)
+        store.write_block(campaign, job.block, flown.columns)
         done += len(job.runs)
         if on_progress is not None:
             on_progress(done, campaign.runs)
@@ -237,7 +247,7 @@ def replay(
                         f"run {run}: found {name} {values[place]!r} in the replay, expected "
                         f"{recorded!r} of the table: something in the machine has changed"
                     )
-            paths.append(store.write_history(run, flown.histories.sel(run=run)))
+            paths.append(store.write_history(campaign, run, flown.histories.sel(run=run)))
 
     parts = [tuple(runs[k : k + AT_ONCE]) for k in range(0, len(runs), AT_ONCE)]
     jobs = [Job(campaign, part, part, -1) for part in parts]

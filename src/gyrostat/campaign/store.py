@@ -1,65 +1,40 @@
-"""The folder of a campaign: what it is, a file for each block of runs, the table of all.
+"""The folder of a campaign: its description, a file for each block of runs, the table of all runs.
 
-campaign.json               what is flown, how often, by what
-blocks/000012.<digest>.parquet   one block; its name holds the checksum of its content
-runs.parquet                every run, once all blocks are there
-runs/run_004711.nc          histories that were kept
+campaign.json                    scenario, seed, engine; with the digest of its own content
+blocks/000012.<digest>.parquet   one block; the digest is that of campaign, number and content
+runs.parquet                     every run, once all blocks are there
+report.html, report.json         what the runs show
+runs/run_004711.nc, .html        histories that were kept, pages of runs that were replayed
+.gyrostat.json                   digests of the last three kinds of files: `gyrostat.outputs`
+
+The digests guard against damage, not against somebody who computes them again.
 """
 
 import contextlib
 import fcntl
 import hashlib
-import json
+import os
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gyrostat.campaign.description import Campaign, DamagedError, read_campaign
 from gyrostat.errors import InputError
-from gyrostat.files import whole_file, write_whole
+from gyrostat.files import UNFINISHED, read_regular, set_aside, unwritable, whole_file, write_whole
+from gyrostat.outputs import Manifest, check_outputs, new_files
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
     from gyrostat._types import Vector
 
-FORMAT = 1
 GROUP = 64
 """Blocks in one row group of the table: what is in memory while it is written."""
+TABLE = "runs.parquet"
+REPORT = ("report.html", "report.json")
 _BLOCK = re.compile(r"(\d{6,})\.([0-9a-f]{64})\.parquet")
-# what a killed process has not finished: names as `gyrostat.files.whole_file` gives them
-_UNFINISHED = ("blocks/.????????.parquet", "runs/.????????.nc", ".????????.parquet")
-
-
-@dataclass(frozen=True)
-class Campaign:
-    """What a campaign is; the same in every process that works at it.
-
-    Attributes:
-        scenario: text of the scenario.
-        digest: of the scenario.
-        seed: of the draws.
-        runs: their number.
-        block: runs in a block.
-        engine: see `gyrostat.campaign.engine_record`.
-    """
-
-    scenario: str
-    digest: str
-    seed: int
-    runs: int
-    block: int
-    engine: Mapping[str, str]
-
-    def numbers(self, block: int) -> range:
-        """The runs of a block."""
-        return range(block * self.block, min((block + 1) * self.block, self.runs))
-
-    @property
-    def blocks(self) -> int:
-        """Their number."""
-        return -(-self.runs // self.block)
+_RESULT = re.compile(r"runs\.parquet|report\.(?:html|json)|runs/run_(\d{6,})\.(nc|html)")
 
 
 class Store:
@@ -67,12 +42,14 @@ class Store:
 
     Args:
         folder: that may not exist yet.
+        say: takes a line about each file that is not as it was written.
     """
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path, say: Callable[[str], None] = lambda text: None):
         self.folder = folder
-        self.table = folder / "runs.parquet"
-        self._manifest = folder / "campaign.json"
+        self.table = folder / TABLE
+        self.say = say
+        self._description = folder / "campaign.json"
         self._blocks = folder / "blocks"
 
     @contextlib.contextmanager
@@ -83,62 +60,70 @@ class Store:
             InputError: another campaign runs in it, or it cannot be written.
         """
         try:
-            self._blocks.mkdir(parents=True, exist_ok=True)
-            handle = (self.folder / ".lock").open("w")
+            for part in (self._blocks, self.folder / "runs"):
+                if part.is_symlink():
+                    raise InputError(f"{part}: found a symbolic link, expected a folder")
+                part.mkdir(parents=True, exist_ok=True)
+            flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
+            handle = os.open(self.folder / ".lock", flags, 0o666)
         except OSError as error:
-            raise InputError(
-                f"{self.folder}: found no way to write ({error.strerror}), expected a writable "
-                "folder"
-            ) from None
-        with handle:
+            raise unwritable(self.folder, error) from None
+        try:
             try:
                 fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 raise InputError(
                     f"{self.folder}: found another campaign at work here, expected none"
                 ) from None
-            for pattern in _UNFINISHED:
-                for left in self.folder.glob(pattern):
-                    left.unlink()
+            # what a killed process has not finished
+            for folder in (self.folder, self._blocks):
+                for left in folder.glob(f"{UNFINISHED}*.*"):
+                    if left.is_file():
+                        left.unlink()
             yield
+        finally:
+            os.close(handle)
 
     def read(self) -> Campaign | None:
-        """The campaign of the folder; None where there is none yet.
+        """The campaign of the folder; None where there is none yet; see `read_campaign`."""
+        return read_campaign(self._description)
+
+    def known(self) -> Campaign:
+        """The campaign of the folder.
 
         Raises:
-            InputError: there is a manifest that is none.
+            InputError: there is none, or campaign.json is not as it was written.
         """
-        try:
-            content = json.loads(self._manifest.read_text(encoding="utf-8"))
-            if content.pop("format") != FORMAT:
-                raise ValueError("another format")
-            return Campaign(**content)
-        except FileNotFoundError:
-            return None
-        except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+        campaign = self.read()
+        if campaign is None:
             raise InputError(
-                f"{self._manifest}: found {type(error).__name__} ({error}), expected what "
-                "gyrostat campaign has written"
-            ) from None
+                f"{self.folder}: found no campaign.json, expected the folder of a campaign"
+            )
+        return campaign
 
-    def begin(self, campaign: Campaign) -> Campaign:
+    def begin(self, campaign: Campaign, *, force: bool = False) -> Campaign:
         """Take a new campaign in, or the one that is there, which must be the same.
+
+        A campaign.json that is damaged or missing is written again if blocks or results in the
+        folder are those of the campaign.
+
+        Args:
+            campaign: to fly.
+            force: whether a new campaign may begin beside files that have the names of its results.
 
         Returns:
             The campaign of the folder, whose engine and size of blocks hold.
 
         Raises:
-            InputError: another campaign is there.
+            InputError: another campaign is there, or files of unknown origin.
         """
-        known = self.read()
+        damage: DamagedError | None = None
+        try:
+            known = self.read()
+        except DamagedError as error:
+            known, damage = None, error
         if known is None:
-            if self.table.exists() or any(self._blocks.iterdir()):
-                raise InputError(
-                    f"{self.folder}: found results without campaign.json, expected none: give "
-                    "another folder"
-                )
-            content = {"format": FORMAT, **asdict(campaign)}
-            write_whole(self._manifest, json.dumps(content, ensure_ascii=False, indent=1) + "\n")
+            self._restore(campaign, damage, force)
             return campaign
         for name, label in (("digest", "scenario"), ("seed", "seed"), ("runs", "number of runs")):
             found, wanted = getattr(campaign, name), getattr(known, name)
@@ -149,7 +134,68 @@ class Store:
                 )
         return known
 
-    def write_block(self, number: int, columns: Mapping[str, "Vector"]) -> None:
+    def _restore(self, campaign: Campaign, damage: DamagedError | None, force: bool) -> None:
+        """Write campaign.json where there is none, or a damaged one."""
+        listed = Manifest(self.folder).entries.values()
+        is_its = any(entry.by == campaign.by for entry in listed) or self.blocks(campaign)[0]
+        if is_its:
+            self.say(f"{self._description}: found damage or none: it is written again")
+        elif damage is not None:
+            raise damage
+        elif os.path.lexists(self.table) or any(self._blocks.iterdir()):
+            raise InputError(
+                f"{self.folder}: found results without their campaign.json, expected none: give "
+                "another folder, or the command that began that campaign"
+            )
+        else:
+            check_outputs(self.folder, REPORT, by=campaign.by, force=force)
+        if damage is not None:
+            set_aside(self._description)
+        write_whole(self._description, campaign.text())
+
+    def check(self, campaign: Campaign) -> set[int]:
+        """Set aside everything in the place of a result that is not as the campaign wrote it.
+
+        Returns:
+            Numbers of the runs whose histories were set aside.
+        """
+        manifest, damaged = Manifest(self.folder), set()
+        for path in sorted((*self.folder.iterdir(), *(self.folder / "runs").iterdir())):
+            name = path.relative_to(self.folder).as_posix()
+            match = _RESULT.fullmatch(name)
+            found = manifest.fault(name, campaign.by)
+            if match is None or found is None:
+                continue
+            self.say(f"{path}: found {found}: it is kept as {set_aside(path).name}")
+            if match[2] == "nc":
+                damaged.add(int(match[1]))
+        return damaged
+
+    def mend(self, campaign: Campaign) -> None:
+        """Check the folder of a finished campaign and write its table again where it is damaged.
+
+        Raises:
+            InputError: the table is damaged, and so are blocks.
+        """
+        self.check(campaign)
+        found, damaged = self.blocks(campaign)
+        for number in sorted({*damaged, *range(campaign.blocks)} - set(found)):
+            state = "damaged or of another campaign" if number in damaged else "missing"
+            self.say(f"block {number} is {state}: gyrostat campaign flies it again")
+        self.merge(campaign)
+
+    @contextlib.contextmanager
+    def results(self, campaign: Campaign) -> Iterator[Path]:
+        """Give a scratch folder for results; see `gyrostat.outputs.new_files`.
+
+        Raises:
+            InputError: they cannot be written.
+        """
+        with new_files(self.folder, by=campaign.by, aside=self.say) as scratch:
+            (scratch / "runs").mkdir()
+            yield scratch
+
+    def write_block(self, campaign: Campaign, number: int, columns: Mapping[str, "Vector"]) -> None:
         """Keep a block.
 
         Raises:
@@ -160,75 +206,101 @@ class Store:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
+        numbers = campaign.numbers(number)
+        told = {
+            "campaign": campaign.identity,
+            "seed": str(campaign.seed),
+            "runs": f"{numbers.start} to {numbers.stop - 1}",
+        }
         buffer = io.BytesIO()
-        pq.write_table(pa.table(dict(columns)), buffer)
+        pq.write_table(pa.table(dict(columns)).replace_schema_metadata(told), buffer)
         content = buffer.getvalue()
-        name = f"{number:06d}.{hashlib.sha256(content).hexdigest()}.parquet"
+        name = f"{number:06d}.{_block_digest(campaign, number, content)}.parquet"
         with whole_file(self._blocks / name) as unfinished:
             unfinished.write_bytes(content)
 
-    def blocks(self) -> tuple[dict[int, Path], list[int]]:
-        """The blocks that are whole, by number, and the numbers of those that were not.
-
-        What is not whole is removed; files of another kind are left alone.
-        """
+    def blocks(self, campaign: Campaign) -> tuple[dict[int, Path], dict[int, list[Path]]]:
+        """Whole blocks of the campaign by number, and the damaged files in place of the others."""
         found: dict[int, Path] = {}
-        broken: list[int] = []
+        damaged: dict[int, list[Path]] = {}
         for path in sorted(self._blocks.iterdir()):
             match = _BLOCK.fullmatch(path.name)
-            if match and hashlib.sha256(path.read_bytes()).hexdigest() == match[2]:
-                found[int(match[1])] = path
-            elif match:
-                path.unlink()
-                broken.append(int(match[1]))
-        return found, broken
+            if match is None:
+                continue
+            number, content = int(match[1]), read_regular(path)
+            if content is not None and _block_digest(campaign, number, content) == match[2]:
+                found[number] = path
+            else:
+                damaged.setdefault(number, []).append(path)
+        return found, {number: files for number, files in damaged.items() if number not in found}
 
     def merge(self, campaign: Campaign) -> None:
-        """Write the table of every run, in their order.
+        """Write the table of every run, in their order, where it is not there as it was written.
 
         Raises:
-            InputError: it cannot be written.
+            InputError: a block is missing, or the table cannot be written.
         """
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        found, _ = self.blocks()
+        if Manifest(self.folder).is_own(TABLE, campaign.by):
+            return
+        found, _ = self.blocks(campaign)
         numbers = range(campaign.blocks)
-        with whole_file(self.table) as unfinished:
-            schema = pq.read_schema(found[0])
-            with pq.ParquetWriter(unfinished, schema) as writer:
+        if len(found) < campaign.blocks:
+            raise InputError(
+                f"{self.folder}: found {len(found)} whole blocks of {campaign.blocks} and no whole "
+                f"{TABLE}, expected all: run gyrostat campaign again, which flies the others"
+            )
+        with self.results(campaign) as scratch:
+            told = {"campaign": campaign.identity, "seed": str(campaign.seed)}
+            schema = pq.read_schema(found[0]).with_metadata(told)
+            with pq.ParquetWriter(scratch / TABLE, schema) as writer:
                 for first in range(0, len(numbers), GROUP):
                     group = [pq.read_table(found[k]) for k in numbers[first : first + GROUP]]
-                    writer.write_table(pa.concat_tables(group).combine_chunks())
+                    table = pa.concat_tables(group).combine_chunks()
+                    writer.write_table(table.replace_schema_metadata(told))
 
     def read_table(self) -> "pa.Table":
         """Every run.
 
         Raises:
-            InputError: there is no table, or it is none.
+            InputError: there is no table, or it is not as it was written.
         """
-        import pyarrow as pa
         import pyarrow.parquet as pq
 
-        try:
-            return pq.read_table(self.table)
-        except (OSError, pa.ArrowInvalid) as error:
-            found = "no such file" if isinstance(error, FileNotFoundError) else str(error)
+        if not Manifest(self.folder).is_own(TABLE, self.known().by):
             raise InputError(
-                f"{self.table}: found {found}, expected the table of a finished campaign"
-            ) from None
+                f"{self.table}: found no such file or a damaged one, expected the table of a "
+                "finished campaign"
+            )
+        return pq.read_table(self.table)
 
     def history(self, run: int) -> Path:
         """Where the history of a run is kept."""
         return self.folder / "runs" / f"run_{run:06d}.nc"
 
-    def write_history(self, run: int, dataset: Any) -> Path:
+    def histories(self, campaign: Campaign) -> set[int]:
+        """Numbers of the runs whose histories are there as they were written."""
+        manifest = Manifest(self.folder)
+        matches = map(_RESULT.fullmatch, manifest.entries)
+        return {
+            int(match[1])
+            for match in matches
+            if match and match[2] == "nc" and manifest.is_own(match[0], campaign.by)
+        }
+
+    def write_history(self, campaign: Campaign, run: int, dataset: Any) -> Path:
         """Keep the history of a run.
 
         Raises:
             InputError: it cannot be written.
         """
         path = self.history(run)
-        with whole_file(path) as unfinished:
-            dataset.to_netcdf(unfinished, engine="h5netcdf")
+        with self.results(campaign) as scratch:
+            dataset.to_netcdf(scratch / "runs" / path.name, engine="h5netcdf")
         return path
+
+
+def _block_digest(campaign: Campaign, number: int, content: bytes) -> str:
+    return hashlib.sha256(f"{campaign.identity} {number} ".encode() + content).hexdigest()

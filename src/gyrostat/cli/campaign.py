@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyrostat.arguments import command_line, say
-from gyrostat.cli.options import Json, Out
+from gyrostat.cli.options import Force, Json, Out
 from gyrostat.errors import InputError
 
 if TYPE_CHECKING:
@@ -29,15 +29,17 @@ def simulate(
     seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
     device: Device = "cpu",
     engine: Engine = "auto",
+    force: Force = False,
     json_output: Json = False,
 ) -> None:
     """Fly a scenario once, with its nominal values: RUN.nc and RUN.html."""
     from gyrostat.campaign.engine_record import FLAGS, engine_record, use_engine
-    from gyrostat.files import check_writable
+    from gyrostat.outputs import check_outputs
 
     if out.suffix != ".nc":
         raise InputError(f"--out: found {str(out)!r}, expected a name that ends in .nc")
-    check_writable(out.parent)
+    names = (out.name, out.with_suffix(".html").name)
+    check_outputs(out.parent, names, by="simulate", force=force)
     _engine(engine)
     use_engine(engine_record(_device(device), FLAGS[device]))
     from gyrostat.campaign.engine import fly
@@ -49,7 +51,7 @@ def simulate(
     say(f"flying {found.name}: {found.duration:g} s")
     text = found.text()
     flown = fly(text, seed, None, keep=[0], engine=chosen_engine(engine, text, device, say))
-    summary = write_run(found, flown, out, command=command_line(), say=say)
+    summary = write_run(found, flown, out, command=command_line(), say=say, force=force)
     if json_output:
         print(summary)
     if int(flown.columns["status"][0]) != 0:
@@ -73,6 +75,10 @@ def campaign(
     worst_by: Annotated[
         str | None, typer.Option(help="Metric; by default the last percentile of the error.")
     ] = None,
+    force: Annotated[
+        bool,
+        typer.Option("--force", help="Begin beside files of its names: renamed NAME.changed."),
+    ] = False,
 ) -> None:
     """Fly a scenario many times, each with its own draws; run again to go on after a stop."""
     from gyrostat.campaign import cluster, run_campaign
@@ -101,6 +107,7 @@ def campaign(
             keep=_numbers(keep),
             worst=worst,
             worst_by=worst_by,
+            force=force,
             on_progress=told,
             say=say,
         )
@@ -117,14 +124,13 @@ def replay(
     from gyrostat.campaign.engine_record import refuse_other
     from gyrostat.report.campaign import write_replay
 
-    store = Store(folder)
-    known = store.read()
-    if known is None:
-        raise InputError(f"{folder}: found no campaign.json, expected the folder of a campaign")
+    store = Store(folder, say)
+    known = store.known()
     if run >= known.runs:
         raise InputError(f"run: found {run}, expected 0 to {known.runs - 1}")
     refuse_other(known.engine, str(folder))
     with store.locked():
+        store.mend(known)
         path = fly_again(store, known, [run], processes(1))[0]
     write_replay(known, path, run, command=command_line(), say=say)
 

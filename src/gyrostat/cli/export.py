@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyrostat.arguments import command_line, refuse_given, say
-from gyrostat.cli.options import Json, Out
+from gyrostat.cli.options import Force, Json, Out
 from gyrostat.errors import InputError
 
 if TYPE_CHECKING:
@@ -71,13 +71,15 @@ def export(
     scale_drift: Annotated[
         Text, typer.Option(help="Of the friction level, 1/√s, for the estimator.")
     ] = None,
+    force: Force = False,
     json_output: Json = False,
 ) -> None:
     """Write flight code in C, a unit or module for other simulators, or a data sheet."""
     import json
 
     from gyrostat.export import basilisk, files, sheet, write_fmu
-    from gyrostat.files import check_writable, write_whole
+    from gyrostat.files import check_writable
+    from gyrostat.outputs import new_files
     from gyrostat.wheel import read_model
 
     check_writable(out)
@@ -89,27 +91,29 @@ def export(
         "--delay": str(delay) if delay else None,
         "--scale-drift": scale_drift,
     }
-    content = read_model(model)
+    content, target = read_model(model), None
     if to is not Format.c:
         refuse_given({"--precision": precision is Precision.float}, f"--to {to}", "--to c")
     if to in (Format.json, Format.basilisk):
         refuse_given({"--what": what, "--period": period, **given}, f"--to {to}", "--to c or fmu")
-        names = ["wheel.json" if to is Format.json else "wheel_basilisk.py"]
-        write_whole(out / names[0], sheet(content) if to is Format.json else basilisk(content))
+        name = "wheel.json" if to is Format.json else "wheel_basilisk.py"
+        texts = {name: sheet(content) if to is Format.json else basilisk(content)}
+    elif what is None or period is None:
+        missing = "--what" if what is None else "--period"
+        raise InputError(f"--to {to}: found no {missing}, expected what flies and its period")
     else:
-        if what is None or period is None:
-            missing = "--what" if what is None else "--period"
-            raise InputError(f"--to {to}: found no {missing}, expected what flies and its period")
         target = _target(what, content.wheel(), period, given)
-        if to is Format.fmu:
-            names = [f"{target.name}.fmu"]
-            if write_fmu(target, out / names[0]) is None:
-                say("found no C compiler: the unit holds its sources alone")
-        else:
+        texts = {}
+        if to is Format.c:
             texts = files(target, precision.value, f"Made by `{command_line()}`.")
-            names = list(texts)
-            for name, text in texts.items():
-                write_whole(out / name, text)
+    with new_files(out, by="export", force=force) as folder:
+        for name, text in texts.items():
+            (folder / name).write_text(text, encoding="utf-8")
+        names = list(texts)
+        if target is not None and to is Format.fmu:
+            names = [f"{target.name}.fmu"]
+            if write_fmu(target, folder / names[0]) is None:
+                say("found no C compiler: the unit holds its sources alone")
     say(f"written: {', '.join(str(out / name) for name in names)}")
     if json_output:
         print(json.dumps({"files": names}))

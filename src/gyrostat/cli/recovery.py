@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyrostat.arguments import command_line, say
-from gyrostat.cli.options import Json, Out
+from gyrostat.cli.options import Force, Json, Out
 from gyrostat.cli.spacecraft import attitude, numbers
 from gyrostat.errors import InputError
 
@@ -44,6 +44,7 @@ def recover(
     ] = None,
     duration: Annotated[str, typer.Option(help="Of the flight, s or with a unit.")] = "600",
     period: Annotated[str, typer.Option(help="Control period, s or with a unit.")] = "0.5",
+    force: Force = False,
     json_output: Json = False,
 ) -> None:
     """Fly to the nearest attitude that can be held: recover.json, run.nc and report.html."""
@@ -51,12 +52,12 @@ def recover(
 
     from gyrostat._jax import jnp
     from gyrostat.body import Gyrostat, read_spacecraft
-    from gyrostat.files import check_writable
+    from gyrostat.outputs import check_outputs
     from gyrostat.recovery import recover as fly
-    from gyrostat.report.recovery import write_recovery
+    from gyrostat.report.recovery import FILES, write_recovery
     from gyrostat.units import parse_quantity
 
-    check_writable(out)
+    check_outputs(out, FILES, by="recover", force=force)
     file = read_spacecraft(spacecraft)
     wanted = attitude("what to hold", {"--target": target, "--euler": euler})
     losses = _losses(failed, file)
@@ -78,7 +79,7 @@ def recover(
         duration=parse_quantity(duration, "time", "--duration"),
         control_period=parse_quantity(period, "time", "--period"),
     )
-    text = write_recovery(file, found, losses, out, command=command_line(), say=say)
+    text = write_recovery(file, found, losses, out, command=command_line(), say=say, force=force)
     if json_output:
         print(text)
     if found.settle is None:

@@ -7,7 +7,7 @@ import typer
 
 from gyrostat import arguments as words
 from gyrostat.arguments import command_line, say
-from gyrostat.cli.options import Json, Out
+from gyrostat.cli.options import Force, Json, Out
 from gyrostat.errors import InputError
 
 if TYPE_CHECKING:
@@ -48,19 +48,20 @@ def holdable(
     tolerance: Annotated[
         str | None, typer.Option(help="Of pointing, rad or with a unit: for the dwell time.")
     ] = None,
+    force: Force = False,
     json_output: Json = False,
 ) -> None:
     """Say what can still be held at rest after wheels failed: holdable.json and report.html."""
     import numpy as np
 
     from gyrostat.body import read_spacecraft
-    from gyrostat.files import check_writable
     from gyrostat.holdable import holdable as ask
     from gyrostat.holdable import holdable_sky
-    from gyrostat.report.holdable import Drawn, Question, write_holdable
+    from gyrostat.outputs import check_outputs
+    from gyrostat.report.holdable import FILES, Drawn, Question, write_holdable
     from gyrostat.units import parse_quantity
 
-    check_writable(out)
+    check_outputs(out, FILES, by="holdable", force=force)
     file = read_spacecraft(spacecraft)
     question = Question(
         file=file,
@@ -98,7 +99,7 @@ def holdable(
             )
             for axis in shown
         ]
-    text = write_holdable(question, answer, maps, out, command=command_line(), say=say)
+    text = write_holdable(question, answer, maps, out, command=command_line(), say=say, force=force)
     if json_output:
         print(text)
 

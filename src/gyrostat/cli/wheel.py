@@ -9,7 +9,7 @@ import typer
 
 from gyrostat import arguments as words
 from gyrostat.arguments import command_line, load, say
-from gyrostat.cli.options import Json, Out
+from gyrostat.cli.options import Force, Json, Out
 
 if TYPE_CHECKING:
     from gyrostat.identify import Fit
@@ -77,13 +77,15 @@ def identify(
     columns: Columns = None,
     units: Units = None,
     unsigned_current: Unsigned = False,
+    force: Force = False,
     json_output: Json = False,
 ) -> None:
     """Identify a wheel: fit.json, model.toml and report.html from its bench records."""
-    from gyrostat.files import check_writable
+    from gyrostat.outputs import check_outputs
+    from gyrostat.report.write import FILES
     from gyrostat.units import parse_quantity
 
-    check_writable(out)
+    check_outputs(out, FILES, by="identify", force=force)
     name = model or "stribeck"
     common: dict[str, Any] = {
         "inertia": parse_quantity(inertia, "inertia", "--inertia") if inertia else None,
@@ -106,7 +108,8 @@ def identify(
 
         words.refuse_given(batch_only, f"--method {method.value}", "--method batch")
         common["speed_sigma"] = sigmas[0] if sigmas else None
-        _finish(identify_dedicated(method.value, loaded, model=model, **common), out, json_output)
+        fit = identify_dedicated(method.value, loaded, model=model, **common)
+        _finish(fit, out, json_output, force=force)
         return
     from gyrostat import identify as stage
 
@@ -127,13 +130,13 @@ def identify(
         others = [load(path, columns, units, unsigned_current) for path in held_out or []]
         say("ranking the other friction models")
         rows = stage.compare(loaded, others, known=fit, **options)
-    _finish(fit, out, json_output, comparison=rows, temperatures=trends)
+    _finish(fit, out, json_output, force=force, comparison=rows, temperatures=trends)
 
 
-def _finish(fit: "Fit", out: Path, json_output: bool, **tables: Any) -> None:
+def _finish(fit: "Fit", out: Path, json_output: bool, **options: Any) -> None:
     from gyrostat.report.write import write_fit
 
-    text = write_fit(fit, out, command=command_line(), say=say, **tables)
+    text = write_fit(fit, out, command=command_line(), say=say, **options)
     if json_output:
         print(text)
     if not fit.converged:
@@ -152,24 +155,27 @@ def validate(
     columns: Columns = None,
     units: Units = None,
     unsigned_current: Unsigned = False,
+    force: Force = False,
     json_output: Json = False,
 ) -> None:
     """Predict a record with a known wheel: validation.json and validation.html."""
-    from gyrostat.files import check_writable, write_whole
     from gyrostat.identify import validate as predict
+    from gyrostat.outputs import check_outputs, new_files
     from gyrostat.report.page import validation_page
     from gyrostat.units import RPM
     from gyrostat.wheel import read_model
 
-    check_writable(out)
+    check_outputs(out, ("validation.html", "validation.json"), by="validate", force=force)
     wheel = read_model(model)
     wheel.wheel()
     values = {**wheel.values, **words.drive(hold or [], wheel.friction.name)}
     measured = load(record, columns, units, unsigned_current)
     result = predict(wheel.friction, values, measured, current_hold=current_hold.value)
     text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
-    write_whole(out / "validation.html", validation_page(result, command=command_line()))
-    write_whole(out / "validation.json", text + "\n")
+    page = validation_page(result, command=command_line())
+    with new_files(out, by="validate", force=force) as folder:
+        (folder / "validation.html").write_text(page, encoding="utf-8")
+        (folder / "validation.json").write_text(text + "\n", encoding="utf-8")
     say(
         f"residual {result.rms_speed:.4g} rad/s rms ({result.rms_speed / RPM:.4g} rpm), tachometer "
         f"noise {result.noise:.4g} rad/s, over {result.samples} samples and {result.crossings} "
@@ -197,9 +203,11 @@ def bench(
     jitter: Annotated[float, typer.Option(help="Of sample times, share of interval.")] = 0.0,
     dropouts: Annotated[float, typer.Option(help="Share of missing speeds.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Same seed, same record.")] = 0,
+    force: Force = False,
 ) -> None:
     """Make the record that a test bench would have taken of a known wheel."""
     from gyrostat.files import check_writable
+    from gyrostat.outputs import new_files
     from gyrostat.simulate import CurrentRange, Telemetry, bench_record, default_range
     from gyrostat.telemetry import write_record
     from gyrostat.units import parse_quantity
@@ -227,7 +235,8 @@ def bench(
         seed=seed,
         name=out.name,
     )
-    write_record(record, out)
+    with new_files(out.parent, by="bench", force=force) as folder:
+        write_record(record, folder / out.name)
     say(f"written: {out}, {len(record.time)} samples, wheel of {model}")
 
 

@@ -13,8 +13,6 @@ from gyrostat.campaign import Campaign, Scenario, Store, worst_runs
 from gyrostat.campaign.schema import RESULTS, metric_units
 from gyrostat.campaign.drivers import find_drivers
 from gyrostat.campaign.summary import percentile_of
-from gyrostat.errors import InputError
-from gyrostat.files import write_whole
 from gyrostat.report.campaign_run import run_page, told
 from gyrostat.report.figures import MARK, MODEL, STYLE, svg
 from gyrostat.report.page import render
@@ -43,10 +41,10 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
     Raises:
         InputError: the folder has no finished campaign, or cannot be written.
     """
-    store = Store(folder)
-    known = store.read()
-    if known is None:
-        raise InputError(f"{folder}: found no campaign.json, expected the folder of a campaign")
+    store = Store(folder, say)
+    known = store.known()
+    with store.locked():
+        store.mend(known)
     scenario = Scenario.from_text(known.scenario)
     table = store.read_table()
     columns = {name: table[name].to_numpy() for name in table.column_names}
@@ -65,8 +63,9 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
         command=command,
     )
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
-    write_whole(folder / "report.json", text + "\n")
-    write_whole(folder / "report.html", page)
+    with store.locked(), store.results(known) as scratch:
+        (scratch / "report.json").write_text(text + "\n", encoding="utf-8")
+        (scratch / "report.html").write_text(page, encoding="utf-8")
     for line in _lines(scenario, content):
         say(line)
     say(f"written: {folder / 'report.html'}, {folder / 'report.json'}, {store.table}")
@@ -106,6 +105,7 @@ def _content(
             ],
         }
     ranked = f"error_p{scenario.percentiles[-1]:g}"
+    kept = store.histories(known)
     return {
         "scenario": scenario.name,
         "digest": known.digest,
@@ -127,7 +127,7 @@ def _content(
             {
                 "run": run,
                 "value": _or_none(float(columns[ranked][run])),
-                "kept": store.history(run).exists(),
+                "kept": run in kept,
             }
             for run in worst_runs(store, SHOWN, ranked)
         ],
@@ -224,10 +224,12 @@ def write_replay(
     import xarray as xr
 
     scenario = Scenario.from_text(known.scenario)
-    table = Store(path.parents[1]).read_table()
+    store = Store(path.parents[1], say)
+    table = store.read_table()
     values = {name: table[name][run].as_py() for name in table.column_names}
     with xr.open_dataset(path, engine="h5netcdf") as history:
         page = run_page(scenario, values, history, f"{scenario.name}, run {run}", command)
-    write_whole(path.with_suffix(".html"), page)
+    with store.locked(), store.results(known) as scratch:
+        (scratch / "runs" / path.with_suffix(".html").name).write_text(page, encoding="utf-8")
     say(f"run {run} flown again: every number is that of the table, bit for bit")
     say(f"written: {path}, {path.with_suffix('.html')}")

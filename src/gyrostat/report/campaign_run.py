@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from gyrostat.campaign.scenario import Scenario
 from gyrostat.campaign.schema import metric_units
-from gyrostat.files import whole_file, write_whole
+from gyrostat.outputs import new_files
 from gyrostat.report.figures import MARK, STYLE, svg
 from gyrostat.report.page import render
 from gyrostat.report.replay import replay_data
@@ -30,7 +30,13 @@ LEAST_SHOWN = 1e-5
 
 
 def write_run(
-    scenario: Scenario, flown: "Flown", out: Path, *, command: str, say: Callable[[str], None]
+    scenario: Scenario,
+    flown: "Flown",
+    out: Path,
+    *,
+    command: str,
+    say: Callable[[str], None],
+    force: bool = False,
 ) -> str:
     """Write the histories of a run and, beside them, its page; say what they hold.
 
@@ -40,20 +46,22 @@ def write_run(
         out: netCDF file; the page has the same name with .html.
         command: what produced it.
         say: takes each line for a person.
+        force: whether to replace files that `simulate` did not write; see `gyrostat.outputs`.
 
     Returns:
         Status, end and metrics as JSON, SI units.
 
     Raises:
-        InputError: a file cannot be written.
+        InputError: a file is in the way or cannot be written.
     """
     values = {name: column[0].item() for name, column in flown.columns.items()}
     assert flown.histories is not None
     history = flown.histories.isel(run=0)
-    with whole_file(out) as unfinished:
-        history.to_netcdf(unfinished, engine="h5netcdf")
     page = out.with_suffix(".html")
-    write_whole(page, run_page(scenario, values, history, scenario.name, command))
+    text = run_page(scenario, values, history, scenario.name, command)
+    with new_files(out.parent, by="simulate", force=force) as folder:
+        history.to_netcdf(folder / out.name, engine="h5netcdf")
+        (folder / page.name).write_text(text, encoding="utf-8")
     say(_verdict(values))
     for name, entry in metric_rows(scenario, values):
         say(f"  {name}: {entry}")

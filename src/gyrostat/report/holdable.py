@@ -10,12 +10,14 @@ import numpy as np
 
 from gyrostat._types import Vector
 from gyrostat.body import SpacecraftFile
-from gyrostat.files import write_whole
 from gyrostat.holdable import Holdable, SkyMap
+from gyrostat.outputs import new_files
 from gyrostat.report.figures import svg
 from gyrostat.report.page import render
 from gyrostat.report.sky import sky_figure
 from gyrostat.report.text import plain
+
+FILES = ("holdable.json", "report.html")
 
 Row = tuple[str, str]
 
@@ -58,6 +60,7 @@ def write_holdable(
     *,
     command: str,
     say: Callable[[str], None],
+    force: bool = False,
 ) -> str:
     """Write holdable.json and report.html, and say what they hold.
 
@@ -68,12 +71,13 @@ def write_holdable(
         out: folder for the files.
         command: what produced it.
         say: takes each line for a person.
+        force: whether to replace files that `holdable` did not write; see `gyrostat.outputs`.
 
     Returns:
         The text of holdable.json.
 
     Raises:
-        InputError: the folder cannot be written.
+        InputError: a file is in the way, or the folder cannot be written.
     """
     text = json.dumps(
         _content(question, answer, maps), indent=1, ensure_ascii=False, allow_nan=False
@@ -96,8 +100,9 @@ def write_holdable(
         ],
         command=command,
     )
-    write_whole(out / "report.html", page)
-    write_whole(out / "holdable.json", text + "\n")
+    with new_files(out, by="holdable", force=force) as folder:
+        (folder / "report.html").write_text(page, encoding="utf-8")
+        (folder / "holdable.json").write_text(text + "\n", encoding="utf-8")
     say(verdict)
     for name, entry in rows:
         say(f"  {name}: {entry}")

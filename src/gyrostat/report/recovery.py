@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gyrostat.body import SpacecraftFile
-from gyrostat.files import whole_file, write_whole
+from gyrostat.outputs import new_files
 from gyrostat.recovery import Loss, Recovery
 from gyrostat.recovery.recover import ANGLE, RATE
 from gyrostat.report.figures import MARK, STYLE, svg
@@ -20,6 +20,7 @@ from gyrostat.report.page import render
 if TYPE_CHECKING:
     import xarray as xr
 
+FILES = ("recover.json", "report.html", "run.nc")
 LEAST_SHOWN = 1e-7
 """deg, deg/s: what is smaller is drawn as this."""
 
@@ -32,6 +33,7 @@ def write_recovery(
     *,
     command: str,
     say: Callable[[str], None],
+    force: bool = False,
 ) -> str:
     """Write recover.json, report.html and, where it was flown, run.nc; say what they hold.
 
@@ -42,12 +44,13 @@ def write_recovery(
         out: folder for the files.
         command: what produced it.
         say: takes each line for a person.
+        force: whether to replace files that `recover` did not write; see `gyrostat.outputs`.
 
     Returns:
         The text of recover.json.
 
     Raises:
-        InputError: the folder cannot be written.
+        InputError: a file is in the way, or the folder cannot be written.
     """
     names = file.wheel_names
     content: dict[str, Any] = {
@@ -68,11 +71,11 @@ def write_recovery(
         figure=figure,
         command=command,
     )
-    if flight is not None:
-        with whole_file(out / "run.nc") as unfinished:
-            flight.to_netcdf(unfinished, engine="h5netcdf")
-    write_whole(out / "report.html", page)
-    write_whole(out / "recover.json", text + "\n")
+    with new_files(out, by="recover", force=force) as folder:
+        if flight is not None:
+            flight.to_netcdf(folder / "run.nc", engine="h5netcdf")
+        (folder / "report.html").write_text(page, encoding="utf-8")
+        (folder / "recover.json").write_text(text + "\n", encoding="utf-8")
     say(verdict)
     for name, entry in rows:
         say(f"  {name}: {entry}")

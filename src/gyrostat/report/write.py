@@ -4,11 +4,13 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from gyrostat.files import write_whole
 from gyrostat.identify import Candidate, Fit, TemperatureTrend
+from gyrostat.outputs import new_files
 from gyrostat.report.page import fit_page
 from gyrostat.report.text import aligned, measured, parameter_rows, summary
 from gyrostat.wheel import write_model
+
+FILES = ("fit.json", "model.toml", "report.html")
 
 
 def write_fit(
@@ -19,6 +21,7 @@ def write_fit(
     say: Callable[[str], None],
     comparison: Sequence[Candidate] = (),
     temperatures: Sequence[TemperatureTrend] = (),
+    force: bool = False,
 ) -> str:
     """Write fit.json, report.html and, where there is a wheel model, model.toml.
 
@@ -29,12 +32,14 @@ def write_fit(
         say: takes each line for a person.
         comparison: of friction models; may be empty.
         temperatures: trends over temperature; may be empty.
+        force: whether to replace files that an identification did not write; see
+            `gyrostat.outputs`.
 
     Returns:
         The text of fit.json.
 
     Raises:
-        InputError: the folder cannot be written.
+        InputError: a file is in the way, or the folder cannot be written.
     """
     content = fit.to_dict()
     if comparison:
@@ -45,12 +50,13 @@ def write_fit(
     page = fit_page(fit, command=command, comparison=comparison, temperatures=temperatures)
     model = fit.wheel_model()
     results = [out / "report.html", out / "fit.json"]
-    write_whole(results[0], page)
-    write_whole(results[1], text + "\n")
-    if model is not None and fit.converged:
-        results.append(out / "model.toml")
-        write_model(results[-1], model)
-    elif (out / "model.toml").exists():
+    with new_files(out, by="identify", force=force) as folder:
+        (folder / "report.html").write_text(page, encoding="utf-8")
+        (folder / "fit.json").write_text(text + "\n", encoding="utf-8")
+        if model is not None and fit.converged:
+            results.append(out / "model.toml")
+            write_model(folder / "model.toml", model)
+    if len(results) < len(FILES) and (out / "model.toml").exists():
         say(f"warning: {out / 'model.toml'} is of an earlier run: this one gives no wheel model")
 
     for line in summary(fit):
