@@ -4,6 +4,9 @@ import jax
 import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
 
+from gyrostat.jax_cache import use_private_cache
+
 jax.config.update("jax_enable_x64", True)
+use_private_cache(jax)
 
 __all__ = ["jax", "jnp", "ravel_pytree"]
