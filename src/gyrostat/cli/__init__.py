@@ -15,7 +15,7 @@ from gyrostat.cli.paper import reproduce
 from gyrostat.cli.recovery import recover
 from gyrostat.cli.spacecraft import holdable
 from gyrostat.cli.wheel import bench, identify, validate
-from gyrostat.errors import InputError
+from gyrostat.errors import InputError, one_line
 from gyrostat.jax_cache import keep_programs
 
 __all__ = ["app", "main"]
@@ -37,6 +37,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # which takes brackets in a help text for markup
 )
 for _verb in (
     *(identify, validate, bench, holdable, recover),
@@ -45,16 +46,29 @@ for _verb in (
     app.command()(_keeping_programs(_verb))
 
 
+# the class that typer's errors share, which typer does not name
+_WrongUsage: Any = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
+
+
 def main() -> None:
     """Run the command line: 0 done, 1 no valid result, 2 wrong usage or bad input."""
     # imports and tracing make many objects that all stay: looking through them again and again
     # takes a tenth of a short command
     gc.set_threshold(200_000)
     try:
-        app()
+        code = app(standalone_mode=False)
+    except _WrongUsage as error:
+        if len(sys.argv) == 1:
+            error.show()  # the help
+        else:
+            say(one_line(f"error: {error.format_message()} (see gyrostat VERB --help)"))
+        sys.exit(error.exit_code)
     except InputError as error:
         say(f"error: {error}")
         sys.exit(2)
     except KeyboardInterrupt:
+        code = 130
+    if code == 130:
         say("interrupted: nothing half-written was left behind")
-        sys.exit(130)
+    if code:
+        sys.exit(code)
