@@ -23,9 +23,9 @@ os.environ["XLA_FLAGS"] = " ".join([*_flags, _given]).strip()
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("MPLBACKEND", "Agg")
 # What one worker has compiled, the other need not.
-_cache = Path(__file__).parents[1] / ".pytest_cache" / "jax"
-os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(_cache))
-os.environ.setdefault("GYROSTAT_CACHE", str(_cache.with_name("lanes")))
+_cache = (Path(__file__).parents[1] / ".pytest_cache" / "compiled").resolve()
+os.environ.setdefault("GYROSTAT_CACHE", str(_cache))
+os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(Path(os.environ["GYROSTAT_CACHE"]) / "jax"))
 os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.3")
 
 # A first example compiles, so its time says nothing: no deadline.

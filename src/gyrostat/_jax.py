@@ -5,6 +5,9 @@ import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
 from jax.interpreters.partial_eval import dce_jaxpr
 
+from gyrostat.jax_cache import use_private_cache
+
 jax.config.update("jax_enable_x64", True)
+use_private_cache(jax)
 
 __all__ = ["dce_jaxpr", "jax", "jnp", "ravel_pytree"]

@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gyrostat.errors import InputError
+from gyrostat.errors import InputError, printable
 
 if TYPE_CHECKING:
     from gyrostat.telemetry import Record
 
 
 def say(text: str) -> None:
-    """Print a message for a person, on stderr."""
-    print(text, file=sys.stderr, flush=True)
+    """Print a message for a person as one line on stderr."""
+    print(printable(text), file=sys.stderr, flush=True)
 
 
 def pairs(text: str | None, where: str) -> dict[str, str]:

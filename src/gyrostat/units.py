@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.errors import InputError
+from gyrostat.require import magnitude
 
 __all__ = [
     "RPM",
@@ -216,7 +217,7 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
         The value in `SI_UNIT[dimension]`.
 
     Raises:
-        InputError: not a number, not finite, or a unit that is unknown.
+        InputError: not a number, one of no physical magnitude, or a unit that is unknown.
     """
     match = _QUANTITY.fullmatch(text)
     if match is None:
@@ -226,6 +227,4 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
         )
     unit = match[2].strip() or SI_UNIT[dimension]
     value = find_unit(unit, dimension, f"{where} {text[:40]!r}").to_si(float(match[1]))
-    if not math.isfinite(value):
-        raise InputError(f"{where}: found {text[:40]!r}, expected a finite number")
-    return value
+    return magnitude(where, value, SI_UNIT[dimension], shown=repr(text[:40]))

@@ -76,7 +76,7 @@ def test_killed_at_ten_random_moments_it_ends_with_the_same_table(tmp_path, undi
         time.sleep(moments.uniform(0.2, 1.1))
         killed += process.poll() is None
         process.kill()
-        process.communicate()
+        assert process.communicate() == ("", "")
         assert gone(process), "workers outlive the campaign that made them"
     assert killed >= 5
     code, messages = ended(start(tmp_path))

@@ -1,11 +1,12 @@
 """The cache of compiled lanes, and what is said where the compiler does not do its part."""
 
+import ctypes
 from pathlib import Path
 
 import pytest
 
 from gyrostat.errors import InputError
-from gyrostat.lanes.compiler import compiler, compiler_version, library, required
+from gyrostat.lanes.compiler import compiled, compiler, compiler_version, library, required
 
 
 def module(number):
@@ -39,23 +40,22 @@ def test_a_compiler_may_be_named_with_flags(tmp_path, monkeypatch):
     assert compiler() is not None
 
 
-def test_a_broken_file_in_the_cache_is_made_again(tmp_path, monkeypatch):
-    monkeypatch.setenv("GYROSTAT_CACHE", str(tmp_path / "first"))
-    assert library(module(4)).found() == 4
-    (whole,) = (tmp_path / "first").iterdir()
-    broken = tmp_path / "second" / whole.name
-    broken.parent.mkdir()
-    broken.write_bytes(whole.read_bytes()[:100])
-    monkeypatch.setenv("GYROSTAT_CACHE", str(broken.parent))
-    assert library(module(4)).found() == 4
-    assert broken.stat().st_size == whole.stat().st_size
-    assert list(broken.parent.iterdir()) == [broken]
+def test_a_damaged_library_is_made_again_and_never_loaded(tmp_path, monkeypatch):
+    monkeypatch.setenv("GYROSTAT_CACHE", str(tmp_path / "cache"))
+    content = compiled(module(4))
+    (entry,) = (tmp_path / "cache").glob("lanes-*")
+    whole = entry.read_bytes()
+    for broken in (whole[:100], whole[:-1] + bytes([whole[-1] ^ 1]), compiled(module(5)), b""):
+        entry.write_bytes(broken)
+        assert compiled(module(4)) == content
+        assert entry.read_bytes() == whole
 
 
 def test_no_place_for_a_cache_is_needed(tmp_path, monkeypatch):
     monkeypatch.setenv("GYROSTAT_CACHE", str(tmp_path / "file"))
     (tmp_path / "file").write_text("")
-    assert library(module(5)).found() == 5
+    with pytest.warns(UserWarning, match=r"file: Not a directory, expected .* temporary folder"):
+        assert library(module(5)).found() == 5
 
     def homeless():
         raise RuntimeError("Could not determine home directory.")
@@ -63,16 +63,31 @@ def test_no_place_for_a_cache_is_needed(tmp_path, monkeypatch):
     monkeypatch.delenv("GYROSTAT_CACHE")
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     monkeypatch.setattr(Path, "home", homeless)
-    assert library(module(6)).found() == 6
+    with pytest.warns(UserWarning, match="found no home folder"):
+        assert library(module(6)).found() == 6
+    monkeypatch.delenv("GYROSTAT_CACHE")
+
+
+def test_a_folder_where_nothing_may_be_executed_is_no_hindrance(tmp_path, monkeypatch):
+    monkeypatch.setenv("GYROSTAT_CACHE", str(tmp_path))
+    load = ctypes.CDLL
+
+    def refusing(path):
+        if path.startswith(str(tmp_path)):
+            raise OSError("failed to map segment from shared object")
+        return load(path)
+
+    monkeypatch.setattr(ctypes, "CDLL", refusing)
+    assert library(module(17)).found() == 17
 
 
 def test_a_cache_here_is_found_again(tmp_path, monkeypatch):
     monkeypatch.setenv("GYROSTAT_CACHE", ".")
     monkeypatch.chdir(tmp_path)
-    assert library(module(7)).found() == 7
-    (made,) = tmp_path.iterdir()
+    first = compiled(module(7))
+    (made,) = tmp_path.glob("lanes-*")
     before = made.stat().st_mtime_ns
-    assert library(module(7)).found() == 7
+    assert compiled(module(7)) == first
     assert made.stat().st_mtime_ns == before
 
 

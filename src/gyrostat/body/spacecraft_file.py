@@ -27,7 +27,7 @@ from gyrostat._jax import jnp
 from gyrostat._types import Matrix, Vector
 from gyrostat.body.spacecraft import Spacecraft, check_inertia
 from gyrostat.errors import InputError
-from gyrostat.toml_file import number, quantity, read_toml, refuse_unknown
+from gyrostat.toml_file import name_text, number, quantity, read_toml, refuse_unknown
 from gyrostat.wheel import WheelArray, WheelModel, read_model, read_wheel_sheet
 
 SAME = 1e-3
@@ -100,7 +100,7 @@ def read_spacecraft(path: str | os.PathLike[str]) -> SpacecraftFile:
     spacecraft = Spacecraft(jnp.asarray(inertia), array)
     spacecraft.check()
     return SpacecraftFile(
-        _text(path, "body.name", body.get("name", "")),
+        name_text(path, "body.name", body.get("name", "")),
         names,
         spacecraft,
         tuple(wheel["known"] for wheel in wheels),
@@ -130,7 +130,7 @@ def _body_inertia(path: Path, body: dict[str, Any]) -> Matrix:
 def _names(path: Path, rows: list[dict[str, Any]]) -> tuple[str, ...]:
     names: list[str] = []
     for k, row in enumerate(rows):
-        name = _text(path, f"wheel[{k}].name", row.get("name", ""))
+        name = name_text(path, f"wheel[{k}].name", row.get("name", ""))
         if not name or not set(name).isdisjoint("=, \t\n"):
             found = repr(name) if name else "none"
             raise InputError(

@@ -25,6 +25,7 @@ from gyrostat.campaign.percentiles import collector
 from gyrostat.campaign.scenario import Scenario
 from gyrostat.lanes.batch import lanes
 from gyrostat.lanes.compiler import required
+from gyrostat.require import check_seed
 from gyrostat.simulate import Status, labelled, loop_parts, stretch
 
 if TYPE_CHECKING:
@@ -152,7 +153,11 @@ def fly(
         runs: their numbers, rising; None for one run with the nominal values.
         keep: numbers, among them, of those whose histories are wanted.
         engine: "jax" or "lanes".
+
+    Raises:
+        InputError: The seed is out of range.
     """
+    check_seed(seed)
     programs = _programs(text, engine)
     if runs is None:
         values, noise = draw(programs.scenario, seed, np.zeros(LANES))

@@ -13,6 +13,7 @@ from gyrostat.campaign.schema import metric_units
 from gyrostat.campaign.store import Store
 from gyrostat.errors import InputError
 from gyrostat.files import set_aside
+from gyrostat.require import check_seed
 
 BLOCK = 64
 """Runs in a block: as many as are carried together."""
@@ -128,6 +129,7 @@ def run_campaign(
         InputError: the folder has another campaign, another engine or files of unknown origin, or
             cannot be written; a run draws values that make no sense; or workers do not live.
     """
+    check_seed(seed)
     if not 1 <= runs <= MOST_RUNS or block < 1:
         raise InputError(f"runs: found {runs}, expected 1 to {MOST_RUNS}")
     for run in keep:

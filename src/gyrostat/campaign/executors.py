@@ -8,6 +8,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, ProcessPoolExecutor, wait
+from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for_end
 from typing import Any
 
@@ -16,6 +17,8 @@ from gyrostat.errors import InputError
 Opener = Callable[[], contextlib.AbstractContextManager[Executor]]
 BARREN = 3
 """Pools that may break one after the other without a result."""
+MOST_WORKERS = 1024
+"""All are started at once."""
 
 
 def _begin_worker() -> None:
@@ -32,17 +35,37 @@ def _begin_worker() -> None:
         threading.Thread(target=follow, daemon=True).start()
 
 
+def _start_quiet_tracker() -> None:
+    """Start the process that frees semaphores after a kill, without its warning that it does."""
+    before = os.environ.get("PYTHONWARNINGS")
+    quiet = "ignore:resource_tracker"
+    os.environ["PYTHONWARNINGS"] = quiet if before is None else f"{before},{quiet}"
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        if before is None:
+            del os.environ["PYTHONWARNINGS"]
+        else:
+            os.environ["PYTHONWARNINGS"] = before
+
+
 def processes(workers: int) -> Opener:
     """Opens a pool of worker processes.
 
     Args:
         workers: their number.
+
+    Raises:
+        InputError: more than `MOST_WORKERS`.
     """
+    if not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"workers: found {workers}, expected 1 to {MOST_WORKERS}")
 
     @contextlib.contextmanager
     def opened() -> Iterator[Executor]:
         # spawned, not forked: JAX has threads
         context = multiprocessing.get_context("spawn")
+        _start_quiet_tracker()
         pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker)
         try:
             yield pool

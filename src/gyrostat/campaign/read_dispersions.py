@@ -13,6 +13,7 @@ from gyrostat.campaign.schema import DISTRIBUTIONS, Key, key_of
 from gyrostat.campaign.tables import Table, one_of
 from gyrostat.errors import InputError
 from gyrostat.identify.uncertainty import square_root
+from gyrostat.toml_file import read_text
 
 Parts = Mapping[str, Mapping[str, Key]]
 
@@ -119,15 +120,14 @@ def _from_fit(row: Table, scenario: Scenario) -> Dispersion:
     if wheel not in scenario.wheels:
         raise row.refuse("wheel", wheel, f"one of {', '.join(scenario.wheels)}")
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_text(path, "fit.json"))
         parameters, correlation = content["parameters"], content["correlation"]
         names = [n for n in correlation["names"] if f"wheel.{wheel}.{n}" in scenario.values]
         sigma = np.array([float(parameters[n]["sigma"]) for n in names])
         order = [correlation["names"].index(n) for n in names]
         matrix = np.array(correlation["matrix"], dtype=float)[np.ix_(order, order)]
-    except OSError as error:
-        reason = (error.strerror or "an error").lower()
-        raise InputError(f"{path}: found {reason}, expected a fit.json") from None
+    except InputError:
+        raise
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as error:
         raise InputError(
             f"{path}: found no parameters with sigma and correlation ({type(error).__name__}: "

@@ -31,8 +31,9 @@ from gyrostat.campaign.schema import (
     friction_keys,
 )
 from gyrostat.campaign.tables import Table, one_of, opened
-from gyrostat.errors import InputError
+from gyrostat.errors import InputError, printable
 from gyrostat.require import MOST_PERIODS, check_parts, check_period, require_period
+from gyrostat.toml_file import LONGEST_NAME
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", "controller", "compensator", "sensors"),
@@ -79,7 +80,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     _within_run(metrics, "after", values["metrics.after"], values)
     events = _events(top, craft, values, chosen["controller"])
     scenario = Scenario(
-        name=top.text("name", path.stem),
+        name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
         wheels=craft.wheel_names,
         axes=tuple(map(tuple, np.asarray(craft.spacecraft.wheels.axes).T.tolist())),
         friction=craft.spacecraft.wheels.friction.name,
@@ -176,7 +177,7 @@ def _events(
 ) -> list[Event]:
     found, befallen = [], set()
     for number, row in enumerate(top.tables("event")):
-        name = row.text("name", str(number + 1))
+        name = row.name("name", str(number + 1))
         if name in {event.name for event in found} or "." in name or not name:
             raise InputError(
                 f"{top.path}: key event[{number}].name: found {name!r}, expected a name of its own "

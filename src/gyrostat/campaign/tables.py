@@ -9,7 +9,7 @@ from typing import Any, Self
 from gyrostat.campaign.scenario import AXES
 from gyrostat.campaign.schema import Key
 from gyrostat.errors import InputError
-from gyrostat.toml_file import number, quantity, read_toml, refuse_unknown
+from gyrostat.toml_file import name_text, number, quantity, read_toml, refuse_unknown
 from gyrostat.units import SI_UNIT
 
 UNIT = 1e-3
@@ -62,6 +62,10 @@ class Table:
         if not isinstance(found, str):
             raise self.refuse(key, found, "a text")
         return found
+
+    def name(self, key: str, default: str) -> str:
+        """A name that figures and tables show."""
+        return name_text(self.path, f"{self.prefix}{key}", self.row.get(key, default))
 
     def value(self, key: str, found: object, dimension: str, *, positive: bool) -> float:
         """A number of a dimension, SI; a plain one where the dimension is a unit."""

@@ -1,9 +1,10 @@
 """The command line. Heavy imports are made inside the verbs, so that --help answers at once."""
 
+import functools
 import gc
-import os
 import sys
-from pathlib import Path
+from collections.abc import Callable
+from typing import Any
 
 import typer
 
@@ -14,41 +15,60 @@ from gyrostat.cli.paper import reproduce
 from gyrostat.cli.recovery import recover
 from gyrostat.cli.spacecraft import holdable
 from gyrostat.cli.wheel import bench, identify, validate
-from gyrostat.errors import InputError
+from gyrostat.errors import InputError, one_line
+from gyrostat.jax_cache import keep_programs
 
 __all__ = ["app", "main"]
+
+
+def _keeping_programs(verb: Callable[..., None]) -> Callable[..., None]:
+    """A verb that keeps what it compiles for the next; made private before JAX is imported."""
+
+    @functools.wraps(verb)
+    def keeping(*arguments: Any, **options: Any) -> None:
+        keep_programs(say)
+        verb(*arguments, **options)
+
+    return keeping
+
 
 app = typer.Typer(
     help="Reaction wheels: from a bench record to a friction model and beyond.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # which takes brackets in a help text for markup
 )
 for _verb in (
     *(identify, validate, bench, holdable, recover),
     *(simulate, campaign, replay, report, export, reproduce),
 ):
-    app.command()(_verb)
+    app.command()(_keeping_programs(_verb))
 
 
-def _use_compilation_cache() -> None:
-    """Keep compiled code between runs; JAX reads these when it is first imported."""
-    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(root / "gyrostat" / "jax"))
-    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.05")
+# the class that typer's errors share, which typer does not name
+_WrongUsage: Any = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
 
 
 def main() -> None:
     """Run the command line: 0 done, 1 no valid result, 2 wrong usage or bad input."""
-    _use_compilation_cache()
     # imports and tracing make many objects that all stay: looking through them again and again
     # takes a tenth of a short command
     gc.set_threshold(200_000)
     try:
-        app()
+        code = app(standalone_mode=False)
+    except _WrongUsage as error:
+        if len(sys.argv) == 1:
+            error.show()  # the help
+        else:
+            say(one_line(f"error: {error.format_message()} (see gyrostat VERB --help)"))
+        sys.exit(error.exit_code)
     except InputError as error:
         say(f"error: {error}")
         sys.exit(2)
     except KeyboardInterrupt:
+        code = 130
+    if code == 130:
         say("interrupted: nothing half-written was left behind")
-        sys.exit(130)
+    if code:
+        sys.exit(code)

@@ -3,7 +3,6 @@
 import hashlib
 import platform
 import re
-import subprocess
 import sys
 import tempfile
 import zipfile
@@ -194,7 +193,7 @@ def _binary(sources: dict[str, str], name: str) -> bytes | None:
         files = [file for file in sources if file.endswith(".c")]
         flags = [*FLAGS.split(), "-O2", "-shared", "-fPIC", "-fvisibility=hidden"]
         command = [*program, *flags, *files, "-lm", "-o", "unit"]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+        done = run_compiler(command, Path(folder))
         if done.returncode != 0:
             first = re.sub(r"\s+", " ", done.stderr)[:200]
             raise InputError(f"{program[0]}: found it refuses the unit ({first}), expected C99")

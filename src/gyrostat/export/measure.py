@@ -2,13 +2,12 @@
 
 import re
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from gyrostat.lanes import compiler
+from gyrostat.lanes import compiler, run_compiler
 
 FLAGS = "-std=c99 -ffp-contract=off"
 """Without which the results may differ from Python's in their last digits."""
@@ -50,7 +49,7 @@ def measure(files: Mapping[str, str], name: str) -> Compiled | None:
             (Path(folder) / file).write_text(text, encoding="utf-8")
 
         def run(*words: str) -> str | None:
-            done = subprocess.run(words, cwd=folder, capture_output=True, text=True)
+            done = run_compiler(words, Path(folder))
             return done.stdout if done.returncode == 0 else None
 
         flags = [*FLAGS.split(), OPTIMISATION]
@@ -60,9 +59,7 @@ def measure(files: Mapping[str, str], name: str) -> Compiled | None:
         if run(*program, *flags, f"{name}.o", f"{name}_test.c", "-lm", "-o", "test") is None:
             return None
         # it ends with 1 where an output is not as in Python: its numbers are wanted all the same
-        told = subprocess.run(
-            [str(Path(folder) / "test"), "errors"], capture_output=True, text=True
-        ).stdout
+        told = run_compiler([str(Path(folder) / "test"), "errors"]).stdout
         lines = (line.rpartition(" ") for line in told.splitlines())
         sizes = run("size", "-A", f"{name}.o") if shutil.which("size") else None
         found = re.findall(r"^\.(?:text|rodata)\S*\s+(\d+)", sizes or "", re.MULTILINE)

@@ -6,6 +6,7 @@ import numpy as np
 
 from gyrostat.errors import InputError
 from gyrostat.friction import Friction
+from gyrostat.require import require
 from gyrostat.telemetry import Record
 
 SMALLEST_CURRENT = 1e-9
@@ -39,8 +40,8 @@ def check_sigma(speed_sigma: float | None) -> None:
     Raises:
         InputError: as said.
     """
-    if speed_sigma is not None and not (np.isfinite(speed_sigma) and speed_sigma > 0.0):
-        raise InputError(f"speed sigma: found {speed_sigma}, expected more than 0 rad/s")
+    if speed_sigma is not None:
+        require("speed sigma", speed_sigma, "rad/s", positive=True)
 
 
 def _fault(records: Sequence[Record], text: str) -> InputError:

@@ -16,14 +16,11 @@ from gyrostat.identify.checks import MOTION
 from gyrostat.identify.fit import Fit
 from gyrostat.identify.observability import judge
 from gyrostat.identify.plausibility import Scatter, fit_warnings
-from gyrostat.identify.prediction import wheel_dimensions
+from gyrostat.identify.prediction import check_parameter, wheel_dimensions
 from gyrostat.identify.statistics import crossing_times
 from gyrostat.identify.uncertainty import square_root
 from gyrostat.telemetry import Record
 from gyrostat.units import SI_UNIT
-
-POSITIVE = ("inertia", "motor_constant", "stribeck_speed")
-"""Parameters that are more than zero in every wheel."""
 
 
 def held_values(
@@ -57,11 +54,7 @@ def held_values(
             )
         values[name] = float(value)
     for name, value in values.items():
-        unit = SI_UNIT[dimensions[name]]
-        if not np.isfinite(value):
-            raise InputError(f"{name}: found {value}, expected a finite number in {unit}")
-        if name in POSITIVE and value <= 0.0:
-            raise InputError(f"{name}: found {value:g}, expected more than 0 {unit}")
+        check_parameter(model, name, value, name)
     return values
 
 

@@ -10,7 +10,9 @@ from gyrostat._jax import jax, jnp
 from gyrostat._types import Matrix, Vector
 from gyrostat.errors import InputError
 from gyrostat.friction import FRICTION_MODELS, Friction
+from gyrostat.require import magnitude
 from gyrostat.telemetry import Record
+from gyrostat.units import SI_UNIT
 from gyrostat.wheel import Wheel, speed_response
 
 CurrentHold = Literal["zero-order", "linear"]
@@ -51,6 +53,29 @@ def parameter_dimension(model: type[Friction], name: str, where: str) -> str:
     if stem not in known:
         raise InputError(f"{where}: found parameter {name!r}, expected one of {', '.join(known)}")
     return known[stem]
+
+
+def check_parameter(model: type[Friction], name: str, value: float, where: str) -> None:
+    """Refuse a value that no wheel has, before anything is computed with it.
+
+    Args:
+        model: friction model.
+        name: of the parameter.
+        value: SI.
+        where: what gives it, for the message.
+
+    Raises:
+        InputError: it is of no physical magnitude or of the wrong sign.
+    """
+    dimension = parameter_dimension(model, name, where)
+    unit = SI_UNIT[dimension]
+    magnitude(where, value, unit)
+    of_friction = name in model.dimensions()
+    if name in ("inertia", "motor_constant") or (of_friction and dimension == "speed"):
+        if value <= 0.0:
+            raise InputError(f"{where}: found {value:g}, expected more than 0 {unit}")
+    elif of_friction and value < 0.0:
+        raise InputError(f"{where}: found {value:g}, expected 0 {unit} or more")
 
 
 def build_wheel(model: type[Friction], values: Mapping[str, float]) -> Wheel:

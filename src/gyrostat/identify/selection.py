@@ -9,7 +9,8 @@ from gyrostat._types import Vector
 from gyrostat.errors import InputError
 from gyrostat.identify.deterministic import StartValues
 from gyrostat.identify.least_squares import Prior
-from gyrostat.identify.prediction import SpeedPrediction
+from gyrostat.identify.prediction import SpeedPrediction, check_parameter
+from gyrostat.require import require
 from gyrostat.units import SI_UNIT
 
 SMALLEST_INERTIA, LARGEST_INERTIA = 1e-12, 1e6
@@ -116,18 +117,14 @@ def _check_scale(
 
 
 def _check_values(prediction: SpeedPrediction, given: Mapping[str, float], what: str) -> None:
-    positive = {"inertia", *prediction.model.held_by_default}
     for name, value in given.items():
         unit = SI_UNIT[prediction.dimensions[name]]
-        if not np.isfinite(value):
-            raise InputError(f"{what} {name}: found {value}, expected a finite number in {unit}")
         if name == "inertia" and value > 0.0 and not SMALLEST_INERTIA < value < LARGEST_INERTIA:
             raise InputError(
                 f"{what} {name}: found {value:g}, expected {SMALLEST_INERTIA:g} to "
                 f"{LARGEST_INERTIA:g} {unit}"
             )
-        if name in positive and value <= 0.0:
-            raise InputError(f"{what} {name}: found {value:g}, expected more than 0 {unit}")
+        check_parameter(prediction.model, name, value, f"{what} {name}")
 
 
 def select(
@@ -163,9 +160,7 @@ def select(
     _check_values(prediction, {n: m for n, (m, _) in prior.items()}, "a-priori mean of")
     _check_values(prediction, start, "start of")
     for name, (_, sigma) in prior.items():
-        if not (np.isfinite(sigma) and sigma > 0.0):
-            text = f"found {sigma:g}, expected a finite number more than 0"
-            raise InputError(f"a-priori sigma of {name}: {text}")
+        require(f"a-priori sigma of {name}", sigma, positive=True)
     names = _free_names(prediction, hold, free, prior, start)
     _check_scale(prediction, names, prior, fixed)
 

@@ -3,6 +3,12 @@
 `gyrostat.lanes.batch` has what compiles and calls; it needs JAX, which this package does not load.
 """
 
-from gyrostat.lanes.compiler import FLAGS, compiler, compiler_version, instructions
+from gyrostat.lanes.compiler import (
+    FLAGS,
+    compiler,
+    compiler_version,
+    instructions,
+    run_compiler,
+)
 
-__all__ = ["FLAGS", "compiler", "compiler_version", "instructions"]
+__all__ = ["FLAGS", "compiler", "compiler_version", "instructions", "run_compiler"]

@@ -1,4 +1,4 @@
-"""The user's C compiler, and a cache of what it has made."""
+"""The user's C compiler, and the libraries that it makes."""
 
 import ctypes
 import hashlib
@@ -7,11 +7,13 @@ import platform
 import re
 import shutil
 import subprocess
-import tempfile
+from collections.abc import Sequence
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
+from subprocess import CompletedProcess
 
+from gyrostat.cache import Cache, private_cache, temporary_cache
 from gyrostat.errors import InputError
 
 # One program treats all lanes alike, so a product and a sum may be one instruction; but nothing is
@@ -85,68 +87,145 @@ def header() -> str:
     return files("gyrostat.lanes").joinpath("lanes.h").read_text(encoding="utf-8")
 
 
-def cache() -> Path:
-    """Folder of what was compiled: `GYROSTAT_CACHE`, or gyrostat in the user's cache."""
-    own = os.environ.get("GYROSTAT_CACHE")
-    if own:
-        return Path(own)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gyrostat"
-
-
 def library(text: str, more: tuple[str, ...] = ()) -> ctypes.CDLL:
-    """Compile a C module, or find it compiled.
+    """Compile and load a C module, once in a process.
 
     Args:
-        text: of the module.
-        more: flags.
+        text: Source of the module.
+        more: Additional flags.
 
     Raises:
-        InputError: there is no compiler, or it refuses, or what it made cannot be loaded.
+        InputError: There is no compiler, it fails, or the library cannot be loaded.
     """
+    name, command = _entry(text, more)
+    if name not in _loaded:
+        _loaded[name] = _load(compiled(text, more), command[0])
+    return _loaded[name]
+
+
+_loaded: dict[str, ctypes.CDLL] = {}
+
+
+def compiled(text: str, more: tuple[str, ...] = ()) -> bytes:
+    """Content of the shared library of a C module: from the cache, or compiled and kept there.
+
+    Args:
+        text: Source of the module.
+        more: Additional flags.
+
+    Raises:
+        InputError: There is no compiler, or it fails.
+    """
+    name, command = _entry(text, more)
+    cache = _cache()
+    content = cache.read(name)
+    if content is None:
+        content = _compile(cache, text, command)
+        cache.write(name, content)
+    return content
+
+
+def run_compiler(command: Sequence[str], folder: Path | None = None) -> CompletedProcess[str]:
+    """Run a command that ends, with all that it has started, when this process ends.
+
+    Args:
+        command: Program and arguments.
+        folder: Where it runs, and has its temporary files; None for here and the usual place.
+    """
+    environment = {**os.environ, **({"TMPDIR": str(folder)} if folder else {})}
+    read, write = os.pipe()
+    try:
+        process = subprocess.Popen(
+            ["/bin/sh", "-c", _GUARD, "sh", *command],
+            stdin=read,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            cwd=folder,
+            env=environment,
+            process_group=0,
+        )
+        os.close(read)
+        read = -1
+        try:
+            output, error = process.communicate()
+        except BaseException:
+            os.close(write)  # ends the group
+            write = -1
+            process.wait()
+            raise
+    finally:
+        for handle in (read, write):
+            if handle >= 0:
+                os.close(handle)
+    return CompletedProcess(command, process.returncode, output, error)
+
+
+# A compiler starts others, which the death of a parent would not reach. A process group of its own
+# is killed when the pipe closes whose other end this process alone holds.
+_GUARD = (
+    'exec 3<&0 </dev/null; (read _ <&3; kill -9 0) >/dev/null 2>&1 & "$@" 3<&-; code=$?; '
+    "kill $!; exit $code"
+)
+
+
+def _cache() -> Cache:
+    found = private_cache()
+    if found is None:
+        raise InputError("C compiler: found no private folder, expected one (see GYROSTAT_CACHE)")
+    return found
+
+
+def _entry(text: str, more: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:
+    """Name of a module's entry in the cache, and the compiler's command without the files."""
     found = required()
     parts = (header(), text, compiler_version(), *FLAGS, *more, instructions())
-    digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
-    command = (*found, *FLAGS, *more)
+    digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
+    return f"lanes-{digest}", (*found, *FLAGS, *more)
+
+
+def _compile(cache: Cache, text: str, command: tuple[str, ...]) -> bytes:
     try:
-        folder = cache()
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        return _in_folder(folder, digest, text, command)
-    except (OSError, RuntimeError):  # no home, or no place to keep it where it can be loaded
-        pass
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            return _in_folder(Path(folder), digest, text, command)
+        with cache.workplace() as place:
+            (place / "program.c").write_text(text, encoding="utf-8")
+            (place / "lanes.h").write_text(header(), encoding="utf-8")
+            files = ("-o", "made.so", "program.c", "-lm")
+            try:
+                _run([*command, *files, "-fopenmp"], place)
+            except InputError:  # not every compiler has it; then there is one thread
+                _run([*command, *files], place)
+            return (place / "made.so").read_bytes()
     except OSError as error:
         raise InputError(
-            f"C compiler: found {error}, expected {found[0]} to make a library that can be loaded"
+            f"C compiler: found {error}, expected {command[0]} to make a library"
         ) from None
 
 
-def _in_folder(folder: Path, digest: str, text: str, command: tuple[str, ...]) -> ctypes.CDLL:
-    made = folder.absolute() / f"lanes-{digest}.so"
-    if made.exists():
+def _load(content: bytes, compiler: str) -> ctypes.CDLL:
+    """Load a library from a file written just now, so that it is what was verified.
+
+    The file goes at once; the loaded library stays. The folder of the cache may forbid execution.
+    """
+    reason: OSError | str = "no private folder"
+    for find in (private_cache, temporary_cache):
+        cache = find()
+        if cache is None:
+            continue
         try:
-            return ctypes.CDLL(str(made))
-        except OSError:  # it is not whole, and is made again
-            pass
-    with tempfile.TemporaryDirectory(dir=folder) as place:
-        source = Path(place) / "program.c"
-        source.write_text(text, encoding="utf-8")
-        (Path(place) / "lanes.h").write_text(header(), encoding="utf-8")
-        command = (*command, "-o", f"{place}/made.so", str(source), "-lm")
-        try:
-            _run([*command, "-fopenmp"])
-        except InputError:  # not every compiler has it; then there is one thread
-            _run([*command])
-        os.replace(f"{place}/made.so", made)
-    return ctypes.CDLL(str(made))
+            with cache.workplace() as place:
+                (place / "made.so").write_bytes(content)
+                return ctypes.CDLL(str(place / "made.so"))
+        except OSError as error:
+            reason = error
+    raise InputError(
+        f"C compiler: found {reason}, expected {compiler} to make a library that can be loaded"
+    )
 
 
-def _run(command: list[str]) -> str:
+def _run(command: Sequence[str], folder: Path | None = None) -> str:
     try:
-        done = subprocess.run(
-            command, capture_output=True, text=True, errors="replace", check=False
-        )
+        done = run_compiler(command, folder)
     except OSError as error:
         raise InputError(f"C compiler: found {error}, expected one that runs") from None
     if done.returncode != 0:

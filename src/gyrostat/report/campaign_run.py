@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from gyrostat.campaign.scenario import Scenario
 from gyrostat.campaign.schema import metric_units
 from gyrostat.outputs import new_files
-from gyrostat.report.figures import MARK, STYLE, svg
+from gyrostat.report.figures import MARK, STYLE, literal, svg
 from gyrostat.report.page import render
 from gyrostat.report.replay import replay_data
 from gyrostat.report.text import plain
@@ -144,8 +144,10 @@ def run_figure(scenario: Scenario, history: "xr.Dataset") -> Figure:
         rate = np.degrees(np.linalg.norm(history.rate.values[every], axis=1))
         rows[0].semilogy(time, error, lw=1.2)
         rows[1].semilogy(time, np.maximum(rate, LEAST_SHOWN), lw=1.2)
-        for k, name in enumerate(scenario.wheels):
-            rows[2].plot(time, history.wheel_speed.values[every, k] / RPM, lw=1.2, label=name)
+        for k, name in enumerate(map(literal, scenario.wheels)):
+            rows[2].plot(
+                time, history.wheel_speed.values[every, k] / RPM, lw=1.2, label=literal(name)
+            )
             rows[3].step(time, history.torque.values[every, k] * 1e3, where="post", lw=0.8)
         rows[2].axhline(0.0, lw=0.6, color="#6b7077")
         rows[2].legend(loc="upper right", ncols=len(scenario.wheels), title="wheel")
@@ -159,7 +161,8 @@ def run_figure(scenario: Scenario, history: "xr.Dataset") -> Figure:
         for event in scenario.events:
             at = scenario.values[f"event.{event.name}.time"]
             place = (at, 0.97), ("data", "axes fraction")
-            rows[0].annotate(f" {event.name}", place[0], xycoords=place[1], color=MARK, va="top")
+            name = f" {literal(event.name)}"
+            rows[0].annotate(name, place[0], xycoords=place[1], color=MARK, va="top")
         rows[3].set_xlabel("time (s)")
         figure.align_ylabels(rows)
     return figure

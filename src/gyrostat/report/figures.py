@@ -1,6 +1,7 @@
 """Figures of records, fits and friction curves, as matplotlib figures and inline SVG."""
 
 import io
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -32,10 +33,17 @@ LARGEST_PLOT = 6000
 """Points beyond which a series is thinned for drawing."""
 
 
+def literal(name: str) -> str:
+    """A name as a label: its dollars open no formula, and a leading underscore hides no label."""
+    return (" " if name.startswith("_") else "") + name.replace("$", r"\$")
+
+
 def svg(figure: Figure) -> str:
     """An inline SVG element; dense point clouds in it are rasterised."""
     buffer = io.BytesIO()
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(STYLE), warnings.catch_warnings():
+        # names may have characters that the font has not
+        warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font", UserWarning)
         figure.savefig(buffer, format="svg", dpi=150, metadata={"Date": None})
     text = buffer.getvalue().decode()
     return text[text.index("<svg") :]

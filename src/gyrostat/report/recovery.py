@@ -13,7 +13,7 @@ from gyrostat.body import SpacecraftFile
 from gyrostat.outputs import new_files
 from gyrostat.recovery import Loss, Recovery
 from gyrostat.recovery.recover import ANGLE, RATE
-from gyrostat.report.figures import MARK, STYLE, svg
+from gyrostat.report.figures import MARK, STYLE, literal, svg
 from gyrostat.report.holdable import degrees, triple
 from gyrostat.report.page import render
 
@@ -142,7 +142,7 @@ def recovery_figure(flight: "xr.Dataset", names: tuple[str, ...], settle: float 
             axes.axhline(limit, color=MARK, lw=0.9, ls="--", label="settled below")
             axes.set_ylabel(label)
         rows[0].legend(loc="upper right")
-        for wheel, name in enumerate(names):
+        for wheel, name in enumerate(map(literal, names)):
             rows[2].plot(time, flight.wheel_momentum.values[:, wheel], lw=1.2, label=name)
             rows[3].step(time, flight.torque.values[:, wheel], where="post", lw=0.9, label=name)
         rows[2].legend(loc="upper right", ncols=len(names), title="wheel")

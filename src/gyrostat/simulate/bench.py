@@ -9,9 +9,14 @@ from gyrostat._jax import jax, jnp
 from gyrostat._types import Vector
 from gyrostat.errors import InputError
 from gyrostat.friction import static_curve
-from gyrostat.require import require_period
+from gyrostat.require import check_seed, require_period
 from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel, speed_response
+
+MOST_SAMPLES = 2_000_000
+"""As `gyrostat.telemetry.read_record` reads."""
+BYTES_A_SAMPLE = 72
+"""At the peak: time, current, speed, noise and validity, and copies of them."""
 
 
 @dataclass(frozen=True)
@@ -183,8 +188,17 @@ def bench_record(
     if not (np.isfinite(duration) and duration * telemetry.rate >= 1.0):
         raise InputError(f"duration: found {duration:g} s, expected at least one sample interval")
     wheel.check()
+    samples = duration * telemetry.rate
+    if samples > MOST_SAMPLES:
+        size = MOST_SAMPLES * BYTES_A_SAMPLE / 1e9
+        raise InputError(
+            f"duration: found {duration:g} s at {telemetry.rate:g} Hz, {samples:.3g} samples, "
+            f"expected at most {MOST_SAMPLES} ({size:.2g} GB in memory), which a record may have"
+        )
     if period is not None:
         require_period("period", period)
+        if period * telemetry.rate < 1.0:
+            raise InputError(f"period: found {period:g} s, expected at least one sample interval")
     command_random, noise_random = (np.random.default_rng(s) for s in _streams(seed))
     time = telemetry.sample_times(duration, noise_random)
     shape = {} if period is None else {"period": period}
@@ -210,6 +224,5 @@ def bench_record(
 
 
 def _streams(seed: int) -> list[np.random.SeedSequence]:
-    if seed < 0:
-        raise InputError(f"seed: found {seed}, expected 0 or more")
+    check_seed(seed)
     return np.random.SeedSequence(seed).spawn(2)

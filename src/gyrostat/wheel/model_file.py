@@ -132,6 +132,8 @@ def read_model(path: str | os.PathLike[str]) -> WheelModel:
         for section, entries in (("wheel", wheel), ("friction", friction))
         for n, v in entries.items()
     }
+    if values["motor_constant"] == 0.0:
+        raise InputError(f"{path}: key wheel.motor_constant: found 0, expected another value")
     return WheelModel(
         friction=model,
         values=values,

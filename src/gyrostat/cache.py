@@ -1,0 +1,252 @@
+"""Private folder of compiled programs, of which only whole entries are read.
+
+Trust comes from the folder: only its owner and root can write to it or replace it or one of its
+parents. The digest of an entry finds damage (a flipped bit, a truncated file, a swapped name); it
+does not stop somebody who may write to the folder and computes the digest anew.
+"""
+
+import atexit
+import contextlib
+import fcntl
+import hashlib
+import os
+import shutil
+import stat
+import tempfile
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["Cache", "named_folder", "private_cache", "temporary_cache"]
+
+_MARK = b"gyrostat cache 1\n"
+_HEADER = len(_MARK) + 32
+_LARGEST = 2**30
+_LOCK = "lock"
+_UNFINISHED = "making-"
+_PATTERNS = (_LOCK, f"{_UNFINISHED}*", "lanes-*", "jax-*", "jax")
+
+
+@dataclass(frozen=True)
+class Cache:
+    """Folder of entries that is private to this user.
+
+    Attributes:
+        path: The folder, absolute and without symbolic links.
+    """
+
+    path: Path
+
+    def read(self, name: str) -> bytes | None:
+        """Read an entry; remove it if it is damaged.
+
+        Args:
+            name: File name of the entry.
+
+        Returns:
+            The content as it was written; None if there is no whole entry of that name.
+        """
+        path = self.path / name
+        with contextlib.suppress(OSError):
+            # neither a symbolic link nor a pipe, which would wait for a writer
+            handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+            with open(handle, "rb") as stream:
+                status = os.fstat(handle)
+                own = stat.S_ISREG(status.st_mode) and status.st_uid == os.geteuid()
+                if own and not status.st_mode & 0o022 and status.st_size <= _LARGEST:
+                    found = stream.read()
+                    content = found[_HEADER:]
+                    if found[:_HEADER] == _header(name, content):
+                        return content
+        with contextlib.suppress(OSError):
+            path.unlink()
+        return None
+
+    def write(self, name: str, content: bytes) -> None:
+        """Write an entry, which appears whole or not at all; without room it does not appear.
+
+        Args:
+            name: File name of the entry.
+            content: Bytes to keep.
+        """
+        with contextlib.suppress(OSError), self.workplace() as place:
+            unfinished = place / name
+            with unfinished.open("xb") as stream:
+                unfinished.chmod(0o600)
+                stream.write(_header(name, content))
+                stream.write(content)
+                stream.flush()
+                os.fsync(stream.fileno())
+            os.replace(unfinished, self.path / name)
+
+    @contextlib.contextmanager
+    def workplace(self) -> Iterator[Path]:
+        """Give a folder for temporary files, removed at the end.
+
+        What a killed process leaves is removed when the cache is opened next.
+
+        Raises:
+            OSError: The folder cannot be made.
+        """
+        with (
+            _locked(self.path, fcntl.LOCK_SH),
+            tempfile.TemporaryDirectory(
+                dir=self.path, prefix=_UNFINISHED, ignore_cleanup_errors=True
+            ) as place,
+        ):
+            yield Path(place)
+
+
+def private_cache(say: Callable[[str], None] = warnings.warn) -> Cache | None:
+    """Open the cache: `GYROSTAT_CACHE`, or gyrostat in the user's cache folder.
+
+    A folder that belongs to another user, or that others may write to, is not used, nor one with
+    such a parent (others may write to a parent with the sticky bit, as /tmp). A temporary one takes
+    its place, which the processes started from this one share and which goes with this process.
+
+    Args:
+        say: Takes the line that tells why another folder is used.
+
+    Returns:
+        The cache; None where not even a temporary folder is private.
+    """
+    folder = named_folder()
+    found = None if folder is None else _replaced.get(folder)
+    if found is not None and found.path.is_dir():
+        return found
+    reason = "no home folder" if folder is None else None
+    if folder is not None:
+        try:
+            return _opened(folder)
+        except OSError as error:
+            reason = str(error) if error.errno is None else f"{folder}: {error.strerror}"
+    found = temporary_cache()
+    instead = "no cache" if found is None else f"temporary folder {found.path}"
+    say(
+        f"cache of compiled programs: found {reason}, expected a folder (GYROSTAT_CACHE) that only "
+        f"you may write to, in parents that only you or root may write to; using {instead}"
+    )
+    if found is not None:
+        _replaced[found.path] = found
+        if folder is not None:
+            _replaced[folder] = found
+        os.environ["GYROSTAT_CACHE"] = str(found.path)
+    return found
+
+
+def named_folder() -> Path | None:
+    """Folder that the environment names for the cache, absolute; None without a home folder."""
+    own = os.environ.get("GYROSTAT_CACHE")
+    if own:
+        return Path(own).absolute()
+    try:
+        root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    except RuntimeError:
+        return None
+    return Path(root).absolute() / "gyrostat"
+
+
+def temporary_cache() -> Cache | None:
+    """Make a private cache that is removed when this process ends; None where none can be."""
+    prefix = f"gyrostat-{os.geteuid()}-"
+    for base in dict.fromkeys((tempfile.gettempdir(), "/tmp", "/var/tmp")):
+        with contextlib.suppress(OSError):
+            for old in Path(base).glob(f"{prefix}*"):
+                _remove_if_left(old)
+            path = Path(tempfile.mkdtemp(prefix=prefix, dir=base)).resolve()
+            if _unsafe(path) is not None:
+                path.rmdir()
+                continue
+            held = contextlib.ExitStack()
+            held.enter_context(_locked(path, fcntl.LOCK_SH))
+            if not path.is_dir():  # another process took it for left before it was locked
+                continue
+            atexit.register(_remove, path, held, os.getpid())
+            return Cache(path)
+    return None
+
+
+_replaced: dict[Path, Cache] = {}
+_swept: set[Path] = set()
+
+
+def _header(name: str, content: bytes) -> bytes:
+    digest = hashlib.sha256(name.encode() + b"\0")
+    digest.update(content)
+    return _MARK + digest.digest()
+
+
+def _opened(folder: Path) -> Cache:
+    """Make, check and tighten a folder.
+
+    Raises:
+        OSError: It is not private (no errno), or cannot be written.
+    """
+    path = Path(os.path.realpath(folder))
+    if (reason := _unsafe(path)) is not None:
+        raise OSError(reason)
+    for missing in reversed([p for p in (path, *path.parents) if not p.exists()]):
+        missing.mkdir(mode=0o700, exist_ok=True)
+    # again: somebody else may have made it meanwhile, in a parent as /tmp
+    if (reason := _unsafe(path)) is not None:
+        raise OSError(reason)
+    private = not path.stat().st_mode & 0o077
+    if not private and all(any(p.match(known) for known in _PATTERNS) for p in path.iterdir()):
+        path.chmod(0o700)
+    if path not in _swept:
+        _sweep(path)
+        _swept.add(path)
+    return Cache(path)
+
+
+def _unsafe(path: Path) -> str | None:
+    """Why others could put files there: the first reason, or None. Missing folders do not count."""
+    for place in (path, *path.parents):
+        try:
+            found = place.lstat()
+        except FileNotFoundError:
+            continue
+        allowed = (os.geteuid(),) if place == path else (os.geteuid(), 0)
+        if found.st_uid not in allowed:
+            return f"{place}, which belongs to user {found.st_uid}"
+        sticky = place != path and found.st_mode & stat.S_ISVTX
+        if found.st_mode & 0o022 and not sticky:
+            return f"{place}, which others may write to (chmod go-w)"
+    return None
+
+
+@contextlib.contextmanager
+def _locked(path: Path, kind: int) -> Iterator[None]:
+    """Hold the lock of a cache: shared while files are made, exclusive to remove what is left."""
+    handle = os.open(path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+    try:
+        fcntl.flock(handle, kind)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _sweep(path: Path) -> None:
+    """Remove what killed processes have left, unless files are being made just now."""
+    with (
+        contextlib.suppress(BlockingIOError),
+        _locked(path, fcntl.LOCK_EX | fcntl.LOCK_NB),
+    ):
+        for left in path.glob(f"{_UNFINISHED}*"):
+            shutil.rmtree(left, ignore_errors=True)
+
+
+def _remove_if_left(path: Path) -> None:
+    """Remove a temporary cache whose process was killed."""
+    with contextlib.suppress(OSError):
+        own = path.lstat().st_uid == os.geteuid() and stat.S_ISDIR(path.lstat().st_mode)
+        if own and (path / _LOCK).exists():
+            with _locked(path, fcntl.LOCK_EX | fcntl.LOCK_NB):
+                shutil.rmtree(path, ignore_errors=True)
+
+
+def _remove(path: Path, held: contextlib.ExitStack, process: int) -> None:
+    if os.getpid() == process:  # and not one forked from it
+        shutil.rmtree(path, ignore_errors=True)
+        held.close()
