@@ -61,7 +61,7 @@ def emit(name: str, entries: Sequence[Entry], precision: Precision = "double") -
     used = [dialect.helper(each) for each in sorted(helpers)]
     source = "\n".join(
         [
-            _TOP.format(name=name, real=dialect.real),
+            _TOP.format(name=name, memory=_MEMORY if "finite" in helpers else ""),
             *used,
             *texts,
         ]
@@ -77,11 +77,12 @@ _TOP = """\
 #include "{name}.h"
 
 #include <math.h>
-
+{memory}
 #ifdef __FAST_MATH__
 #error "fast-math changes results and what becomes of NaN: leave it off"
 #endif
 """
+_MEMORY = "#include <string.h>\n"
 
 
 def _lowered(entry: Entry, structs: Structs, lowering: Lowering) -> _Root:

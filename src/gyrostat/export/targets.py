@@ -8,7 +8,13 @@ import numpy as np
 
 from gyrostat._jax import jax, jnp
 from gyrostat.body import TableMeasurement
-from gyrostat.control import CurrentMode, EstimatingCompensator
+from gyrostat.control import (
+    CurrentMode,
+    EstimatingCompensator,
+    FieldLimits,
+    Guarded,
+    MeasurementGuard,
+)
 from gyrostat.estimate import FrictionScaleFilter
 from gyrostat.export.compensated_wheel import BodyMeasurement, CompensatedWheel
 from gyrostat.export.module import Entry
@@ -17,6 +23,8 @@ from gyrostat.wheel import Wheel, advance
 
 STEPS = 40
 """Of the run that a test program repeats."""
+Limits = Mapping[str, FieldLimits] | None
+"""Name of a measured field -> its limits; None: values are only tested to be finite."""
 UNITS = {
     "speed": "rad/s",
     "initial_speed": "rad/s",
@@ -80,14 +88,19 @@ class Target:
         return made
 
 
-def begin(controller: Any, period: Any) -> Any:
-    """Set the state before the first measurement; the period is in s."""
-    return controller.start(period)
+def starting(guard: MeasurementGuard) -> Callable[[Any, Any], Any]:
+    """The function that makes the state before the first measurement."""
+
+    def begin(controller: Any, period: Any) -> Any:
+        """Set the state before the first measurement; the period is in s."""
+        return Guarded(controller, guard).start(period)
+
+    return begin
 
 
-def command(controller: Any, memory: Any, measurement: Any) -> Any:
-    """Take in a measurement, give a command; once in every control period."""
-    return controller(memory, measurement)
+def command(controller: Any, guard: MeasurementGuard, memory: Any, measurement: Any) -> Any:
+    """Validate a measurement, give a command; once in every control period."""
+    return Guarded(controller, guard).step(memory, measurement)
 
 
 def track(filter: FrictionScaleFilter, speed: Any) -> Any:
@@ -125,42 +138,51 @@ def carry_on(unit: CompensatedWheel, state: Any, measurement: Any) -> Any:
     return unit(state, measurement)
 
 
-def _parameters(name: str, kind: str, value: Any) -> Entry:
+def _parameters(name: str, **values: Any) -> Entry:
     def parameters() -> Any:
-        return value
+        every = tuple(values.values())
+        return every if len(every) > 1 else every[0]
 
     parameters.__doc__ = "Set the parameters to the values that were identified and tuned."
-    return Entry(f"{name}_parameters", parameters, {}, (kind,))
+    return Entry(f"{name}_parameters", parameters, {}, tuple(values))
 
 
 def _measurements() -> TableMeasurement:
-    """A table that swings a little while its wheel goes through zero speed."""
+    """A table that swings a little while its wheel goes through zero speed; three bad samples."""
     random, step = np.random.default_rng(0), np.arange(STEPS)
     speed = np.linspace(-3.0, 3.0, STEPS) + 0.2 * random.standard_normal(STEPS)
     attitude = 1e-3 * np.sin(0.3 * step)
     rate = 2e-4 * np.cos(0.3 * step) + 1e-5 * random.standard_normal(STEPS)
+    attitude[7], rate[15], speed[16] = np.nan, np.inf, -np.inf
     return TableMeasurement(*map(jnp.asarray, (attitude, rate, speed)))
 
 
-def _loop(name: str, title: str, controller: Any, period: float) -> Target:
-    memory = as_arrays(controller.start(period))
-    arguments = {"controller": controller, "memory": memory}
+def _loop(
+    name: str, title: str, controller: Any, period: float, limits: Limits, on_bad: str
+) -> Target:
     measured = _measurements()
     first = jax.tree.map(lambda x: x[0], measured)
+    guard = MeasurementGuard.of(first, limits, on_bad)
+    memory = as_arrays(Guarded(controller, guard).start(period))
     return Target(
         name=name,
         title=title,
         period=period,
         begin=(
-            _parameters(name, "controller", controller),
-            Entry(f"{name}_start", begin, {"controller": controller, "period": 0.0}, ("memory",)),
+            _parameters(name, controller=controller, guard=guard),
+            Entry(
+                f"{name}_start",
+                starting(guard),
+                {"controller": controller, "period": 0.0},
+                ("memory",),
+            ),
         ),
         steps=(
             Entry(
                 f"{name}_step",
                 command,
-                {**arguments, "measurement": first},
-                ("memory", "command"),
+                {"controller": controller, "guard": guard, "memory": memory, "measurement": first},
+                ("memory", "command", "report"),
             ),
         ),
         constants={"period": period},
@@ -169,15 +191,27 @@ def _loop(name: str, title: str, controller: Any, period: float) -> Target:
     )
 
 
-def compensator(controller: EstimatingCompensator, period: float) -> Target:
-    """Friction compensation with its Kalman filter."""
+def compensator(
+    controller: EstimatingCompensator, period: float, limits: Limits = None, on_bad: str = "hold"
+) -> Target:
+    """Friction compensation with its Kalman filter.
+
+    Args:
+        controller: The compensator.
+        period: Control period, s.
+        limits: Of fields of the measurement, see `MeasurementGuard`.
+        on_bad: Safe command in place of one from a rejected sample: "hold" or "zero".
+    """
     title = "Friction compensation of a reaction wheel, its speed estimated by a Kalman filter"
-    return _loop("compensator", title, controller, period)
+    return _loop("compensator", title, controller, period, limits, on_bad)
 
 
-def controller(law: CurrentMode, period: float) -> Target:
-    """The attitude law alone."""
-    return _loop("controller", "Attitude law of one axis, a current as its command", law, period)
+def controller(
+    law: CurrentMode, period: float, limits: Limits = None, on_bad: str = "hold"
+) -> Target:
+    """The attitude law alone; for the arguments see `compensator`."""
+    title = "Attitude law of one axis, a current as its command"
+    return _loop("controller", title, law, period, limits, on_bad)
 
 
 def estimator(filter: FrictionScaleFilter, period: float) -> Target:
@@ -190,7 +224,7 @@ def estimator(filter: FrictionScaleFilter, period: float) -> Target:
         title="Speed and friction level of a reaction wheel from its current and tachometer",
         period=period,
         begin=(
-            _parameters("estimator", "filter", filter),
+            _parameters("estimator", filter=filter),
             Entry("estimator_start", track, {"filter": filter, "speed": 0.0}, ("estimate",)),
         ),
         steps=(
@@ -213,7 +247,7 @@ def wheel(model: Wheel, period: float) -> Target:
         name="wheel",
         title="A reaction wheel with dry friction that sticks, breaks away and crosses zero speed",
         period=period,
-        begin=(_parameters("wheel", "wheel", model),),
+        begin=(_parameters("wheel", wheel=model),),
         steps=(
             Entry(
                 "wheel_step",
@@ -239,7 +273,7 @@ def compensated_wheel(unit: CompensatedWheel, period: float) -> Target:
         title="A reaction wheel with dry friction under its compensator",
         period=period,
         begin=(
-            _parameters(name, "unit", unit),
+            _parameters(name, unit=unit),
             Entry(
                 f"{name}_start",
                 at_speed,
