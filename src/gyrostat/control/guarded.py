@@ -100,9 +100,14 @@ class Guarded(eqx.Module):
             measurement: As the sensors give it.
         """
         seen = self.guard(memory.guard, measurement, memory.period)
-        inner, command = self.controller(memory.controller, seen.measurement)
-        computed = finite((inner, command))
-        used = seen.good & computed
+        stays = memory.controller, memory.command, jnp.array(False)
+
+        def stepped() -> tuple[Any, Any, Any]:
+            inner, command = self.controller(memory.controller, seen.measurement)
+            return inner, command, finite((inner, command), memory.controller)
+
+        like = jax.tree.map(jnp.asarray, stays)
+        inner, command, computed = jax.lax.cond(seen.good, _as(like, stepped), lambda: like)
 
         def taken() -> tuple[Any, GuardMemory, Any]:
             return inner, seen.used, command
@@ -110,16 +115,16 @@ class Guarded(eqx.Module):
         def missing() -> tuple[Any, GuardMemory, Any]:
             before, safe = memory.controller, self._safe(memory.command, jnp.array(False))
             later = predicted(self.controller, before, memory.guard.last, safe)
-            stays = finite(later)
+            stays = finite(later, before)
             later = jax.tree.map(lambda new, old: jnp.where(stays, new, old), later, before)
             return later, seen.missed, memory.command
 
         like = jax.tree.map(jnp.asarray, (memory.controller, memory.guard, memory.command))
-        inner, guard, last = jax.lax.cond(used, _as(like, taken), _as(like, missing))
+        inner, guard, last = jax.lax.cond(computed, _as(like, taken), _as(like, missing))
         status = jnp.where(seen.good & ~computed, int(SampleStatus.NOT_COMPUTED), seen.status)
         report = SampleReport(status, guard.samples_missed)
         memory = GuardedMemory(inner, guard, last, memory.period)
-        return memory, self._safe(last, used), report
+        return memory, self._safe(last, computed), report
 
     def _safe(self, last: Any, used: Any) -> Any:
         """The last accepted command, or that in its place unless this sample was used."""
@@ -148,18 +153,26 @@ def predicted(controller: Any, memory: Any, measurement: Any, command: Any) -> A
     return memory if own is None else own(memory, measurement, command)
 
 
-def finite(tree: Any) -> Any:
-    """Whether all real numbers of a tree, and the sum of their sizes, are finite."""
+def finite(tree: Any, known: Any = ()) -> Any:
+    """Whether all real numbers of a tree, and their sum, are finite.
+
+    Args:
+        tree: Of arrays.
+        known: Tree of arrays that are finite; where they are in the tree too, they are not tested.
+    """
     # one test of a sum: it is smaller and faster in flight code than a test of each
-    sizes = [
-        jnp.sum(jnp.abs(leaf))
-        for leaf in jax.tree.leaves(tree)
+    every = {id(leaf): leaf for leaf in jax.tree.leaves(tree)}
+    for leaf in jax.tree.leaves(known):
+        every.pop(id(leaf), None)
+    sums = [
+        jnp.sum(leaf)
+        for leaf in every.values()
         if jnp.issubdtype(jnp.result_type(leaf), jnp.floating) and jnp.size(leaf)
     ]
-    while len(sizes) > 1:
-        pairs = zip(sizes[::2], sizes[1::2], strict=False)
-        sizes = [a + b for a, b in pairs] + sizes[len(sizes) // 2 * 2 :]
-    return jnp.all(jnp.isfinite(jnp.stack(sizes))) if sizes else jnp.array(True)
+    while len(sums) > 1:
+        pairs = zip(sums[::2], sums[1::2], strict=False)
+        sums = [a + b for a, b in pairs] + sums[len(sums) // 2 * 2 :]
+    return jnp.isfinite(sums[0]) if sums else jnp.array(True)
 
 
 def _as(like: Any, function: Any) -> Any:

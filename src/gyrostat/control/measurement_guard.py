@@ -49,12 +49,13 @@ class FieldLimits(NamedTuple):
     Attributes:
         lower: Smallest accepted value, in the unit of the field.
         upper: Largest accepted value, in the unit of the field.
-        rate: Largest accepted rate of change, in the unit of the field per second.
+        rate: Largest accepted rate of change, in the unit of the field per second; None: not
+            tested, and no code for it.
     """
 
     lower: Scalar = -UNLIMITED
     upper: Scalar = UNLIMITED
-    rate: Scalar = UNLIMITED
+    rate: Scalar | None = None
 
 
 class SampleReport(NamedTuple):
@@ -89,7 +90,8 @@ class Validated(NamedTuple):
     """A measurement that was validated.
 
     Attributes:
-        measurement: Values that were accepted, the last accepted ones in place of the others.
+        measurement: Values that may be used if `good`; of sensors with a flag, the last accepted
+            ones in place of rejected ones.
         good: Whether the measurement may be used.
         status: Status of the sample, see `SampleStatus`.
         used: Memory after a sample that gives a command.
@@ -166,13 +168,13 @@ class MeasurementGuard(eqx.Module):
             InputError: a limit is NaN, a range is empty or a rate is not above zero.
         """
         for name, limits in self.limits.items():
-            lower, upper, rate = (np.asarray(limit, dtype=float) for limit in limits)
+            lower, upper = (np.asarray(limit, dtype=float) for limit in limits[:2])
             if not np.all(lower < upper):
                 raise InputError(
                     f"limits of {name}: found {lower} to {upper}, expected the lower one first"
                 )
-            if not np.all(rate > 0.0):
-                raise InputError(f"rate limit of {name}: found {rate}, expected above 0")
+            if limits.rate is not None and not np.all(np.asarray(limits.rate) > 0.0):
+                raise InputError(f"rate limit of {name}: found {limits.rate}, expected above 0")
 
     def start(self) -> GuardMemory:
         """Nothing accepted yet."""
@@ -202,19 +204,21 @@ class MeasurementGuard(eqx.Module):
             flag, last = self._flag(name), getattr(memory.last, name)
             missed = memory.samples_missed if flag is None else memory.fields_missed[name]
             value = getattr(measurement, name)
+            # in this order: flight code compares and computes with finite values alone
             is_finite = jnp.isfinite(value)
-            # no arithmetic sees a value that is not finite
-            value = jnp.where(is_finite, value, last)
-            is_inside = (value >= limits.lower) & (value <= limits.upper)
-            change = limits.rate * period * (_beside(missed, last) + 1)
-            is_slow = (jnp.abs(value - last) <= change) | (_beside(missed, last) >= REACQUIRE)
+            is_inside = is_finite & (value >= limits.lower) & (value <= limits.upper)
+            is_slow = is_inside
+            if limits.rate is not None:
+                missed = _beside(missed, last)
+                fastest = limits.rate * (period * (missed + 1))
+                is_slow = is_inside & ((missed >= REACQUIRE) | (jnp.abs(value - last) <= fastest))
             values[name] = value
             if flag is None:
                 finite &= jnp.all(is_finite)
                 inside &= jnp.all(is_inside)
                 slow &= jnp.all(is_slow)
                 continue
-            told, accepted = getattr(measurement, flag), is_finite & is_inside & is_slow
+            told, accepted = getattr(measurement, flag), is_slow
             if jnp.shape(told) != jnp.shape(accepted):
                 accepted = jnp.all(accepted)
             rejected |= jnp.any(told & ~accepted)
@@ -222,15 +226,14 @@ class MeasurementGuard(eqx.Module):
             flags[flag] = flags.get(flag, told) & accepted
             values[name] = jnp.where(accepted, value, last)
             reset[name] = jnp.where(accepted, 0, later[name])
-        good = finite & inside & slow
         reason = jnp.where(inside, int(SampleStatus.TOO_FAST), int(SampleStatus.OUT_OF_RANGE))
         reason = jnp.where(finite, reason, int(SampleStatus.NOT_FINITE))
         fine = jnp.where(rejected, int(SampleStatus.PARTIAL), int(SampleStatus.GOOD))
         taken = measurement._replace(**values, **flags)
         return Validated(
             measurement=taken,
-            good=good,
-            status=jnp.where(good, fine, reason),
+            good=slow,
+            status=jnp.where(slow, fine, reason),
             used=GuardMemory(taken, jnp.zeros_like(memory.samples_missed), reset),
             missed=GuardMemory(memory.last, memory.samples_missed + 1, later),
         )

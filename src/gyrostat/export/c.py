@@ -12,6 +12,7 @@ from gyrostat.errors import InputError
 from gyrostat.export.expressions import Dialect
 from gyrostat.export.header import header, prototype, wrapped
 from gyrostat.export.module import Entry, Module, Port, Precision
+from gyrostat.export.moves import moves
 from gyrostat.export.structs import Leaf, Struct, Structs, scalars
 from gyrostat.export.words import comment, free_name, identifier
 from gyrostat.export.write import Writer, may_stop_early
@@ -172,19 +173,13 @@ def _entry(root: _Root, dialect: Dialect, reserved: set[str], helpers: set[str])
     stops = may_stop_early(root.function)
     if stops:
         writer.line("int status = 0;")
-    lines = writer.body(root.function.body, root.function.results)
-    set_places, moved = set(root.stores), []
-    for place, result in zip(root.stores, root.function.results, strict=True):
-        value = writer.text(result).text
-        if value == place:
-            continue
-        if isinstance(result, Name) and value in set_places:
-            # it would be read after it has been set
-            copy = writer.free("kept")
-            writer.line(f"const {dialect.type_of(result.kind)} {copy} = {value};")
-            value = copy
-        moved.append(f"{place} = {value};")
-    for text in moved:
+    lines = writer.body(root.function.body, root.function.results, root.stores)
+    wanted = [
+        (place, writer.text(result).text, dialect.type_of(result.kind))
+        for place, result in zip(root.stores, root.function.results, strict=True)
+        if place not in writer.done
+    ]
+    for text in moves(wanted, writer.free):
         writer.line(text)
     lines += ["", *writer.taken_lines()]
     read = "\n".join(lines)
