@@ -67,7 +67,9 @@ def emit(name: str, entries: Sequence[Entry], precision: Precision = "double") -
             *texts,
         ]
     )
-    declared = header(name, structs.every, [(root.entry, root.ports) for root in roots], dialect)
+    declared = header(
+        name, structs.every, structs.enums, [(root.entry, root.ports) for root in roots], dialect
+    )
     ports = {root.entry.name: root.ports for root in roots}
     return Module(name, declared, source, tuple(structs.every), ports, (*inner, *tops))
 

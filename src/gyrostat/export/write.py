@@ -118,9 +118,7 @@ class Writer:
             break_on_hyphens=False,
         )
 
-    def body(
-        self, block: Block, results: list[Operand], places: Sequence[str] = ()
-    ) -> list[str]:
+    def body(self, block: Block, results: list[Operand], places: Sequence[str] = ()) -> list[str]:
         """The lines of a function's block, whose results other lines will read.
 
         Args:
