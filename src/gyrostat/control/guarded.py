@@ -13,6 +13,7 @@ from gyrostat.control.measurement_guard import (
     SampleReport,
     SampleStatus,
 )
+from gyrostat.control.missing_sample import predicted
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, check_period
 
@@ -138,19 +139,6 @@ class Guarded(eqx.Module):
             return jax.tree.map(gated, last)
         sent = [name for name in last._fields if name in ACTUATED]
         return last._replace(**{name: gated(getattr(last, name)) for name in sent})
-
-
-def predicted(controller: Any, memory: Any, measurement: Any, command: Any) -> Any:
-    """Memory of a controller one period later without a sample.
-
-    Args:
-        controller: With or without a method `predicted`.
-        memory: From the last sample.
-        measurement: Last one that was accepted.
-        command: That is sent.
-    """
-    own = getattr(controller, "predicted", None)
-    return memory if own is None else own(memory, measurement, command)
 
 
 def finite(tree: Any, known: Any = ()) -> Any:
