@@ -54,11 +54,12 @@ int main(void)
 """
 SNIPPETS = {
     "compensator": {
-        "declared": "EstimatingCompensator c; EstimatingMemory m; EstimatingCommand out;",
-        "parameters": "compensator_parameters(&c);",
+        "declared": "EstimatingCompensator c; MeasurementGuard g; GuardedMemory m;"
+        " EstimatingCommand out; SampleReport report;",
+        "parameters": "compensator_parameters(&c, &g);",
         "start": f"compensator_start(&c, {PERIOD}, &m);",
         "step": "const TableMeasurement seen = {1e-3 * angle, 1e-4, 3.0 - angle};"
-        " compensator_step(&c, &m, &seen, &out);",
+        " compensator_step(&c, &g, &m, &seen, &out, &report);",
     },
     "wheel": {
         "declared": "Wheel w; double speed; bool resolved;",

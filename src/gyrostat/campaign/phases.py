@@ -6,6 +6,7 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from gyrostat._jax import jax, jnp
+from gyrostat.control.missing_sample import predicted
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, check_period
 
@@ -53,6 +54,18 @@ class Phases(eqx.Module):
         """Memory of the first plan."""
         period = jnp.asarray(period, dtype=float)
         return PhasesMemory(self.at(0.0).start(period), jnp.zeros(()), period)
+
+    def predicted(self, memory: PhasesMemory, measurement: Any, command: Any) -> PhasesMemory:
+        """Memory one period later without a sample.
+
+        Args:
+            memory: from the last sample.
+            measurement: last one that was accepted.
+            command: that is sent.
+        """
+        controller = self.at(memory.sample * memory.period)
+        inner = predicted(controller, memory.controller, measurement, command)
+        return PhasesMemory(inner, memory.sample + 1.0, memory.period)
 
     def __call__(self, memory: PhasesMemory, measurement: Any) -> tuple[PhasesMemory, Any]:
         """Command by the plan in force."""

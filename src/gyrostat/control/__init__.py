@@ -19,7 +19,9 @@ from gyrostat.control.frit import (
     SampledModel,
     recursive_least_squares,
 )
+from gyrostat.control.guarded import Guarded
 from gyrostat.control.lqr import FeedbackCommand, LinearQuadratic, lqr
+from gyrostat.control.measurement_guard import FieldLimits, MeasurementGuard, SampleStatus
 from gyrostat.control.model_compensator import DynamicModelCompensator
 from gyrostat.control.model_error_compensator import (
     Compensation,
@@ -74,17 +76,20 @@ __all__ = [
     "EstimatingCompensator",
     "EulerCube",
     "FeedbackCommand",
+    "FieldLimits",
     "FirstOrderLags",
     "FrictionFeedForward",
     "FrictionFilterFeedForward",
     "FrictionScaleControl",
     "FrictionTorqueControl",
+    "Guarded",
     "Integrators",
     "Law",
     "LeastLargest",
     "LeastSquares",
     "LinearQuadratic",
     "MRPBody",
+    "MeasurementGuard",
     "ModelErrorCompensator",
     "MomentumCommand",
     "MomentumManagement",
@@ -99,6 +104,7 @@ __all__ = [
     "QuaternionBody",
     "RiccatiSolution",
     "SafeFrit",
+    "SampleStatus",
     "SampledModel",
     "SpeedMode",
     "StateDependentRiccati",

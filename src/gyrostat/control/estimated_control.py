@@ -9,6 +9,7 @@ import equinox as eqx
 from gyrostat._jax import jnp
 from gyrostat.body import SpacecraftMeasurement
 from gyrostat.body.rotations import Quaternion, Vector
+from gyrostat.control.missing_sample import predicted
 from gyrostat.estimate import AttitudeEstimate, AttitudeFilter
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, check_period
@@ -75,6 +76,27 @@ class EstimatedControl(eqx.Module):
         return EstimatedControlMemory(
             self.filter.start(), self.controller.start(period), jnp.asarray(period, dtype=float)
         )
+
+    def predicted(
+        self, memory: EstimatedControlMemory, measurement: Any, command: Any
+    ) -> EstimatedControlMemory:
+        """Memory one period later without a sample: the attitude goes on at the last rate.
+
+        Args:
+            memory: from the last sample.
+            measurement: last one that was accepted.
+            command: that is sent.
+        """
+        estimate = self.filter.predict(memory.estimate, measurement.rate, memory.period)
+        estimate = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))
+        known = SpacecraftMeasurement(
+            estimate.attitude,
+            measurement.rate - estimate.bias,
+            measurement.wheel_momentum,
+            measurement.wheel_measured,
+        )
+        later = predicted(self.controller, memory.controller, known, command)
+        return EstimatedControlMemory(estimate, later, memory.period)
 
     def __call__(
         self, memory: EstimatedControlMemory, measurement: Any

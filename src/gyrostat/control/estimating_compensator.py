@@ -212,6 +212,27 @@ class EstimatingCompensator(eqx.Module):
         )
         return memory, EstimatingCommand(current, *parts, speed, momentum.torque, scale)
 
+    def predicted(
+        self, memory: EstimatingMemory, measurement: Any, command: EstimatingCommand
+    ) -> EstimatingMemory:
+        """Memory one period later without a sample: both estimates predicted, the rest unchanged.
+
+        Args:
+            memory: from the last sample.
+            measurement: not used.
+            command: that is sent; its friction is that of the last accepted sample.
+        """
+        period = memory.law.period
+        known = self.motor_constant * (command.friction_current - command.current)
+        queue = jnp.append(memory.under_way, known)
+        return EstimatingMemory(
+            memory.law,
+            self.momentum.predict(memory.momentum, period),
+            self.observer.predict(memory.rate, queue[0], period),
+            memory.scale,
+            queue[1:],
+        )
+
     def _expected_friction(self, speed: Scalar, sigma: Scalar, demanded: Scalar) -> Scalar:
         """Friction of the model; near zero speed in the sense of the torque that it resists."""
         breakaway = self.friction.breakaway_torque(jnp.where(demanded < 0.0, -1.0, 1.0))

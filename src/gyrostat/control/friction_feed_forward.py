@@ -5,6 +5,7 @@ from typing import Any
 import equinox as eqx
 
 from gyrostat._jax import jnp
+from gyrostat.control.missing_sample import predicted
 from gyrostat.friction import Friction, Scalar
 from gyrostat.require import check_parts, check_period, require
 from gyrostat.wheel import PerWheel
@@ -48,6 +49,16 @@ class FrictionFeedForward(eqx.Module):
     def start(self, period: Scalar) -> Any:
         """Memory of the controller."""
         return self.controller.start(period)
+
+    def predicted(self, memory: Any, measurement: Any, command: Any) -> Any:
+        """Memory of the controller one period later without a sample.
+
+        Args:
+            memory: of the controller.
+            measurement: last one that was accepted.
+            command: that is sent.
+        """
+        return predicted(self.controller, memory, measurement, command)
 
     def __call__(self, memory: Any, measurement: Any) -> tuple[Any, Any]:
         """Command the wheels.

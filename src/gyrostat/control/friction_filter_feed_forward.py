@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from gyrostat._jax import jax, jnp
 from gyrostat.control.commands_sent import Sent, check_delay, nothing_sent, sent_too
+from gyrostat.control.missing_sample import predicted
 from gyrostat.estimate import FrictionTorqueEstimate, FrictionTorqueFilter
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, check_period
@@ -68,6 +69,24 @@ class FrictionFilterFeedForward(eqx.Module):
         period = jnp.asarray(period, dtype=float)
         torque = nothing_sent(self.delay, len(none))
         return FrictionFilterMemory(self.controller.start(period), estimate, torque, period)
+
+    def predicted(
+        self, memory: FrictionFilterMemory, measurement: Any, command: Any
+    ) -> FrictionFilterMemory:
+        """Memory one period later without a sample: every estimate predicted.
+
+        Args:
+            memory: from the last sample.
+            measurement: last one that was accepted.
+            command: that is sent.
+        """
+        impulse = memory.torque[0] * memory.period
+        estimate = jax.vmap(lambda e, given: self.filter.predict(e, given, memory.period))(
+            memory.estimate, impulse
+        )
+        controller = predicted(self.controller, memory.controller, measurement, command)
+        sent = sent_too(memory.torque, command.torque)
+        return FrictionFilterMemory(controller, estimate, sent, memory.period)
 
     def __call__(self, memory: FrictionFilterMemory, measurement: Any) -> tuple[Any, Any]:
         """Command the wheels.

@@ -217,6 +217,22 @@ class WheelArrayControl(eqx.Module):
         after = ArrayControlMemory(memory.samples + 1.0, period, in_space, given, unknown, watch)
         return after, ArrayCommand(torque, external, target, watch.works)
 
+    def predicted(
+        self, memory: ArrayControlMemory, measurement: Any, command: ArrayCommand
+    ) -> ArrayControlMemory:
+        """Memory one period later without a sample: time goes on, nothing is learned.
+
+        Args:
+            memory: from the last sample.
+            measurement: not used.
+            command: that is sent.
+        """
+        return memory._replace(
+            samples=memory.samples + 1.0,
+            given=sent_too(memory.given, command.external_torque),
+            watch=self.watch.missed(memory.watch, command.torque),
+        )
+
     def _wanted(
         self, measurement: Any, target: Quaternion, momentum: Vector, works: Working
     ) -> tuple[Vector, Vector]:

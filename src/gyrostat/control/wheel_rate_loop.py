@@ -149,6 +149,19 @@ class WheelRateLoop(eqx.Module):
         after = RateLoopMemory(absolute, sent, drag, jnp.array(True), period)
         return after, WheelTorqueCommand(torque)
 
+    def predicted(
+        self, memory: RateLoopMemory, measurement: Any, command: WheelTorqueCommand
+    ) -> RateLoopMemory:
+        """Memory one period later without a sample: the drag stays, the next one learns nothing.
+
+        Args:
+            memory: from the last sample.
+            measurement: not used.
+            command: that is sent.
+        """
+        sent = sent_too(memory.torque, command.torque)
+        return memory._replace(torque=sent, begun=jnp.array(False))
+
     def _drag(self, memory: RateLoopMemory, absolute: PerWheel) -> PerWheel:
         # what the commanded torque should have given, less what the rotors have
         lost = memory.torque[0] - (absolute - memory.momentum) / memory.period

@@ -8,6 +8,7 @@ from jaxtyping import Array, Bool
 
 from gyrostat._jax import jnp
 from gyrostat.body.speed_loop import SET_POINT_WEIGHT
+from gyrostat.control.missing_sample import predicted
 from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, check_period, require
@@ -93,6 +94,19 @@ class WheelSpeedLoops(eqx.Module):
             jnp.array(False),
             jnp.asarray(period, dtype=float),
         )
+
+    def predicted(
+        self, memory: WheelSpeedMemory, measurement: Any, command: Any
+    ) -> WheelSpeedMemory:
+        """Memory one period later without a sample: that of the controller.
+
+        Args:
+            memory: from the last sample.
+            measurement: last one that was accepted.
+            command: that is sent.
+        """
+        later = predicted(self.controller, memory.controller, measurement, command)
+        return memory._replace(controller=later)
 
     def __call__(
         self, memory: WheelSpeedMemory, measurement: Any

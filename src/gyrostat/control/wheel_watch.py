@@ -88,6 +88,15 @@ class WheelWatch(eqx.Module):
         """Take in what is commanded at this sample, (wheels,), N·m."""
         return memory._replace(torque=sent_too(memory.torque, torque))
 
+    def missed(self, memory: WheelWatchMemory, torque: PerWheel) -> WheelWatchMemory:
+        """Memory after a sample that is missing: the next one is not compared with an older one.
+
+        Args:
+            memory: from the last sample.
+            torque: (wheels,) that is sent, N·m.
+        """
+        return self.commanded(memory, torque)._replace(begun=jnp.array(False))
+
     def __call__(
         self,
         memory: WheelWatchMemory,

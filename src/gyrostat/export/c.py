@@ -12,6 +12,7 @@ from gyrostat.errors import InputError
 from gyrostat.export.expressions import Dialect
 from gyrostat.export.header import header, prototype, wrapped
 from gyrostat.export.module import Entry, Module, Port, Precision
+from gyrostat.export.moves import moves
 from gyrostat.export.structs import Leaf, Struct, Structs, scalars
 from gyrostat.export.words import comment, free_name, identifier
 from gyrostat.export.write import Writer, may_stop_early
@@ -61,12 +62,14 @@ def emit(name: str, entries: Sequence[Entry], precision: Precision = "double") -
     used = [dialect.helper(each) for each in sorted(helpers)]
     source = "\n".join(
         [
-            _TOP.format(name=name, real=dialect.real),
+            _TOP.format(name=name, memory=_MEMORY if "finite" in helpers else ""),
             *used,
             *texts,
         ]
     )
-    declared = header(name, structs.every, [(root.entry, root.ports) for root in roots], dialect)
+    declared = header(
+        name, structs.every, structs.enums, [(root.entry, root.ports) for root in roots], dialect
+    )
     ports = {root.entry.name: root.ports for root in roots}
     return Module(name, declared, source, tuple(structs.every), ports, (*inner, *tops))
 
@@ -77,11 +80,12 @@ _TOP = """\
 #include "{name}.h"
 
 #include <math.h>
-
+{memory}
 #ifdef __FAST_MATH__
 #error "fast-math changes results and what becomes of NaN: leave it off"
 #endif
 """
+_MEMORY = "#include <string.h>\n"
 
 
 def _lowered(entry: Entry, structs: Structs, lowering: Lowering) -> _Root:
@@ -171,19 +175,13 @@ def _entry(root: _Root, dialect: Dialect, reserved: set[str], helpers: set[str])
     stops = may_stop_early(root.function)
     if stops:
         writer.line("int status = 0;")
-    lines = writer.body(root.function.body, root.function.results)
-    set_places, moved = set(root.stores), []
-    for place, result in zip(root.stores, root.function.results, strict=True):
-        value = writer.text(result).text
-        if value == place:
-            continue
-        if isinstance(result, Name) and value in set_places:
-            # it would be read after it has been set
-            copy = writer.free("kept")
-            writer.line(f"const {dialect.type_of(result.kind)} {copy} = {value};")
-            value = copy
-        moved.append(f"{place} = {value};")
-    for text in moved:
+    lines = writer.body(root.function.body, root.function.results, root.stores)
+    wanted = [
+        (place, writer.text(result).text, dialect.type_of(result.kind))
+        for place, result in zip(root.stores, root.function.results, strict=True)
+        if place not in writer.done
+    ]
+    for text in moves(wanted, writer.free):
         writer.line(text)
     lines += ["", *writer.taken_lines()]
     read = "\n".join(lines)

@@ -3,12 +3,13 @@
 from typing import NamedTuple
 
 import equinox as eqx
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from gyrostat._jax import jnp
 from gyrostat.body import TableMeasurement
-from gyrostat.control import EstimatingCompensator
-from gyrostat.control.estimating_compensator import EstimatingMemory
+from gyrostat.control import EstimatingCompensator, Guarded, MeasurementGuard
+from gyrostat.control.guarded import GuardedMemory
+from gyrostat.control.measurement_guard import SampleReport
 from gyrostat.friction import Scalar
 from gyrostat.wheel import Wheel, advance
 
@@ -31,12 +32,12 @@ class CompensatedState(NamedTuple):
     """Between two control periods.
 
     Attributes:
-        memory: of the compensator.
+        memory: of the compensator and the validation of its measurements.
         speed: of the wheel, rad/s; exactly zero while it sticks.
         under_way: (delay,) commanded currents that do not act yet, A.
     """
 
-    memory: EstimatingMemory
+    memory: GuardedMemory
     speed: Float[Array, ""]
     under_way: Float[Array, " delay"]
 
@@ -51,6 +52,8 @@ class CompensatedOutput(NamedTuple):
         estimated_torque: external torque on the body, N·m.
         friction_scale: friction of the wheel over friction of the compensator's model.
         resolved: whether the wheel's motion was.
+        sample_status: Status of the sample, see SampleStatus.
+        samples_missed: Samples since the last one that gave a command; 0 where this one did.
     """
 
     torque: Scalar
@@ -59,7 +62,10 @@ class CompensatedOutput(NamedTuple):
     estimated_torque: Scalar
     friction_scale: Scalar
     resolved: Bool[Array, ""]
+    sample_status: Int[Array, ""]
+    samples_missed: Int[Array, ""]
 
+    ENUMS = SampleReport.ENUMS
     UNITS = {  # noqa: RUF012
         "torque": "N·m",
         "speed": "rad/s",
@@ -78,15 +84,20 @@ class CompensatedWheel(eqx.Module):
     Attributes:
         compensator: gives the currents.
         wheel: that they drive; it need not be as the compensator knows it.
+        guard: validates attitude, rate and wheel speed before the compensator uses them.
     """
 
     compensator: EstimatingCompensator
     wheel: Wheel
+    guard: MeasurementGuard = eqx.field(
+        default_factory=lambda: MeasurementGuard.of(TableMeasurement(0.0, 0.0, 0.0))
+    )
 
     def start(self, speed: Scalar, period: Scalar) -> CompensatedState:
         """At a wheel speed, rad/s; the control period is in s."""
         under_way = jnp.zeros(self.compensator.delay)
-        return CompensatedState(self.compensator.start(period), jnp.asarray(speed), under_way)
+        memory = Guarded(self.compensator, self.guard).start(period)
+        return CompensatedState(memory, jnp.asarray(speed), under_way)
 
     def __call__(
         self, state: CompensatedState, measurement: BodyMeasurement
@@ -97,9 +108,10 @@ class CompensatedWheel(eqx.Module):
             state: at its start.
             measurement: of the body there.
         """
-        period = state.memory.law.period
+        period = state.memory.period
         seen = TableMeasurement(measurement.attitude, measurement.rate, state.speed)
-        memory, command = self.compensator(state.memory, seen)
+        guarded = Guarded(self.compensator, self.guard)
+        memory, command, report = guarded.step(state.memory, seen)
         currents = jnp.append(state.under_way, command.current)
         speed, resolved = advance(self.wheel, state.speed, currents[0], 0.0, period)
         output = CompensatedOutput(
@@ -109,5 +121,7 @@ class CompensatedWheel(eqx.Module):
             estimated_torque=command.estimated_torque,
             friction_scale=command.friction_scale,
             resolved=resolved,
+            sample_status=report.sample_status,
+            samples_missed=report.samples_missed,
         )
         return CompensatedState(memory, speed, currents[1:]), output

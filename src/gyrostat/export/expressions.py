@@ -53,6 +53,23 @@ HELPERS = {
         "static {t} sense({t} a)\n{{\n"
         "    return (a > {zero}) ? {one} : ((a < {zero}) ? -{one} : a);\n}}\n",
     ),
+    "finite": (
+        "is_finite",
+        "/* From the bits of the exponent: no option of a compiler, such as -ffast-math, can take\n"
+        "   the result for known. Such options would let it look through a copy of a computed\n"
+        "   number, unless that is volatile. */\n"
+        "static bool is_finite({t} a)\n{{\n"
+        "#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0)\n"
+        "    const volatile {t} copy = a;\n"
+        "    const {t} number = copy;\n"
+        "#else\n"
+        "    const {t} number = a;\n"
+        "#endif\n"
+        "    const {bits} exponent = {exponent};\n"
+        "    {bits} bits;\n"
+        "    memcpy(&bits, &number, sizeof bits);\n"
+        "    return (bits & exponent) != exponent;\n}}\n",
+    ),
 }
 """Operation -> name and text of a function that the file has where it is used. NaN stays NaN."""
 
@@ -70,7 +87,12 @@ class Dialect:
     def helper(self, operation: str) -> str:
         """Text of the function that stands for an operation."""
         zero, one = (self.number(Number("real", value)).text for value in (0.0, 1.0))
-        return HELPERS[operation][1].format(t=self.real, zero=zero, one=one)
+        bits, exponent = ("uint64_t", "UINT64_C(0x7ff0000000000000)")
+        if self.real == "float":
+            bits, exponent = ("uint32_t", "UINT32_C(0x7f800000)")
+        return HELPERS[operation][1].format(
+            t=self.real, zero=zero, one=one, bits=bits, exponent=exponent
+        )
 
     def type_of(self, kind: Kind) -> str:
         """Type of C for a kind of number."""
@@ -113,8 +135,6 @@ class Dialect:
 
     def _call(self, name: str, operands: Sequence[Text]) -> Text:
         arguments = ", ".join(operand.text for operand in operands)
-        if name == "finite":
-            return Text(f"isfinite({arguments}) != 0", TEST)
         if name in HELPERS:
             return Text(f"{HELPERS[name][0]}({arguments})", WORD)
         function = "fabs" if name == "abs" else name

@@ -8,6 +8,7 @@ WRAPPER = """\
    and the states that are saved of it, by the functions that the simulator gives. */
 #include "{name}.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
@@ -50,6 +51,14 @@ static bool *logical_at(Values *v, unsigned int reference)
 {{
     switch (reference) {{
 {logicals}
+    default: (void)v; return NULL;
+    }}
+}}
+
+static int64_t *integer_at(Values *v, unsigned int reference)
+{{
+    switch (reference) {{
+{integers}
     default: (void)v; return NULL;
     }}
 }}
@@ -138,6 +147,26 @@ EXPORTED Status fmi2SetReal(void *c, const unsigned int reference[], size_t n, c
     return FINE;
 }}
 
+EXPORTED Status fmi2GetInteger(void *c, const unsigned int reference[], size_t n, int value[])
+{{
+    for (size_t k = 0; k < n; ++k) {{
+        const int64_t *place = integer_at(&own(c)->values, reference[k]);
+        if (place == NULL) {{ return FAULT; }}
+        value[k] = (*place > INT_MAX) ? INT_MAX : ((*place < INT_MIN) ? INT_MIN : (int)*place);
+    }}
+    return FINE;
+}}
+
+EXPORTED Status fmi2SetInteger(void *c, const unsigned int reference[], size_t n, const int value[])
+{{
+    for (size_t k = 0; k < n; ++k) {{
+        int64_t *place = integer_at(&own(c)->values, reference[k]);
+        if (place == NULL) {{ return FAULT; }}
+        *place = value[k];
+    }}
+    return FINE;
+}}
+
 EXPORTED Status fmi2GetBoolean(void *c, const unsigned int reference[], size_t n, int value[])
 {{
     for (size_t k = 0; k < n; ++k) {{
@@ -212,10 +241,6 @@ EXPORTED Status fmi2DeSerializeFMUstate(void *c, const char bytes[], size_t size
 /* What the standard asks for and this unit has no use for. */
 
 #define REFERENCES void *c, const unsigned int r[], size_t n
-EXPORTED Status fmi2GetInteger(REFERENCES, int v[])
-{{ (void)c; (void)r; (void)v; return n ? FAULT : FINE; }}
-EXPORTED Status fmi2SetInteger(REFERENCES, const int v[])
-{{ (void)c; (void)r; (void)v; return n ? FAULT : FINE; }}
 EXPORTED Status fmi2GetString(REFERENCES, const char *v[])
 {{ (void)c; (void)r; (void)v; return n ? FAULT : FINE; }}
 EXPORTED Status fmi2SetString(REFERENCES, const char *const v[])

@@ -26,6 +26,8 @@ from gyrostat.export.unit_text import unit_of
 from gyrostat.files import whole_file
 from gyrostat.lowering.program import Kind, Number
 
+NONE = "    case 0xFFFFFFFF: return NULL;"
+"""For a kind of number that a unit has none of."""
 SINCE = "duration"
 """An argument of this name is the communication step; a target without one has its own period."""
 
@@ -41,7 +43,7 @@ def write_fmu(target: Target, path: Path) -> str | None:
         The platform of the binary; None where it holds none.
 
     Raises:
-        InputError: the target cannot be emitted, or has integers, or the compiler refuses.
+        InputError: the target cannot be emitted, or the compiler refuses.
     """
     name = target.name
     module = emit(name, target.entries)
@@ -72,14 +74,12 @@ def _variables(target: Target, ports: dict[str, Port]) -> Iterator[Variable]:
     """All scalars, in the order of the ports."""
     given = _given(target)
     read = {name for entry in target.steps for name in entry.arguments}
-    counts = {"real": 0, "logical": 0}
+    counts = {"real": 0, "logical": 0, "integer": 0}
     for port in ports.values():
         role, exact = _role(target, port)
         values = [float(x) for leaf in given.get(port.name, ()) for x in np.ravel(leaf)]
         unit = target.units.get(port.name, "")
         for number, (name, kind, meaning) in enumerate(_leaves(port.content, port.name, "")):
-            if kind == "integer":
-                raise InputError(f"{target.name}: found the integer {name}, expected real numbers")
             start = values[number] if values else 0.0
             known = unit or unit_of(meaning)
             place, tunable = counts[kind], port.name in read - {"period"}
@@ -107,7 +107,8 @@ def _given(target: Target) -> dict[str, list[Any]]:
     """Leaves of what has a value before the simulation: the parameters, and what stays."""
     stays = {name: [value] for name, value in target.constants.items() if name in ("period",)}
     first = target.begin[0]
-    return stays | {first.results[0]: jax.tree.leaves(first.function())}
+    made = first.function() if len(first.results) > 1 else (first.function(),)
+    return stays | {n: jax.tree.leaves(tree) for n, tree in zip(first.results, made, strict=True)}
 
 
 def _leaves(content: Leaf | Struct, path: str, meaning: str) -> Iterator[tuple[str, Kind, str]]:
@@ -168,7 +169,8 @@ def _wrapper(
         guid=guid,
         members="\n".join(members),
         reals=places("real"),
-        logicals=places("logical") or "    case 0xFFFFFFFF: return NULL;",
+        logicals=places("logical") or NONE,
+        integers=places("integer") or NONE,
         first="\n".join(first),
         begin="\n".join(call(entry.name) for entry in target.begin[1:]) or "    (void)v;",
         step="\n".join(steps),

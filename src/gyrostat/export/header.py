@@ -1,12 +1,14 @@
 """The header of an emitted module: structs with what their fields mean, and prototypes."""
 
 import inspect
+import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from enum import IntEnum
 
 from gyrostat.export.expressions import Dialect
 from gyrostat.export.module import Entry, Port, by_address
-from gyrostat.export.structs import Struct
+from gyrostat.export.structs import Struct, documented
 from gyrostat.export.words import comment
 from gyrostat.export.write import WIDTH
 
@@ -35,6 +37,7 @@ def wrapped(text: str) -> str:
 def header(
     name: str,
     structs: Sequence[Struct],
+    enums: Mapping[str, type[IntEnum]],
     entries: Sequence[tuple[Entry, Sequence[Port]]],
     dialect: Dialect,
 ) -> str:
@@ -43,6 +46,7 @@ def header(
     Args:
         name: of the module.
         structs: all, each after those that it holds.
+        enums: Name -> enumeration that members of structs take their values from.
         entries: with their arguments in C.
         dialect: type of real numbers.
     """
@@ -56,6 +60,8 @@ def header(
         "#include <stdint.h>",
         "",
     ]
+    for name, enum in enums.items():
+        lines += [*_enum(name, enum), ""]
     for struct in structs:
         lines += _comment(struct.meaning, "")
         lines.append("typedef struct {")
@@ -75,6 +81,19 @@ def header(
         )
         lines += [prototype(entry.name, ports, dialect) + ";", ""]
     return "\n".join([*lines, "#endif", ""])
+
+
+def _enum(name: str, enum: type[IntEnum]) -> list[str]:
+    """An enumeration, its constants named NAME_MEMBER."""
+    meanings = documented(enum)
+    first = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).upper()
+    lines = _comment((inspect.getdoc(enum) or "").partition("\n")[0], "")
+    lines.append(f"enum {name} {{")
+    for number, member in enumerate(enum):
+        lines += _comment(meanings.get(member.name, ""), "    ")
+        comma = "," if number < len(enum) - 1 else ""
+        lines.append(f"    {first}_{member.name} = {member.value}{comma}")
+    return [*lines, "};"]
 
 
 def _comment(text: str, indent: str) -> list[str]:

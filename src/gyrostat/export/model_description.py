@@ -17,7 +17,7 @@ class Variable:
 
     Attributes:
         name: as C reaches it in the values, without the place in arrays.
-        kind: "real" or "logical".
+        kind: "real", "integer" or "logical".
         role: "parameter", "input", "output" or "local".
         meaning: its description.
         unit: SI, or "".
@@ -98,7 +98,7 @@ def _describe(listed: ElementTree.Element, variable: Variable) -> None:
     if variable.meaning:
         about["description"] = variable.meaning
     about["causality"] = variable.role
-    real = variable.kind == "real"
+    real, logical = variable.kind == "real", variable.kind == "logical"
     about["variability"] = "continuous" if real else "discrete"
     if variable.role == "parameter":
         about["variability"] = "tunable" if variable.tunable else "fixed"
@@ -109,8 +109,15 @@ def _describe(listed: ElementTree.Element, variable: Variable) -> None:
     if real and variable.unit:
         content["unit"] = variable.unit
     if variable.exact:
-        content["start"] = _number(variable.start) if real else str(bool(variable.start)).lower()
-    ElementTree.SubElement(element, "Real" if real else "Boolean", content)
+        content["start"] = (
+            _number(variable.start)
+            if real
+            else str(bool(variable.start)).lower()
+            if logical
+            else str(int(variable.start))
+        )
+    kind = {"real": "Real", "integer": "Integer", "logical": "Boolean"}[variable.kind]
+    ElementTree.SubElement(element, kind, content)
 
 
 def _number(value: float) -> str:

@@ -4,6 +4,7 @@ import dataclasses
 import inspect
 import re
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -50,10 +51,16 @@ class Struct:
 
 
 class Structs:
-    """The structs of a set of functions, in the order in which C must see them."""
+    """The structs of a set of functions, in the order in which C must see them.
+
+    Attributes:
+        every: The structs.
+        enums: Name -> enumeration that a member of a struct takes its values from.
+    """
 
     def __init__(self) -> None:
         self.every: list[Struct] = []
+        self.enums: dict[str, type[IntEnum]] = {}
 
     def of(self, tree: Any, name: str) -> Leaf | Struct | None:
         """The content of a tree; None where there is no number in it.
@@ -71,14 +78,15 @@ class Structs:
             return _leaf(tree, name)
         own = type(tree).__name__
         named = own if own not in ("tuple", "list", "dict") else name
-        units, documented = getattr(tree, "UNITS", {}), _documented(type(tree))
+        self.enums |= {e.__name__: e for e in getattr(tree, "ENUMS", {}).values()}
+        units, meanings = getattr(tree, "UNITS", {}), documented(type(tree))
         members = []
         for field, value, metadata in _fields(tree):
             content = self.of(value, f"{named}_{field}")
             if content is None:
                 continue
             unit = units.get(field) or SI_UNIT.get(metadata.get("dimension", ""), "")
-            members.append(Member(identifier(field), content, documented.get(field) or unit))
+            members.append(Member(identifier(field), content, meanings.get(field) or unit))
         meaning = (inspect.getdoc(type(tree)) or "").partition("\n")[0] if named == own else ""
         struct = Struct(identifier(named), tuple(members), comment(meaning + _compiled_in(tree)))
         return self._known(struct)
@@ -157,7 +165,7 @@ def _compiled_in(tree: Any) -> str:
     return f" Compiled in: {', '.join(fixed)}." if fixed else ""
 
 
-def _documented(kind: type) -> dict[str, str]:
+def documented(kind: type) -> dict[str, str]:
     """Field -> what the docstring of a class says about it under Attributes."""
     found: dict[str, str] = {}
     _, _, text = (inspect.getdoc(kind) or "").partition("Attributes:\n")

@@ -25,9 +25,9 @@ KEYWORDS = frozenset(
 FUNCTIONS = frozenset(
     {
         *("acos", "asin", "atan", "atan2", "cbrt", "ceil", "cos", "cosh", "exp", "exp2"),
-        *("expm1", "fabs", "floor", "fmod", "isfinite", "log", "log1p", "pow", "rint"),
+        *("expm1", "fabs", "floor", "fmod", "is_finite", "isfinite", "log", "log1p", "pow", "rint"),
         *("round", "sin", "sinh", "sqrt", "tan", "tanh", "largest", "smallest", "sense"),
-        *("status", "main", "printf"),
+        *("status", "main", "printf", "memcpy"),
     }
 )
 """Names that the emitted code uses itself, so that no variable may take them."""

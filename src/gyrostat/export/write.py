@@ -2,8 +2,10 @@
 
 import textwrap
 from collections import Counter
+from collections.abc import Mapping, Sequence
 
 from gyrostat.export.expressions import HELPERS, WORD, Dialect, Text
+from gyrostat.export.moves import LastBranch, last_branch, moves
 from gyrostat.export.words import comment, free_name, identifier
 from gyrostat.lowering.program import (
     Assign,
@@ -67,6 +69,7 @@ class Writer:
 
     Attributes:
         helpers: operations met whose functions the file must have.
+        done: places of an entry that its body sets.
     """
 
     def __init__(self, dialect: Dialect, reserved: set[str]) -> None:
@@ -77,6 +80,8 @@ class Writer:
         self._lines: list[str] = []
         self._depth = 1
         self._uses: Counter[Name] = Counter()
+        self._last: LastBranch | None = None
+        self.done: set[str] = set()
         self._source: Source = NOWHERE
 
     def name(self, name: Name | Table, hint: str) -> str:
@@ -113,8 +118,15 @@ class Writer:
             break_on_hyphens=False,
         )
 
-    def body(self, block: Block, results: list[Operand]) -> list[str]:
-        """The lines of a function's block, whose results other lines will read."""
+    def body(self, block: Block, results: list[Operand], places: Sequence[str] = ()) -> list[str]:
+        """The lines of a function's block, whose results other lines will read.
+
+        Args:
+            block: Of the function.
+            results: Of the function.
+            places: Where an entry puts them; `done` are then those that the lines set already.
+        """
+        self._last = last_branch(block, results, places, used) if places else None
         self._count(block)
         self._uses.update(r for r in results if isinstance(r, Name))
         self._block(block, results)
@@ -245,7 +257,12 @@ class Writer:
             self.line(text)
 
     def _branch(self, branch: Branch) -> None:
-        for target in branch.targets:
+        last = self._last
+        places: Mapping[Name, list[str]] = {}
+        if last is not None and last.branch is branch and last.safe(self._texts):
+            places = last.places
+            self.done = {place for several in places.values() for place in several}
+        for target in branch.targets if not places else ():
             name = self.name(target, target.hint)
             self.line(f"{self._dialect.type_of(target.kind)} {name};")
         index = self.text(branch.index)
@@ -260,8 +277,13 @@ class Writer:
             self.line("} else {" if step == last else head)
             self._depth += 1
             self._block(branch.blocks[number], branch.values[number])
-            for target, value in zip(branch.targets, branch.values[number], strict=True):
-                self.line(f"{self.text(target).text} = {self.text(value).text};")
+            wanted = [
+                (place, self.text(value).text, self._dialect.type_of(target.kind))
+                for target, value in zip(branch.targets, branch.values[number], strict=True)
+                for place in (places.get(target) or [self.text(target).text])
+            ]
+            for text in moves(wanted, self.free):
+                self.line(text)
             self._depth -= 1
         self.line("}")
 

@@ -89,6 +89,19 @@ class MomentumRecovery(eqx.Module):
         wheels, command = loop(memory.wheels, measurement, body, wanted, change)
         return MomentumRecoveryMemory(wheels, way), command
 
+    def predicted(
+        self, memory: MomentumRecoveryMemory, measurement: Any, command: WheelTorqueCommand
+    ) -> MomentumRecoveryMemory:
+        """Memory one period later without a sample: that of the rate loop.
+
+        Args:
+            memory: from the last sample.
+            measurement: not used.
+            command: that is sent.
+        """
+        wheels = self.law.wheels.predicted(memory.wheels, measurement, command)
+        return memory._replace(wheels=wheels)
+
     def _held(self, measurement: Any) -> Scalar:
         axes = self.failed_axes
         absolute = self.rotor_inertia * (measurement.wheel_speed + axes.T @ measurement.rate)

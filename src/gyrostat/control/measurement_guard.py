@@ -1,0 +1,256 @@
+"""Validation of measurements: finite, within a range, within a rate of change."""
+
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import Any, NamedTuple, Self
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Int
+
+from gyrostat._jax import jax, jnp
+from gyrostat.errors import InputError
+from gyrostat.friction import Scalar
+
+UNLIMITED = float(np.finfo(np.float32).max)
+"""Stands for "no limit". It is finite in single precision too, so that flight code needs no
+infinity."""
+ON_BAD = ("hold", "zero")
+"""Commands in place of one from a rejected sample: the last accepted one, or zero."""
+REACQUIRE = 4
+"""Samples without an accepted value after which the rate of change is not tested any more."""
+
+
+class SampleStatus(IntEnum):
+    """What became of a sample.
+
+    Attributes:
+        GOOD: Every value was accepted.
+        PARTIAL: Values of a sensor with a flag of its own were rejected; its flag was cleared and
+            the command comes from the other values.
+        NOT_FINITE: A value was NaN or infinite; the command is the safe one.
+        OUT_OF_RANGE: A value was outside its limits; the command is the safe one.
+        TOO_FAST: A value changed faster than its limit; the command is the safe one.
+        NOT_COMPUTED: The values were accepted, but command or memory were not finite; the command
+            is the safe one.
+    """
+
+    GOOD = 0
+    PARTIAL = 1
+    NOT_FINITE = 2
+    OUT_OF_RANGE = 3
+    TOO_FAST = 4
+    NOT_COMPUTED = 5
+
+
+class FieldLimits(NamedTuple):
+    """Limits of a field of a measurement.
+
+    Attributes:
+        lower: Smallest accepted value, in the unit of the field.
+        upper: Largest accepted value, in the unit of the field.
+        rate: Largest accepted rate of change, in the unit of the field per second; None: not
+            tested, and no code for it.
+    """
+
+    lower: Scalar = -UNLIMITED
+    upper: Scalar = UNLIMITED
+    rate: Scalar | None = None
+
+
+class SampleReport(NamedTuple):
+    """Result of the validation of a sample.
+
+    Attributes:
+        sample_status: Status of the sample, see SampleStatus.
+        samples_missed: Samples since the last one that gave a command; 0 where this one did.
+    """
+
+    sample_status: Int[Array, ""]
+    samples_missed: Int[Array, ""]
+
+    ENUMS = {"sample_status": SampleStatus}  # noqa: RUF012
+
+
+class GuardMemory(NamedTuple):
+    """State of the validation between two samples.
+
+    Attributes:
+        last: Last accepted values, a measurement.
+        samples_missed: Samples since the last accepted one.
+        fields_missed: Samples since the last accepted value, for fields with a flag of their own.
+    """
+
+    last: Any
+    samples_missed: Int[Array, ""]
+    fields_missed: dict[str, Any]
+
+
+class Validated(NamedTuple):
+    """A measurement that was validated.
+
+    Attributes:
+        measurement: Values that may be used if `good`; of sensors with a flag, the last accepted
+            ones in place of rejected ones.
+        good: Whether the measurement may be used.
+        status: Status of the sample, see `SampleStatus`.
+        used: Memory after a sample that gives a command.
+        missed: Memory after a sample that does not.
+    """
+
+    measurement: Any
+    good: Any
+    status: Int[Array, ""]
+    used: GuardMemory
+    missed: GuardMemory
+
+
+class MeasurementGuard(eqx.Module):
+    """Tests each real field of a measurement before anything is computed from it.
+
+    A value is accepted if it is finite, within [lower, upper], and |x - x_last| <= rate T (n + 1),
+    with x_last the last accepted value, T the control period and n the samples since then. From n =
+    `REACQUIRE` on, the last value is too old to compare with and the rate is not tested: a sensor
+    that really jumped is lost for `REACQUIRE` samples, never for good. (Limit and delta checks of
+    ECSS-E-ST-70-41C, service 12, "on-board monitoring".)
+
+    A measurement with a rejected value is rejected as a whole, so that it has the same effect as
+    one that never came. The exception is a sensor with a flag of its own: the logical field
+    `NAME_measured` belongs to the field `NAME` and to all whose names begin with `NAME_`. Rejected
+    values of these clear the flag, of each element where there is a flag for each, and the last
+    accepted values stand in their place.
+
+    Attributes:
+        limits: Name of a real field -> its limits; one number for all elements, or one for each.
+        on_bad: Command in place of one from a rejected sample: "hold" or "zero".
+        sample: Shapes of the measurement.
+    """
+
+    limits: dict[str, FieldLimits]
+    on_bad: str = eqx.field(static=True)
+    sample: Any = eqx.field(static=True)
+
+    @classmethod
+    def of(
+        cls,
+        measurement: Any,
+        limits: Mapping[str, FieldLimits] | None = None,
+        on_bad: str = "hold",
+    ) -> Self:
+        """A guard for measurements like an example.
+
+        Args:
+            measurement: An example, or the shapes of one: a named tuple.
+            limits: Of some of its real fields; the others are only tested to be finite.
+            on_bad: "hold" or "zero".
+
+        Raises:
+            InputError: a name is not that of a real field, or on_bad is another word.
+        """
+        shapes = jax.tree.map(
+            lambda x: jax.ShapeDtypeStruct(jnp.shape(x), jnp.result_type(x)), measurement
+        )
+        names = [name for name, shape in shapes._asdict().items() if _is_real(shape)]
+        given = dict(limits or {})
+        for name in given:
+            if name not in names:
+                raise InputError(
+                    f"limits of a measurement: found {name}, expected one of {', '.join(names)}"
+                )
+        if on_bad not in ON_BAD:
+            raise InputError(f"on bad samples: found {on_bad!r}, expected {' or '.join(ON_BAD)}")
+        return cls({name: given.get(name, FieldLimits()) for name in names}, on_bad, shapes)
+
+    def check(self) -> None:
+        """Refuse limits that accept nothing.
+
+        Raises:
+            InputError: a limit is NaN, a range is empty or a rate is not above zero.
+        """
+        for name, limits in self.limits.items():
+            lower, upper = (np.asarray(limit, dtype=float) for limit in limits[:2])
+            if not np.all(lower < upper):
+                raise InputError(
+                    f"limits of {name}: found {lower} to {upper}, expected the lower one first"
+                )
+            if limits.rate is not None and not np.all(np.asarray(limits.rate) > 0.0):
+                raise InputError(f"rate limit of {name}: found {limits.rate}, expected above 0")
+
+    def start(self) -> GuardMemory:
+        """Nothing accepted yet."""
+        last = jax.tree.map(lambda shape: jnp.zeros(shape.shape, shape.dtype), self.sample)
+        flags = {
+            name: jnp.full(jnp.shape(getattr(last, flag)), REACQUIRE)
+            for name in self.limits
+            if (flag := self._flag(name)) is not None
+        }
+        return GuardMemory(last, jnp.array(REACQUIRE), flags)
+
+    def __call__(self, memory: GuardMemory, measurement: Any, period: Scalar) -> Validated:
+        """Validate a measurement.
+
+        Args:
+            memory: From the last sample.
+            measurement: As the sensors give it.
+            period: Control period, s.
+        """
+        finite = inside = slow = jnp.array(True)
+        rejected = jnp.array(False)
+        values: dict[str, Any] = {}
+        flags: dict[str, Any] = {}
+        later = {name: missed + 1 for name, missed in memory.fields_missed.items()}
+        reset = {}
+        for name, limits in self.limits.items():
+            flag, last = self._flag(name), getattr(memory.last, name)
+            missed = memory.samples_missed if flag is None else memory.fields_missed[name]
+            value = getattr(measurement, name)
+            # in this order: flight code compares and computes with finite values alone
+            is_finite = jnp.isfinite(value)
+            is_inside = is_finite & (value >= limits.lower) & (value <= limits.upper)
+            is_slow = is_inside
+            if limits.rate is not None:
+                missed = _beside(missed, last)
+                fastest = limits.rate * (period * (missed + 1))
+                is_slow = is_inside & ((missed >= REACQUIRE) | (jnp.abs(value - last) <= fastest))
+            values[name] = value
+            if flag is None:
+                finite &= jnp.all(is_finite)
+                inside &= jnp.all(is_inside)
+                slow &= jnp.all(is_slow)
+                continue
+            told, accepted = getattr(measurement, flag), is_slow
+            if jnp.shape(told) != jnp.shape(accepted):
+                accepted = jnp.all(accepted)
+            rejected |= jnp.any(told & ~accepted)
+            accepted &= told
+            flags[flag] = flags.get(flag, told) & accepted
+            values[name] = jnp.where(accepted, value, last)
+            reset[name] = jnp.where(accepted, 0, later[name])
+        reason = jnp.where(inside, int(SampleStatus.TOO_FAST), int(SampleStatus.OUT_OF_RANGE))
+        reason = jnp.where(finite, reason, int(SampleStatus.NOT_FINITE))
+        fine = jnp.where(rejected, int(SampleStatus.PARTIAL), int(SampleStatus.GOOD))
+        taken = measurement._replace(**values, **flags)
+        return Validated(
+            measurement=taken,
+            good=slow,
+            status=jnp.where(slow, fine, reason),
+            used=GuardMemory(taken, jnp.zeros_like(memory.samples_missed), reset),
+            missed=GuardMemory(memory.last, memory.samples_missed + 1, later),
+        )
+
+    def _flag(self, name: str) -> str | None:
+        """The logical field that tells whether a field was measured; None where there is none."""
+        for flag in self.sample._fields:
+            sensor = flag.removesuffix("_measured")
+            if sensor != flag and (name == sensor or name.startswith(f"{sensor}_")):
+                return flag
+        return None
+
+
+def _is_real(shape: Any) -> bool:
+    return jnp.issubdtype(shape.dtype, jnp.floating)
+
+
+def _beside(missed: Any, value: Any) -> Any:
+    """Counts with as many axes as the value that they belong to."""
+    return jnp.reshape(missed, jnp.shape(missed) or (1,) * jnp.ndim(value))
