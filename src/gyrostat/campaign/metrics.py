@@ -194,4 +194,3 @@ def concluded(scenario: Scenario, seen: Any, errors: Collector) -> dict[str, Vec
         "energy": seen.power * period,
     }
     return {name: np.where(seen.status == 0, entry, np.nan) for name, entry in found.items()}
-

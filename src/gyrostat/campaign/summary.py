@@ -51,4 +51,3 @@ def percentile_of(values: Vector, percent: float) -> Percentile:
         float(ordered[first - 1]) if first >= 1 else np.nan,
         float(ordered[last - 1]) if last <= count else np.nan,
     )
-

@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gyrostat.campaign import Campaign, Scenario, Store, worst_runs
-from gyrostat.campaign.schema import RESULTS, metric_units
 from gyrostat.campaign.drivers import find_drivers
+from gyrostat.campaign.schema import RESULTS, metric_units
 from gyrostat.campaign.summary import percentile_of
 from gyrostat.errors import InputError
 from gyrostat.files import write_whole
