@@ -60,7 +60,13 @@ EXTRA = {
             "one control period",
             "Longest integration step; divides the control period.",
         ),
-        ("command_delay", "periods", "0", "Between a sample and its command."),
+        (
+            "command_delay",
+            "periods",
+            "0",
+            "From a sample to the start of the command made from it. Only what goes to actuators "
+            "is delayed; targets, estimates and flags stand in the history at their own sample.",
+        ),
     ],
     "start": [
         ("attitude", "1", "[1, 0, 0, 0]", "Quaternion, body in inertial space, scalar first."),

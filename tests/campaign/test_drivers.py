@@ -1,4 +1,4 @@
-"""What drives a metric: rank correlations, one level for all of them, and the power that is left."""
+"""What drives a metric: rank correlations, one level for all of them, and the power left."""
 
 import numpy as np
 import pytest

@@ -6,6 +6,7 @@ Y. Fan, "Sample quantiles in statistical packages", 1996, and "inverted_cdf" of 
 """
 
 from fractions import Fraction
+from functools import lru_cache
 from math import ceil
 from typing import Protocol
 
@@ -31,6 +32,7 @@ BINS = _code(MOST) - _FIRST
 """Number of bins."""
 
 
+@lru_cache(maxsize=1024)
 def rank(percent: float, count: int) -> int:
     """Rank of a percentile, from 1.
 
@@ -65,22 +67,22 @@ class SortedErrors:
     def __init__(self, runs: int, samples: int):
         self._errors = np.full((runs, samples), np.inf)
         self._filled = 0
-        self._sorted = False
+        self._counted: list[int] | None = None
 
     def add(self, errors: Matrix) -> None:
         """Take in the errors of the next samples; see `Collector`."""
         self._errors[:, self._filled : self._filled + errors.shape[1]] = errors
         self._filled += errors.shape[1]
-        self._sorted = False
+        self._counted = None
 
     def percentile(self, percent: float) -> Vector:
         """Percentile of each run; see `Collector`."""
-        if not self._sorted:
+        if self._counted is None:
             self._errors.sort(axis=1)
-            self._sorted = True
-        counted = np.sum(self._errors < np.inf, axis=1)
-        places = [rank(percent, count) - 1 for count in counted.tolist()]
-        return np.where(counted > 0, self._errors[np.arange(len(places)), places], np.nan)
+            self._counted = np.sum(self._errors < np.inf, axis=1).tolist()
+        places = [rank(percent, count) - 1 for count in self._counted]
+        found = self._errors[np.arange(len(places)), places]
+        return np.where(found < np.inf, found, np.nan)
 
 
 class BinnedErrors:
@@ -100,7 +102,8 @@ class BinnedErrors:
         # the bits of a positive float rise with its value
         codes = np.ascontiguousarray(errors).view(np.int64) >> _SHIFT
         places = np.clip(codes - _FIRST, 0, BINS)
-        np.add.at(self._counts, (np.arange(len(places))[:, None], places), 1)
+        places += (BINS + 1) * np.arange(len(places))[:, None]
+        np.add.at(self._counts.reshape(-1), places.ravel(), 1)
         largest = np.max(errors, axis=1, where=errors < np.inf, initial=-np.inf)
         self._largest = np.maximum(self._largest, largest)
 

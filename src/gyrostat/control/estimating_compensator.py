@@ -44,7 +44,8 @@ class EstimatingCommand(NamedTuple):
         current: of the motor, A.
         attitude_current: for the torque that the attitude law and the observer demand, A.
         friction_current: for the friction that is expected, A.
-        estimated_speed: of the wheel when the command acts, rad/s.
+        estimated_speed: Predicted speed of the wheel in the middle of the control period in which
+            the command acts, rad/s.
         estimated_torque: external torque, N·m.
         friction_scale: friction of the wheel over friction of the model.
     """
