@@ -441,7 +441,7 @@ def main():
                 for name, text in texts.items():
                     print(f"  {name} is changed: {_difference(name, text)}")
                 if answer is not None:
-                    print("  " + "\n  ".join(answer[2].splitlines()[-12:])[:3000])
+                    print(*(f"  {line[:300]}" for line in answer[2].splitlines()[-12:]), sep="\n")
             shutil.rmtree(place)
             if asked.case is not None:
                 break

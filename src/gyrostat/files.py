@@ -23,11 +23,11 @@ def check_writable(folder: Path) -> None:
     Raises:
         InputError: it cannot be made, or nothing can be written there.
     """
-    existing = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
     try:
+        existing = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
         with tempfile.TemporaryFile(dir=existing):
             pass
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise unwritable(folder, error) from None
 
 

@@ -17,7 +17,9 @@ Engine = Annotated[
     str,
     typer.Option(help="lanes (compiled C), jax, or auto: lanes where there is a C compiler."),
 ]
-Workers = Annotated[int | None, typer.Option(min=1, help="Processes; by default one a core.")]
+Workers = Annotated[
+    int | None, typer.Option(min=1, max=1024, help="Processes; by default one a core.")
+]
 Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler that has workers.")
 ]
@@ -68,7 +70,7 @@ def campaign(
     device: Device = "cpu",
     engine: Engine = "auto",
     block: Annotated[
-        int, typer.Option(min=1, help="Runs in a block; a multiple of 64 is best.")
+        int, typer.Option(min=1, max=2**32, help="Runs in a block; a multiple of 64 is best.")
     ] = 64,
     keep: Annotated[str, typer.Option(help="Runs whose histories are kept: 0,5,17.")] = "",
     worst: Annotated[int, typer.Option(min=0, help="So many worst runs are kept too.")] = 3,

@@ -67,7 +67,9 @@ def export(
         Text, typer.Option(help="Noise of a tachometer sample, rad/s or with a unit.")
     ] = None,
     current_limit: Annotated[Text, typer.Option(help="Of the motor, A or with a unit.")] = None,
-    delay: Annotated[int, typer.Option(help="Control periods from a sample to its command.")] = 0,
+    delay: Annotated[
+        int, typer.Option(min=0, max=1000, help="Control periods from a sample to its command.")
+    ] = 0,
     scale_drift: Annotated[
         Text, typer.Option(help="Of the friction level, 1/√s, for the estimator.")
     ] = None,
@@ -175,7 +177,6 @@ def _target(what: What, wheel: "Wheel", period_text: str, given: dict[str, Text]
     if what is What.controller:
         return TARGETS[what](CurrentMode(law, wheel.motor_constant, limit), period)
     delay = int(given["--delay"] or 0)
-    require("--delay", delay, "periods")
     compensator = EstimatingCompensator.tuned(
         law,
         wheel,

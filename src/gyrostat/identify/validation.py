@@ -161,5 +161,5 @@ def validate(
         samples=len(used),
         crossings=len(changes),
         whiteness=whiteness(used) if len(used) >= 10 else None,
-        converged=found,
+        converged=bool(found),
     )

@@ -145,9 +145,7 @@ def run_figure(scenario: Scenario, history: "xr.Dataset") -> Figure:
         rows[0].semilogy(time, error, lw=1.2)
         rows[1].semilogy(time, np.maximum(rate, LEAST_SHOWN), lw=1.2)
         for k, name in enumerate(map(literal, scenario.wheels)):
-            rows[2].plot(
-                time, history.wheel_speed.values[every, k] / RPM, lw=1.2, label=literal(name)
-            )
+            rows[2].plot(time, history.wheel_speed.values[every, k] / RPM, lw=1.2, label=name)
             rows[3].step(time, history.torque.values[every, k] * 1e3, where="post", lw=0.8)
         rows[2].axhline(0.0, lw=0.6, color="#6b7077")
         rows[2].legend(loc="upper right", ncols=len(scenario.wheels), title="wheel")
