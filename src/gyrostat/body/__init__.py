@@ -39,6 +39,7 @@ from gyrostat.body.reduced_gyrostat import (
     ReducedState,
 )
 from gyrostat.body.rotations import EulerAngles
+from gyrostat.body.sensor_faults import FaultySensor, SensorFault
 from gyrostat.body.spacecraft import Spacecraft, check_inertia
 from gyrostat.body.spacecraft_file import SpacecraftFile, read_spacecraft
 from gyrostat.body.spacecraft_sensor import SpacecraftMeasurement, SpacecraftSensor
@@ -74,6 +75,7 @@ __all__ = [
     "EulerMeasurement",
     "EulerSensor",
     "EulerState",
+    "FaultySensor",
     "FrictionSteps",
     "GravityGradient",
     "Gyro",
@@ -92,6 +94,7 @@ __all__ = [
     "ReducedRecord",
     "ReducedSensor",
     "ReducedState",
+    "SensorFault",
     "SinusoidalMomentum",
     "Spacecraft",
     "SpacecraftFile",
