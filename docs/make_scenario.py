@@ -11,6 +11,7 @@ from gyrostat.campaign.components import (
 from gyrostat.campaign.controllers import CONTROLLERS
 from gyrostat.campaign.schema import (
     EVENTS,
+    GUARD,
     INERTIA,
     METRICS,
     RESULTS,
@@ -79,6 +80,9 @@ EXTRA = {
     "compensator": [("kind", "", "none", "One of those below.")],
     "sensors": [("kind", "", "white_noise", "One of those below.")],
     "estimator": [("kind", "", "what the sensors need", "One of those below.")],
+    "guard": [
+        ("on_bad", "", "hold", "Command in place of one from a rejected sample: hold or zero."),
+    ],
     "environment": [("kind", "", "constant", "One of those below.")],
     "metrics": [
         ("percentiles", "%", "[50, 95, 99.7]", "Of the pointing error, each a metric."),
@@ -157,6 +161,12 @@ on a bench but not on a spacecraft; torques without wheels, as those of Carvalho
 on a single axis; wheels whose speed is whatever is commanded. `gyrostat reproduce` flies the papers
 themselves.
 """
+GUARD_TEXT = """Validates each measurement before anything is computed from it
+(`gyrostat.control.Guarded`): a sample with a value that is not finite, outside its limits or
+faster than its limit is rejected, the command is the safe one, and the next good sample continues.
+Wheels and star tracker, whose measurements have a flag, lose their own values alone. Recorded are
+`sample_status` and `samples_missed`. Leave the section out for a controller without it: one sample
+that is not finite then ends the run."""
 METRICS_OUT = """## What is measured
 
 The columns of the table of runs, beside `run`, the drawn values, `status` (0: complete) and `ended`
@@ -171,7 +181,11 @@ The columns of the table of runs, beside `run`, the drawn values, `status` (0: c
 
 def entry(name, key):
     """A row of a table of keys."""
-    default = "required" if key.default is None else f"{key.default:.4g}".replace("inf", "none")
+    default = (
+        "required"
+        if key.default is None
+        else f"{key.default:.4g}".removeprefix("-inf").replace("inf", "none") or "none"
+    )
     default = "[0, 0, 0]" if key.size == 3 else DEFAULTS.get(name, default)
     return f"| `{name}` | {key.unit} | {default} | {key.meaning} |"
 
@@ -220,7 +234,7 @@ def dispersed():
     rows += [named(f"start.{name}", key) for name, key in START.items()]
     parts = ", ".join(
         f"`{name}.KEY`"
-        for name in ("controller", "compensator", "estimator", "sensors", "environment")
+        for name in ("controller", "compensator", "estimator", "sensors", "environment", "guard")
     )
     rows.append(
         f"| {parts} | | Those of the chosen kinds; of a vector `.x`, `.y`, `.z` of the key. |"
@@ -254,11 +268,16 @@ def page():
         ("environment", ENVIRONMENTS, ""),
     ):
         lines += [*section(name, {}, text), *kinds(components)]
+    lines += section("guard", GUARD, GUARD_TEXT)
     lines += [
         "## [[event]]",
         "",
         "Each has a `name` of its own, a `kind`, a `wheel` (by name) unless it is a slew, and a "
-        "wheel has one friction step and one other event. `target` is a quaternion, scalar first.",
+        "wheel has one friction step and one other event. `target` is a quaternion, scalar first. "
+        "`sensor` is a measured field: `attitude`, `rate` or `wheel_momentum`; an `axis` (`x`, "
+        "`y`, `z`) of `rate` or a `wheel` of `wheel_momentum` may be named, or all elements are "
+        "hit. A sensor may have several faults. `magnitude` of a spike is in the unit of the "
+        "field.",
         "",
     ]
     for kind, (meaning, keys) in EVENTS.items():

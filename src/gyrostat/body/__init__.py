@@ -39,6 +39,7 @@ from gyrostat.body.reduced_gyrostat import (
     ReducedState,
 )
 from gyrostat.body.rotations import EulerAngles
+from gyrostat.body.sensor_faults import FaultySensor, SensorFault
 from gyrostat.body.spacecraft import Spacecraft, check_inertia
 from gyrostat.body.spacecraft_file import SpacecraftFile, read_spacecraft
 from gyrostat.body.spacecraft_sensor import SpacecraftMeasurement, SpacecraftSensor
@@ -75,6 +76,7 @@ __all__ = [
     "EulerMeasurement",
     "EulerSensor",
     "EulerState",
+    "FaultySensor",
     "FrictionSteps",
     "GravityGradient",
     "Gyro",
@@ -93,6 +95,7 @@ __all__ = [
     "ReducedRecord",
     "ReducedSensor",
     "ReducedState",
+    "SensorFault",
     "SinusoidalMomentum",
     "Spacecraft",
     "SpacecraftFile",

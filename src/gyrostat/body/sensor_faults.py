@@ -46,9 +46,7 @@ class SensorFault(eqx.Module):
                 magnitude that is not finite.
         """
         if self.kind not in KINDS:
-            raise InputError(
-                f"sensor fault: found kind {self.kind!r}, expected {', '.join(KINDS)}"
-            )
+            raise InputError(f"sensor fault: found kind {self.kind!r}, expected {', '.join(KINDS)}")
         time, until, share = (np.asarray(v, float) for v in (self.time, self.until, self.share))
         if not np.all((time >= 0.0) & (until > time)):
             raise InputError(
@@ -123,6 +121,7 @@ class FaultySensor(eqx.Module):
         before = []
         for number, (fault, last) in enumerate(zip(self.faults, memory.before, strict=True)):
             value = getattr(seen, fault.field)
+            last = jnp.where(memory.samples == 0.0, value, last)
             # the noise of the sensor is drawn from the key itself
             own = jax.random.fold_in(jax.random.fold_in(key, 0x5EED), number)
             made = fault(value, last, time, own)

@@ -28,13 +28,18 @@ from gyrostat.campaign.components import (
 from gyrostat.campaign.controllers import CONTROLLERS, IGNORED, TOLD, Situation
 from gyrostat.campaign.phases import Phases
 from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
-from gyrostat.campaign.schema import EVENTS, WHEEL_IS_LOST, Key, friction_keys
+from gyrostat.campaign.schema import (
+    EVENTS,
+    GUARD,
+    WHEEL_IS_LOST,
+    Key,
+    friction_keys,
+    spike,
+)
+from gyrostat.campaign.sensing import Values, guarded, options_of, with_faults
 from gyrostat.errors import InputError
 from gyrostat.friction import FRICTION_MODELS, Friction, Scalar
 from gyrostat.wheel import Driver, WheelArray
-
-Values = Mapping[str, Scalar]
-"""Key -> number, SI."""
 
 
 class Setup(NamedTuple):
@@ -81,15 +86,13 @@ def parts_of(scenario: Scenario) -> dict[str, Mapping[str, Key]]:
         "estimator": ESTIMATORS[scenario.estimator].keys,
         "environment": ENVIRONMENTS[scenario.environment].keys,
         "friction": friction,
+        "guard": GUARD,
         **{f"event.{e.name}": {**EVENTS[e.kind][1], **friction} for e in scenario.events},
-    }
-
-
-def _options(values: Values, section: str) -> dict[str, Scalar]:
-    return {
-        key.removeprefix(f"{section}."): value
-        for key, value in values.items()
-        if key.startswith(f"{section}.")
+        **{
+            f"event.{e.name}": {**EVENTS[e.kind][1], **spike(e.sensor)}
+            for e in scenario.events
+            if e.sensor is not None
+        },
     }
 
 
@@ -130,7 +133,7 @@ def _failures(scenario: Scenario, values: Values) -> WheelFailures | None:
         return None
     failures = WheelFailures.none(len(scenario.wheels))
     for event in befallen:
-        own = _options(values, f"event.{event.name}")
+        own = options_of(values, f"event.{event.name}")
         seized, share = event.kind == "seized", own.get("torque_share", 1.0)
         if event.kind in WHEEL_IS_LOST:
             share = 0.0
@@ -156,7 +159,7 @@ def _friction_steps(scenario: Scenario, values: Values, before: Friction) -> Fri
     time, dimensions = jnp.full(len(scenario.wheels), jnp.inf), before.dimensions()
     after = before.parameters()
     for event in stepping:
-        own = _options(values, f"event.{event.name}")
+        own = options_of(values, f"event.{event.name}")
         index = jnp.arange(len(scenario.wheels)) == event.wheel
         time = jnp.where(index, own["time"], time)
         for name, dimension in dimensions.items():
@@ -233,7 +236,7 @@ def plan(scenario: Scenario) -> Plans:
 
 def _plant(scenario: Scenario, values: Values, options: Values) -> tuple[Any, Any]:
     """The spacecraft in its environment, and its state at the start."""
-    own = ENVIRONMENTS[scenario.environment].make(_options(values, "environment"))
+    own = ENVIRONMENTS[scenario.environment].make(options_of(values, "environment"))
     if "external_torque_limit" in options:
         own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
     craft = spacecraft_of(scenario, values)
@@ -264,7 +267,7 @@ def _plant(scenario: Scenario, values: Values, options: Values) -> tuple[Any, An
 
 def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
     """What flies; pure, for `jit` and `vmap` over the values."""
-    options = _options(values, "controller")
+    options = options_of(values, "controller")
     plant, start = _plant(scenario, values, options)
     made = [
         CONTROLLERS[scenario.controller].make(plan, options, start.momentum)
@@ -273,13 +276,15 @@ def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
     starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(scenario, values)])
     joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
     controller = COMPENSATORS[scenario.compensator].make(
-        _options(values, "compensator"),
+        options_of(values, "compensator"),
         Phases(starts, joined),
         plans.known,
         scenario.command_delay,
     )
     controller = ESTIMATORS[scenario.estimator].make(
-        _options(values, "estimator"), controller, _options(scenario.values, "sensors")
+        options_of(values, "estimator"), controller, options_of(scenario.values, "sensors")
     )
-    sensor = SENSORS[scenario.sensors].make(_options(values, "sensors"), plant, plans.known)
+    sensor = SENSORS[scenario.sensors].make(options_of(values, "sensors"), plant, plans.known)
+    sensor = with_faults(scenario, values, sensor)
+    controller = guarded(scenario, values, controller, sensor, start)
     return Setup(plant, controller, sensor, start, starts, jnp.asarray(plans.targets))

@@ -25,12 +25,16 @@ class Event:
         kind: key of `gyrostat.campaign.schema.EVENTS`.
         wheel: number of the wheel that it befalls, or None.
         target: (4,) attitude to turn to, scalar first, or None.
+        sensor: measured field that it befalls, or None.
+        element: number of the element of that field, or None for all of them.
     """
 
     name: str
     kind: str
     wheel: int | None = None
     target: tuple[float, ...] | None = None
+    sensor: str | None = None
+    element: int | None = None
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,8 @@ class Scenario:
         events: in their order of time.
         dispersions: independent of each other.
         values: key -> number, SI.
+        guard: command in place of one from a rejected sample, "hold" or "zero"; None: measurements
+            are not validated.
     """
 
     name: str
@@ -95,6 +101,7 @@ class Scenario:
     events: tuple[Event, ...]
     dispersions: tuple[Dispersion, ...]
     values: Mapping[str, float]
+    guard: str | None = None
 
     @property
     def dispersed(self) -> tuple[str, ...]:

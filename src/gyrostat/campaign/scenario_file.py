@@ -18,26 +18,27 @@ from gyrostat.campaign.components import (
     ESTIMATORS,
     SENSORS,
 )
-from gyrostat.campaign.controllers import CONTROLLERS, TOLD
+from gyrostat.campaign.controllers import CONTROLLERS
 from gyrostat.campaign.read_dispersions import read_dispersions
-from gyrostat.campaign.scenario import AXES, INERTIA, Event, Scenario
+from gyrostat.campaign.read_events import read_events, within_run
+from gyrostat.campaign.scenario import AXES, INERTIA, Scenario
 from gyrostat.campaign.schema import (
-    EVENTS,
+    GUARD,
     METRICS,
     RUN,
     START,
     WHEEL,
     WHEEL_PARTS,
-    friction_keys,
 )
 from gyrostat.campaign.tables import Table, one_of, opened
+from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.errors import InputError, printable
 from gyrostat.require import MOST_PERIODS, check_parts, check_period, require_period
 from gyrostat.toml_file import LONGEST_NAME
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", "controller", "compensator", "sensors"),
-    *("estimator", "environment", "event", "dispersion", "metrics", *WHEEL_PARTS),
+    *("estimator", "environment", "guard", "event", "dispersion", "metrics", *WHEEL_PARTS),
 )
 
 
@@ -77,8 +78,12 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
         )
     metrics = top.table("metrics", (*METRICS, "percentiles", "boresight"))
     values |= metrics.numbers(METRICS)
-    _within_run(metrics, "after", values["metrics.after"], values)
-    events = _events(top, craft, values, chosen["controller"])
+    within_run(metrics, "after", values["metrics.after"], values)
+    guard = None
+    if "guard" in top.row:
+        values |= top.table("guard", (*GUARD, "on_bad")).numbers(GUARD)
+        guard = one_of(top, "guard", "on_bad", dict.fromkeys(ON_BAD), "hold")
+    events = read_events(top, craft, values, chosen["controller"])
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
         wheels=craft.wheel_names,
@@ -95,6 +100,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
         events=tuple(sorted(events, key=lambda e: values[f"event.{e.name}.time"])),
         dispersions=(),
         values=values,
+        guard=guard,
     )
     found = read_dispersions(top, scenario, parts_of(scenario))
     scenario = Scenario(**{**vars(scenario), "dispersions": found})
@@ -145,14 +151,6 @@ def _steps(run: Table, values: dict[str, float]) -> tuple[int, int]:
     return count, run.multiple("control_period", period, "step", step, 10_000)
 
 
-def _within_run(table: Table, key: str, time: float, values: dict[str, float]) -> None:
-    """Refuse a time, s, that a run does not reach."""
-    if time >= values["run.duration"]:
-        raise table.refuse(
-            key, time, f"a time before the end of the run, {values['run.duration']:g} s"
-        )
-
-
 def _wheel_values(top: Table, start: Table, craft: SpacecraftFile) -> dict[str, float]:
     """Speed at the start, and what the optional sections, or its model, say of every wheel."""
     names = craft.wheel_names
@@ -169,54 +167,4 @@ def _wheel_values(top: Table, start: Table, craft: SpacecraftFile) -> dict[str, 
             table = Table(table.path, table.prefix, {**known, **table.row})
             for name, entry in keys.items():
                 found |= table.each(name, entry, names)
-    return found
-
-
-def _events(
-    top: Table, craft: SpacecraftFile, values: dict[str, float], controller: str
-) -> list[Event]:
-    found, befallen = [], set()
-    for number, row in enumerate(top.tables("event")):
-        name = row.name("name", str(number + 1))
-        if name in {event.name for event in found} or "." in name or not name:
-            raise InputError(
-                f"{top.path}: key event[{number}].name: found {name!r}, expected a name of its own "
-                "without a dot"
-            )
-        row = Table(top.path, f"event[{name}].", row.row)
-        kind = one_of(row, "", "kind", EVENTS, None)
-        keys = EVENTS[kind][1]
-        own = "target" if kind == "slew" else "wheel"
-        if "detected_after" in keys and CONTROLLERS[controller].losses != TOLD:
-            if "detected_after" in row.row:
-                raise row.refuse(
-                    "detected_after",
-                    row.row["detected_after"],
-                    f"none: nobody tells the controller {controller} of a lost wheel",
-                )
-            keys = {name: entry for name, entry in keys.items() if name != "detected_after"}
-        friction = {}
-        if kind == "friction_step":
-            friction = friction_keys(craft.spacecraft.wheels.friction.dimensions())
-        row.known(("name", "kind", own, *keys, *friction))
-        given = {name: entry for name, entry in friction.items() if name in row.row}
-        if friction and not given and "factor" not in row.row:
-            raise InputError(
-                f"{top.path}: key {row.prefix}factor: found none, expected one, or values of "
-                f"{', '.join(friction)}"
-            )
-        numbers = row.numbers({**keys, **given})
-        values |= {f"event.{name}.{k.rsplit('.', 1)[-1]}": v for k, v in numbers.items()}
-        _within_run(row, "time", values[f"event.{name}.time"], values)
-        if kind == "slew":
-            found.append(Event(name, kind, target=row.unit("target", 4, None)))
-            continue
-        wheel = craft.wheel_number(row.text("wheel", None), f"{top.path}: key {row.prefix}wheel")
-        if (wheel, kind == "friction_step") in befallen:
-            raise InputError(
-                f"{top.path}: key {row.prefix}wheel: found {craft.wheel_names[wheel]}, which "
-                "another event befalls, expected one failure and one friction step a wheel"
-            )
-        befallen.add((wheel, kind == "friction_step"))
-        found.append(Event(name, kind, wheel=wheel))
     return found

@@ -86,6 +86,25 @@ METRICS: dict[str, Key] = {
 _TIME = size("time", None, "When it happens.")
 _DETECTED = size("time", 1.0, "From then until the controller is told, if it is told.")
 _DRAG = size("viscous", 0.0, "Drag added to the bearing.")
+_UNTIL = size("time", inf, "When it ends.")
+_SHARE = Key("1", 1.0, "Of the samples in this time that are hit, at random.", least=0.0, most=1.0)
+MEASURED: dict[str, tuple[str, str | None]] = {
+    "attitude": ("1", None),
+    "rate": ("speed", "rad/s²"),
+    "wheel_momentum": ("momentum", "N·m"),
+}
+"""Measured field -> its dimension, and the unit of its rate of change; None for a quaternion, which
+may change its sign from one sample to the next."""
+GUARD: dict[str, Key] = {
+    **{f"{n}_lower": Key(d, -inf, "Smallest accepted value.") for n, (d, _) in MEASURED.items()},
+    **{f"{n}_upper": Key(d, inf, "Largest accepted value.") for n, (d, _) in MEASURED.items()},
+    **{
+        f"{name}_change": positive(unit, inf, "Largest accepted rate of change.")
+        for name, (_, unit) in MEASURED.items()
+        if unit is not None
+    },
+}
+"""Limits of measurements."""
 EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
     "slew": ("The controller gets another `target`.", {"time": _TIME}),
     "torque_lost": (
@@ -129,10 +148,31 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
         "The speed of `wheel` is no longer measured: the last value stays.",
         {"time": _TIME},
     ),
+    "sensor_dropout": (
+        "Samples of the measured field `sensor` are missing: the controller gets NaN.",
+        {"time": _TIME, "until": _UNTIL, "share": _SHARE},
+    ),
+    "sensor_spike": (
+        "Samples of the measured field `sensor` have `magnitude` added, in the unit of the field.",
+        {"time": _TIME, "until": _UNTIL, "share": _SHARE},
+    ),
+    "sensor_stuck": (
+        "The measured field `sensor` keeps its last value.",
+        {"time": _TIME, "until": _UNTIL},
+    ),
 }
 """Kind of event -> what happens, and its numbers."""
 WHEEL_IS_LOST = ("torque_lost", "stuck_torque", "seized")
 """Events after which the controller does without the wheel."""
+SENSOR_FAULT = "sensor_"
+"""First letters of the kinds of events that befall a sensor."""
+
+
+def spike(sensor: str) -> dict[str, Key]:
+    """The number that a spike of a measured field has beside those of `EVENTS`."""
+    return {"magnitude": Key(MEASURED[sensor][0], None, "Added to the value.")}
+
+
 WHEEL: dict[str, Key] = {
     "speed": Key("speed", 0.0, "At the start, relative to the body."),
     "inertia": positive("inertia", None, "Of the rotor about its axis."),
