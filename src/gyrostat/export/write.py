@@ -3,7 +3,7 @@
 import textwrap
 from collections import Counter
 
-from gyrostat.export.expressions import HELPERS, WORD, Dialect, Text
+from gyrostat.export.expressions import HELPERS, OF_INTEGERS, WORD, Dialect, Text
 from gyrostat.export.words import comment, free_name, identifier
 from gyrostat.lowering.program import (
     Assign,
@@ -21,7 +21,7 @@ from gyrostat.lowering.program import (
     Table,
     statements,
 )
-from gyrostat.lowering.tracing import NOWHERE, Source
+from gyrostat.lowering.source import NOWHERE, Source
 
 WIDTH = 100
 LONGEST = 70
@@ -174,9 +174,14 @@ class Writer:
         operands = [self.text(operand) for operand in statement.operands]
         if statement.table is not None:
             return Text(f"{self._texts[statement.table].text}[{operands[0].text}]", WORD)
-        if statement.operation in HELPERS:
-            self.helpers.add(statement.operation)
-        return self._dialect.operation(statement.operation, operands)
+        operation, kind = statement.operation, statement.operands[0].kind
+        if kind == "integer":
+            operation = OF_INTEGERS.get(operation, operation)
+        if operation == "to_integer" and kind == "real":
+            operation = "to_whole"
+        if operation in HELPERS:
+            self.helpers.add(operation)
+        return self._dialect.operation(operation, operands)
 
     def _say(self, source: Source) -> None:
         if source != self._source and source != NOWHERE:
