@@ -345,15 +345,15 @@ def orthogonal(x):
 
 
 def sorted_(x):
-    return jnp.sort(x * jnp.ones(3))[0]
+    return jnp.lexsort((x * jnp.ones(3), jnp.ones(3)))[0]
 
 
 def drawn(x):
     return x + jax.random.normal(jax.random.key(0))
 
 
-def cut_off(x):
-    return x.astype(int)
+def unsigned(x):
+    return x.astype(jnp.uint32)
 
 
 def small(x):
@@ -373,10 +373,10 @@ REFUSED = {
     large_constant: ("jnp.asarray(HELD)", "an array of 200×200"),
     empty: ("jnp.sum", "a sum of no elements"),
     factorised: ("jnp.linalg.solve", "(lu)"),
-    orthogonal: ("jnp.linalg.qr", "expected a primitive that belongs in flight code"),
-    sorted_: ("jnp.sort", "(sort)"),
-    drawn: ("jax.random", "random"),
-    cut_off: ("astype(int)", "a conversion from float64 to int64"),
+    orthogonal: ("jnp.linalg.qr", "expected one that compiled code has"),
+    sorted_: ("jnp.lexsort", "found 2 arrays to sort by (sort), expected one"),
+    drawn: ("jax.random", "found random numbers"),
+    unsigned: ("astype(jnp.uint32)", "numbers of type uint32"),
     small: ("float32", "numbers of type float32"),
 }
 

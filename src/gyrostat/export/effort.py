@@ -7,9 +7,10 @@ from gyrostat.lowering.program import Assign, Block, Branch, Call, Function, Loo
 
 CLASSES: Mapping[str, tuple[str, ...]] = {
     "additions, multiplications": ("add", "sub", "mul", "neg"),
-    "divisions, roots": ("div", "sqrt", "cbrt"),
+    "divisions, roots": ("div", "quotient", "remainder", "sqrt", "cbrt"),
     "comparisons, choices": (
         *("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "xor", "select"),
+        *("shift_left", "shift_right"),
         *("max", "min", "sign", "abs", "finite", "floor", "ceil", "rint", "round"),
     ),
 }

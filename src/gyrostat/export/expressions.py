@@ -38,7 +38,11 @@ _BINARY = (
     (_TESTS, TEST),
     ({"and": "&&"}, BOTH),
     ({"or": "||"}, EITHER),
+    ({"bits_and": "&", "bits_or": "|", "bits_xor": "^"}, TEST),
 )
+_SIGNS = {"neg": "-", "not": "!", "bits_not": "~"}
+OF_INTEGERS = {name: f"bits_{name}" for name in ("and", "or", "xor", "not")}
+"""Operation -> what it is called on whole numbers, bit by bit."""
 HELPERS = {
     "max": (
         "largest",
@@ -70,8 +74,38 @@ HELPERS = {
         "    memcpy(&bits, &number, sizeof bits);\n"
         "    return (bits & exponent) != exponent;\n}}\n",
     ),
+    "to_whole": (
+        "integer_of",
+        "static int64_t integer_of({t} a)\n{{\n"
+        "    if (a >= {limit}) {{ return INT64_MAX; }}\n"
+        "    if (a < -{limit}) {{ return INT64_MIN; }}\n"
+        "    return (a == a) ? (int64_t)a : 0;\n}}\n",
+    ),
+    "quotient": (
+        "integer_quotient",
+        "static int64_t integer_quotient(int64_t a, int64_t b)\n{{\n"
+        "    if (b == 0) {{ return -1; }}\n"
+        "    return (b == -1) ? (int64_t)(0u - (uint64_t)a) : (a / b);\n}}\n",
+    ),
+    "remainder": (
+        "integer_rest",
+        "static int64_t integer_rest(int64_t a, int64_t b)\n{{\n"
+        "    if (b == 0) {{ return a; }}\n"
+        "    return (b == -1) ? 0 : (a % b);\n}}\n",
+    ),
+    "shift_left": (
+        "integer_left",
+        "static int64_t integer_left(int64_t a, int64_t by)\n{{\n"
+        "    return ((by < 0) || (by > 63)) ? 0 : (int64_t)((uint64_t)a << by);\n}}\n",
+    ),
+    "shift_right": (
+        "integer_right",
+        "static int64_t integer_right(int64_t a, int64_t by)\n{{\n"
+        "    return ((by < 0) || (by > 63)) ? 0 : (int64_t)((uint64_t)a >> by);\n}}\n",
+    ),
 }
-"""Operation -> name and text of a function that the file has where it is used. NaN stays NaN."""
+"""Operation -> name and text of a function that the file has where it is used. NaN stays NaN; whole
+numbers are divided, and made of real ones, as by XLA: nothing is undefined."""
 
 
 @dataclass(frozen=True)
@@ -86,13 +120,12 @@ class Dialect:
 
     def helper(self, operation: str) -> str:
         """Text of the function that stands for an operation."""
-        zero, one = (self.number(Number("real", value)).text for value in (0.0, 1.0))
-        bits, exponent = ("uint64_t", "UINT64_C(0x7ff0000000000000)")
+        values = {"zero": 0.0, "one": 1.0, "limit": 2.0**63}
+        texts = {name: self.number(Number("real", value)).text for name, value in values.items()}
+        texts |= {"bits": "uint64_t", "exponent": "UINT64_C(0x7ff0000000000000)"}
         if self.real == "float":
-            bits, exponent = ("uint32_t", "UINT32_C(0x7f800000)")
-        return HELPERS[operation][1].format(
-            t=self.real, zero=zero, one=one, bits=bits, exponent=exponent
-        )
+            texts |= {"bits": "uint32_t", "exponent": "UINT32_C(0x7f800000)"}
+        return HELPERS[operation][1].format(t=self.real, **texts)
 
     def type_of(self, kind: Kind) -> str:
         """Type of C for a kind of number."""
@@ -103,6 +136,8 @@ class Dialect:
         value = number.value
         if number.kind == "logical":
             return Text("true" if value else "false", WORD)
+        if number.kind == "integer" and value == -(2**63):  # C has no literal for it
+            return Text("INT64_MIN", WORD)
         if number.kind == "integer":
             return Text(str(value), WORD if value >= 0 else UNARY)
         if math.isnan(value):
@@ -125,9 +160,8 @@ class Dialect:
         if name == "select":
             test, yes, no = (operand.beside() for operand in operands)
             return Text(f"{test} ? {yes} : {no}", CHOICE)
-        if name in ("neg", "not"):
-            sign = "-" if name == "neg" else "!"
-            return Text(f"{sign}{operands[0].word()}", UNARY)
+        if name in _SIGNS:
+            return Text(f"{_SIGNS[name]}{operands[0].word()}", UNARY)
         if name in ("to_real", "to_integer"):
             kind = self.real if name == "to_real" else "int64_t"
             return Text(f"({kind}){operands[0].word()}", UNARY)

@@ -27,6 +27,8 @@ FUNCTIONS = frozenset(
         *("acos", "asin", "atan", "atan2", "cbrt", "ceil", "cos", "cosh", "exp", "exp2"),
         *("expm1", "fabs", "floor", "fmod", "is_finite", "isfinite", "log", "log1p", "pow", "rint"),
         *("round", "sin", "sinh", "sqrt", "tan", "tanh", "largest", "smallest", "sense"),
+        *("acosh", "asinh", "atanh", "erf", "erfc", "integer_of", "integer_quotient"),
+        *("integer_rest", "integer_left", "integer_right"),
         *("status", "main", "printf", "memcpy"),
     }
 )

@@ -4,7 +4,7 @@ import textwrap
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from gyrostat.export.expressions import HELPERS, WORD, Dialect, Text
+from gyrostat.export.expressions import HELPERS, OF_INTEGERS, WORD, Dialect, Text
 from gyrostat.export.moves import LastBranch, last_branch, moves
 from gyrostat.export.words import comment, free_name, identifier
 from gyrostat.lowering.program import (
@@ -23,7 +23,7 @@ from gyrostat.lowering.program import (
     Table,
     statements,
 )
-from gyrostat.lowering.tracing import NOWHERE, Source
+from gyrostat.lowering.source import NOWHERE, Source
 
 WIDTH = 100
 LONGEST = 70
@@ -186,9 +186,14 @@ class Writer:
         operands = [self.text(operand) for operand in statement.operands]
         if statement.table is not None:
             return Text(f"{self._texts[statement.table].text}[{operands[0].text}]", WORD)
-        if statement.operation in HELPERS:
-            self.helpers.add(statement.operation)
-        return self._dialect.operation(statement.operation, operands)
+        operation, kind = statement.operation, statement.operands[0].kind
+        if kind == "integer":
+            operation = OF_INTEGERS.get(operation, operation)
+        if operation == "to_integer" and kind == "real":
+            operation = "to_whole"
+        if operation in HELPERS:
+            self.helpers.add(operation)
+        return self._dialect.operation(operation, operands)
 
     def _say(self, source: Source) -> None:
         if source != self._source and source != NOWHERE:

@@ -183,6 +183,26 @@ FUNCTION uint64_t one_bits_of_real(double x)
 FUNCTION uint64_t one_shift_left(uint64_t x, uint64_t by) { return by < 64 ? x << by : 0; }
 FUNCTION uint64_t one_shift_right(uint64_t x, uint64_t by) { return by < 64 ? x >> by : 0; }
 
+/* whole numbers divided: towards zero, by 0 all bits and the dividend remain, as in XLA */
+FUNCTION int64_t one_quotient_integer(int64_t a, int64_t b)
+{
+    return b == 0 ? -1 : b == -1 ? (int64_t)(0 - (uint64_t)a) : a / b;
+}
+FUNCTION int64_t one_remainder_integer(int64_t a, int64_t b) { return b == 0 ? a : b == -1 ? 0 : a % b; }
+FUNCTION uint64_t one_quotient_bits(uint64_t a, uint64_t b) { return b == 0 ? UINT64_MAX : a / b; }
+FUNCTION uint64_t one_remainder_bits(uint64_t a, uint64_t b) { return b == 0 ? a : a % b; }
+#define DIVIDED(name, kind)                                                                       \
+    LONG_FUNCTION kind name##_##kind(kind a, kind b)                                              \
+    {                                                                                             \
+        kind r;                                                                                   \
+        EACH r[lane] = one_##name##_##kind(a[lane], b[lane]);                                     \
+        return r;                                                                                 \
+    }
+DIVIDED(quotient, integer)
+DIVIDED(remainder, integer)
+DIVIDED(quotient, bits)
+DIVIDED(remainder, bits)
+
 /* NaN stays NaN; first beside a number that is none */
 #if LANES == 8
 FUNCTION real at_least(double a, real b) { return (real)_mm512_max_pd((__m512d)all_real(a), (__m512d)b); }
@@ -193,16 +213,8 @@ FUNCTION real at_most(double a, real b) { return select_real(ABOVE(b, a), all_re
 #endif
 FUNCTION real max_real(real a, real b) { return select_real(or_mask(ge_real(a, b), is_none(a)), a, b); }
 FUNCTION real min_real(real a, real b) { return select_real(or_mask(le_real(a, b), is_none(a)), a, b); }
-FUNCTION integer max_integer(integer a, integer b) { return select_integer(ge_integer(a, b), a, b); }
-FUNCTION integer min_integer(integer a, integer b) { return select_integer(le_integer(a, b), a, b); }
-FUNCTION bits max_bits(bits a, bits b) { return select_bits(ge_bits(a, b), a, b); }
-FUNCTION bits min_bits(bits a, bits b) { return select_bits(le_bits(a, b), a, b); }
-FUNCTION uint64_t one_max_bits(uint64_t a, uint64_t b) { return a >= b ? a : b; }
-FUNCTION uint64_t one_min_bits(uint64_t a, uint64_t b) { return a <= b ? a : b; }
 FUNCTION double one_max_real(double a, double b) { return ((a >= b) || (a != a)) ? a : b; }
 FUNCTION double one_min_real(double a, double b) { return ((a <= b) || (a != a)) ? a : b; }
-FUNCTION int64_t one_max_integer(int64_t a, int64_t b) { return a >= b ? a : b; }
-FUNCTION int64_t one_min_integer(int64_t a, int64_t b) { return a <= b ? a : b; }
 
 FUNCTION real abs_real(real x) { return (real)((integer)x & INT64_MAX); }
 FUNCTION real sign_real(real x)
@@ -242,6 +254,11 @@ LANE_BY_LANE(tan)
 LANE_BY_LANE(atan)
 LANE_BY_LANE(sinh)
 LANE_BY_LANE(cosh)
+LANE_BY_LANE(asinh)
+LANE_BY_LANE(acosh)
+LANE_BY_LANE(atanh)
+LANE_BY_LANE(erf)
+LANE_BY_LANE(erfc)
 LANE_BY_LANE(cbrt)
 LANE_BY_LANE_2(pow)
 LANE_BY_LANE_2(fmod)

@@ -17,7 +17,7 @@ INFIX = {
 _COMPARED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
 BOUND = {"max": "at_least", "min": "at_most"}
 """Operations that are simpler beside a constant."""
-_OWN_FOR_ONE = frozenset({"max", "min", "sign"})
+_OWN_FOR_ONE = frozenset({"max", "min", "sign", "quotient", "remainder"})
 _WITHOUT_LIBRARY = frozenset({"erf_inv", "threefry"})
 """Functions that C has for lanes only."""
 
@@ -29,6 +29,8 @@ def number(constant: Number) -> str:
         return "true" if value else "false"
     if constant.kind == "bits":
         return f"UINT64_C({int(value)})"
+    if constant.kind == "integer" and value == -(2**63):  # C has no literal for it
+        return "INT64_MIN"
     if constant.kind == "integer":
         return f"INT64_C({int(value)})"
     if value != value:

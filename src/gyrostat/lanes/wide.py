@@ -1,6 +1,5 @@
 """What a campaign may compute beyond flight code: noise, more kinds of numbers, any loop."""
 
-from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,9 +8,9 @@ from numpy.typing import NDArray
 from gyrostat._jax import jax, jnp
 from gyrostat.lowering.lower import Lowering
 from gyrostat.lowering.primitives import Scalars, one_by_one
-from gyrostat.lowering.program import Block, Kind, Name, Number, Operand
+from gyrostat.lowering.program import Block, Kind, Number
 from gyrostat.lowering.scope import Scope, kind_of
-from gyrostat.lowering.tracing import Source, refused
+from gyrostat.lowering.source import Source, refused
 
 LARGEST = 4096
 LONGEST = 64
@@ -73,31 +72,6 @@ def _seeded(lowering: Lowering, equation: Any, given: list[Scalars], block: Bloc
     return [lowering.applied(block, operation, equation.outvars[0], where, seed)]
 
 
-def _convert(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
-    """A conversion as XLA does it: whole numbers wrap around, real ones end at the limits."""
-    target, before = equation.outvars[0], equation.invars[0].aval.dtype
-    after, kind = target.aval.dtype, lowering.kind(target)
-
-    def made(operation: str, *operands: Any) -> Scalars:
-        return lowering.applied(block, operation, target, where, *operands)
-
-    if kind == wide_kind(before) and (after == before or after.itemsize > before.itemsize):
-        return [given[0]]
-    if kind == "logical":
-        return [made("ne", given[0], np.array(Number(lowering.kind(equation.invars[0]), 0)))]
-    if before != np.float64 and all(isinstance(operand, Number) for operand in given[0].flat):
-        values = np.vectorize(lambda operand: operand.value, otypes=[before])(given[0])
-        return [lowering.numbers(values.astype(after))]
-    if before not in (np.float64, np.bool_) and after in NARROW:
-        return [made(NARROW[after], given[0])]
-    converted = made(f"to_{kind}", given[0])
-    if before == np.float64 and after in NARROW:
-        limits = np.iinfo(after)
-        converted = made("max", converted, np.array(Number(kind, int(limits.min))))
-        converted = made("min", converted, np.array(Number(kind, int(limits.max))))
-    return [converted]
-
-
 def _bitcast(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
     before, after = equation.invars[0].aval.dtype, equation.outvars[0].aval.dtype
     if before == after:
@@ -108,63 +82,10 @@ def _bitcast(lowering: Lowering, equation: Any, given: list[Scalars], block: Blo
     return [lowering.applied(block, operation, equation.outvars[0], where, *given)]
 
 
-def _shifted(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
-    if equation.outvars[0].aval.dtype == np.int32:
-        raise refused(equation, where, "a shift of int32", "one of int64 or an unsigned type")
-    return [lowering.applied(block, "shift_right", equation.outvars[0], where, *given)]
-
-
-def _extreme(operation: str, of_logical: str) -> Callable[..., Sequence[Scalars]]:
-    def lowered(
-        lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source
-    ):
-        target = equation.outvars[0]
-        made = of_logical if lowering.kind(target) == "logical" else operation
-        return [lowering.applied(block, made, target, where, *given)]
-
-    return lowered
-
-
-def _elementwise(operation: str) -> Callable[..., Sequence[Scalars]]:
-    def lowered(
-        lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source
-    ):
-        return [lowering.applied(block, operation, equation.outvars[0], where, *given)]
-
-    return lowered
-
-
-def _sorted(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
-    """Sorted along one axis by exchanges of neighbours; NaN last."""
-    if len(given) != 1:
-        raise refused(equation, where, "several arrays sorted by one", "one array")
-    axis = equation.params["dimension"]
-    rows = np.moveaxis(given[0].copy(), axis, -1)
-    target, kind = equation.outvars[0], lowering.kind(equation.outvars[0])
-
-    def new(operation: str, kind: Kind, *operands: Operand) -> Operand:
-        name = Name(kind, where.name, lowering.new_group())
-        return lowering.assigned(block, operation, operands, name, where)
-
-    for place in np.ndindex(rows.shape[:-1]):
-        row = rows[place]
-        for sweep in range(len(row)):
-            for k in range(sweep % 2, len(row) - 1, 2):
-                low, high = row[k], row[k + 1]
-                swap = new("gt", "logical", low, high)
-                swap = new("or", "logical", swap, new("ne", "logical", low, low))
-                row[k] = new("select", kind, swap, high, low)
-                row[k + 1] = new("select", kind, swap, low, high)
-    return [np.moveaxis(rows, -1, axis).reshape(target.aval.shape)]
-
-
-def _platform(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
-    """The branch for a processor, or the one for whatever there is."""
-    platforms = equation.params["platforms"]
-    for number, names in enumerate(platforms):
-        if names is None or "cpu" in names:
-            return [np.array(Number("integer", number), dtype=object)]
-    raise refused(equation, where, f"code for {platforms} alone", "code for a processor")
+def _inverse_error_function(
+    lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source
+):
+    return [lowering.applied(block, "erf_inv", equation.outvars[0], where, *given)]
 
 
 WIDE = Scope(
@@ -174,18 +95,8 @@ WIDE = Scope(
         "random_split": _drawn,
         "random_fold_in": _folded_in,
         "random_seed": _seeded,
-        "convert_element_type": _convert,
         "bitcast_convert_type": _bitcast,
-        "erf_inv": _elementwise("erf_inv"),
-        "shift_right_logical": _shifted,
-        "shift_left": _elementwise("shift_left"),
-        "max": _extreme("max", "or"),
-        "min": _extreme("min", "and"),
-        "or": _elementwise("or"),
-        "xor": _elementwise("xor"),
-        "and": _elementwise("and"),
-        "sort": _sorted,
-        "platform_index": _platform,
+        "erf_inv": _inverse_error_function,
     },
     largest=LARGEST,
     in_place=True,

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyrostat.errors import InputError
 from gyrostat.lowering.primitives import Scalars
 from gyrostat.lowering.program import (
     Assign,
@@ -20,7 +19,7 @@ from gyrostat.lowering.program import (
     Store,
     Table,
 )
-from gyrostat.lowering.tracing import Source, refused
+from gyrostat.lowering.source import Source, refusal, refused
 
 if TYPE_CHECKING:
     from gyrostat.lowering.lower import Lowering
@@ -51,9 +50,10 @@ def _inner(lowering: "Lowering", closed: Any, inputs: list[Scalars], block: Bloc
     """Results of what a loop or a branch does; rows of a long scan are none."""
     made = lowering.graph(closed, inputs, block)
     if any(array.shape == () and isinstance(array.item(), Table) for array in made):
-        raise InputError(
-            f"{where}: found rows of a scan of more than {lowering.scope.longest} passes inside a "
-            "loop or branch, expected them only as a result"
+        raise refusal(
+            where,
+            f"rows of a scan of more than {lowering.scope.longest} passes inside a loop or branch",
+            "them only as a result",
         )
     return made
 

@@ -6,16 +6,15 @@ from typing import Any
 import numpy as np
 
 from gyrostat.errors import InputError
-from gyrostat.lowering import control_flow, special
+from gyrostat.lowering import control_flow, indexing, ordering, special, whole
 from gyrostat.lowering.primitives import (
     ALIKE,
+    COMPILED,
     ELEMENTWISE,
-    FLIGHT_CODE,
     FOLDED,
     LOGICAL_ONLY,
     MOVES,
     OVERFLOWING,
-    REAL_ONLY,
     REDUCTIONS,
     WRAPPED,
     Scalars,
@@ -34,15 +33,8 @@ from gyrostat.lowering.program import (
     Table,
 )
 from gyrostat.lowering.scope import FLIGHT, Scope
-from gyrostat.lowering.tracing import (
-    NOWHERE,
-    Source,
-    called,
-    constant,
-    own_function,
-    refused,
-    source,
-)
+from gyrostat.lowering.source import NOWHERE, Source, refusal, refused, source
+from gyrostat.lowering.tracing import called, constant, own_function
 
 
 class Lowering:
@@ -97,6 +89,8 @@ class Lowering:
         self, block: Block, operation: str, operands: Sequence[Operand], target: Name, where: Source
     ) -> Operand:
         """The result of an operation on scalars: a constant, an operand, or assigned in a block."""
+        if operation in whole.OPERATIONS and operands[0].kind != "real":
+            return whole.lowered(self, block, operation, operands, target, where)
         if operation in FOLDED and all(isinstance(o, Number) for o in operands):
             value = FOLDED[operation](*(o.value for o in operands if isinstance(o, Number)))
             return Number(target.kind, WRAPPED.get(target.kind, lambda v: v)(value))
@@ -139,10 +133,20 @@ class Lowering:
         filled = (np.broadcast_to(array, names.shape) for array in arrays)
         return one_by_one(names.shape, make, names, *filled)
 
+    def tested(self, block: Block, test: str, array: Scalars, number: Number, where: Source):
+        """Compare each element with a number."""
+        group = self.new_group()
+
+        def make(operand: Operand) -> Operand:
+            name = Name("logical", where.name, group)
+            return self.assigned(block, test, (operand, number), name, where)
+
+        return one_by_one(array.shape, make, array)
+
     def folded(self, block: Block, operation: str, scalars: Sequence[Operand], where: Source):
         """Join scalars by an operation, the first ones first."""
         if not scalars:
-            raise InputError(f"{where}: found a sum of no elements, expected one or more")
+            raise refusal(where, "a sum of no elements", "one or more")
         total, group = scalars[0], self.new_group()
         for scalar in scalars[1:]:
             name = Name(scalar.kind, where.name, group)
@@ -187,7 +191,7 @@ class Lowering:
         if inner is not None:
             own = None if self.scope.in_place else own_function(equation, inner)
             if own is None:
-                return self._library(inner, given, block, where)
+                return self.library(inner, given, block, where)
             return self._call(own, inner, given, block, where)
         if any(array.shape == () and isinstance(array.item(), Table) for array in given):
             raise refused(equation, where, "rows of a long scan", "them only as a result")
@@ -198,18 +202,18 @@ class Lowering:
         if name in MOVES:
             return [np.asarray(array, dtype=object) for array in MOVES[name](params, *given)]
         if name in REDUCTIONS:
-            operation = REDUCTIONS[name]
-            self._refuse_kind(equation, operation, where)
-            return [self._reduced(operation, params["axes"], given[0], block, where)]
+            return [self._reduced(REDUCTIONS[name], params["axes"], given[0], block, where)]
         if name in control_flow.LOWERED:
             return control_flow.LOWERED[name](self, equation, given, block)
         if name in special.LOWERED:
             return [special.LOWERED[name](self, equation, given, block, where)]
+        if name in indexing.LOWERED:
+            return [indexing.LOWERED[name](self, equation, given, block, where)]
+        if name in ordering.LOWERED:
+            return ordering.LOWERED[name](self, equation, given, block, where)
         if name not in ELEMENTWISE:
-            raise refused(equation, where, "a primitive", FLIGHT_CODE)
-        operation = ELEMENTWISE[name]
-        self._refuse_kind(equation, operation, where)
-        return [self.applied(block, operation, equation.outvars[0], where, *given)]
+            raise refused(equation, where, "a primitive", COMPILED)
+        return [self.applied(block, ELEMENTWISE[name], equation.outvars[0], where, *given)]
 
     def _narrowed(self, equation: Any, made: Sequence[Scalars], block: Block) -> Sequence[Scalars]:
         if equation.primitive.name not in OVERFLOWING:
@@ -224,7 +228,7 @@ class Lowering:
         """Line of Python of an equation: inside a library's function, that which calls it."""
         return self._library_call or source(equation, NOWHERE)
 
-    def _library(self, inner: Any, given: list[Scalars], block: Block, where: Source):
+    def library(self, inner: Any, given: list[Scalars], block: Block, where: Source):
         """Append what a function of a library does; JAX traces such a function only once."""
         before, self._library_call = self._library_call, where
         results = self.graph(inner, given, block)
@@ -260,16 +264,6 @@ class Lowering:
             made[place] = self.folded(block, operation, list(rows[place]), where)
         return made
 
-    def _refuse_kind(self, equation: Any, operation: str, where: Source) -> None:
-        kinds = {self.kind(atom) for atom in equation.invars}
-        wrong = (operation in REAL_ONLY and kinds != {"real"}) or (
-            operation in LOGICAL_ONLY and kinds != {"logical"}
-        )
-        if wrong:
-            found = ", ".join(str(atom.aval.dtype) for atom in equation.invars)
-            allowed = "logical" if operation in LOGICAL_ONLY else "float64"
-            raise refused(equation, where, f"operands {found}", f"{allowed} ones")
-
     def _refuse_arrays(self, equation: Any) -> None:
         where = self.source(equation)
         # results of a long scan are kept tables, no scalars
@@ -279,19 +273,13 @@ class Lowering:
             is_kept = long and np.isfinite(self.scope.longest) and atom in equation.outvars
             if size > self.scope.largest and not is_kept:
                 found = "×".join(map(str, atom.aval.shape))
-                raise refused(
-                    equation,
-                    where,
-                    f"an array of {found}",
-                    f"at most {self.scope.largest} elements",
-                )
+                expected = f"at most {self.scope.largest} elements"
+                raise refused(equation, where, f"an array of {found}", expected)
+            if self.scope.kind_of(dtype) is None and str(dtype).startswith("key<"):
+                raise refused(equation, where, "random numbers", "none: flight code draws no noise")
             if self.scope.kind_of(dtype) is None:
-                raise refused(
-                    equation,
-                    where,
-                    f"numbers of type {dtype}",
-                    "float64, int32, int64 or logical ones",
-                )
+                expected = "float64, int32, int64 or logical ones"
+                raise refused(equation, where, f"numbers of type {dtype}", expected)
 
 
 def _flat(arrays: Sequence[Scalars]) -> list[Any]:

@@ -19,9 +19,9 @@ def one_by_one(shape: tuple[int, ...], make: Callable[..., Any], *arrays: Scalar
     return made
 
 
-FLIGHT_CODE = (
-    "a primitive that belongs in flight code: arithmetic, selects, elementary functions, moves "
-    "of elements, loops of a known length"
+COMPILED = (
+    "one that compiled code has: arithmetic, selects, elementary functions, moves and indices of "
+    "elements, loops of a known length"
 )
 
 ELEMENTWISE = {
@@ -31,7 +31,8 @@ ELEMENTWISE = {
             *("add", "sub", "mul", "div", "neg", "max", "min", "abs", "sign", "sqrt"),
             *("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "xor"),
             *("exp", "exp2", "expm1", "log", "log1p", "sin", "cos", "tan", "asin", "acos", "atan"),
-            *("sinh", "cosh", "tanh", "cbrt", "atan2", "pow", "floor", "ceil"),
+            *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "erf", "erfc"),
+            *("cbrt", "atan2", "pow", "floor", "ceil", "shift_left"),
         )
     },
     "add_any": "add",
@@ -39,15 +40,6 @@ ELEMENTWISE = {
     "is_finite": "finite",
 }
 """Primitive -> operation on each element."""
-
-REAL_ONLY = frozenset(
-    {
-        *("div", "sqrt", "exp", "exp2", "expm1", "log", "log1p", "sin", "cos", "tan", "asin"),
-        *("acos", "atan", "sinh", "cosh", "tanh", "cbrt", "atan2", "pow", "floor", "ceil", "fmod"),
-        *("finite", "sign", "max", "min", "abs", "rint", "round"),
-    }
-)
-"""Operations on real numbers alone."""
 
 TEST = frozenset({"lt", "le", "gt", "ge", "eq", "ne"})
 LOGICAL_ONLY = frozenset({"and", "or", "not", "xor"})
@@ -65,7 +57,7 @@ FOLDED: dict[str, Callable[..., Any]] = {
     "ne": operator.ne,
     "and": operator.and_,
     "or": operator.or_,
-    "not": operator.not_,
+    "not": lambda value: not value if isinstance(value, bool) else ~value,
     "xor": operator.xor,
     "to_word": lambda value: value % 2**32,
     "to_half": lambda value: (value + 2**31) % 2**32 - 2**31,
@@ -80,8 +72,8 @@ WRAPPED: dict[str, Callable[[Any], Any]] = {
 
 OVERFLOWING = frozenset(
     {
-        *("add", "sub", "mul", "neg", "shift_left", "add_any", "square", "integer_pow"),
-        *("reduce_sum", "reduce_prod"),
+        *("add", "sub", "mul", "div", "neg", "abs", "not", "shift_left", "add_any", "square"),
+        *("integer_pow", "reduce_sum", "reduce_prod", "cumsum", "cumprod"),
     }
 )
 """Primitives whose result may need more bits than their operands have."""
@@ -93,6 +85,7 @@ REDUCTIONS = {
     "reduce_min": "min",
     "reduce_and": "and",
     "reduce_or": "or",
+    "reduce_xor": "xor",
 }
 """Primitive -> operation that joins the elements, the first ones first."""
 
@@ -126,6 +119,11 @@ def _pad(params: dict[str, Any], array: Scalars, value: Scalars) -> list[Scalars
     return [array]
 
 
+def _unstack(params: dict[str, Any], array: Scalars) -> list[Scalars]:
+    rows = np.moveaxis(array, params["axis"], 0)
+    return [rows[k] for k in range(len(rows))]
+
+
 def _split(params: dict[str, Any], array: Scalars) -> list[Scalars]:
     return np.split(array, np.cumsum(params["sizes"])[:-1], params["axis"])
 
@@ -143,5 +141,6 @@ MOVES: dict[str, Callable[..., Sequence[Scalars]]] = {
     "stack": lambda params, *arrays: [np.stack(arrays, params["axis"])],
     "tile": lambda params, array: [np.tile(array, params["reps"])],
     "transpose": lambda params, array: [array.transpose(params["permutation"])],
+    "unstack": _unstack,
 }
 """Primitive -> (its parameters, arrays) -> arrays: elements that only change their places."""

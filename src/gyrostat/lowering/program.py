@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
-from gyrostat.lowering.tracing import NOWHERE, Source
+from gyrostat.lowering.source import NOWHERE, Source
 
 Kind = Literal["real", "integer", "logical", "bits"]
 

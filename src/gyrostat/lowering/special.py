@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyrostat.lowering.primitives import Scalars, one_by_one
-from gyrostat.lowering.program import Assign, Block, Fill, Name, Number, Operand, Table
-from gyrostat.lowering.tracing import Source, refused
+from gyrostat.lowering.program import Block, Name, Number, Operand
+from gyrostat.lowering.source import Source, refused
 
 if TYPE_CHECKING:
     from gyrostat.lowering.lower import Lowering
@@ -61,14 +61,18 @@ def _logistic(
 
 
 def _select(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source):
+    """One of several cases by a condition or a number."""
     which, *cases = given
-    if len(cases) != 2 or equation.invars[0].aval.dtype != np.bool_:
-        raise refused(
-            equation, where, f"a choice among {len(cases)}", "one between two by a condition"
-        )
-    target = equation.outvars[0]
-    which = np.broadcast_to(which, target.aval.shape)
-    return lowering.applied(block, "select", target, where, which, cases[1], cases[0])
+    target, kind = equation.outvars[0], lowering.kind(equation.invars[0])
+    if kind == "logical":
+        which = np.broadcast_to(which, target.aval.shape)
+        return lowering.applied(block, "select", target, where, which, cases[1], cases[0])
+    chosen = cases[-1]
+    for k in range(len(cases) - 2, -1, -1):
+        here = lowering.tested(block, "le", which, Number(kind, k), where)
+        here = np.broadcast_to(here, target.aval.shape)
+        chosen = lowering.applied(block, "select", target, where, here, cases[k], chosen)
+    return chosen
 
 
 def _clamp(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source):
@@ -87,22 +91,29 @@ def _clamp(lowering: "Lowering", equation: Any, given: list[Scalars], block: Blo
 def _convert(
     lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source
 ):
-    source_kind = lowering.kind(equation.invars[0])
-    target = equation.outvars[0]
-    kind = lowering.kind(target)
-    if kind == source_kind:
+    """A conversion as XLA does it: whole numbers wrap around, real ones end at the limits."""
+    source, target = equation.invars[0], equation.outvars[0]
+    before, after = source.aval.dtype, target.aval.dtype
+    kind, narrow = lowering.kind(target), lowering.scope.narrow.get(after)
+
+    def made(operation: str, *operands: Any) -> Scalars:
+        return lowering.applied(block, operation, target, where, *operands)
+
+    if kind == lowering.kind(source) and (narrow is None or before == after):
         return given[0]
-    if source_kind == "real" or kind == "logical":
-        found = f"a conversion from {equation.invars[0].aval.dtype} to {target.aval.dtype}"
-        raise refused(equation, where, found, "one that loses nothing")
-
-    def number(operand: Operand) -> Operand:
-        value = operand.value if isinstance(operand, Number) else 0
-        return Number(kind, float(value) if kind == "real" else int(value))
-
-    if all(isinstance(operand, Number) for operand in given[0].flat):
-        return one_by_one(target.aval.shape, number, given[0])
-    return lowering.applied(block, f"to_{kind}", target, where, *given)
+    if kind == "logical":
+        return made("ne", given[0], np.array(Number(lowering.kind(source), 0)))
+    if before != np.float64 and all(isinstance(operand, Number) for operand in given[0].flat):
+        values = np.vectorize(lambda operand: operand.value, otypes=[before])(given[0])
+        return lowering.numbers(values.astype(after))
+    if before not in (np.float64, np.bool_) and narrow is not None:
+        return made(narrow, given[0])
+    converted = made(f"to_{kind}", given[0])
+    if before == np.float64 and np.issubdtype(after, np.integer) and after.itemsize < 8:
+        limits = np.iinfo(after)
+        converted = made("max", converted, np.array(Number(kind, int(limits.min))))
+        converted = made("min", converted, np.array(Number(kind, int(limits.max))))
+    return converted
 
 
 def _round(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source):
@@ -141,125 +152,38 @@ def _dot(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block
     return made.reshape(equation.outvars[0].aval.shape)
 
 
-def _largest(
+def _platform(
     lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source
 ):
-    """Place of the largest or smallest element of one axis; the first of several, or a NaN."""
-    array = given[0]
-    if len(equation.params["axes"]) != 1 or array.ndim != 1:
-        raise refused(equation, where, "an array of several axes", "a vector")
-    test = "gt" if equation.primitive.name == "argmax" else "lt"
-    kind = lowering.kind(equation.invars[0])
-    best, place = array[0], Number("integer", 0)
-    group = lowering.new_group()
-
-    def new(operation: str, *operands: Operand) -> Operand:
-        made = operands[1].kind if operation == "select" else "logical"
-        return lowering.assigned(block, operation, operands, Name(made, where.name, group), where)
-
-    for k in range(1, len(array)):
-        better = new(test, array[k], best)
-        if kind == "real":
-            fresh = new("and", new("ne", array[k], array[k]), new("eq", best, best))
-            better = new("or", better, fresh)
-        best = new("select", better, array[k], best)
-        place = new("select", better, Number("integer", k), place)
-    return np.asarray(place, dtype=object)
+    """The number of the branch for a processor, or of the one for whatever there is."""
+    platforms = equation.params["platforms"]
+    for number, names in enumerate(platforms):
+        if names is None or "cpu" in names:
+            return np.array(Number("integer", number), dtype=object)
+    raise refused(equation, where, f"code for {platforms} alone", "code for a processor")
 
 
-class _Pick:
-    """An array whose elements are picked by a running index, kept within it."""
-
-    def __init__(
-        self,
-        lowering: "Lowering",
-        array: Scalars,
-        sizes: Sequence[int],
-        block: Block,
-        where: Source,
-    ) -> None:
-        self._lowering, self._block, self._where = lowering, block, where
-        self._array, self._sizes = array, sizes
-        self._strides = [int(np.prod(array.shape[k + 1 :])) for k in range(array.ndim)]
-        self._table = Table(array.flat[0].kind, array.size, where.name)
-        block.append(Fill(self._table, tuple(array.flat), where))
-
-    def base(self, starts: Sequence[Operand]) -> Operand:
-        """Where a part that starts at some indices begins in the table."""
-        base: Operand = Number("integer", 0)
-        for axis, start in enumerate(starts):
-            last = Number("integer", self._array.shape[axis] - self._sizes[axis])
-            zero = Number("integer", 0)
-            kept = self._lowering.within(self._block, start, zero, last, self._where)
-            step = self._new("mul", kept, Number("integer", self._strides[axis]))
-            base = step if base == zero else self._new("add", base, step)
-        return base
-
-    def element(self, base: Operand, offset: Sequence[int], name: Name) -> Name:
-        """An element of that part."""
-        steps = sum(place * stride for place, stride in zip(offset, self._strides, strict=True))
-        index = self._new("add", base, Number("integer", steps)) if steps else base
-        self._block.append(Assign(name, "element", (index,), self._where, self._table))
-        return name
-
-    def _new(self, operation: str, *operands: Operand) -> Operand:
-        if operation == "mul" and operands[1] == Number("integer", 1):
-            return operands[0]
-        name = Name("integer", "index", self._lowering.new_group())
-        return self._lowering.assigned(self._block, operation, operands, name, self._where)
-
-
-def _dynamic_slice(
+def _shifted(
     lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source
 ):
-    """A part that starts at a running index."""
-    pick = _Pick(lowering, given[0], equation.params["slice_sizes"], block, where)
-    base = pick.base([start.item() for start in given[1:]])
-    names: Any = lowering.names(equation.outvars[0], where)
-    for place in np.ndindex(names.shape):
-        pick.element(base, place, names[place])
-    return names
-
-
-def _gather(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source):
-    """Parts that start at running indices, one for each element of an array of indices."""
-    array, indices = given
-    params = equation.params
-    dimensions, mode = params["dimension_numbers"], str(params["mode"])
-    if "FILL" in mode or dimensions.operand_batching_dims:
-        raise refused(equation, where, f"indices of mode {mode}", "indices promised to be within")
-    pick = _Pick(lowering, array, params["slice_sizes"], block, where)
-    names: Any = lowering.names(equation.outvars[0], where)
-    kept = [k for k in range(array.ndim) if k not in dimensions.collapsed_slice_dims]
-    bases: dict[tuple[int, ...], Operand] = {}
-    for place in np.ndindex(names.shape):
-        row = tuple(p for k, p in enumerate(place) if k not in dimensions.offset_dims)
-        if row not in bases:
-            starts: list[Operand] = [Number("integer", 0)] * array.ndim
-            for axis, start in zip(dimensions.start_index_map, indices[row], strict=True):
-                starts[axis] = start
-            bases[row] = pick.base(starts)
-        offset = [0] * array.ndim
-        for axis, k in zip(kept, dimensions.offset_dims, strict=True):
-            offset[axis] = place[k]
-        pick.element(bases[row], offset, names[place])
-    return names
+    """Bits moved to the right, zeros after them."""
+    if equation.outvars[0].aval.dtype == np.int32:
+        raise refused(equation, where, "a shift of int32", "one of int64 or an unsigned type")
+    return lowering.applied(block, "shift_right", equation.outvars[0], where, *given)
 
 
 LOWERED: dict[str, Callable[..., Scalars]] = {
-    "argmax": _largest,
-    "argmin": _largest,
     "clamp": _clamp,
     "convert_element_type": _convert,
     "dot_general": _dot,
-    "dynamic_slice": _dynamic_slice,
-    "gather": _gather,
     "integer_pow": _power,
     "iota": _iota,
     "logistic": _logistic,
+    "platform_index": _platform,
     "round": _round,
     "rsqrt": _rsqrt,
     "select_n": _select,
+    "shift_right_logical": _shifted,
     "square": _square,
 }
 """Primitive -> (lowering, equation, operands, block, source) -> result."""

@@ -4,32 +4,20 @@ Whatever JAX does not promise to keep is used in this module and in no other: th
 and parameters are met in `primitives`, `lower` and `control_flow`, and are only read there.
 """
 
-import ast
-import functools
-import linecache
 import os
-import sysconfig
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-import equinox
-import numpy as np
+from jax.extend.core import ClosedJaxpr
 
 from gyrostat._jax import jax, jnp
 from gyrostat.errors import InputError
+from gyrostat.lowering.source import NOWHERE, Source, in_library, refused, source, source_at
 
-_LIBRARIES = tuple(
-    str(Path(place).resolve()) + os.sep
-    for place in (
-        Path(jax.__file__).parent,
-        Path(equinox.__file__).parent,
-        Path(np.__file__).parent,
-        sysconfig.get_path("stdlib"),
-    )
-)
+_OWN = str(Path(__file__).parent) + os.sep
 _CALLS = {
     "jit": "jaxpr",
     "pjit": "jaxpr",
@@ -38,28 +26,6 @@ _CALLS = {
     "custom_vjp_call": "call_jaxpr",
 }
 """Primitives that only call another jaxpr -> the parameter that holds it."""
-
-
-class Source(NamedTuple):
-    """A line of Python.
-
-    Attributes:
-        file: from its package on, as gyrostat/control/attitude_pid.py; no folder of a machine.
-        line: number.
-        text: of the line, without blanks around it.
-        name: what the line gives a value to, or the function that it returns from; "" for neither.
-    """
-
-    file: str
-    line: int
-    text: str
-    name: str
-
-    def __str__(self) -> str:
-        return f"{self.file}:{self.line}: {self.text}"
-
-
-NOWHERE = Source("", 0, "", "")
 
 
 @dataclass(frozen=True)
@@ -163,13 +129,18 @@ def called(equation: Any) -> Any | None:
     return inner
 
 
+def closed(jaxpr: Any, constants: Sequence[Any]) -> Any:
+    """A jaxpr with its constants."""
+    return ClosedJaxpr(jaxpr, constants)
+
+
 def own_function(equation: Any, inner: Any) -> str | None:
     """Name of a jitted function that is not one of the libraries' own; None for those."""
     if equation.primitive.name not in ("jit", "pjit"):
         return None
     where = getattr(getattr(inner.jaxpr, "debug_info", None), "func_src_info", None) or ""
     file = where.partition(" at ")[2].rpartition(":")[0]
-    if not file or _in_library(file):
+    if not file or in_library(file):
         return None
     name = str(equation.params["name"]).strip("_")
     return name if name.isidentifier() else None
@@ -180,85 +151,13 @@ def constant(atom: Any) -> Any | None:
     return getattr(atom, "val", None)
 
 
-def source(equation: Any, otherwise: Source) -> Source:
-    """The innermost line of Python that an equation comes from and that is no library's."""
-    found = equation.source_info.traceback
-    for frame in found.frames if found is not None else ():
-        if not _in_library(frame.file_name):
-            return _source(frame.file_name, frame.line_num)
-    return otherwise
-
-
-def refused(equation: Any, where: Source, what: str, expected: str) -> InputError:
-    """The error for an equation that has no place in flight code."""
-    return InputError(f"{where}: found {what} ({equation.primitive.name}), expected {expected}")
-
-
-@functools.cache
-def _in_library(file: str) -> bool:
-    return file.startswith("<") or str(Path(file).resolve()).startswith(_LIBRARIES)
-
-
-@functools.cache
-def _source(file: str, line: int) -> Source:
-    path = Path(file)
-    shown = path.name
-    # from the outermost package on
-    while (path.parent / "__init__.py").exists():
-        path = path.parent
-        shown = f"{path.name}/{shown}"
-    return Source(shown, line, linecache.getline(file, line).strip(), _named_at(file).get(line, ""))
-
-
-@functools.cache
-def _named_at(file: str) -> dict[int, str]:
-    """Line -> the name that it gives a value to: an assignment's, an argument's, a function's."""
-    try:
-        tree = ast.parse("".join(linecache.getlines(file)))
-    except SyntaxError:
-        return {}
-    spans: list[tuple[int, bool, int, str]] = []
-
-    def visit(node: ast.AST, function: str) -> None:
-        for child in ast.iter_child_nodes(node):
-            name = ""
-            match child:
-                case ast.Assign(targets=[ast.Name(id=name)]):
-                    pass
-                case ast.AnnAssign(target=ast.Name(id=name)):
-                    pass
-                case ast.AugAssign(target=ast.Name(id=name)):
-                    pass
-                case ast.Return():
-                    name = function
-                case ast.keyword(arg=str(argument), value=value):
-                    # strict=True and the like name no result
-                    name = "" if isinstance(value, ast.Constant) else argument
-            if name and isinstance(child, ast.stmt | ast.keyword):
-                more = (child.end_lineno or child.lineno) - child.lineno
-                spans.append((more, isinstance(child, ast.keyword), child.lineno, name))
-            inner = isinstance(child, ast.FunctionDef) and child.name
-            visit(child, inner or function)
-
-    visit(tree, "")
-    named: dict[int, str] = {}
-    # the shortest span of lines wins, a statement over an argument
-    for more, _, first, name in sorted(spans):
-        for line in range(first, first + more + 1):
-            named.setdefault(line, name.strip("_"))
-    return named
-
-
 def _raised_at(error: BaseException) -> Source | None:
     places = [
         frame
         for frame in traceback.extract_tb(error.__traceback__)
-        if not _in_library(frame.filename) and not frame.filename.startswith(_OWN)
+        if not in_library(frame.filename) and not frame.filename.startswith(_OWN)
     ]
-    return _source(places[-1].filename, places[-1].lineno or 0) if places else None
-
-
-_OWN = str(Path(__file__).parent) + os.sep
+    return source_at(places[-1].filename, places[-1].lineno or 0) if places else None
 
 
 def _reason(error: Exception) -> str:

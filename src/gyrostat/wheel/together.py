@@ -61,7 +61,7 @@ def _modes(contacts: Contacts, motion: Motion, released: PerWheel, time: Scalar)
     start = jnp.where(motion.speed == 0.0, released, jnp.sign(motion.speed))
 
     def release_worst(carry):
-        direction, *_ = carry
+        direction, _, _, number = carry
         modes = contacts.modes(direction)
         torque = contacts.torques(motion, modes, time)
         sense = jnp.sign(torque)
@@ -69,11 +69,16 @@ def _modes(contacts: Contacts, motion: Motion, released: PerWheel, time: Scalar)
         excess = jnp.where(direction == 0.0, excess, -1.0)
         worst = jnp.argmax(excess)
         free = (jnp.arange(len(excess)) == worst) & (excess > 0.0)
-        return jnp.where(free, sense, direction), modes, jnp.any(free)
+        return jnp.where(free, sense, direction), modes, jnp.any(free), number + 1
 
     nothing = Modes(start, jnp.zeros_like(contacts.mobility))
     rests = jnp.any(start == 0.0)  # else no wheel holds, and none is released
-    return jax.lax.while_loop(lambda carry: carry[2], release_worst, (start, nothing, rests))[1]
+
+    def goes_on(carry):
+        # each pass but the last releases a wheel; flight code needs the bound to be stated
+        return carry[2] & (carry[3] < len(start) + 2)
+
+    return jax.lax.while_loop(goes_on, release_worst, (start, nothing, rests, 0))[1]
 
 
 class _Loads(NamedTuple):
@@ -191,9 +196,9 @@ def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
         return _Trial(wheel, (low, high, jnp.clip(guess[wheel], low, high)), jnp.array(0))
 
     def locate(_):
-        def look(carry: tuple[_Search, _Trial]) -> tuple[_Search, _Trial]:
+        def look(carry: tuple[_Search, _Trial, Array]) -> tuple[_Search, _Trial, Array]:
             # narrowing a bracket and judging its end are one step, so that a flow compiles once
-            search, trial = carry
+            search, trial, number = carry
             wheel, time = trial.wheel, trial.bracket[2]
             there = flow(time)
             left, rate = heights(there, loads(there, time))
@@ -210,13 +215,19 @@ def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
                 earliest, jnp.where(happens, wheel, search.wheel), search.found | happens, others
             )
             over = trial.steps == NEWTON_STEPS
-            return jax.tree.map(
+            return *jax.tree.map(
                 lambda a, b: jnp.where(over, a, b), (judged, next_trial(judged)), (search, closer)
-            )
+            ), number + 1
 
+        # flight code needs a constant bound, and reports when that is reached
+        bound = len(held) * (NEWTON_STEPS + 1)
         none = _Search(length, jnp.array(0), jnp.array(False), past_zero | dips)
-        search, _ = jax.lax.stop_gradient(
-            jax.lax.while_loop(lambda s: jnp.any(s[0].suspects), look, (none, next_trial(none)))
+        search, *_ = jax.lax.stop_gradient(
+            jax.lax.while_loop(
+                lambda s: jnp.any(s[0].suspects) & (s[2] <= bound),
+                look,
+                (none, next_trial(none), jnp.array(0)),
+            )
         )
         there = flow(search.time)
         at = loads(there, search.time)

@@ -170,15 +170,21 @@ class TwoWheelSweeps(eqx.Module):
         turn = jnp.concatenate([turn[:1], self.frame.T @ turn[1:]])
         limits = self.limits(momentum, share)
 
-        def aim(_, planned):
-            goal, _ = planned
+        def aim(planned):
+            goal, _, number = planned
             sweep = timed(*shortest(goal), *limits)
             drifted = self.drifted(sweep, attitude, momentum)
-            return rotations.product(rotations.conjugate(drifted), turn), sweep
+            goal = rotations.product(rotations.conjugate(drifted), turn)
+            return goal, sweep, number + 1
 
-        # no round where none begins: a `cond` in a batch would plan for every lane at every sample
+        # no round where none begins: a `cond` in a batch would plan for every run at every sample
         rounds = jnp.where(begin, AIMS, 0)
-        return jax.lax.fori_loop(0, rounds, aim, (turn, before))[1]
+
+        def goes_on(planned):
+            # flight code needs a constant bound, and reports when that is reached
+            return (planned[2] < rounds) & (planned[2] <= AIMS)
+
+        return jax.lax.while_loop(goes_on, aim, (turn, before, 0))[1]
 
     def drifted(self, sweep: Sweep, attitude: Quaternion, momentum: Vector) -> Quaternion:
         """The turn D that the drift adds: a sweep r ends at D r, in sweep axes at its start.
