@@ -26,7 +26,7 @@ class AttitudeEstimate(NamedTuple):
             was measured.
         surprise: normalised innovation squared, of three degrees of freedom; zero likewise.
         started: whether an attitude has been measured.
-        turn: (3,) integral of the rate over the last period, as the gyro gave it less the bias, rad.
+        turn: (3,) of the gyro over the last period, rate less bias times period, rad.
     """
 
     attitude: Quaternion
@@ -51,6 +51,8 @@ class AttitudeFilter(eqx.Module):
         angle_walk: of the gyro, rad/√s.
         bias_walk: of the gyro, rad/s/√s.
         bias_sigma: standard deviation of the bias at the start, rad/s.
+        coning: share of the coning that is in the gyro's samples and is corrected for: 1 where they
+            are integrals of the rate, 0 where the unit has compensated for coning.
     """
 
     attitude_sigma: Vector | float = eqx.field(converter=listed)
