@@ -56,7 +56,7 @@ command_of = eqx.filter_jit(lambda control, memory, measurement: control(memory,
 
 def measured(attitude, rate, momentum):
     known = jnp.ones(4, bool)
-    return SpacecraftMeasurement(attitude, jnp.asarray(rate), jnp.asarray(momentum), known)
+    return SpacecraftMeasurement(attitude, jnp.asarray(rate), jnp.asarray(momentum) / 2e-5, known)
 
 
 def felt(attitude, rate, momentum):
