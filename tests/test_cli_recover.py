@@ -31,6 +31,18 @@ def test_a_recovery_is_flown_and_written(run, tmp_path):
     np.testing.assert_allclose(momentum[:, 0], wanted, atol=5e-3)
 
 
+def test_impossible_starts_and_periods_are_refused_before_the_flight(run, tmp_path):
+    lost, out = ("--failed", "x=frozen"), ("--out", tmp_path / "out")
+    fast = ("--wheels", "180rpm,-210rpm,9000rpm", "--attitude", "0.9239,0,0,0.3827")
+    code, _, err = run("recover", CRAFT, *lost, *fast, *WANTED, *out)
+    assert code == 2
+    assert "speed of wheel 2: found 942.478 rad/s, 14.1372 N·m·s" in err
+    for periods in (("--period", "1e-300"), ("--period", "1e-300", "--duration", "1e-300")):
+        code, _, err = run("recover", CRAFT, *lost, *NOW, *WANTED, *out, *periods)
+        assert code == 2
+        assert "control period: found 1e-300 s, expected 1e-09 to 1e+09 s" in err
+
+
 def test_what_does_not_settle_is_no_valid_result(run, tmp_path):
     code, out, err = run(
         "recover",

@@ -141,6 +141,11 @@ def test_the_digest_looks_at_the_content_alone(scenario, variant):
         (('wheel = "b"', 'wheel = "f"'), "key event[worn].wheel: found no wheel 'f'"),
         (("[imbalance]", "[inbalance]"), "did you mean imbalance?"),
         (('"20 rpm"', '"0 %"'), "key dispersion[3].sigma: found '0 %', expected above 0"),
+        (("turn_gain = 0.4", "turn_gain = 1e308"), "turn_gain: found 1e+308, expected a size from"),
+        (("turn_gain = 0.4", "turn_gain = 1e-300"), "turn_gain: found 1e-300, expected a size"),
+        (('"0.25 s"', "1e-300"), "key run.duration: found 30.0, expected a whole multiple of the"),
+        (('["30 rpm",', '["90000 rpm",'), "speed of wheel 0: found 9424.78 rad/s"),
+        (('"2 µN·m·s"', '"2 µN·m·s"\ntachometer_lag = -1'), "tachometer_lag: found -1, expected 0"),
     ],
 )
 def test_bad_input_names_the_key(variant, change, found):

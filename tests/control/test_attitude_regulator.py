@@ -28,7 +28,9 @@ def measured():
     w, x, y, z = np.array([0.5, 0.5, -0.5, 0.5])
     left = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
     attitude = left @ np.asarray(from_rotation_vector(jnp.asarray(TURN)))
-    return SpacecraftMeasurement(*map(jnp.asarray, (attitude, RATE, WHEELS, np.ones(4, bool))))
+    return SpacecraftMeasurement(
+        *map(jnp.asarray, (attitude, RATE, WHEELS / 0.015, np.ones(4, bool)))
+    )
 
 
 def state():

@@ -34,7 +34,7 @@ def measured(body, attitude, momentum, speed):
     plant = SpeedDrivenSpacecraft(body, lambda time: momentum)
     state = GyrostatState(jnp.asarray(attitude), jnp.asarray(momentum), jnp.asarray(speed))
     return SpacecraftMeasurement(
-        state.attitude, plant.rate(state), 0.45 * state.wheel_speed, jnp.ones(2, dtype=bool)
+        state.attitude, plant.rate(state), state.wheel_speed, jnp.ones(2, dtype=bool)
     )
 
 

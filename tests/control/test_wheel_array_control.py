@@ -14,7 +14,7 @@ from gyrostat.body import (
     SpacecraftSensor,
     WheelFailures,
 )
-from gyrostat.body.rotations import error_angle, from_rotation_vector
+from gyrostat.body.rotations import error, error_angle, from_rotation_vector, rotation_vector
 from gyrostat.control import (
     AttitudeTargets,
     MomentumManagement,
@@ -56,7 +56,7 @@ command_of = eqx.filter_jit(lambda control, memory, measurement: control(memory,
 
 def measured(attitude, rate, momentum):
     known = jnp.ones(4, bool)
-    return SpacecraftMeasurement(attitude, jnp.asarray(rate), jnp.asarray(momentum), known)
+    return SpacecraftMeasurement(attitude, jnp.asarray(rate), jnp.asarray(momentum) / 2e-5, known)
 
 
 def felt(attitude, rate, momentum):
@@ -87,31 +87,61 @@ def settled(flight, after):
     return float(np.max(error[flight.time.values >= after]))
 
 
+PERIOD = 0.5
+TIMES = PERIOD * jnp.arange(1001)
+ORBIT, AGILE = np.array([0.0, -1.084e-3, 0.0]), np.radians(0.7) * np.array([0.6, 0.0, 0.8])
+"""rad/s: a nadir target in a low orbit, and a ground target that passes."""
+
+
+def moving(rate):
+    """Targets that turn at a constant rate, one for each sample."""
+    return AttitudeTargets(TIMES, jax.vmap(lambda t: from_rotation_vector(t * rate))(TIMES))
+
+
 @pytest.fixture(scope="module")
 def flights():
-    """A slew of 120 degrees from 10 s on, alone, through two kinds of failure, and reused.
+    """A slew of 120 degrees from 10 s on, alone and through two kinds of failure; moving targets.
 
     One batch, so that it is compiled once.
     """
+    slew = AttitudeTargets(TIMES, jax.vmap(EARLY)(TIMES))
+    control = dataclasses.replace(CONTROL, targets=slew)
+    follow = [dataclasses.replace(CONTROL, targets=moving(rate)) for rate in (ORBIT, AGILE)]
     none = WheelFailures.none(4)
     plant = Gyrostat(
         CRAFT, none, np.array([2e-6, -1e-6, 1.5e-6]), external_torque_limit=np.full(3, 2e-5)
     )
-    told = dataclasses.replace(CONTROL.watch, told=np.array([np.inf, np.inf, 42.0, np.inf]))
+    told = dataclasses.replace(control.watch, told=np.array([np.inf, np.inf, 42.0, np.inf]))
     failures = [none, none.torque_lost(0, 40.0), none.seizes(2, 40.0)]
-    plants = [eqx.tree_at(lambda p: p.failures, plant, f) for f in failures]
-    controls = [CONTROL, CONTROL, dataclasses.replace(CONTROL, watch=told)]
+    plants = [eqx.tree_at(lambda p: p.failures, plant, f) for f in [*failures, none, none]]
+    controls = [control, control, dataclasses.replace(control, watch=told), *follow]
     data = simulate(
         stack(plants),
         stack(controls),
         SpacecraftSensor(plant),
         start=plant.start(wheel_speed=[200.0, -200.0, 200.0, -200.0]),
         duration=500.0,
-        control_period=0.5,
-        runs=3,
+        control_period=PERIOD,
+        runs=5,
     )
     assert np.all(data.status == Status.COMPLETE)
-    return [data.isel(run=k) for k in range(3)]
+    return [data.isel(run=k) for k in range(5)]
+
+
+@pytest.mark.parametrize(("number", "rate", "degrees"), [(3, ORBIT, 0.776), (4, AGILE, 8.75)])
+def test_a_moving_target_is_followed_at_the_distance_that_the_documentation_tells(
+    flights, number, rate, degrees
+):
+    """W (1 / k + 1 / k_t) behind, to 1 %, from the time on at which drag and torques are found."""
+    flight = flights[number]
+    late = flight.time.values >= 300.0
+    attitude, target = (jnp.asarray(x.values[late]) for x in (flight.attitude, flight.target))
+    behind = -np.asarray(jax.vmap(lambda a, t: rotation_vector(error(a, t)))(attitude, target))
+    lag = rate * (1.0 / CONTROL.rate_gain + 1.0 / CONTROL.turn_gain)
+    assert np.degrees(np.linalg.norm(lag)) == pytest.approx(degrees, rel=2e-3)
+    np.testing.assert_allclose(
+        behind, np.tile(lag, (len(behind), 1)), atol=0.01 * np.linalg.norm(lag)
+    )
 
 
 def test_a_slew_keeps_its_limits_and_ends_at_rest(flights):

@@ -27,7 +27,7 @@ def measured(rate, momentum):
     return SpacecraftMeasurement(
         jnp.array([1.0, 0.0, 0.0, 0.0]),
         jnp.asarray(rate),
-        jnp.asarray(momentum),
+        jnp.asarray(momentum) / 0.01,
         jnp.ones(3, dtype=bool),
     )
 

@@ -84,7 +84,8 @@ def test_an_external_torque_that_acts_late_is_no_unknown_one():
     def step(carry, _):
         memory, momentum, under_way = carry
         wheels = jnp.linalg.pinv(AXES) @ momentum
-        sample = SpacecraftMeasurement(still, jnp.zeros(3), wheels, known)
+        speed = wheels / CONTROL.spacecraft.wheels.inertia
+        sample = SpacecraftMeasurement(still, jnp.zeros(3), speed, known)
         memory, command = CONTROL(memory, sample)
         momentum = momentum + PERIOD * under_way[0]
         under_way = jnp.stack([under_way[1], command.external_torque])

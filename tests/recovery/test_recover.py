@@ -42,6 +42,17 @@ def test_two_wheels_and_momentum_settle_at_the_nearest_attitude(kind):
     assert np.all(np.degrees(flight.error.values[late]) < 0.05)
 
 
+def test_a_wheel_that_runs_down_slowly_decides_the_time():
+    """It holds h exp(-t / tau): until the circle of what can be held is where it is aimed at."""
+    constant, total = 90.0, np.linalg.norm(START.momentum)
+    found = recover(CRAFT, START, {1: Loss("rundown", constant)}, target=TARGET, duration=600.0)
+    # at the target nothing is along the axis of the wheel: all of the momentum is across
+    held = ROTOR * (float(START.wheel_speed[1]) + float(Gyrostat(CRAFT).rate(START)[1]))
+    gone = constant * np.log(abs(held) / (total * np.radians(0.05)))
+    assert 100.0 + 15.0 * 16.0 / total < gone
+    assert 0.95 * gone < found.settle <= gone + 0.5
+
+
 def test_without_momentum_the_wheels_sweep():
     still = Gyrostat(CRAFT).start(attitude=START.attitude)
     found = recover(

@@ -76,6 +76,8 @@ def test_a_wheel_without_inertia_is_a_model_but_no_wheel(tmp_path):
         ("inertia = 0.0015", "inertia = " + 5000 * "[", "found invalid TOML"),
         ("inertia", "inertai", r"key wheel.inertai: .*did you mean wheel.inertia\?"),
         ("motor_constant = 0.0228", "", "key wheel.motor_constant: found none"),
+        ("motor_constant = 0.0228", "motor_constant = 0", "motor_constant: found 0, expected a n"),
+        ("constant = 0.0228", "constant = -0.02", "motor_constant: found -0.02, expected a n"),
         ("viscous = 4.83e-06", "viscous = nan", "key friction.viscous: found nan"),
         ("viscous = 4.83e-06", "viscous = '5'", "key friction.viscous: found '5'"),
         ("coulomb = 0.0008795", "", "key friction.coulomb: found none"),

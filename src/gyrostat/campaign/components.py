@@ -113,7 +113,9 @@ def _tracker_gyro(options: Options, plant: Any, known: Spacecraft) -> TrackerGyr
 def _kalman(options: Options, controller: Any, sensors: Options) -> EstimatedControl:
     names = ("attitude_sigma", "angle_walk", "bias_walk")
     noise = {name: sensors[name] for name in names}
-    return EstimatedControl(AttitudeFilter(**noise, **options), controller)
+    # what the gyro does not compensate for is left to the filter
+    coning = 1.0 - sensors["coning_compensation"]
+    return EstimatedControl(AttitudeFilter(**noise, **options, coning=coning), controller)
 
 
 def _constant_torque(options: Options) -> dict[str, Any]:

@@ -47,6 +47,11 @@ class AttitudeRegulator(eqx.Module):
     Carvalho and Fenili, eqs. (11), (12)); with `linear`, those at rest at the target with wheels at
     rest, once (LQR). It knows nothing of lost wheels, drag or external torques.
 
+    The target is taken to be at rest. Behind one that turns at a constant rate W about a principal
+    axis of inertia J the body stays by 4 atan(W sqrt((q_w + J sqrt(q_s r) / 2) / q_s)) rad: there
+    the torque of the attitude, sqrt(q_s / r) tan(angle / 4), makes up for that of the rate,
+    sqrt((q_w + J sqrt(q_s r) / 2) / r) W. This is the linear law without momentum in the wheels.
+
     Attributes:
         spacecraft: as the controller knows it.
         target: (4,) quaternion, scalar first.

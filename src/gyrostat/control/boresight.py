@@ -63,7 +63,8 @@ class BoresightLaw(eqx.Module):
     g = k theta near the end, sqrt(2 a (theta - a / 2k^2)) from theta = a/k^2 on, which is the same
     there in value and slope: it brakes with a. Nothing in it is singular but half a turn, where
     every way is as short; then the body turns about its x axis. a is a share of what the weaker
-    wheel's torque gives about n, and g is kept to what the wheels' momentum lets.
+    wheel's torque gives about n, and g is kept to what the wheels' momentum lets. The direction is
+    taken to be at rest: behind one that moves at a constant rate W, body z stays by W / k.
 
     Attributes:
         gain: k, 1/s.

@@ -24,6 +24,10 @@ class ThreeAxisLaw(eqx.Module):
     the body, and takes up no more momentum than they have left. B. Wie, "Space Vehicle Dynamics and
     Control", section 7.3 (eigenaxis rotations under limits).
 
+    The target is taken to be at rest. Behind one that turns at a constant rate W the body stays by
+    W (1 / k + 1 / k_t), with the gains k of `WheelRateLoop` and k_t of this law: 5.25 s times W
+    with the default gains. `WheelArrayControl` derives it.
+
     Attributes:
         wheels: the loop that will follow the rate; gives inertia and limits.
         target: (4,) attitude to reach.

@@ -26,6 +26,7 @@ class AttitudeEstimate(NamedTuple):
             was measured.
         surprise: normalised innovation squared, of three degrees of freedom; zero likewise.
         started: whether an attitude has been measured.
+        turn: (3,) of the gyro over the last period, rate less bias times period, rad.
     """
 
     attitude: Quaternion
@@ -34,6 +35,7 @@ class AttitudeEstimate(NamedTuple):
     innovation: Vector
     surprise: Scalar
     started: Bool[Array, ""]
+    turn: Vector
 
 
 class AttitudeFilter(eqx.Module):
@@ -49,12 +51,15 @@ class AttitudeFilter(eqx.Module):
         angle_walk: of the gyro, rad/√s.
         bias_walk: of the gyro, rad/s/√s.
         bias_sigma: standard deviation of the bias at the start, rad/s.
+        coning: share of the coning that is in the gyro's samples and is corrected for: 1 where they
+            are integrals of the rate, 0 where the unit has compensated for coning.
     """
 
     attitude_sigma: Vector | float = eqx.field(converter=listed)
     angle_walk: Scalar
     bias_walk: Scalar
     bias_sigma: Scalar
+    coning: Scalar = 1.0
 
     def check(self) -> None:
         """Refuse what is no standard deviation, by `InputError`."""
@@ -62,6 +67,7 @@ class AttitudeFilter(eqx.Module):
         require("gyro angle walk", self.angle_walk, "rad/√s", positive=True)
         require("gyro bias walk", self.bias_walk, "rad/s/√s")
         require("bias sigma", self.bias_sigma, "rad/s")
+        require("coning share", self.coning)
 
     def start(self) -> AttitudeEstimate:
         """Nothing known; the first attitude that is measured begins."""
@@ -72,11 +78,13 @@ class AttitudeFilter(eqx.Module):
             innovation=jnp.zeros(3),
             surprise=jnp.zeros(()),
             started=jnp.array(False),
+            turn=jnp.zeros(3),
         )
 
     def predict(self, estimate: AttitudeEstimate, rate: Vector, period: Scalar) -> AttitudeEstimate:
         """Carry an estimate over a period, s, in which the gyro measured a mean rate, rad/s."""
-        turn = period * (rate - estimate.bias)
+        integral = period * (rate - estimate.bias)
+        turn = integral + self.coning / 12.0 * jnp.cross(estimate.turn, integral)
         step = rotations.from_rotation_vector(turn)
         own, unit = cross_matrix(turn), jnp.eye(3)
         # mean of exp(-[turn]x s) over the period; the next term is below 1e-6 for 0.3 rad
@@ -92,6 +100,7 @@ class AttitudeFilter(eqx.Module):
         return estimate._replace(
             attitude=rotations.normalised(rotations.product(estimate.attitude, step)),
             covariance=symmetric(forward @ estimate.covariance @ forward.T + noise),
+            turn=integral,
         )
 
     def correct(
@@ -120,11 +129,13 @@ class AttitudeFilter(eqx.Module):
             innovation=innovation,
             surprise=innovation @ information @ innovation,
             started=jnp.array(True),
+            turn=estimate.turn,
         )
         first = self.start()._replace(
             attitude=attitude,
             covariance=jnp.diag(jnp.concatenate([variance, self.bias_sigma**2 * jnp.ones(3)])),
             started=jnp.array(True),
+            turn=estimate.turn,
         )
         nothing = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))
         begun = (jnp.where(estimate.started, a, b) for a, b in zip(corrected, first, strict=True))

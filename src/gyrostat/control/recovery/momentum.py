@@ -43,6 +43,12 @@ class MomentumRecovery(eqx.Module):
     they will hold at the target. It is not inferred from rate and inertia: where the momentum is
     small, an inertia that is wrong by 5 % would make that unstable.
 
+    With two directions left the time to expect is 100 s + 15 J / rho, with the largest inertia J
+    and the momentum rho across the normal n at the target, N·m·s. A failed wheel that still runs
+    down with the time constant tau moves what can be held until its momentum h along its axis a is
+    gone: to a tolerance of e rad that takes tau ln(h |n.a| / (rho e)), and the longer of both
+    times counts.
+
     Attributes:
         law: rate over attitude.
         normal: (3,) to the working axes, or zero where they span space.
