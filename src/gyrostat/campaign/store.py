@@ -69,12 +69,7 @@ class Store:
         except OSError as error:
             raise unwritable(self.folder, error) from None
         try:
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise InputError(
-                    f"{self.folder}: found another campaign at work here, expected none"
-                ) from None
+            _lock(handle, self.folder)
             # what a killed process has not finished
             for folder in (self.folder, self._blocks):
                 for left in folder.glob(f"{UNFINISHED}*.*"):
@@ -95,11 +90,9 @@ class Store:
             InputError: there is none, or campaign.json is not as it was written.
         """
         campaign = self.read()
-        if campaign is None:
-            raise InputError(
-                f"{self.folder}: found no campaign.json, expected the folder of a campaign"
-            )
-        return campaign
+        if campaign is not None:
+            return campaign
+        raise InputError(f"{self.folder}: found no campaign.json, expected a campaign's folder")
 
     def begin(self, campaign: Campaign, *, force: bool = False) -> Campaign:
         """Take a new campaign in, or the one that is there, which must be the same.
@@ -135,7 +128,6 @@ class Store:
         return known
 
     def _restore(self, campaign: Campaign, damage: DamagedError | None, force: bool) -> None:
-        """Write campaign.json where there is none, or a damaged one."""
         listed = Manifest(self.folder).entries.values()
         is_its = any(entry.by == campaign.by for entry in listed) or self.blocks(campaign)[0]
         if is_its:
@@ -157,7 +149,7 @@ class Store:
         """Set aside everything in the place of a result that is not as the campaign wrote it.
 
         Returns:
-            Numbers of the runs whose histories were set aside.
+            Runs whose histories were set aside.
         """
         manifest, damaged = Manifest(self.folder), set()
         for path in sorted((*self.folder.iterdir(), *(self.folder / "runs").iterdir())):
@@ -304,3 +296,10 @@ class Store:
 
 def _block_digest(campaign: Campaign, number: int, content: bytes) -> str:
     return hashlib.sha256(f"{campaign.identity} {number} ".encode() + content).hexdigest()
+
+
+def _lock(handle: int, folder: Path) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise InputError(f"{folder}: found another campaign at work here, expected none") from None
