@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -46,15 +47,16 @@ def refused(run, tmp_path):
 
 @pytest.fixture(scope="module")
 def fitted(tmp_path_factory):
-    """Results of the example record, made by the installed command."""
+    """Results of the example record, made beside it by the installed command."""
     out = tmp_path_factory.mktemp("fit")
+    record = shutil.copy(EXAMPLE, out)
     done = subprocess.run(
         [
             sys.executable,
             "-c",
             "from gyrostat.cli import main; main()",
             "identify",
-            str(EXAMPLE),
+            record,
             *("--inertia", "1.5e-3", "--speed-sigma", "5rpm", "--out", str(out), "--json"),
         ],
         capture_output=True,
@@ -89,8 +91,8 @@ def test_help_names_every_verb(run):
 
 def test_identify_writes_its_three_files_and_prints_only_json(fitted):
     out, done = fitted
-    written = ["fit.json", "model.toml", "report.html"]
-    assert sorted(p.name for p in out.iterdir()) == [".gyrostat.json", *written]
+    written = [".gyrostat.json", "fit.json", "model.toml", "report.html"]
+    assert sorted(p.name for p in out.iterdir()) == [*written, EXAMPLE.name]
     printed = json.loads(done.stdout)
     assert printed == json.loads((out / "fit.json").read_text())
     assert "coulomb" in done.stderr

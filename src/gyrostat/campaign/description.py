@@ -80,16 +80,12 @@ def read_campaign(file: Path) -> Campaign | None:
     """
     if not os.path.lexists(file):
         return None
+    written = read_regular(file)
+    number: Any = None
     try:
-        written = read_regular(file)
         content: Any = None if written is None else json.loads(written)
-        number = content["format"]
-        if isinstance(number, int) and number != FORMAT:
-            raise InputError(
-                f"{file}: found format {number} of another gyrostat, expected {FORMAT}: fly the "
-                "campaign again into another folder, or use the gyrostat that wrote it"
-            )
-        del content["format"], content["sha256"]
+        number = content.pop("format")
+        del content["sha256"]
         campaign = Campaign(**content)
         if (
             campaign.text().encode() == written
@@ -98,6 +94,11 @@ def read_campaign(file: Path) -> Campaign | None:
             return campaign
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         pass  # as below
+    if isinstance(number, int) and number != FORMAT:
+        raise InputError(
+            f"{file}: found format {number} of another gyrostat, expected {FORMAT}: fly the "
+            "campaign again into another folder, or use the gyrostat that wrote it"
+        )
     raise DamagedError(
         f"{file}: found damage (its content is not that of its digest), expected what gyrostat "
         "campaign wrote: the command that began the campaign mends it"

@@ -12,13 +12,13 @@ The digests guard against damage, not against somebody who computes them again.
 
 import contextlib
 import fcntl
-import hashlib
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gyrostat.campaign.blocks import name_of, number_of, packed
 from gyrostat.campaign.description import Campaign, DamagedError, read_campaign
 from gyrostat.errors import InputError
 from gyrostat.files import UNFINISHED, read_regular, set_aside, unwritable, whole_file, write_whole
@@ -33,7 +33,6 @@ GROUP = 64
 """Blocks in one row group of the table: what is in memory while it is written."""
 TABLE = "runs.parquet"
 REPORT = ("report.html", "report.json")
-_BLOCK = re.compile(r"(\d{6,})\.([0-9a-f]{64})\.parquet")
 _RESULT = re.compile(r"runs\.parquet|report\.(?:html|json)|runs/run_(\d{6,})\.(nc|html)")
 
 
@@ -69,12 +68,7 @@ class Store:
         except OSError as error:
             raise unwritable(self.folder, error) from None
         try:
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise InputError(
-                    f"{self.folder}: found another campaign at work here, expected none"
-                ) from None
+            _lock(handle, self.folder)
             # what a killed process has not finished
             for folder in (self.folder, self._blocks):
                 for left in folder.glob(f"{UNFINISHED}*.*"):
@@ -95,11 +89,9 @@ class Store:
             InputError: there is none, or campaign.json is not as it was written.
         """
         campaign = self.read()
-        if campaign is None:
-            raise InputError(
-                f"{self.folder}: found no campaign.json, expected the folder of a campaign"
-            )
-        return campaign
+        if campaign is not None:
+            return campaign
+        raise InputError(f"{self.folder}: found no campaign.json, expected a campaign's folder")
 
     def begin(self, campaign: Campaign, *, force: bool = False) -> Campaign:
         """Take a new campaign in, or the one that is there, which must be the same.
@@ -135,7 +127,6 @@ class Store:
         return known
 
     def _restore(self, campaign: Campaign, damage: DamagedError | None, force: bool) -> None:
-        """Write campaign.json where there is none, or a damaged one."""
         listed = Manifest(self.folder).entries.values()
         is_its = any(entry.by == campaign.by for entry in listed) or self.blocks(campaign)[0]
         if is_its:
@@ -157,7 +148,7 @@ class Store:
         """Set aside everything in the place of a result that is not as the campaign wrote it.
 
         Returns:
-            Numbers of the runs whose histories were set aside.
+            Runs whose histories were set aside.
         """
         manifest, damaged = Manifest(self.folder), set()
         for path in sorted((*self.folder.iterdir(), *(self.folder / "runs").iterdir())):
@@ -201,21 +192,7 @@ class Store:
         Raises:
             InputError: it cannot be written.
         """
-        import io
-
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        numbers = campaign.numbers(number)
-        told = {
-            "campaign": campaign.identity,
-            "seed": str(campaign.seed),
-            "runs": f"{numbers.start} to {numbers.stop - 1}",
-        }
-        buffer = io.BytesIO()
-        pq.write_table(pa.table(dict(columns)).replace_schema_metadata(told), buffer)
-        content = buffer.getvalue()
-        name = f"{number:06d}.{_block_digest(campaign, number, content)}.parquet"
+        name, content = packed(campaign, number, columns)
         with whole_file(self._blocks / name) as unfinished:
             unfinished.write_bytes(content)
 
@@ -224,11 +201,11 @@ class Store:
         found: dict[int, Path] = {}
         damaged: dict[int, list[Path]] = {}
         for path in sorted(self._blocks.iterdir()):
-            match = _BLOCK.fullmatch(path.name)
-            if match is None:
+            number = number_of(path.name)
+            if number is None:
                 continue
-            number, content = int(match[1]), read_regular(path)
-            if content is not None and _block_digest(campaign, number, content) == match[2]:
+            content = read_regular(path)
+            if content is not None and path.name == name_of(campaign, number, content):
                 found[number] = path
             else:
                 damaged.setdefault(number, []).append(path)
@@ -302,5 +279,8 @@ class Store:
         return path
 
 
-def _block_digest(campaign: Campaign, number: int, content: bytes) -> str:
-    return hashlib.sha256(f"{campaign.identity} {number} ".encode() + content).hexdigest()
+def _lock(handle: int, folder: Path) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise InputError(f"{folder}: found another campaign at work here, expected none") from None
