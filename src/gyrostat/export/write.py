@@ -248,17 +248,11 @@ class Writer:
             self.line(f"if ({counter} == {loop.count}) {{ status = 1; }}")
 
     def _carry(self, loop: Loop) -> None:
-        changing = {each.name for each in loop.carried}
-        moved = []
-        for each in loop.carried:
-            after = self.text(each.next).text
-            if each.next is not each.name and each.next in changing:
-                copy = self.free(f"{self.text(each.name).text}_next")
-                self.line(f"const {self._dialect.type_of(each.name.kind)} {copy} = {after};")
-                after = copy
-            if each.next is not each.name:
-                moved.append(f"{self.text(each.name).text} = {after};")
-        for text in moved:
+        wanted = [
+            (self.text(e.name).text, self.text(e.next).text, self._dialect.type_of(e.name.kind))
+            for e in loop.carried
+        ]
+        for text in moves(wanted, self.free):
             self.line(text)
 
     def _branch(self, branch: Branch) -> None:
