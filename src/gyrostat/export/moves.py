@@ -4,13 +4,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from gyrostat.export.expressions import Text
+from gyrostat.lowering.needs import used
 from gyrostat.lowering.program import (
     Assign,
     Block,
     Branch,
     Name,
     Operand,
-    Statement,
     Table,
     statements,
 )
@@ -71,7 +71,6 @@ def last_branch(
     body: Block,
     results: Sequence[Operand],
     places: Sequence[str],
-    used: Callable[[Statement], list[Operand]],
 ) -> LastBranch | None:
     """The last branch of an entry, if its blocks may set the results; None otherwise.
 
@@ -79,7 +78,6 @@ def last_branch(
         body: Of the entry.
         results: Of the entry.
         places: For each of them.
-        used: Operands that a statement reads in its own block.
     """
     number = max((k for k, each in enumerate(body) if isinstance(each, Branch)), default=None)
     if number is None:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from gyrostat.export.expressions import HELPERS, OF_INTEGERS, WORD, Dialect, Text
 from gyrostat.export.moves import LastBranch, last_branch, moves
 from gyrostat.export.words import comment, free_name, identifier
+from gyrostat.lowering.needs import used
 from gyrostat.lowering.program import (
     Assign,
     Block,
@@ -28,21 +29,6 @@ from gyrostat.lowering.source import NOWHERE, Source
 WIDTH = 100
 LONGEST = 70
 """Letters of an expression that another may take in."""
-
-
-def used(statement: Statement) -> list[Operand]:
-    """The operands that a statement reads in its own block."""
-    match statement:
-        case Assign(operands=operands) | Call(operands=operands):
-            return list(operands)
-        case Fill(values=values):
-            return list(values)
-        case Store(index=index, value=value):
-            return [index, value]
-        case Loop(carried=carried):
-            return [each.first for each in carried]
-        case Branch(index=index):
-            return [index]
 
 
 def _takes_in(reader: Statement, statement: Assign, made: Text) -> bool:
@@ -126,7 +112,7 @@ class Writer:
             results: Of the function.
             places: Where an entry puts them; `done` are then those that the lines set already.
         """
-        self._last = last_branch(block, results, places, used) if places else None
+        self._last = last_branch(block, results, places) if places else None
         self._count(block)
         self._uses.update(r for r in results if isinstance(r, Name))
         self._block(block, results)

@@ -13,10 +13,26 @@ from gyrostat.lowering.program import (
     Loop,
     Name,
     Operand,
+    Statement,
     Store,
     Table,
     statements,
 )
+
+
+def used(statement: Statement) -> list[Operand]:
+    """The operands that a statement reads in its own block."""
+    match statement:
+        case Assign(operands=operands) | Call(operands=operands):
+            return list(operands)
+        case Fill(values=values):
+            return list(values)
+        case Store(index=index, value=value):
+            return [index, value]
+        case Loop(carried=carried):
+            return [each.first for each in carried]
+        case Branch(index=index):
+            return [index]
 
 
 class Needs:
