@@ -77,10 +77,11 @@ class SortedErrors:
 
     def percentile(self, percent: float) -> Vector:
         """Percentile of each run; see `Collector`."""
-        if self._counted is None:
+        counted = self._counted
+        if counted is None:
             self._errors.sort(axis=1)
-            self._counted = np.sum(self._errors < np.inf, axis=1).tolist()
-        places = [rank(percent, count) - 1 for count in self._counted]
+            self._counted = counted = np.sum(self._errors < np.inf, axis=1).tolist()
+        places = [rank(percent, count) - 1 for count in counted]
         found = self._errors[np.arange(len(places)), places]
         return np.where(found < np.inf, found, np.nan)
 

@@ -139,20 +139,22 @@ def _or_none(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def told_percentile(entry: dict[str, float | None], unit: str) -> tuple[str, ...]:
+def told_percentile(entry: dict[str, Any], unit: str) -> tuple[str, ...]:
     """Value and ends of the interval for a person, with digits that tell unequal ones apart.
 
     Args:
         entry: Percentile as report.json has it.
         unit: Unit of the metric.
     """
-    parts = [np.nan if entry[name] is None else entry[name] for name in ("value", "low", "high")]
+    names = ("value", "low", "high")
+    parts = [float("nan" if entry[name] is None else entry[name]) for name in names]
     different = len({part for part in parts if np.isfinite(part)})
-    for digits in range(4, 17):
-        texts = tuple(told(part, unit, digits) for part in parts)
-        if len(set(texts) - {"none"}) == different:
-            break
-    return texts
+
+    def texts(digits: int) -> tuple[str, ...]:
+        return tuple(told(part, unit, digits) for part in parts)
+
+    enough = (d for d in range(4, 17) if len({*texts(d)} - {"none"}) == different)
+    return texts(next(enough, 17))
 
 
 def _lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
