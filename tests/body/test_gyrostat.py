@@ -22,7 +22,7 @@ from gyrostat.body import (
 from gyrostat.errors import InputError
 from gyrostat.friction import Stribeck
 from gyrostat.simulate import simulate, stack
-from gyrostat.wheel import WheelArray
+from gyrostat.wheel import PulseTachometer, Tachometer, WheelArray
 
 INERTIA = np.array([[10.0, 0.5, 0.2], [0.5, 12.0, -0.3], [0.2, -0.3, 15.0]])
 PYRAMID = np.array([[1.0, 1, 1], [1, -1, 1], [-1, 1, 1], [-1, -1, 1]]).T / np.sqrt(3.0)
@@ -394,6 +394,36 @@ def test_a_lost_tachometer_says_so_and_keeps_its_last_value():
     kept = data.measured_wheel_speed.values[lost, 3]
     assert np.all(kept == data.measured_wheel_speed.values[~lost, 3][-1])
     assert np.ptp(data.wheel_momentum.values[lost, 3]) > 0.0
+
+
+def test_tachometers_see_speeds_whatever_the_rotor_inertia():
+    """Pulses of wheels that speed up evenly, whose angles the plant does not carry."""
+    start, change, period = np.array([40.0, -7.0, 0.0, 3.0]), np.array([0.5, 0.3, 0.0, -2.0]), 0.5
+    pulses = PulseTachometer(24)
+    sensor = SpacecraftSensor(built(rotors=2.0 * ROTORS), tachometer=pulses)
+    sensor.check()
+    memory = sensor.start(CRAFT.start(wheel_speed=start), period)
+    counts = np.floor(-period * start * 24 / (2.0 * np.pi))
+    for k in range(6):
+        time = k * period
+        state = CRAFT.start(wheel_speed=start + change * time)
+        memory, seen = sensor(memory, state, jax.random.key(k))
+        now = np.floor((start * time + 0.5 * change * time**2) * 24 / (2.0 * np.pi))
+        quantum = 2.0 * np.pi / (24 * period)
+        np.testing.assert_allclose(seen.wheel_speed, quantum * (now - counts), atol=1e-12)
+        counts = now
+
+
+def test_the_older_noise_of_a_momentum_is_one_of_a_speed():
+    sensor = SpacecraftSensor(CRAFT, wheel_sigma=1e-3)
+    state = CRAFT.start(wheel_speed=10.0)
+    _, seen = sensor(sensor.start(state, 0.5), state, jax.random.key(3))
+    plain = SpacecraftSensor(CRAFT, tachometer=Tachometer(1e-3 / ROTORS))
+    _, same = plain(plain.start(state, 0.5), state, jax.random.key(3))
+    np.testing.assert_array_equal(seen.wheel_speed, same.wheel_speed)
+    assert np.all(seen.wheel_speed != 10.0)
+    with pytest.raises(InputError, match="found wheel_sigma and a tachometer"):
+        SpacecraftSensor(CRAFT, wheel_sigma=1e-3, tachometer=Tachometer()).check()
 
 
 def test_limits_of_torque_and_momentum_hold():

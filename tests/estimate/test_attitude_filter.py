@@ -131,6 +131,33 @@ def test_errors_and_innovations_have_the_covariance_that_the_filter_tells(batch)
     assert np.sqrt(np.mean(errors[:, -1, 3:5] ** 2)) < 0.05 * FIRST
 
 
+def test_the_term_for_coning_keeps_the_attitude_of_a_coning_body():
+    """Without noise, once round a cone: each period is off by sin²(angle) (x - sin x) / 2."""
+    angle, rate, samples = 0.1, 0.5, 64
+    period = 2.0 * np.pi / rate / samples
+    phase = 2.0 * np.pi * np.arange(-1, samples) / samples
+    # integral of rate (-sin a sin, sin a cos, cos a - 1) over each period
+    ends = np.stack([phase, phase + 2.0 * np.pi / samples])
+    swept = np.sin(angle) * np.diff([np.cos(ends), np.sin(ends)], axis=1)[:, 0]
+    drift = np.full(samples + 1, (np.cos(angle) - 1.0) * rate * period)
+    turns = np.stack([*swept, drift], axis=1) / period
+    off = {}
+    for coning in (0.0, 1.0):
+        tried = AttitudeFilter(SIGMA, ANGLE, BIAS, FIRST, jnp.asarray(coning))
+        carried = jax.jit(
+            lambda start, rates, tried=tried: jax.lax.scan(
+                lambda e, r: (tried.predict(e, r, period), None), start, rates
+            )[0]
+        )
+        begun = tried.start()._replace(turn=jnp.asarray(period * turns[0]))
+        end = carried(begun, jnp.asarray(turns[1:]))
+        off[coning] = np.asarray(rotation_vector(end.attitude))
+    step = 2.0 * np.pi / samples
+    known = samples * 0.5 * np.sin(angle) ** 2 * (step - np.sin(step))
+    assert np.linalg.norm(off[0.0]) == pytest.approx(known, rel=0.01)
+    assert np.linalg.norm(off[1.0]) < 3e-3 * known
+
+
 def test_the_first_attitude_begins_wherever_it_is():
     measured = from_rotation_vector(jnp.array([2.0, -1.0, 0.5]))
     correct = jax.jit(lambda *given: FILTER.correct(*given))

@@ -147,10 +147,10 @@ class MomentumMeasurement(NamedTuple):
 
 
 class MomentumSensor(eqx.Module):
-    """Momentum of the wheel with white noise.
+    """Momentum of the wheel with white noise: a measured speed times an inertia.
 
     Attributes:
-        inertia: of the wheel, kg·m².
+        inertia: of the rotor as whoever measures believes it, kg·m²; `BenchWheel` has the true one.
         sigma: standard deviation of a sample, N·m·s.
     """
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import inf, nan, pi
 
 from gyrostat.campaign.scenario import AXES
-from gyrostat.require import LARGEST, SMALLEST
+from gyrostat.require import LARGEST
 from gyrostat.units import SI_UNIT
 
 
@@ -38,14 +38,13 @@ class Key:
 
     def allows(self, value: float) -> bool:
         """Whether a value makes sense; NaN does not."""
-        above = self.least + SMALLEST if self.positive and self.least == 0.0 else self.least
-        inside = above <= value <= self.most and not (self.positive and value == self.least)
+        inside = self.least <= value <= self.most and not (self.positive and value == self.least)
         return inside and (abs(value) <= LARGEST or value == self.default)
 
     def range(self, found: float = nan) -> str:
         """What it allows, for a message about a value that was found."""
-        if abs(found) > LARGEST or 0.0 < found < SMALLEST:
-            return f"a size from {SMALLEST:g} to {LARGEST:g}, in {self.unit}"
+        if abs(found) > LARGEST:
+            return f"a size of {LARGEST:g} or less, in {self.unit}"
         if self.least == -inf:
             return f"a finite number in {self.unit}"
         bound = f"above {self.least:g}" if self.positive else f"{self.least:g} or more"

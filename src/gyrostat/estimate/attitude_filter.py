@@ -46,6 +46,22 @@ class AttitudeFilter(eqx.Module):
     spacecraft attitude estimation", Journal of Guidance, Control, and Dynamics 5 (1982); the noise
     is exact for a gyro that integrates over its period (`gyrostat.body.RateGyro`).
 
+    Coning. The attitude is carried by the rotation vector p of a period; a gyro gives the integral
+    a of the body rate. With the sample before, p = a_k + (a_(k-1) x a_k) / 12, exact to the leading
+    order of a rate that changes evenly (P. G. Savage, "Strapdown inertial navigation integration
+    algorithm design, part 1", Journal of Guidance, Control, and Dynamics 21, 1998). Without this
+    term the filter is sure of a wrong attitude and takes coning for bias. Mean normalised error
+    squared (6 if consistent) over 64 runs of 200 s, second half, body rate 0.1 rad/s whose axis
+    turns in the body at r, samples each 0.5 s, tracker 10" and 82", 2e-5 rad/√s, 3e-6 rad/s/√s:
+
+        r, rad/s    without    with the term    gyro that compensates itself
+        0.2         18         6.04             6.05
+        0.5         64         6.25             6.02
+
+    With sensors of the finest kind (tracker 2" and 10", 1e-6 rad/√s, 1e-8 rad/s/√s, 16 runs) and r
+    of 0.5 rad/s it is 284 000 without and 100 with the term, the error 8.5e-5 and 2.6e-5 rad: such
+    gyros need shorter periods, or units that compensate.
+
     Attributes:
         attitude_sigma: (3,) of the star tracker about each body axis, or one for all, rad.
         angle_walk: of the gyro, rad/√s.
