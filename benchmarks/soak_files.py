@@ -122,6 +122,7 @@ def work_once(put=setattr):
         return hashlib.sha256(path.read_bytes()).digest()
 
     histories, genuine_open, genuine_write = {}, xr.open_dataset, xr.Dataset.to_netcdf
+    put(os, "fsync", lambda handle: None)  # no power is cut here
     put(xr, "open_dataset", once(read, of_file))
     put(xr.Dataset, "to_netcdf", written)
     put(campaign, "distribution_figure", once(campaign.distribution_figure, of_table))

@@ -168,6 +168,14 @@ def test_without_the_manifest_all_results_are_made_again(out, same, damage):
     same(out, "runs.parquet: found a file that gyrostat campaign did not write")
 
 
+def test_a_history_that_nobody_kept_is_set_aside_and_not_flown(out, same):
+    for run in (5, 99):
+        (out / "runs" / f"run_{run:06d}.nc").write_text("mine")
+    same(out, "run_000099.nc: found a file that gyrostat campaign did not write")
+    assert (out / "runs" / "run_000099.nc.changed").read_text() == "mine"
+    assert len(list(out.glob("runs/*.nc"))) == 2
+
+
 def test_a_table_is_mended_by_those_who_only_read(out, undisturbed):
     flip(out / "runs.parquet")
     (block,) = out.glob("blocks/000003.*")

@@ -148,17 +148,18 @@ class Store:
         """Set aside everything in the place of a result that is not as the campaign wrote it.
 
         Returns:
-            Runs whose histories were set aside.
+            Runs whose histories were kept and are damaged.
         """
         manifest, damaged = Manifest(self.folder), set()
         for path in sorted((*self.folder.iterdir(), *(self.folder / "runs").iterdir())):
             name = path.relative_to(self.folder).as_posix()
             match = _RESULT.fullmatch(name)
-            found = manifest.fault(name, campaign.by)
+            found = match and manifest.fault(name, campaign.by)
             if match is None or found is None:
                 continue
             self.say(f"{path}: found {found}: it is kept as {set_aside(path).name}")
-            if match[2] == "nc":
+            entry = manifest.entries.get(name)
+            if match[2] == "nc" and entry is not None and entry.by == campaign.by:
                 damaged.add(int(match[1]))
         return damaged
 
