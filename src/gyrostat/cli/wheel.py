@@ -109,7 +109,9 @@ def identify(
         _finish(identify_dedicated(method.value, loaded, model=model, **common), out, json_output)
         return
     from gyrostat import identify as stage
+    from gyrostat.identify.prediction import friction_model
 
+    friction_model(name)
     say(f"identifying {name} friction from {', '.join(r.name for r in loaded)}")
     options: dict[str, Any] = {
         **common,
