@@ -112,7 +112,9 @@ def identify(
         _finish(fit, out, json_output, force=force)
         return
     from gyrostat import identify as stage
+    from gyrostat.identify.prediction import friction_model
 
+    friction_model(name)
     say(f"identifying {name} friction from {', '.join(r.name for r in loaded)}")
     options: dict[str, Any] = {
         **common,

@@ -24,6 +24,7 @@ from gyrostat.export.structs import Leaf, Struct
 from gyrostat.export.targets import Target
 from gyrostat.export.unit_text import unit_of
 from gyrostat.files import whole_file
+from gyrostat.lanes import run_compiler
 from gyrostat.lowering.program import Kind, Number
 
 NONE = "    case 0xFFFFFFFF: return NULL;"
