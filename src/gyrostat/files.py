@@ -6,8 +6,9 @@ import stat
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO, TypeVar
+from typing import TypeVar
 
 from gyrostat.errors import InputError
 
@@ -109,7 +110,7 @@ def digest_of(path: Path) -> str | None:
     return _with_regular(path, lambda stream: hashlib.file_digest(stream, "sha256").hexdigest())
 
 
-def _with_regular(path: Path, use: Callable[[BinaryIO], T]) -> T | None:
+def _with_regular(path: Path, use: Callable[[BufferedReader], T]) -> T | None:
     try:
         if not stat.S_ISREG(os.lstat(path).st_mode):
             return None

@@ -33,16 +33,16 @@ def attack(small, scenario, folder, module_at, tmp_path_factory):
 
 def test_damage_is_repaired_or_refused(attack):
     choice = random.Random(3)
-    for _ in range(4):
+    for _ in range(3):
         attack.flip(choice)
-    for _ in range(6):
+    for _ in range(4):
         attack.other_damage(choice)
     outcomes = Counter()
     for (_, _, outcome), count in attack.counts.items():
         outcomes[outcome] += count
     assert attack.faults == []
     assert outcomes["repaired"] > 0
-    assert outcomes["repaired"] + outcomes["refused"] == 20
+    assert outcomes["repaired"] + outcomes["refused"] == 14
 
 
 def test_what_is_passed_over_is_seen(attack):
