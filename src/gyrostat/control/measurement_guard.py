@@ -22,7 +22,7 @@ REACQUIRE = 4
 
 
 class SampleStatus(IntEnum):
-    """What became of a sample.
+    """Result of the validation of a sample.
 
     Attributes:
         GOOD: Every value was accepted.
@@ -59,7 +59,7 @@ class FieldLimits(NamedTuple):
 
 
 class SampleReport(NamedTuple):
-    """Result of the validation of a sample.
+    """Status of a sample.
 
     Attributes:
         sample_status: Status of the sample, see SampleStatus.
@@ -226,9 +226,9 @@ class MeasurementGuard(eqx.Module):
             flags[flag] = flags.get(flag, told) & accepted
             values[name] = jnp.where(accepted, value, last)
             reset[name] = jnp.where(accepted, 0, later[name])
-        reason = jnp.where(inside, int(SampleStatus.TOO_FAST), int(SampleStatus.OUT_OF_RANGE))
+        reason = int(SampleStatus.OUT_OF_RANGE) + inside.astype(int)
         reason = jnp.where(finite, reason, int(SampleStatus.NOT_FINITE))
-        fine = jnp.where(rejected, int(SampleStatus.PARTIAL), int(SampleStatus.GOOD))
+        fine = rejected.astype(int)
         taken = measurement._replace(**values, **flags)
         return Validated(
             measurement=taken,

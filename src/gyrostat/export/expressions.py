@@ -67,7 +67,7 @@ HELPERS = {
         "#endif\n"
         "    const {bits} exponent = {exponent};\n"
         "    {bits} bits;\n"
-        "    memcpy(&bits, &number, sizeof bits);\n"
+        "    (void)memcpy(&bits, &number, sizeof bits);\n"
         "    return (bits & exponent) != exponent;\n}}\n",
     ),
 }

@@ -2,7 +2,7 @@
 
 import textwrap
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from gyrostat.export.expressions import HELPERS, WORD, Dialect, Text
 from gyrostat.export.moves import LastBranch, last_branch, moves
@@ -257,10 +257,9 @@ class Writer:
             self.line(text)
 
     def _branch(self, branch: Branch) -> None:
-        last = self._last
-        places: Mapping[Name, list[str]] = {}
-        if last is not None and last.branch is branch and last.safe(self._texts):
-            places = last.places
+        ending, places = self._last, {}
+        if ending is not None and ending.branch is branch and ending.safe(self._texts):
+            places = ending.places
             self.done = {place for several in places.values() for place in several}
         for target in branch.targets if not places else ():
             name = self.name(target, target.hint)
