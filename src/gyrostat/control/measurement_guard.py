@@ -226,9 +226,9 @@ class MeasurementGuard(eqx.Module):
             flags[flag] = flags.get(flag, told) & accepted
             values[name] = jnp.where(accepted, value, last)
             reset[name] = jnp.where(accepted, 0, later[name])
-        reason = int(SampleStatus.OUT_OF_RANGE) + inside.astype(int)
+        reason = jnp.where(inside, int(SampleStatus.TOO_FAST), int(SampleStatus.OUT_OF_RANGE))
         reason = jnp.where(finite, reason, int(SampleStatus.NOT_FINITE))
-        fine = rejected.astype(int)
+        fine = jnp.where(rejected, int(SampleStatus.PARTIAL), int(SampleStatus.GOOD))
         taken = measurement._replace(**values, **flags)
         return Validated(
             measurement=taken,

@@ -124,7 +124,7 @@ class Writer:
         Args:
             block: Of the function.
             results: Of the function.
-            places: Where an entry puts them; `done` are then those that the lines set already.
+            places: Of an entry's results; the lines set those that are `done`.
         """
         self._last = last_branch(block, results, places, used) if places else None
         self._count(block)
