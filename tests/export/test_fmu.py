@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gyrostat._jax import jax, jnp
-from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
+from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator, FieldLimits
 from gyrostat.errors import InputError
 from gyrostat.export import TARGETS, CompensatedWheel, write_fmu
 from gyrostat.export.compensated_wheel import BodyMeasurement
@@ -407,16 +407,27 @@ def test_units_are_taken_from_descriptions():
     assert base_exponents("1") == {}
 
 
-def test_integers_have_no_place_in_a_unit(g2, tmp_path):
-    target = TARGETS["wheel"](g2.wheel, PERIOD)
-
-    def count(speed):
-        return speed, jnp.array(1)
-
-    entry = target.steps[0].__class__("wheel_step", count, {"speed": 0.0}, ("speed", "number"))
-    target = target.__class__(**{**vars(target), "steps": (entry,)})
-    with pytest.raises(InputError, match="integer number"):
-        write_fmu(target, tmp_path / "wheel.fmu")
+def test_a_unit_holds_its_command_over_a_bad_sample_and_says_so(g2, tools, tmp_path):
+    tools.compiler()
+    path = tmp_path / "controller.fmu"
+    law = AttitudePID(1.0, 0.0, 0.0)
+    limits = {"attitude": FieldLimits(-0.1, 0.1)}
+    write_fmu(TARGETS["controller"](CurrentMode(law, 0.02), PERIOD, limits), path)
+    unit = Unit(path, tmp_path)
+    unit.begin()
+    found = []
+    for k, attitude in enumerate((0.02, np.nan, 0.2, 0.04)):
+        unit.set("measurement.attitude", attitude)
+        unit.step(k * PERIOD, PERIOD)
+        status, reference = ctypes.c_int(-1), unit._reference("report.sample_status")
+        got = unit.call("fmi2GetInteger", reference, ctypes.c_size_t(1), ctypes.byref(status))
+        assert got == 0
+        found.append((status.value, unit.get("command.current")))
+    assert found == [(0, 1.0), (2, 1.0), (3, 1.0), (0, 2.0)]
+    variable = unit.variables["report.sample_status"]
+    assert variable.find("Integer") is not None
+    assert variable.get("causality") == "output"
+    assert unit.variables["guard.limits.attitude.upper"].get("causality") == "parameter"
 
 
 def test_the_verb_writes_a_unit_and_refuses_single_precision(run, tools, tmp_path):

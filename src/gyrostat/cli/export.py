@@ -2,11 +2,12 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gyrostat.arguments import command_line, refuse_given, say
+from gyrostat.cli.measurement_limits import measurement_limits
 from gyrostat.cli.options import Force, Json, Out
 from gyrostat.errors import InputError
 
@@ -32,6 +33,13 @@ class What(StrEnum):
     controller = "controller"
     estimator = "estimator"
     wheel = "wheel"
+
+
+class OnBad(StrEnum):
+    """Safe command in place of one from a rejected sample."""
+
+    hold = "hold"
+    zero = "zero"
 
 
 class Precision(StrEnum):
@@ -73,10 +81,28 @@ def export(
     scale_drift: Annotated[
         Text, typer.Option(help="Of the friction level, 1/√s, for the estimator.")
     ] = None,
+    range_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--range",
+            help="Accepted values of an input, FIELD=LOWER:UPPER, SI or with units, as "
+            "rate=-2deg/s:2deg/s; once for each field.",
+        ),
+    ] = None,
+    rate_limit: Annotated[
+        list[str] | None,
+        typer.Option(help="Largest accepted change of an input, FIELD=VALUE, its SI unit per s."),
+    ] = None,
+    on_bad: Annotated[
+        OnBad, typer.Option(help="Command in place of one from a rejected sample.")
+    ] = OnBad.hold,
     force: Force = False,
     json_output: Json = False,
 ) -> None:
-    """Write flight code in C, a unit or module for other simulators, or a data sheet."""
+    """Write flight code in C, a unit or module for other simulators, or a data sheet.
+
+    Every input that is emitted is validated: finite, within its range and its rate limit.
+    """
     import json
 
     from gyrostat.export import basilisk, files, sheet, write_fmu
@@ -97,14 +123,24 @@ def export(
     if to is not Format.c:
         refuse_given({"--precision": precision is Precision.float}, f"--to {to}", "--to c")
     if to in (Format.json, Format.basilisk):
-        refuse_given({"--what": what, "--period": period, **given}, f"--to {to}", "--to c or fmu")
+        guard = {
+            "--range": range_,
+            "--rate-limit": rate_limit,
+            "--on-bad": on_bad is OnBad.zero,
+        }
+        refuse_given(
+            {"--what": what, "--period": period, **given, **guard}, f"--to {to}", "--to c or fmu"
+        )
         name = "wheel.json" if to is Format.json else "wheel_basilisk.py"
         texts = {name: sheet(content) if to is Format.json else basilisk(content)}
     elif what is None or period is None:
         missing = "--what" if what is None else "--period"
         raise InputError(f"--to {to}: found no {missing}, expected what flies and its period")
     else:
-        target = _target(what, content.wheel(), period, given)
+        limits = measurement_limits(what.value, range_ or [], rate_limit or [])
+        if what is What.wheel:
+            refuse_given({"--on-bad": on_bad is OnBad.zero}, f"--what {what}", "another --what")
+        target = _target(what, content.wheel(), period, given, (limits, on_bad.value))
         texts = {}
         if to is Format.c:
             texts = files(target, precision.value, f"Made by `{command_line()}`.")
@@ -135,7 +171,9 @@ TAKEN = {
 }
 
 
-def _target(what: What, wheel: "Wheel", period_text: str, given: dict[str, Text]) -> "Target":
+def _target(
+    what: What, wheel: "Wheel", period_text: str, given: dict[str, Text], guard: tuple[Any, str]
+) -> "Target":
     """The flight piece that the options describe."""
     import math
 
@@ -168,14 +206,14 @@ def _target(what: What, wheel: "Wheel", period_text: str, given: dict[str, Text]
         drift = float(numbers(str(given["--scale-drift"]), 1, None, "--scale-drift")[0])
         piece = FrictionScaleFilter(wheel, quantity("--speed-sigma", "speed"), drift)
         check_parts(piece)
-        return TARGETS[what](piece, period)
+        return TARGETS[what](piece, period, *guard)
     law = AttitudePID(*map(float, numbers(str(given["--gains"]), 3, None, "--gains")))
     if not all(abs(g) <= LARGEST for g in (law.proportional, law.integral, law.derivative)):
         raise InputError(
             f"--gains: found {given['--gains']}, expected finite numbers of size below {LARGEST:g}"
         )
     if what is What.controller:
-        return TARGETS[what](CurrentMode(law, wheel.motor_constant, limit), period)
+        return TARGETS[what](CurrentMode(law, wheel.motor_constant, limit), period, *guard)
     delay = int(given["--delay"] or 0)
     compensator = EstimatingCompensator.tuned(
         law,
@@ -188,5 +226,5 @@ def _target(what: What, wheel: "Wheel", period_text: str, given: dict[str, Text]
     )
     check_parts(compensator)
     if what is What.compensated_wheel:
-        return TARGETS[what](CompensatedWheel(compensator, wheel), period)
-    return TARGETS[what](compensator, period)
+        return TARGETS[what](CompensatedWheel(compensator, wheel), period, *guard)
+    return TARGETS[what](compensator, period, *guard)

@@ -104,7 +104,10 @@ class Guarded(eqx.Module):
         stays = memory.controller, memory.command, jnp.array(False)
 
         def stepped() -> tuple[Any, Any, Any]:
-            inner, command = self.controller(memory.controller, seen.measurement)
+            # without barriers XLA computes the controller anew for every result that needs it
+            measurement = jax.lax.optimization_barrier(seen.measurement)
+            after = self.controller(memory.controller, measurement)
+            inner, command = jax.lax.optimization_barrier(after)
             return inner, command, finite((inner, command), memory.controller)
 
         like = jax.tree.map(jnp.asarray, stays)
@@ -158,8 +161,8 @@ def finite(tree: Any, known: Any = ()) -> Any:
         if jnp.issubdtype(jnp.result_type(leaf), jnp.floating) and jnp.size(leaf)
     ]
     while len(sums) > 1:
-        pairs = zip(sums[::2], sums[1::2], strict=False)
-        sums = [a + b for a, b in pairs] + sums[len(sums) // 2 * 2 :]
+        odd = sums[-1:] if len(sums) % 2 else []
+        sums = [a + b for a, b in zip(sums[::2], sums[1::2], strict=False)] + odd
     return jnp.isfinite(sums[0]) if sums else jnp.array(True)
 
 

@@ -22,7 +22,7 @@ REACQUIRE = 4
 
 
 class SampleStatus(IntEnum):
-    """What became of a sample.
+    """Result of the validation of a sample.
 
     Attributes:
         GOOD: Every value was accepted.
@@ -59,7 +59,7 @@ class FieldLimits(NamedTuple):
 
 
 class SampleReport(NamedTuple):
-    """Result of the validation of a sample.
+    """Status of a sample.
 
     Attributes:
         sample_status: Status of the sample, see SampleStatus.

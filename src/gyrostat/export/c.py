@@ -184,8 +184,9 @@ def _entry(root: _Root, dialect: Dialect, reserved: set[str], helpers: set[str])
     for text in moves(wanted, writer.free):
         writer.line(text)
     lines += ["", *writer.taken_lines()]
-    read = "\n".join(lines)
-    unread = [p.name for p in root.ports if not re.search(rf"\b{p.name}\b", read)]
+    read = re.sub(r"/\*.*?\*/", "", "\n".join(lines), flags=re.DOTALL)
+    # not the member of another argument that has the same name
+    unread = [p.name for p in root.ports if not re.search(rf"(?<![.>])\b{p.name}\b", read)]
     lines += [f"    (void){name};" for name in unread]
     lines.append("    return status;" if stops else "    return 0;")
     helpers |= writer.helpers

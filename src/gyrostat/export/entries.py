@@ -91,6 +91,40 @@ class EstimatorGuard(eqx.Module):
         return EstimatorCheck(self.current.start(), self.measured.start())
 
 
+def guard_of(
+    controller: Any,
+    period: float,
+    measurement: Any,
+    limits: Mapping[str, FieldLimits] | None,
+    on_bad: str,
+) -> MeasurementGuard:
+    """A guard of those fields of a measurement that a controller reads.
+
+    Args:
+        controller: Of the loop.
+        period: Control period, s.
+        measurement: An example, each field one number.
+        limits: Of some of its fields.
+        on_bad: "hold" or "zero".
+
+    Raises:
+        InputError: limits of a field that is not read.
+    """
+    memory = controller.start(period)
+    jaxpr = jax.make_jaxpr(lambda seen: controller(memory, seen))(measurement).jaxpr
+    used = {id(atom) for equation in jaxpr.eqns for atom in equation.invars}
+    names = zip(measurement._fields, jaxpr.invars, strict=True)
+    read = [name for name, variable in names if id(variable) in used]
+    for name in limits or {}:
+        if name not in read:
+            raise InputError(
+                f"limits of a measurement: found {name}, expected one of {', '.join(read)}"
+            )
+    guard = MeasurementGuard.of(measurement, limits, on_bad)
+    kept = {name: own for name, own in guard.limits.items() if name in read}
+    return MeasurementGuard(kept, on_bad, guard.sample)
+
+
 def starting(guard: MeasurementGuard) -> Callable[[Any, Any], Any]:
     """The function that makes the state before the first measurement."""
 

@@ -1,6 +1,7 @@
 """Operations as expressions of C, with no more brackets than they need."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -71,7 +72,9 @@ HELPERS = {
         "#endif\n"
         "    const {bits} exponent = {exponent};\n"
         "    {bits} bits;\n"
-        "    memcpy(&bits, &number, sizeof bits);\n"
+        "    const void *from = &number;\n"
+        "    void *to = &bits;\n"
+        "    (void)memcpy(to, from, sizeof bits);\n"
         "    return (bits & exponent) != exponent;\n}}\n",
     ),
     "to_whole": (
@@ -159,6 +162,8 @@ class Dialect:
                 return Text(f"{first} {table[name]} {right.beside()}", strength)
         if name == "select":
             test, yes, no = (operand.beside() for operand in operands)
+            # plain numbers are of type int, which the other one may not be
+            yes, no = (re.sub(r"^-?\d+$", r"INT64_C(\g<0>)", text) for text in (yes, no))
             return Text(f"{test} ? {yes} : {no}", CHOICE)
         if name in _SIGNS:
             return Text(f"{_SIGNS[name]}{operands[0].word()}", UNARY)

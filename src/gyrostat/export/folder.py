@@ -82,8 +82,7 @@ def _readme(
         "",
         "Every function returns 0, or 1 where a loop has used up its passes: what it has set is "
         "then not to be trusted.",
-        "A NaN goes through to what depends on it and stops nothing, as in Python; check "
-        "measurements before, outputs after.",
+        *_validation(target),
         "",
         "```c",
         *(
@@ -104,6 +103,24 @@ def _readme(
     if precision == "float":
         lines += ["", "## What single precision loses", "", *_losses(compiled)]
     return "\n".join([*lines, ""])
+
+
+def _validation(target: Target) -> list[str]:
+    """What becomes of bad inputs."""
+    words = {"hold": "the last accepted command", "zero": "zero"}
+    reports = [n for entry in target.steps for n in entry.results if n.endswith("report")]
+    if target.on_bad is None:
+        return ["A NaN goes through to what depends on it and stops nothing, as in Python."]
+    where = f"`{reports[0]}.sample_status`" if reports else "`output.sample_status`"
+    return [
+        "Every input is validated before anything is computed from it: finite (by its bits), "
+        "within its range, within its rate limit if it has one. A sample with a rejected value is "
+        f"treated as missing: the memory is predicted, the output is {words[target.on_bad]}, and "
+        f"{where} says why (see `SampleStatus` in the header). The next good sample continues. After 4 "
+        "samples without an accepted value the rate limit is not applied, so that no sensor is "
+        "shut out for good. Memory and outputs stay finite.",
+        "The limits are parameters of `guard`; 3.4e38 stands for none.",
+    ]
 
 
 def _declarations(target: Target, module: Module, dialect: Dialect) -> list[str]:

@@ -87,8 +87,8 @@ def _enum(name: str, enum: type[IntEnum]) -> list[str]:
     """An enumeration, its constants named NAME_MEMBER."""
     meanings = documented(enum)
     first = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).upper()
-    lines = _comment((inspect.getdoc(enum) or "").partition("\n")[0], "")
-    lines.append(f"enum {name} {{")
+    meaning = (inspect.getdoc(enum) or "").partition("\n")[0]
+    lines = [*_comment(f"{name}: {meaning}", ""), "enum {"]
     for number, member in enumerate(enum):
         lines += _comment(meanings.get(member.name, ""), "    ")
         comma = "," if number < len(enum) - 1 else ""

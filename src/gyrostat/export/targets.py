@@ -49,6 +49,7 @@ class Target:
         constants: name -> value of arguments that stay.
         inputs: name -> value of arguments that change, first axis the step, for a test run.
         units: name -> unit of arguments and results that are single numbers.
+        on_bad: safe command in place of one from a rejected sample; None: nothing is validated.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Target:
     constants: Mapping[str, Any]
     inputs: Mapping[str, Any]
     units: Mapping[str, str] = field(default_factory=dict)
+    on_bad: str | None = None
 
     @property
     def entries(self) -> tuple[Entry, ...]:
@@ -113,7 +115,7 @@ def _loop(
 ) -> Target:
     measured = _measurements()
     first = jax.tree.map(lambda x: x[0], measured)
-    guard = MeasurementGuard.of(first, limits, on_bad)
+    guard = entries.guard_of(controller, period, first, limits, on_bad)
     memory = as_arrays(Guarded(controller, guard).start(period))
     return Target(
         name=name,
@@ -139,6 +141,7 @@ def _loop(
         constants={"period": period},
         inputs={"measurement": measured},
         units=UNITS,
+        on_bad=on_bad,
     )
 
 
@@ -214,6 +217,7 @@ def estimator(
         constants={"period": period, "speed": -1.0},
         inputs=inputs,
         units={**UNITS, "measured": "rad/s", "torque": "N·m", "sigma": "N·m"},
+        on_bad=on_bad,
     )
 
 
@@ -272,6 +276,7 @@ def compensated_wheel(
         constants={"period": period, "initial_speed": -1.0},
         inputs={"measurement": body},
         units=UNITS,
+        on_bad=on_bad,
     )
 
 

@@ -2,7 +2,7 @@
 
 import textwrap
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from gyrostat.export.expressions import HELPERS, OF_INTEGERS, WORD, Dialect, Text
 from gyrostat.export.moves import LastBranch, last_branch, moves
@@ -110,7 +110,7 @@ class Writer:
         Args:
             block: Of the function.
             results: Of the function.
-            places: Where an entry puts them; `done` are then those that the lines set already.
+            places: Of an entry's results; the lines set those that are `done`.
         """
         self._last = last_branch(block, results, places) if places else None
         self._count(block)
@@ -242,10 +242,9 @@ class Writer:
             self.line(text)
 
     def _branch(self, branch: Branch) -> None:
-        last = self._last
-        places: Mapping[Name, list[str]] = {}
-        if last is not None and last.branch is branch and last.safe(self._texts):
-            places = last.places
+        ending, places = self._last, {}
+        if ending is not None and ending.branch is branch and ending.safe(self._texts):
+            places = ending.places
             self.done = {place for several in places.values() for place in several}
         for target in branch.targets if not places else ():
             name = self.name(target, target.hint)
