@@ -211,9 +211,10 @@ def _placed(
             if chosen == Number("logical", False):
                 continue
             target = tuple(k + step for k, step in zip(cell, offset, strict=True))
-            choice = (chosen, join(made[target], updates[place]), made[target])
-            name = Name(choice[1].kind, where.name, group, target)
-            made[target] = lowering.assigned(block, "select", choice, name, where)
+            old: Any = made[target]
+            new = join(old, updates[place])  # pyright: ignore[reportArgumentType]
+            name = Name(new.kind, where.name, group, target)
+            made[target] = lowering.assigned(block, "select", (chosen, new, old), name, where)
     return made
 
 

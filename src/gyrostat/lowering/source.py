@@ -92,13 +92,12 @@ def source_at(file: str, line: int) -> Source:
 def _part_at(file: str) -> dict[int, str]:
     """Line -> the outermost class or function that it stands in."""
     tree = _parsed(file)
-    parts = ast.ClassDef | ast.FunctionDef
-    return {
-        line: part.name
-        for part in (tree.body if tree is not None else ())
-        if isinstance(part, parts)
-        for line in range(part.lineno, (part.end_lineno or part.lineno) + 1)
-    }
+    found: dict[int, str] = {}
+    for part in tree.body if tree is not None else ():
+        if isinstance(part, ast.ClassDef | ast.FunctionDef):
+            lines = range(part.lineno, (part.end_lineno or part.lineno) + 1)
+            found.update(dict.fromkeys(lines, part.name))
+    return found
 
 
 @functools.cache
