@@ -9,7 +9,6 @@ import pytest
 
 from gyrostat._jax import jax, jnp
 from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator, FieldLimits
-from gyrostat.errors import InputError
 from gyrostat.export import TARGETS, CompensatedWheel, write_fmu
 from gyrostat.export.compensated_wheel import BodyMeasurement
 from gyrostat.export.unit_text import base_exponents, unit_of
