@@ -87,8 +87,7 @@ class Writer:
     def name(self, name: Name | Table, hint: str) -> str:
         """Give a name of C to a scalar or a table."""
         place = "".join(f"_{k}" for k in name.place) if isinstance(name, Name) else ""
-        text = free_name(identifier(hint or "value") + place, self._taken)
-        self._taken.add(text)
+        text = self.free((hint or "value") + place)
         self._texts[name] = Text(text, WORD)
         return text
 
@@ -122,8 +121,7 @@ class Writer:
         """The lines of a function's block, whose results other lines will read.
 
         Args:
-            block: Of the function.
-            results: Of the function.
+            block, results: Of the function.
             places: Of an entry's results; the lines set those that are `done`.
         """
         self._last = last_branch(block, results, places, used) if places else None
@@ -257,10 +255,10 @@ class Writer:
             self.line(text)
 
     def _branch(self, branch: Branch) -> None:
-        ending, places = self._last, {}
-        if ending is not None and ending.branch is branch and ending.safe(self._texts):
-            places = ending.places
-            self.done = {place for several in places.values() for place in several}
+        own, places = self._last, {}
+        if own is not None and own.branch is branch and own.safe(self._texts):
+            places = own.places
+            self.done = set().union(*places.values())
         for target in branch.targets if not places else ():
             name = self.name(target, target.hint)
             self.line(f"{self._dialect.type_of(target.kind)} {name};")
