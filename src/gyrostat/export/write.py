@@ -87,9 +87,8 @@ class Writer:
     def name(self, name: Name | Table, hint: str) -> str:
         """Give a name of C to a scalar or a table."""
         place = "".join(f"_{k}" for k in name.place) if isinstance(name, Name) else ""
-        text = self.free((hint or "value") + place)
-        self._texts[name] = Text(text, WORD)
-        return text
+        self._texts[name] = Text(self.free((hint or "value") + place), WORD)
+        return self._texts[name].text
 
     def free(self, hint: str) -> str:
         """A name of C that is not taken."""
@@ -121,7 +120,8 @@ class Writer:
         """The lines of a function's block, whose results other lines will read.
 
         Args:
-            block, results: Of the function.
+            block: Of the function.
+            results: Of it.
             places: Of an entry's results; the lines set those that are `done`.
         """
         self._last = last_branch(block, results, places, used) if places else None
@@ -256,7 +256,7 @@ class Writer:
 
     def _branch(self, branch: Branch) -> None:
         own, places = self._last, {}
-        if own is not None and own.branch is branch and own.safe(self._texts):
+        if own and own.branch is branch and own.safe(self._texts):
             places = own.places
             self.done = set().union(*places.values())
         for target in branch.targets if not places else ():
