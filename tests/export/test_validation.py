@@ -27,19 +27,13 @@ def test_no_hostile_sample_leaves_a_trace(compiler, module_at):
 
 
 def test_the_attack_sees_a_missing_test(module_at, tools):
-    """Without its test of finiteness the same compensator is lost."""
     soak = module_at(SOAK)
     texts = soak.sources(rate_limit=False, on_bad="hold")
-    source = re.sub(
-        r"return \(bits & exponent\) != exponent;",
-        "return bits != exponent;",
-        texts["compensator.c"],
-    )
+    source = re.sub(r"const bool slow = [^;]*;", "const bool slow = true;", texts["compensator.c"])
     assert source != texts["compensator.c"]
-    *_, not_finite, not_good = soak.attack(
-        {**texts, "compensator.c": source}, tools.compiler(), soak.STRICT, 200
-    )
-    assert not_finite + not_good > 0
+    texts["compensator.c"] = source
+    *_, differ, _, _ = soak.attack(texts, tools.compiler(), soak.STRICT, 200)
+    assert differ > 0
 
 
 @pytest.mark.parametrize("precision", ["double", "float"])
@@ -47,9 +41,9 @@ def test_finiteness_is_read_from_the_bits(precision, tools, tmp_path):
     def test(x):
         return jnp.isfinite(x)
 
-    module = emit("finite", [Entry("finite", test, {"x": np.zeros(6)}, ("y",))], precision)
-    assert "isfinite(" not in module.source
+    module = emit("tested", [Entry("tested", test, {"x": np.zeros(6)}, ("y",))], precision)
+    assert "= isfinite(" not in module.source
     compiled = tools.Compiled(module, tmp_path, precision=precision)
     given = np.array([[np.nan, np.inf, -np.inf, 1e-310, 3e38, -0.0]])
-    _, found = compiled("finite", {"x": given})
+    _, found = compiled("tested", {"x": given})
     np.testing.assert_array_equal(found["y"][0], np.isfinite(given))

@@ -210,7 +210,7 @@ class MeasurementGuard(eqx.Module):
             is_slow = is_inside
             if limits.rate is not None:
                 missed = _beside(missed, last)
-                fastest = limits.rate * (period * (missed + 1))
+                fastest = limits.rate * (period * (missed.astype(float) + 1.0))
                 is_slow = is_inside & ((missed >= REACQUIRE) | (jnp.abs(value - last) <= fastest))
             values[name] = value
             if flag is None:

@@ -116,9 +116,9 @@ def _validation(target: Target) -> list[str]:
         "Every input is validated before anything is computed from it: finite (by its bits), "
         "within its range, within its rate limit if it has one. A sample with a rejected value is "
         f"treated as missing: the memory is predicted, the output is {words[target.on_bad]}, and "
-        f"{where} says why (see `SampleStatus` in the header). The next good sample continues. After 4 "
-        "samples without an accepted value the rate limit is not applied, so that no sensor is "
-        "shut out for good. Memory and outputs stay finite.",
+        f"{where} says why (see `SampleStatus` in the header). The next good sample continues. "
+        "After 4 samples without an accepted value the rate limit is not applied, so that no "
+        "sensor is shut out for good. Memory and outputs stay finite.",
         "The limits are parameters of `guard`; 3.4e38 stands for none.",
     ]
 

@@ -73,10 +73,8 @@ class Writer:
     def name(self, name: Name | Table, hint: str) -> str:
         """Give a name of C to a scalar or a table."""
         place = "".join(f"_{k}" for k in name.place) if isinstance(name, Name) else ""
-        text = free_name(identifier(hint or "value") + place, self._taken)
-        self._taken.add(text)
-        self._texts[name] = Text(text, WORD)
-        return text
+        self._texts[name] = Text(self.free((hint or "value") + place), WORD)
+        return self._texts[name].text
 
     def free(self, hint: str) -> str:
         """A name of C that is not taken."""
@@ -109,7 +107,7 @@ class Writer:
 
         Args:
             block: Of the function.
-            results: Of the function.
+            results: Of it.
             places: Of an entry's results; the lines set those that are `done`.
         """
         self._last = last_branch(block, results, places) if places else None
@@ -242,10 +240,10 @@ class Writer:
             self.line(text)
 
     def _branch(self, branch: Branch) -> None:
-        ending, places = self._last, {}
-        if ending is not None and ending.branch is branch and ending.safe(self._texts):
-            places = ending.places
-            self.done = {place for several in places.values() for place in several}
+        own, places = self._last, {}
+        if own and own.branch is branch and own.safe(self._texts):
+            places = own.places
+            self.done = set().union(*places.values())
         for target in branch.targets if not places else ():
             name = self.name(target, target.hint)
             self.line(f"{self._dialect.type_of(target.kind)} {name};")
