@@ -85,7 +85,7 @@ def _sensor_fault(
 ) -> Event:
     """A fault of a measured field, or of one of its elements."""
     sensor = one_of(row, "", "sensor", MEASURED, None)
-    own = {"rate": ("axis",), "wheel_momentum": ("wheel",)}.get(sensor, ())
+    own = {"rate": ("axis",), "wheel_speed": ("wheel",)}.get(sensor, ())
     keys = {**EVENTS[kind][1], **(spike(sensor) if kind == "sensor_spike" else {})}
     row.known(("name", "kind", "sensor", *own, *keys))
     numbers = row.numbers(keys)

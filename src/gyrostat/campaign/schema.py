@@ -90,7 +90,7 @@ _SHARE = Key("1", 1.0, "Of the samples in this time that are hit, at random.", l
 MEASURED: dict[str, tuple[str, str | None]] = {
     "attitude": ("1", None),
     "rate": ("speed", "rad/s²"),
-    "wheel_momentum": ("momentum", "N·m"),
+    "wheel_speed": ("speed", "rad/s²"),
 }
 """Measured field -> its dimension, and the unit of its rate of change; None for a quaternion, which
 may change its sign from one sample to the next."""

@@ -92,7 +92,7 @@ class EstimatedControl(eqx.Module):
         known = SpacecraftMeasurement(
             estimate.attitude,
             measurement.rate - estimate.bias,
-            measurement.wheel_momentum,
+            measurement.wheel_speed,
             measurement.wheel_measured,
         )
         later = predicted(self.controller, memory.controller, known, command)

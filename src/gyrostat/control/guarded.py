@@ -14,6 +14,7 @@ from gyrostat.control.measurement_guard import (
     SampleStatus,
 )
 from gyrostat.control.missing_sample import predicted
+from gyrostat.errors import InputError
 from gyrostat.friction import Scalar
 from gyrostat.require import check_parts, check_period
 
@@ -73,9 +74,18 @@ class Guarded(eqx.Module):
 
         Args:
             period: Control period, s.
+
+        Raises:
+            InputError: the safe command is zero and the command has no field for an actuator.
         """
         inner, guard = self.controller.start(period), self.guard.start()
         _, command = jax.eval_shape(self.controller, inner, guard.last)
+        fields = getattr(command, "_fields", ACTUATED)
+        if self.guard.on_bad == "zero" and not set(fields) & set(ACTUATED):
+            raise InputError(
+                f"{type(self.controller).__name__}: found a command of {', '.join(fields)}, "
+                f"expected one of {', '.join(ACTUATED)} for the safe command zero"
+            )
         none = jax.tree.map(lambda shape: jnp.zeros(shape.shape, shape.dtype), command)
         return GuardedMemory(inner, guard, none, jnp.asarray(period, dtype=float))
 

@@ -90,7 +90,9 @@ class CompensatedWheel(eqx.Module):
     compensator: EstimatingCompensator
     wheel: Wheel
     guard: MeasurementGuard = eqx.field(
-        default_factory=lambda: MeasurementGuard.of(TableMeasurement(0.0, 0.0, 0.0))
+        default_factory=lambda: MeasurementGuard.of(
+            TableMeasurement(*map(jnp.asarray, (0.0, 0.0, 0.0)))
+        )
     )
 
     def start(self, speed: Scalar, period: Scalar) -> CompensatedState:

@@ -93,8 +93,8 @@ class Target:
 
 def _parameters(name: str, **values: Any) -> Entry:
     def parameters() -> Any:
-        every = tuple(values.values())
-        return every if len(every) > 1 else every[0]
+        every = list(values.values())
+        return tuple(every) if len(every) > 1 else every[0]
 
     parameters.__doc__ = "Set the parameters to the values that were identified and tuned."
     return Entry(f"{name}_parameters", parameters, {}, tuple(values))

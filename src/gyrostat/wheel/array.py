@@ -101,8 +101,8 @@ class WheelArray(eqx.Module):
         Raises:
             InputError: as said.
         """
-        speed, limit = np.asarray(speed, dtype=float), np.asarray(self.momentum_limit, dtype=float)
-        momentum = np.asarray(self.inertia, dtype=float) * speed
+        limit = np.asarray(self.momentum_limit, dtype=float)
+        momentum = np.asarray(self.inertia, dtype=float) * np.asarray(speed, dtype=float)
         # comparisons with NaN are false
         beyond = ~(np.abs(momentum) <= limit * (1.0 + LIMIT_TOLERANCE))
         if np.any(beyond):
