@@ -18,7 +18,7 @@ from gyrostat.identify.observability import judge
 from gyrostat.identify.plausibility import Scatter, fit_warnings
 from gyrostat.identify.prediction import wheel_dimensions
 from gyrostat.identify.statistics import crossing_times
-from gyrostat.identify.uncertainty import square_root
+from gyrostat.identify.uncertainty import square_root, widened
 from gyrostat.telemetry import Record
 from gyrostat.units import SI_UNIT
 
@@ -126,6 +126,7 @@ def result(
         rest: the other fields of `Fit`.
     """
     names = tuple(estimates)
+    formal = np.sqrt(np.diag(covariance))
     seen = judge(
         model,
         {**held, **estimates},
@@ -139,8 +140,9 @@ def result(
         names=names,
         dimensions=wheel_dimensions(model),
         values=np.array([estimates[n] for n in names]),
-        covariance=covariance,
-        serial_sigma=np.sqrt(np.diag(covariance)) if serial_sigma is None else serial_sigma,
+        covariance=widened(covariance, formal if serial_sigma is None else serial_sigma),
+        noise_sigma=formal,
+        least_squares=np.array([estimates[n] for n in names]),
         held=dict(held),
         observability=seen,
         converged=not reason,
