@@ -13,6 +13,7 @@ from gyrostat.cli.options import Json, Out
 
 if TYPE_CHECKING:
     from gyrostat.identify import Fit
+    from gyrostat.telemetry import Record
 
 
 class Method(StrEnum):
@@ -48,8 +49,14 @@ def identify(
     records: Annotated[list[Path], typer.Argument(help="Records of one wheel: CSV, Parquet, MAT.")],
     out: Out,
     inertia: Annotated[
-        str | None, typer.Option(help="Of rotor and flywheel, kg·m² or with a unit.")
+        str | None,
+        typer.Option(help="Of rotor and flywheel, kg·m² or with a unit; '1.5e-3 +- 1 %'."),
     ] = None,
+    current_scale: Annotated[
+        str | None, typer.Option(help="True over measured current: '+- 1 %', '1.01 +- 0.5 %'.")
+    ] = None,
+    speed_scale: Annotated[str | None, typer.Option(help="True over measured speed.")] = None,
+    clock: Annotated[str | None, typer.Option(help="True over recorded time.")] = None,
     model: Annotated[str | None, typer.Option(help="Friction model [default: stribeck].")] = None,
     method: Annotated[Method, typer.Option(help="How to identify.")] = Method.batch,
     hold: Annotated[
@@ -81,12 +88,16 @@ def identify(
 ) -> None:
     """Identify a wheel: fit.json, model.toml and report.html from its bench records."""
     from gyrostat.files import check_writable
-    from gyrostat.units import parse_quantity
 
     check_writable(out)
     name = model or "stribeck"
+    value, tolerance = words.inertia(inertia)
+    factors, shares = words.scales(
+        {"current_scale": current_scale, "speed_scale": speed_scale, "clock": clock}
+    )
+    tolerance |= shares
     common: dict[str, Any] = {
-        "inertia": parse_quantity(inertia, "inertia", "--inertia") if inertia else None,
+        "inertia": value,
         "hold": words.held(hold or [], name),
     }
     sigmas = words.quantities(speed_sigma, "speed", "--speed-sigma")
@@ -100,13 +111,18 @@ def identify(
         "--held-out": held_out,
         "more than one --speed-sigma": sigmas[1:],
     }
-    loaded = [load(path, columns, units, unsigned_current) for path in records]
+
+    def measured(path: Path) -> "Record":
+        return load(path, columns, units, unsigned_current).scaled(**factors)
+
+    loaded = [measured(path) for path in records]
     if method is not Method.batch:
         from gyrostat.identify import identify_dedicated
 
         words.refuse_given(batch_only, f"--method {method.value}", "--method batch")
         common["speed_sigma"] = sigmas[0] if sigmas else None
-        _finish(identify_dedicated(method.value, loaded, model=model, **common), out, json_output)
+        fit = identify_dedicated(method.value, loaded, model=model, tolerance=tolerance, **common)
+        _finish(fit, out, json_output)
         return
     from gyrostat import identify as stage
 
@@ -120,11 +136,13 @@ def identify(
         "loss": loss or "quadratic",
         "current_hold": (current_hold or Hold.zero_order).value,
     }
-    fit = stage.identify(loaded, model=name, on_progress=words.progress, **options)
+    fit = stage.identify(
+        loaded, model=name, on_progress=words.progress, tolerance=tolerance, **options
+    )
     trends = stage.temperature_trends(loaded, model=name, on_left_out=say, **options)
     rows = []
     if compare or held_out:
-        others = [load(path, columns, units, unsigned_current) for path in held_out or []]
+        others = [measured(path) for path in held_out or []]
         say("ranking the other friction models")
         rows = stage.compare(loaded, others, known=fit, **options)
     _finish(fit, out, json_output, comparison=rows, temperatures=trends)

@@ -20,8 +20,9 @@ from gyrostat.identify.innovations import Innovations, innovations
 from gyrostat.identify.least_squares import Prior
 from gyrostat.identify.prediction import Linearisation
 
-AT_THE_EDGE = 0.1
-"""Weight of the strongest torque noise from which stronger ones are considered."""
+AT_THE_EDGE = 0.5
+"""Weight of the strongest torque noise (0.3 before the record is seen) from which stronger ones
+are considered."""
 CLEARLY_MORE = 3.0
 """Standard deviations by which residuals must exceed a stated noise to overrule it."""
 

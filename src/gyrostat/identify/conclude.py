@@ -29,14 +29,14 @@ class _Estimate:
         values: All parameters, (p,), SI.
         covariance: Of the n estimated ones, (n, n), SI.
         predicted: Modelled speed of each record with the effects found, rad/s.
-        rows: Derivatives of the modelled speed of each record, (N, p).
+        linear: Of each record at these values, without effects.
         effects: Found beside the model.
     """
 
     values: Vector
     covariance: Matrix
     predicted: tuple[Vector, ...]
-    rows: tuple[Matrix, ...]
+    linear: Sequence[Linearisation]
     effects: tuple[Effect, ...] = ()
 
 
@@ -72,18 +72,18 @@ def _averaged(
     found = average(segments, candidates, selection.prior, x, selection.scale, stated=stated)
     values = outcome.values.copy()
     values[index] = x + found.shift
-    shifted = prediction(values)
-    if shifted is None or prediction.stuck(shifted, sigmas):
+    shifted = prediction.linearise(values)
+    if shifted is None or prediction.stuck([(s.speed, s.jacobian) for s in shifted], sigmas):
         return plain
     speeds = []
-    for k, (speed, _) in enumerate(shifted):
+    for k, each in enumerate(shifted):
         columns = [candidate.columns[k] for candidate in candidates]
-        speeds.append(speed + np.column_stack(columns) @ found.coefficients)
+        speeds.append(each.speed + np.column_stack(columns) @ found.coefficients)
     return _Estimate(
         values=values,
         covariance=found.covariance,
         predicted=tuple(speeds),
-        rows=tuple(rows for _, rows in shifted),
+        linear=shifted,
         effects=found.effects,
     )
 
@@ -139,7 +139,7 @@ def conclude(
         outcome.values,
         formal,
         tuple(each.speed for each in linear),
-        tuple(each.jacobian for each in linear),
+        linear,
     )
     if solution.converged and not white_noise:
         smallest = NUMERICAL_NOISE * deterministic.speed_level
@@ -180,8 +180,8 @@ def conclude(
         records=records,
         predicted=best.predicted,
         predicted_sigma=tuple(
-            np.sqrt(np.einsum("mi,ij,mj->m", rows[:, index], own, rows[:, index]))
-            for rows in best.rows
+            np.sqrt(np.einsum("mi,ij,mj->m", rows, own, rows))
+            for rows in (each.jacobian[:, index] for each in best.linear)
         ),
         whiteness=whiteness(solution.residual, solution.jacobian)
         if len(solution.residual) >= 10
@@ -193,7 +193,7 @@ def conclude(
         fit = with_tolerances(
             fit,
             propagate(
-                tolerances, prediction, linear, outcome.values, speed_sigmas, index, information
+                tolerances, prediction, best.linear, best.values, speed_sigmas, index, information
             ),
             tolerances,
         )

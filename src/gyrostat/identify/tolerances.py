@@ -27,7 +27,7 @@ class Propagated:
 
     Attributes:
         names: Of the tolerances, k of them.
-        roots: Change of each estimate for an error of one sigma of each tolerance, (n, k), SI.
+        roots: True value minus estimate for an error of one sigma of each tolerance, (n, k), SI.
     """
 
     names: tuple[str, ...]
@@ -115,7 +115,8 @@ def propagate(
     values_, vectors = np.linalg.eigh(information / np.outer(size, size))
     known = np.sqrt(np.maximum(values_, 0.0))[:, None] * vectors.T
     system = np.vstack([stacked / size, known])
-    target = np.vstack([*right, np.zeros((len(size), len(names)))])
+    # the true parameters make up for the error in what was given
+    target = -np.vstack([*right, np.zeros((len(size), len(names)))])
     roots = np.linalg.lstsq(system, target, rcond=1e-12)[0] / size[:, None]
     return Propagated(names, roots)
 
