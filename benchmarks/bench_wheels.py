@@ -84,7 +84,7 @@ def _simulate():
 
 def records(
     seed: int, count: int, effects: Effects, tolerance: float = 0.0
-) -> list[tuple[Record, dict[str, float]]]:
+) -> list[tuple[Record, dict[str, float], dict[str, float]]]:
     """Records of wheels with dispersed parameters.
 
     Args:
@@ -94,7 +94,8 @@ def records(
         tolerance: Standard deviation of the true inertia and of the current scale, shares.
 
     Returns:
-        Record and true parameters, SI; of a parameter that drifts its mean over the record.
+        Record; true parameters, SI, of one that drifts its mean over the record; and those that it
+        shows at the nominal inertia and current scale, by the exact scaling law.
     """
     random = np.random.default_rng(seed)
     time = np.arange(round(DURATION * RATE) + 1) / RATE
@@ -130,10 +131,13 @@ def records(
     speed = np.asarray(_simulate()(wheel, current, drift))
     noise = effects.speed_sigma * random.standard_normal(speed.shape)
     truth = np.column_stack([motor, viscous, coulomb, static])
+    apparent = truth * (INERTIA / inertia)[:, None]
+    apparent[:, 0] *= scale
     return [
         (
             Record(f"{seed}-{k}", time, current[k] / scale[k], speed[k] + noise[k], time >= 0.0),
             dict(zip(NAMES, truth[k].tolist(), strict=True)),
+            dict(zip(NAMES, apparent[k].tolist(), strict=True)),
         )
         for k in range(count)
     ]

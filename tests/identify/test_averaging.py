@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.special import beta
 from scipy.stats import multivariate_normal
 
 from gyrostat.identify import identify
-from gyrostat.identify.averaging import Segment, average
+from gyrostat.identify.averaging import average
 from gyrostat.identify.effects import RIPPLES, Nuisance, TorqueNoise, accumulated
+from gyrostat.identify.hypotheses import Segment
 from gyrostat.identify.innovations import innovations
 from gyrostat.identify.least_squares import Prior
 from gyrostat.identify.prediction import Linearisation, SpeedPrediction, friction_model
@@ -89,8 +91,9 @@ def test_the_average_is_the_mixture_of_all_hypotheses_computed_densely():
                 before = np.diag(prior.sigma**2)
                 offset = prior.mean - x
                 marginal = full + shape @ before @ shape.T
-                chance = (1.0 if ripple == 0.0 else 1 / 3) * (1.0 if walk == 0.0 else 1 / 3)
-                chance *= 0.5 if spread == 0.0 else 0.25
+                present = (ripple > 0.0, walk > 0.0, spread > 0.0)
+                chance = beta(sum(present) + 0.5, 3 - sum(present) + 0.25)
+                chance *= np.prod(np.where(present, (1 / 3, 1 / 3, 1 / 2), 1.0))
                 normal = multivariate_normal(shape @ offset, marginal)
                 weights.append(np.log(chance) + normal.logpdf(residual))
                 inverse = np.linalg.inv(before) + shape.T @ np.linalg.solve(full, shape)

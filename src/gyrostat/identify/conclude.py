@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gyrostat._types import Matrix, Vector
-from gyrostat.identify.averaging import Effect, Segment, average
+from gyrostat.identify.averaging import Effect, average
 from gyrostat.identify.deterministic import StartValues
 from gyrostat.identify.effects import nuisances, torque_noise
 from gyrostat.identify.fit import Fit
+from gyrostat.identify.hypotheses import Segment
 from gyrostat.identify.loss import Loss
 from gyrostat.identify.observability import Observability, observability
 from gyrostat.identify.plausibility import Scatter, fit_warnings
