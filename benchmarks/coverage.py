@@ -4,9 +4,9 @@
 
 Truth is dispersed (`bench_wheels.py`), inertia and current scale by 1 % each. Seeds below 10000
 served development; proof uses others. For each parameter: coverage of value ± 1.96 sigma, rms error
-in % of the truth, w = mean width over 3.92 rms error; once with inertia and current scale exact (the
-same fits against the truth that the exact scaling law turns to the nominal inertia and scale, with
-the share of the record in sigma), once with both tolerances, and for plain least squares.
+in % of the truth, w = mean width over 3.92 rms error; once with inertia and current scale exact
+(the same fits against what the wheels show at the nominal inertia and scale, by the exact scaling
+law, with the share of the record in sigma), once with both tolerances, and for least squares.
 """
 
 import argparse

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyrostat.arguments import command_line, say
-from gyrostat.cli.options import Json, Out
+from gyrostat.cli.options import Force, Json, Out
 from gyrostat.errors import InputError
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ def simulate(
     seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
     device: Device = "cpu",
     engine: Engine = "auto",
+    force: Force = False,
     json_output: Json = False,
 ) -> None:
     """Fly a scenario once, with its nominal values: RUN.nc and RUN.html."""
@@ -45,7 +46,7 @@ def simulate(
     from gyrostat.campaign.scenario_file import read_scenario
     from gyrostat.report.campaign_run import write_run
 
-    found = read_scenario(scenario)
+    found = read_scenario(scenario, force=force)
     say(f"flying {found.name}: {found.duration:g} s")
     text = found.text()
     flown = fly(text, seed, None, keep=[0], engine=chosen_engine(engine, text, device, say))
@@ -73,6 +74,7 @@ def campaign(
     worst_by: Annotated[
         str | None, typer.Option(help="Metric; by default the last percentile of the error.")
     ] = None,
+    force: Force = False,
 ) -> None:
     """Fly a scenario many times, each with its own draws; run again to go on after a stop."""
     from gyrostat.campaign import cluster, run_campaign
@@ -83,7 +85,7 @@ def campaign(
     check_writable(out)
     _device(device)
     _engine(engine)
-    found = read_scenario(scenario)
+    found = read_scenario(scenario, force=force)
     if not found.dispersions:
         raise InputError(f"{scenario}: key dispersion: found none, expected what shall scatter")
     opener = None if scheduler is None else cluster(scheduler)

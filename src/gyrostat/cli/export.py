@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyrostat.arguments import command_line, refuse_given, say
-from gyrostat.cli.options import Json, Out
+from gyrostat.cli.options import Force, Json, Out
 from gyrostat.errors import InputError
 
 if TYPE_CHECKING:
@@ -71,6 +71,7 @@ def export(
     scale_drift: Annotated[
         Text, typer.Option(help="Of the friction level, 1/√s, for the estimator.")
     ] = None,
+    force: Force = False,
     json_output: Json = False,
 ) -> None:
     """Write flight code in C, a unit or module for other simulators, or a data sheet."""
@@ -89,7 +90,7 @@ def export(
         "--delay": str(delay) if delay else None,
         "--scale-drift": scale_drift,
     }
-    content = read_model(model)
+    content = read_model(model, force=force)
     if to is not Format.c:
         refuse_given({"--precision": precision is Precision.float}, f"--to {to}", "--to c")
     if to in (Format.json, Format.basilisk):

@@ -9,7 +9,7 @@ import typer
 
 from gyrostat import arguments as words
 from gyrostat.arguments import command_line, load, say
-from gyrostat.cli.options import Json, Out
+from gyrostat.cli.options import Force, Json, Out
 
 if TYPE_CHECKING:
     from gyrostat.identify import Fit
@@ -154,7 +154,7 @@ def _finish(fit: "Fit", out: Path, json_output: bool, **tables: Any) -> None:
     text = write_fit(fit, out, command=command_line(), say=say, **tables)
     if json_output:
         print(text)
-    if not fit.converged:
+    if not fit.converged or fit.impossible:
         raise typer.Exit(1)
 
 
@@ -180,7 +180,8 @@ def validate(
     from gyrostat.wheel import read_model
 
     check_writable(out)
-    wheel = read_model(model)
+    # a prediction is what shows whether the mark is right
+    wheel = read_model(model, force=True)
     wheel.wheel()
     values = {**wheel.values, **words.drive(hold or [], wheel.friction.name)}
     measured = load(record, columns, units, unsigned_current)
@@ -215,15 +216,17 @@ def bench(
     jitter: Annotated[float, typer.Option(help="Of sample times, share of interval.")] = 0.0,
     dropouts: Annotated[float, typer.Option(help="Share of missing speeds.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Same seed, same record.")] = 0,
+    force: Force = False,
 ) -> None:
     """Make the record that a test bench would have taken of a known wheel."""
     from gyrostat.files import check_writable
     from gyrostat.simulate import CurrentRange, Telemetry, bench_record, default_range
     from gyrostat.telemetry import write_record
     from gyrostat.units import parse_quantity
+    from gyrostat.wheel import read_model
 
     check_writable(out.parent)
-    wheel = read_wheel(model)
+    wheel = read_model(model, force=force).wheel()
     usual = default_range(wheel)
     record = bench_record(
         wheel,
@@ -247,10 +250,3 @@ def bench(
     )
     write_record(record, out)
     say(f"written: {out}, {len(record.time)} samples, wheel of {model}")
-
-
-def read_wheel(path: Path) -> Any:
-    """The wheel of a model file."""
-    from gyrostat.wheel import read_model
-
-    return read_model(path).wheel()

@@ -13,7 +13,7 @@ from gyrostat.identify.fit import Fit
 from gyrostat.identify.hypotheses import Segment
 from gyrostat.identify.loss import Loss
 from gyrostat.identify.observability import Observability, observability
-from gyrostat.identify.plausibility import Scatter, fit_warnings
+from gyrostat.identify.plausibility import Scatter, fit_warnings, impossible
 from gyrostat.identify.prediction import Linearisation, SpeedPrediction
 from gyrostat.identify.selection import Selection
 from gyrostat.identify.stages import Outcome
@@ -206,7 +206,11 @@ def conclude(
     stated = speed_sigmas if sigma_given else [None] * len(records)
     parts = zip(records, levels, stated, noise, strict=True)
     scatter = [Scatter(r.name, level, given, own) for r, level, given, own in parts]
-    return replace(fit, warnings=tuple(fit_warnings(fit, solution.reason, scatter)))
+    return replace(
+        fit,
+        warnings=tuple(fit_warnings(fit, solution.reason, scatter)),
+        impossible=tuple(impossible(fit)),
+    )
 
 
 def with_tolerances(fit: Fit, errors: Propagated, tolerances: Mapping[str, float]) -> Fit:

@@ -15,7 +15,7 @@ from gyrostat.friction import Friction
 from gyrostat.identify.checks import MOTION
 from gyrostat.identify.fit import Fit
 from gyrostat.identify.observability import judge
-from gyrostat.identify.plausibility import Scatter, fit_warnings
+from gyrostat.identify.plausibility import Scatter, fit_warnings, impossible
 from gyrostat.identify.prediction import wheel_dimensions
 from gyrostat.identify.statistics import crossing_times
 from gyrostat.identify.uncertainty import square_root, widened
@@ -157,4 +157,8 @@ def result(
         predicted_sigma=(),
         **rest,
     )
-    return replace(fit, warnings=(*fit_warnings(fit, reason, scatter), *warnings))
+    return replace(
+        fit,
+        warnings=(*fit_warnings(fit, reason, scatter), *warnings),
+        impossible=tuple(impossible(fit)),
+    )

@@ -82,6 +82,7 @@ class Fit:
         friction_points: what a friction curve was fitted to; None for fits of the speed.
         effects: what the records say of effects beside the friction model.
         tolerances: what stated tolerances add to `covariance`; None without any.
+        impossible: values that no wheel has, one sentence each.
     """
 
     model: type[Friction]
@@ -108,6 +109,7 @@ class Fit:
     friction_points: FrictionPoints | None = None
     effects: tuple[Effect, ...] = ()
     tolerances: Propagated | None = None
+    impossible: tuple[str, ...] = ()
 
     @property
     def sigma(self) -> Vector:
@@ -181,6 +183,7 @@ class Fit:
                 "records": ", ".join(r.name for r in self.records),
                 "samples": str(self.samples),
             },
+            impossible="; ".join(self.impossible),
         )
 
     def friction_curve(self, speed: Vector) -> tuple[Vector, Vector]:
@@ -240,5 +243,6 @@ class Fit:
             "effects": [effect.to_dict() for effect in self.effects],
             "residuals": None if self.whiteness is None else self.whiteness.to_dict(),
             "records": [r.name for r in self.records],
+            "impossible": list(self.impossible),
             "warnings": list(self.warnings),
         }

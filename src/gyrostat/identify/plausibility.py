@@ -73,8 +73,12 @@ def _unit_warnings(fit: Fit) -> list[str]:
     ]
 
 
-def _sign_warnings(fit: Fit) -> list[str]:
-    """Estimates with a sign that no wheel has."""
+def impossible(fit: Fit) -> list[str]:
+    """Estimates that no wheel has, beyond what their sigma allows.
+
+    Args:
+        fit: the result.
+    """
     found = []
     for name, value, sigma in zip(fit.names, fit.values, fit.sigma, strict=True):
         wheel = fit.dimensions[name] in ("motor_constant", "torque", "viscous")
@@ -154,7 +158,7 @@ def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]
     if reason:
         text = f"did not converge in {fit.iterations} iterations ({reason})"
         warnings.append(f"{text}: not a valid result")
-    warnings += _unit_warnings(fit) + _sign_warnings(fit) + _record_warnings(fit.records)
+    warnings += _unit_warnings(fit) + impossible(fit) + _record_warnings(fit.records)
     if "current_bias" in fit.names:
         bias = fit.parameters["current_bias"]
         warnings.append(

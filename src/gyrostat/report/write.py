@@ -85,6 +85,9 @@ def write_fit(
         say(f"  {trend.name} changes by {slope} {trend.unit} per °C")
     for warning in fit.warnings:
         say(f"warning: {warning}")
+    if fit.impossible:
+        say("no valid result: no wheel has these values; model.toml is marked, and is only taken")
+        say(f"with --force: {'; '.join(fit.impossible)}")
     if fit.converged:
         say(f"written: {', '.join(str(path) for path in results)}")
     else:
