@@ -274,9 +274,10 @@ def parse_uncertain(text: str, dimension: str | None, where: str) -> tuple[float
         raise InputError(f"{where}: found tolerance {amount[:40]!r}, expected one such as '1 %'")
     sigma = float(match[1]) / 100.0 if percent else quantity(amount)
     if not percent:
-        if not value:
+        size = 1.0 if dimension is None and value is None else abs(value or 0.0)
+        if size == 0.0:
             raise InputError(f"{where}: found tolerance {amount[:40]!r}, expected a share in %")
-        sigma /= abs(value)
+        sigma /= size
     if not (math.isfinite(sigma) and sigma >= 0.0):
         raise InputError(f"{where}: found tolerance {amount[:40]!r}, expected 0 or more")
     return value, sigma

@@ -87,6 +87,7 @@ def test_a_coast_scales_with_the_inertia(record):
         ("1.5e-3", "inertia", (1.5e-3, 0.0)),
         ("+- 1 %", None, (None, 0.01)),
         ("1.02 ± 0.5%", None, (1.02, 0.005)),
+        ("+- 50e-6", None, (None, 50e-6)),
     ],
 )
 def test_tolerances_are_read(text, dimension, expected):
