@@ -60,7 +60,7 @@ def test_prediction_errors_are_those_of_the_dense_covariance():
     levels = np.array([[0.0, 0.0], [0.3, 0.0], [0.1, 0.2]])
     found = innovations(columns, variance, linear.transition, noise, levels)
     seen = np.isfinite(variance)
-    assert found.count == 39
+    assert found.samples == 39
     for level, products, logs in zip(levels, *found[:2], strict=True):
         full = dense_covariance(linear, noise, level, np.where(seen, variance, 0.0))
         full = full[np.ix_(seen, seen)]

@@ -21,6 +21,11 @@ from gyrostat.identify.statistics import NUMERICAL_NOISE, crossing_times, whiten
 from gyrostat.identify.tolerances import Propagated, propagate
 from gyrostat.identify.uncertainty import covariance, residual_levels, widened
 
+UNJUDGED = (
+    "effects beside the friction model could not be judged (the wheel that allows for them does "
+    "not follow the record): sigma is that of white noise alone"
+)
+
 
 @dataclass(frozen=True)
 class _Estimate:
@@ -70,7 +75,10 @@ def _averaged(
             )
         )
     x = outcome.values[index]
-    found = average(segments, candidates, selection.prior, x, selection.scale, stated=stated)
+    try:
+        found = average(segments, candidates, selection.prior, x, selection.scale, stated=stated)
+    except np.linalg.LinAlgError:
+        return plain
     values = outcome.values.copy()
     values[index] = x + found.shift
     shifted = prediction.linearise(values)
@@ -206,9 +214,11 @@ def conclude(
     stated = speed_sigmas if sigma_given else [None] * len(records)
     parts = zip(records, levels, stated, noise, strict=True)
     scatter = [Scatter(r.name, level, given, own) for r, level, given, own in parts]
+    judged = bool(best.effects) or white_noise or not solution.converged
+    unjudged = () if judged else (UNJUDGED,)
     return replace(
         fit,
-        warnings=tuple(fit_warnings(fit, solution.reason, scatter)),
+        warnings=(*fit_warnings(fit, solution.reason, scatter), *unjudged),
         impossible=tuple(impossible(fit)),
     )
 

@@ -6,6 +6,7 @@ from itertools import product
 from math import lgamma
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat._types import Matrix, Vector
 from gyrostat.identify.effects import RIPPLES, Nuisance, TorqueNoise
@@ -96,7 +97,7 @@ def _variance_ratio(own: Innovations, freedom: int, stated: bool) -> Vector:
     for each, length in zip(scaled, size[:, 0], strict=True):
         solved = np.linalg.lstsq(each[1:, 1:], each[1:, 0], rcond=1e-10)[0]
         misfit.append(length**2 * max(1.0 - float(each[0, 1:] @ solved), 1e-12))
-    left = max(own.count - freedom, 1)
+    left = max(own.samples - freedom, 1)
     ratio = np.array(misfit) / left
     if not stated:
         return ratio
@@ -124,13 +125,9 @@ def posteriors(
     widths = [effect.columns[0].shape[1] for effect in effects]
     size = count + sum(widths)
     ratios = [_variance_ratio(each, size, stated) for each in found]
-    total = sum(
-        each.products / ratio[:, None, None] for each, ratio in zip(found, ratios, strict=True)
-    )
-    logs = sum(
-        each.count * np.log(ratio) + each.log_variance
-        for each, ratio in zip(found, ratios, strict=True)
-    )
+    pairs = list(zip(found, ratios, strict=True))
+    total = np.sum([own.products / ratio[:, None, None] for own, ratio in pairs], axis=0)
+    logs = np.sum([own.samples * np.log(ratio) + own.log_variance for own, ratio in pairs], axis=0)
     choices = np.array(list(product(*[(0.0, *effect.scales) for effect in effects])))
     choices = choices.reshape(-1, len(effects))
     spread = np.ones((len(choices), size))
@@ -144,10 +141,14 @@ def posteriors(
         matrix = spread[:, :, None] * products[1:, 1:] * spread[:, None, :] + base
         right = spread * products[1:, 0]
         right[:, :count] += pull
-        root = np.linalg.cholesky(matrix)
-        inverse = np.linalg.inv(matrix)
+        # parameters that the record shows very unlike well leave no digits otherwise
+        unit = np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
+        outer = unit[:, :, None] * unit[:, None, :]
+        root = np.linalg.cholesky(matrix / outer)
+        inverse = np.linalg.inv(matrix / outer) / outer
         mean = np.einsum("hij,hj->hi", inverse, right)
-        determinant = 2.0 * np.sum(np.log(np.diagonal(root, axis1=1, axis2=2)), axis=1)
+        logarithms = np.log(unit * np.diagonal(root, axis1=1, axis2=2))
+        determinant = 2.0 * np.sum(logarithms, axis=1)
         evidence = -0.5 * (log + products[0, 0] - np.sum(mean * right, axis=1) + determinant)
         covariance = spread[:, :, None] * inverse * spread[:, None, :]
         own = np.broadcast_to(level, (len(choices), 2))
@@ -158,7 +159,7 @@ def posteriors(
     return Posteriors(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def _presence(present: Matrix) -> Vector:
+def _presence(present: NDArray[np.bool_]) -> Vector:
     """Logarithm of the prior probability of patterns of presence, but for a constant.
 
     Args:

@@ -24,12 +24,12 @@ class Innovations(NamedTuple):
     Attributes:
         products: Sums of products of the whitened columns, (g, c, c).
         log_variance: Sum of the logarithms of the variances of the prediction errors, (g,).
-        count: Samples used.
+        samples: Number of them used.
     """
 
     products: Vector
     log_variance: Vector
-    count: int
+    samples: int
 
 
 @jax.jit
