@@ -33,9 +33,9 @@ class Innovations(NamedTuple):
 
 
 @jax.jit
-def _filter(columns, variance, transition, gain, crossing, walk, first):
-    """Whiten columns (N, c) for g noise levels; `crossing` (N, g), `walk` (N, g), `first` (g,)."""
-    levels, count = first.shape[0], columns.shape[1]
+def _filter(columns, variance, transition, gain, crossing, walk, first, squared):
+    """Whiten columns (N, c) for g noise levels, whose squares are (g, 2)."""
+    levels, count = squared.shape[0], columns.shape[1]
 
     def sample(carry, entry):
         state, xx, xu, uu, products, logs = carry
@@ -50,15 +50,15 @@ def _filter(columns, variance, transition, gain, crossing, walk, first):
         x, u = state[:, 0] + kx[:, None] * error, state[:, 1] + ku[:, None] * error
         xx, xu, uu = xx - kx * xx, xu - kx * xu, uu - ku * xu
         state = jnp.stack([f * x + g * u, u], axis=1)
-        ahead = f * f * xx + 2.0 * f * g * xu + g * g * uu + v
-        return (state, ahead, f * xu + g * uu, uu + w, products, logs), None
+        ahead = f * f * xx + 2.0 * f * g * xu + g * g * uu + v * squared[:, 0]
+        return (state, ahead, f * xu + g * uu, uu + w * squared[:, 1], products, logs), None
 
     nothing = jnp.zeros(levels)
     start = (
         jnp.zeros((levels, 2, count)),
         nothing,
         nothing,
-        first,
+        first * squared[:, 1],
         jnp.zeros((levels, count, count)),
         nothing,
     )
@@ -87,18 +87,14 @@ def innovations(
     """
     size = len(padded(variance))
     fill = size - len(variance)
-    squared = levels**2
-
-    def over_time(rates: Vector, level: Vector) -> Matrix:
-        return padded(np.append(rates, 0.0))[:, None] * level
-
     products, logs = _filter(
         np.pad(columns, ((0, fill), (0, 0))),
         np.pad(variance, (0, fill), constant_values=np.inf),
         padded(np.append(transition, 0.0)),
         padded(np.append(noise.gain, 0.0)),
-        over_time(noise.crossings, squared[:, 0]),
-        over_time(noise.walk, squared[:, 1]),
-        noise.first * squared[:, 1],
+        padded(np.append(noise.crossings, 0.0)),
+        padded(np.append(noise.walk, 0.0)),
+        noise.first,
+        levels**2,
     )
     return Innovations(np.asarray(products), np.asarray(logs), int(np.isfinite(variance).sum()))
