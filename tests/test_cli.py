@@ -290,6 +290,49 @@ def test_a_fit_that_does_not_converge_exits_1_and_leaves_no_model(run, tmp_path,
     assert not (tmp_path / "fit" / "model.toml").exists()
 
 
+def test_a_wheel_that_cannot_exist_exits_1_and_is_refused_without_force(run, tmp_path):
+    """A motor constant of the wrong sign: current and speed have opposite senses."""
+    lines = EXAMPLE.read_text().splitlines()
+    time, current, *_ = (name.split("_")[0] for name in lines[0].split(","))
+    assert (time, current) == ("time", "current")
+    opposed = [lines[0]]
+    for line in lines[1:]:
+        cells = line.split(",")
+        opposed.append(",".join([cells[0], repr(-float(cells[1])), *cells[2:]]))
+    record = tmp_path / "opposed.csv"
+    record.write_text("\n".join(opposed) + "\n")
+    code, out, err = run("identify", record, "--inertia", "1.5e-3", "--json", "--out", tmp_path)
+    assert code == 1
+    assert any("opposite senses" in reason for reason in json.loads(out)["impossible"])
+    assert "no valid result" in err
+    model = tmp_path / "model.toml"
+    for words in (
+        ("bench", model, "--duration", "5", "--out", tmp_path / "again.csv"),
+        ("export", model, "--to", "json", "--out", tmp_path / "sheet"),
+    ):
+        code, _, err = run(*words)
+        assert code == 2
+        assert "--force" in err
+        assert run(*words, "--force")[0] == 0
+
+
+def test_tolerances_on_the_command_line(run, tmp_path):
+    """One per cent of inertia is one per cent of the Coulomb torque, and all of it is given."""
+    words = ("identify", EXAMPLE, "--speed-sigma", "5rpm", "--json")
+    tolerant = ("--inertia", "1.5e-3 +- 1 %", "--current-scale", "1.02 ± 0.5 %")
+    code, out, err = run(*words, *tolerant, "--out", tmp_path)
+    assert code == 0
+    assert "share in variance" in err
+    found = json.loads(out)["parameters"]
+    shares = found["motor_constant"]["variance_shares"]
+    assert shares["inertia"] / shares["current_scale"] == pytest.approx(4.0, rel=0.01)
+    assert sum(shares.values()) == pytest.approx(1.0)
+    assert found["inertia"] == {**found["inertia"], "given": True, "sigma": pytest.approx(1.5e-5)}
+    plain = run(*words, "--inertia", "1.5e-3", "--out", tmp_path / "plain")[1]
+    motor = json.loads(plain)["parameters"]["motor_constant"]["value"]
+    assert found["motor_constant"]["value"] == pytest.approx(motor / 1.02, rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [

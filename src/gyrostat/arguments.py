@@ -73,6 +73,43 @@ def quantities(text: str | None, dimension: str, option: str) -> list[float]:
     return [parse_quantity(part.strip(), dimension, option) for part in parts]
 
 
+def inertia(text: str | None) -> tuple[float | None, dict[str, float]]:
+    """Value of --inertia, kg·m², and its tolerance as a share, where one is given."""
+    from gyrostat.units import parse_uncertain
+
+    if text is None:
+        return None, {}
+    value, sigma = parse_uncertain(text, "inertia", "--inertia")
+    if value is None:
+        raise InputError(
+            f"--inertia: found {text.strip()!r}, expected a value before the tolerance"
+        )
+    return value, {"inertia": sigma} if sigma else {}
+
+
+def scales(options: Mapping[str, str | None]) -> tuple[dict[str, float], dict[str, float]]:
+    """Factors on what was recorded, and their tolerances as shares, where they are given.
+
+    Args:
+        options: name of an option with underscores -> its text.
+
+    Raises:
+        InputError: a factor that is not positive.
+    """
+    from gyrostat.units import parse_uncertain
+
+    factors, tolerances = {}, {}
+    for name, text in options.items():
+        where = f"--{name.replace('_', '-')}"
+        value, sigma = (1.0, 0.0) if text is None else parse_uncertain(text, None, where)
+        factors[name] = 1.0 if value is None else value
+        if not factors[name] > 0.0:
+            raise InputError(f"{where}: found {factors[name]:g}, expected a factor above 0")
+        if sigma:
+            tolerances[name] = sigma
+    return factors, tolerances
+
+
 def refuse_given(options: Mapping[str, object], where: str, expected: str) -> None:
     """Refuse options that would have no effect.
 

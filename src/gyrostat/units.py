@@ -21,6 +21,7 @@ __all__ = [
     "find_unit",
     "known_unit",
     "parse_quantity",
+    "parse_uncertain",
     "to_si",
 ]
 
@@ -228,3 +229,54 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
     unit = match[2].strip() or SI_UNIT[dimension]
     value = find_unit(unit, dimension, f"{where} {text[:40]!r}").to_si(float(match[1]))
     return magnitude(where, value, SI_UNIT[dimension], shown=repr(text[:40]))
+
+
+_PLUS_MINUS = re.compile(r"\+/-|\+-|±")
+
+
+def parse_uncertain(text: str, dimension: str | None, where: str) -> tuple[float | None, float]:
+    """Read a value with its tolerance, such as '1.5e-3 +- 1 %', '15 kg·cm² ± 0.2 kg·cm²', '+- 1 %'.
+
+    Args:
+        text: a quantity, a tolerance after '+-', '+/-' or '±' (in per cent or in the unit of the
+            dimension), or both.
+        dimension: key of `SI_UNIT`; None for a factor, which has no unit.
+        where: the place to name in an error, as '--inertia'.
+
+    Returns:
+        The value in SI, None where only a tolerance is given; and the tolerance as a share of the
+        value, one sigma, zero where none is given.
+
+    Raises:
+        InputError: not a quantity, a tolerance that is negative or no number, an absolute one
+            without a value, or one of a value of zero.
+    """
+
+    def quantity(part: str) -> float:
+        if dimension is not None:
+            return parse_quantity(part, dimension, where)
+        match = _QUANTITY.fullmatch(part)
+        if match is None or match[2].strip():
+            raise InputError(f"{where}: found {part.strip()[:40]!r}, expected a factor or '+- 1 %'")
+        return float(match[1])
+
+    parts = _PLUS_MINUS.split(text)
+    if len(parts) > 2:
+        raise InputError(f"{where}: found {text[:40]!r}, expected one tolerance, as '+- 1 %'")
+    value = quantity(parts[0]) if parts[0].strip() or len(parts) == 1 else None
+    if len(parts) == 1:
+        return value, 0.0
+    amount = parts[1].strip()
+    percent = amount.endswith("%")
+    match = _QUANTITY.fullmatch(amount.removesuffix("%"))
+    if match is None or (percent and match[2].strip()):
+        raise InputError(f"{where}: found tolerance {amount[:40]!r}, expected one such as '1 %'")
+    sigma = float(match[1]) / 100.0 if percent else quantity(amount)
+    if not percent:
+        size = 1.0 if dimension is None and value is None else abs(value or 0.0)
+        if size == 0.0:
+            raise InputError(f"{where}: found tolerance {amount[:40]!r}, expected a share in %")
+        sigma /= size
+    if not (math.isfinite(sigma) and sigma >= 0.0):
+        raise InputError(f"{where}: found tolerance {amount[:40]!r}, expected 0 or more")
+    return value, sigma

@@ -147,7 +147,7 @@ def test_a_wrong_noise_and_impossible_speeds_are_suspected(record, changed):
 def test_sigma_that_allows_for_correlation_is_never_the_smaller_one(record):
     for seed in range(10):
         fit = identify_coast(record("viscous-coulomb", "ramps", seed=seed), inertia=INERTIA)
-        assert np.all(fit.serial_sigma >= fit.sigma)
+        assert np.all(fit.sigma >= fit.noise_sigma)
 
 
 def test_crossings_are_those_of_the_measured_speed(record):

@@ -14,11 +14,9 @@ INERTIA = 1.5e-3
 SCALE = ("motor_constant", "inertia", "viscous", "coulomb", "static")
 
 
-@pytest.mark.parametrize(
-    "prior", [{"inertia": (INERTIA, 7.5e-5)}, {"static": (0.9055e-3, 0.3e-3)}], ids=["J", "T_s"]
-)
-def test_the_scale_of_the_torques_rests_on_the_a_priori_alone(record, prior):
+def test_the_scale_of_the_torques_rests_on_the_a_priori_alone(record):
     """Current and speed show ratios only: a common factor of all five leaves them as they are."""
+    prior = {"static": (0.9055e-3, 0.3e-3)}
     fit = identify(record(), inertia=INERTIA, free=["inertia"], prior=prior, speed_sigma=5.0 * RPM)
     for name in SCALE:
         seen = fit.observability[name]
@@ -26,6 +24,18 @@ def test_the_scale_of_the_torques_rests_on_the_a_priori_alone(record, prior):
         assert abs(seen.significance) < 0.01
         assert "known before" in seen.advice
     assert fit.observability["initial_speed"].observable
+
+
+def test_a_prior_of_the_inertia_does_not_hide_what_the_record_shows(record):
+    """Observability is about the record: it is judged at the inertia given, whatever its sigma."""
+    options = {"inertia": INERTIA, "speed_sigma": 5.0 * RPM}
+    held = identify(record(), **options)
+    known = identify(record(), prior={"inertia": (INERTIA, 0.1 * INERTIA)}, **options)
+    assert not known.observability["inertia"].observable
+    for name in held.names:
+        seen, reference = known.observability[name], held.observability[name]
+        assert seen.observable == reference.observable
+        assert seen.significance == pytest.approx(reference.significance, rel=0.05)
 
 
 def test_the_ratios_are_as_certain_as_with_the_inertia_held(record):

@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import kstest
 
 from gyrostat.identify.statistics import (
+    block_tests,
     correlation_length,
     noise_level,
     quantum,
@@ -64,3 +65,31 @@ def test_serial_covariance_matches_the_long_run_variance_of_an_autoregression():
     lags = correlation_length(series)
     estimate = serial_meat(series[:, None], 4 * lags)[0, 0] / count
     assert estimate == pytest.approx(1.0 / (1.0 - rho) ** 2, rel=0.1)
+
+
+def test_all_tests_together_reject_white_residuals_in_one_record_of_twenty():
+    """Residuals of a linear fit, whose parameters take away slow variation."""
+    random = np.random.default_rng(5)
+    time = np.linspace(-1.0, 1.0, 400)
+    rows = np.column_stack([np.ones(400), time, time**2, np.sign(np.sin(20.0 * time))])
+    basis = np.linalg.qr(rows)[0]
+    rejected = 0
+    for _ in range(600):
+        noise = random.standard_normal(400)
+        rejected += not whiteness(noise - basis @ (basis.T @ noise), 7.0 * rows).white
+    assert 0.025 < rejected / 600 < 0.075
+
+
+def test_probabilities_of_block_means_are_uniform_for_white_residuals():
+    random = np.random.default_rng(6)
+    found = [block_tests(random.standard_normal(500)) for _ in range(300)]
+    for length in (2, 8, 32):
+        assert kstest([each[length] for each in found], "uniform").pvalue > 0.01
+
+
+def test_block_means_see_what_twenty_lags_do_not():
+    random = np.random.default_rng(7)
+    slow = 0.2 * np.sin(np.arange(3000) / 150.0)
+    tests = [whiteness(random.standard_normal(3000) + slow) for _ in range(20)]
+    assert sum(not test.white for test in tests) >= 19
+    assert sum(test.ljung_box_probability < 0.01 for test in tests) < 15

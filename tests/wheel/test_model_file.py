@@ -119,3 +119,16 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
     (tmp_path / "latin.toml").write_bytes(b"[wheel]\n# caf\xe9")
     with pytest.raises(InputError, match="found invalid TOML"):
         read_model(tmp_path / "latin.toml")
+
+
+def test_a_model_that_is_marked_as_impossible_is_refused_unless_forced(tmp_path):
+    path = tmp_path / "model.toml"
+    path.write_text(GOOD)
+    good = read_model(path)
+    why = 'viscous is negative (-3e-06): "no wheel" has this'
+    write_model(path, WheelModel(good.friction, good.values, impossible=why))
+    with pytest.raises(InputError, match=r"key validity\.impossible.*--force"):
+        read_model(path)
+    forced = read_model(path, force=True)
+    assert forced.impossible == why
+    assert forced.values == good.values

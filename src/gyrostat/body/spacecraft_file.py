@@ -71,8 +71,12 @@ class SpacecraftFile:
         )
 
 
-def read_spacecraft(path: str | os.PathLike[str]) -> SpacecraftFile:
+def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> SpacecraftFile:
     """Read a spacecraft file.
+
+    Args:
+        path: of the file.
+        force: take wheel models that are marked as impossible.
 
     Raises:
         InputError: the file cannot be read, is not TOML, a key is unknown, missing or has a value
@@ -90,7 +94,9 @@ def read_spacecraft(path: str | os.PathLike[str]) -> SpacecraftFile:
         raise InputError(f"{path}: key wheel: found {_kind(rows)}, expected tables [[wheel]]")
     inertia = _body_inertia(path, body)
     names = _names(path, rows)
-    wheels = [_wheel(path, f"wheel[{name}].", row) for name, row in zip(names, rows, strict=True)]
+    wheels = [
+        _wheel(path, f"wheel[{name}].", row, force) for name, row in zip(names, rows, strict=True)
+    ]
     array = WheelArray(
         axes=jnp.stack([wheel["axis"] for wheel in wheels], axis=1),
         inertia=jnp.array([wheel["inertia"] for wheel in wheels]),
@@ -143,7 +149,7 @@ def _names(path: Path, rows: list[dict[str, Any]]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _wheel(path: Path, prefix: str, row: dict[str, Any]) -> dict[str, Any]:
+def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[str, Any]:
     """What a wheel's table says, in SI units."""
     refuse_unknown(path, prefix, row, _WHEEL)
     axis = _three(path, f"{prefix}axis", row.get("axis"), None)
@@ -164,7 +170,7 @@ def _wheel(path: Path, prefix: str, row: dict[str, Any]) -> dict[str, Any]:
         inertia = quantity(path, key, row["inertia"], "inertia", positive=True)
     if "model" in row:
         found["model"] = model = read_model(
-            path.parent / _text(path, f"{prefix}model", row["model"])
+            path.parent / _text(path, f"{prefix}model", row["model"]), force=force
         )
         own = model.values.get("inertia", inertia)
         if inertia is not None and own is not None and abs(own - inertia) > SAME * inertia:

@@ -42,8 +42,12 @@ SECTIONS = (
 )
 
 
-def read_scenario(path: str | os.PathLike[str]) -> Scenario:
+def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scenario:
     """Read a scenario file and the files that it names.
+
+    Args:
+        path: of the file.
+        force: take wheel models that are marked as impossible.
 
     Raises:
         InputError: a file cannot be read, is not TOML, or a key is unknown, missing or has a value
@@ -51,7 +55,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     """
     path = Path(path)
     top = opened(path, "a scenario file", SECTIONS)
-    craft = read_spacecraft(path.parent / _spacecraft(top))
+    craft = read_spacecraft(path.parent / _spacecraft(top), force=force)
     values: dict[str, float] = dict(_spacecraft_values(craft))
     run = top.table("run", (*RUN, "step", "command_delay"))
     values |= run.numbers(RUN)

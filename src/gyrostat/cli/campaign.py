@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyrostat.arguments import command_line, say
-from gyrostat.cli.options import Force, Json, Out
+from gyrostat.cli.options import ForceModel, Json, Out
 from gyrostat.errors import InputError
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def simulate(
     seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
     device: Device = "cpu",
     engine: Engine = "auto",
-    force: Force = False,
+    force: ForceModel = False,
     json_output: Json = False,
 ) -> None:
     """Fly a scenario once, with its nominal values: RUN.nc and RUN.html."""
@@ -49,7 +49,7 @@ def simulate(
     from gyrostat.campaign.scenario_file import read_scenario
     from gyrostat.report.campaign_run import write_run
 
-    found = read_scenario(scenario)
+    found = read_scenario(scenario, force=force)
     say(f"flying {found.name}: {found.duration:g} s")
     text = found.text()
     flown = fly(text, seed, None, keep=[0], engine=chosen_engine(engine, text, device, say))
@@ -79,7 +79,11 @@ def campaign(
     ] = None,
     force: Annotated[
         bool,
-        typer.Option("--force", help="Begin beside files of its names: renamed NAME.changed."),
+        typer.Option(
+            "--force",
+            help="Begin beside files of its names: renamed NAME.changed; take wheels marked as "
+            "impossible.",
+        ),
     ] = False,
 ) -> None:
     """Fly a scenario many times, each with its own draws; run again to go on after a stop."""
@@ -91,7 +95,7 @@ def campaign(
     check_writable(out)
     _device(device)
     _engine(engine)
-    found = read_scenario(scenario)
+    found = read_scenario(scenario, force=force)
     if not found.dispersions:
         raise InputError(f"{scenario}: key dispersion: found none, expected what shall scatter")
     opener = None if scheduler is None else cluster(scheduler)

@@ -8,7 +8,7 @@ import typer
 
 from gyrostat.arguments import command_line, refuse_given, say
 from gyrostat.cli.measurement_limits import measurement_limits
-from gyrostat.cli.options import Force, Json, Out
+from gyrostat.cli.options import ForceModel, Json, Out
 from gyrostat.errors import InputError
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def export(
     on_bad: Annotated[
         OnBad, typer.Option(help="Command in place of one from a rejected sample.")
     ] = OnBad.hold,
-    force: Force = False,
+    force: ForceModel = False,
     json_output: Json = False,
 ) -> None:
     """Write flight code in C, a unit or module for other simulators, or a data sheet.
@@ -119,7 +119,7 @@ def export(
         "--delay": str(delay) if delay else None,
         "--scale-drift": scale_drift,
     }
-    content, target = read_model(model), None
+    content, target = read_model(model, force=force), None
     if to is not Format.c:
         refuse_given({"--precision": precision is Precision.float}, f"--to {to}", "--to c")
     if to in (Format.json, Format.basilisk):

@@ -10,4 +10,12 @@ Force = Annotated[
     typer.Option("--force", help="Replace existing files that this command did not write."),
 ]
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
+ForceModel = Annotated[
+    bool,
+    typer.Option(
+        "--force",
+        help="Replace existing files that this command did not write; take a wheel model that is "
+        "marked as impossible.",
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the result's JSON and nothing else.")]

@@ -9,10 +9,11 @@ import typer
 
 from gyrostat import arguments as words
 from gyrostat.arguments import command_line, load, say
-from gyrostat.cli.options import Force, Json, Out
+from gyrostat.cli.options import Force, ForceModel, Json, Out
 
 if TYPE_CHECKING:
     from gyrostat.identify import Fit
+    from gyrostat.telemetry import Record
 
 
 class Method(StrEnum):
@@ -48,8 +49,14 @@ def identify(
     records: Annotated[list[Path], typer.Argument(help="Records of one wheel: CSV, Parquet, MAT.")],
     out: Out,
     inertia: Annotated[
-        str | None, typer.Option(help="Of rotor and flywheel, kg·m² or with a unit.")
+        str | None,
+        typer.Option(help="Of rotor and flywheel, kg·m² or with a unit; '1.5e-3 +- 1 %'."),
     ] = None,
+    current_scale: Annotated[
+        str | None, typer.Option(help="True over measured current: '+- 1 %', '1.01 +- 0.5 %'.")
+    ] = None,
+    speed_scale: Annotated[str | None, typer.Option(help="True over measured speed.")] = None,
+    clock: Annotated[str | None, typer.Option(help="True over recorded time.")] = None,
     model: Annotated[str | None, typer.Option(help="Friction model [default: stribeck].")] = None,
     method: Annotated[Method, typer.Option(help="How to identify.")] = Method.batch,
     hold: Annotated[
@@ -83,12 +90,16 @@ def identify(
     """Identify a wheel: fit.json, model.toml and report.html from its bench records."""
     from gyrostat.outputs import check_outputs
     from gyrostat.report.write import FILES
-    from gyrostat.units import parse_quantity
 
     check_outputs(out, FILES, by="identify", force=force)
     name = model or "stribeck"
+    value, tolerance = words.inertia(inertia)
+    factors, shares = words.scales(
+        {"current_scale": current_scale, "speed_scale": speed_scale, "clock": clock}
+    )
+    tolerance |= shares
     common: dict[str, Any] = {
-        "inertia": parse_quantity(inertia, "inertia", "--inertia") if inertia else None,
+        "inertia": value,
         "hold": words.held(hold or [], name),
     }
     sigmas = words.quantities(speed_sigma, "speed", "--speed-sigma")
@@ -102,13 +113,17 @@ def identify(
         "--held-out": held_out,
         "more than one --speed-sigma": sigmas[1:],
     }
-    loaded = [load(path, columns, units, unsigned_current) for path in records]
+
+    def measured(path: Path) -> "Record":
+        return load(path, columns, units, unsigned_current).scaled(**factors)
+
+    loaded = [measured(path) for path in records]
     if method is not Method.batch:
         from gyrostat.identify import identify_dedicated
 
         words.refuse_given(batch_only, f"--method {method.value}", "--method batch")
         common["speed_sigma"] = sigmas[0] if sigmas else None
-        fit = identify_dedicated(method.value, loaded, model=model, **common)
+        fit = identify_dedicated(method.value, loaded, model=model, tolerance=tolerance, **common)
         _finish(fit, out, json_output, force=force)
         return
     from gyrostat import identify as stage
@@ -125,11 +140,13 @@ def identify(
         "loss": loss or "quadratic",
         "current_hold": (current_hold or Hold.zero_order).value,
     }
-    fit = stage.identify(loaded, model=name, on_progress=words.progress, **options)
+    fit = stage.identify(
+        loaded, model=name, on_progress=words.progress, tolerance=tolerance, **options
+    )
     trends = stage.temperature_trends(loaded, model=name, on_left_out=say, **options)
     rows = []
     if compare or held_out:
-        others = [load(path, columns, units, unsigned_current) for path in held_out or []]
+        others = [measured(path) for path in held_out or []]
         say("ranking the other friction models")
         rows = stage.compare(loaded, others, known=fit, **options)
     _finish(fit, out, json_output, force=force, comparison=rows, temperatures=trends)
@@ -141,7 +158,7 @@ def _finish(fit: "Fit", out: Path, json_output: bool, **options: Any) -> None:
     text = write_fit(fit, out, command=command_line(), say=say, **options)
     if json_output:
         print(text)
-    if not fit.converged:
+    if not fit.converged or fit.impossible:
         raise typer.Exit(1)
 
 
@@ -168,7 +185,8 @@ def validate(
     from gyrostat.wheel import read_model
 
     check_outputs(out, ("validation.html", "validation.json"), by="validate", force=force)
-    wheel = read_model(model)
+    # a prediction is what shows whether the mark is right
+    wheel = read_model(model, force=True)
     wheel.wheel()
     values = {**wheel.values, **words.drive(hold or [], wheel.friction.name)}
     measured = load(record, columns, units, unsigned_current)
@@ -205,7 +223,7 @@ def bench(
     jitter: Annotated[float, typer.Option(help="Of sample times, share of interval.")] = 0.0,
     dropouts: Annotated[float, typer.Option(help="Share of missing speeds.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Same seed, same record.")] = 0,
-    force: Force = False,
+    force: ForceModel = False,
 ) -> None:
     """Make the record that a test bench would have taken of a known wheel."""
     from gyrostat.files import check_writable
@@ -213,9 +231,10 @@ def bench(
     from gyrostat.simulate import CurrentRange, Telemetry, bench_record, default_range
     from gyrostat.telemetry import write_record
     from gyrostat.units import parse_quantity
+    from gyrostat.wheel import read_model
 
     check_writable(out.parent)
-    wheel = read_wheel(model)
+    wheel = read_model(model, force=force).wheel()
     usual = default_range(wheel)
     record = bench_record(
         wheel,
@@ -240,10 +259,3 @@ def bench(
     with new_files(out.parent, by="bench", force=force) as folder:
         write_record(record, folder / out.name)
     say(f"written: {out}, {len(record.time)} samples, wheel of {model}")
-
-
-def read_wheel(path: Path) -> Any:
-    """The wheel of a model file."""
-    from gyrostat.wheel import read_model
-
-    return read_model(path).wheel()

@@ -1,5 +1,6 @@
 """From bench records to a wheel with honest uncertainty."""
 
+from gyrostat.identify.averaging import Effect
 from gyrostat.identify.batch import identify
 from gyrostat.identify.coast import identify_coast
 from gyrostat.identify.comparison import Candidate, compare
@@ -13,6 +14,7 @@ from gyrostat.identify.validation import Validation, validate
 
 __all__ = [
     "Candidate",
+    "Effect",
     "Fit",
     "Observability",
     "TemperatureTrend",

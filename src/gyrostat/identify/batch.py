@@ -19,6 +19,7 @@ from gyrostat.identify.prediction import CurrentHold, SpeedPrediction, friction_
 from gyrostat.identify.selection import Selection, select
 from gyrostat.identify.stages import Measurements, Outcome, Progress, refine, run_stages
 from gyrostat.identify.statistics import NUMERICAL_NOISE, noise_level, whiteness
+from gyrostat.identify.tolerances import check_tolerances
 from gyrostat.identify.uncertainty import FEW, residual_levels
 from gyrostat.telemetry import Record
 
@@ -111,12 +112,17 @@ def identify(
     current_hold: CurrentHold = "zero-order",
     max_iterations: int | None = None,
     on_progress: Progress | None = None,
+    tolerance: Mapping[str, float] | None = None,
+    white_noise: bool = False,
 ) -> Fit:
     """Identify a wheel from one or several records fitted together.
 
     Carrara and Kuga, eqs. (3)-(16). By default motor_constant and the friction torques are
     estimated, with the initial speed of each record; inertia, current_bias and the Stribeck speed
     are held.
+
+    The least-squares fit is where the model is linearised; the estimates and their uncertainty are
+    averaged over effects that may act beside it (`gyrostat.identify.averaging`).
 
     Args:
         records: of one wheel.
@@ -134,6 +140,10 @@ def identify(
         max_iterations: corrections at most from one start, all stages together; by default
             `DEFAULT_ITERATIONS`.
         on_progress: called with the stage, the count and the cost after each correction.
+        tolerance: name -> one sigma, as a share of the value, of what is given: "inertia",
+            "current_scale", "speed_scale", "clock" (true over recorded time).
+        white_noise: take the friction model in white noise for the whole truth: plain least
+            squares, whose uncertainty real wheels exceed.
 
     Returns:
         The fit; its `converged` says whether it is one.
@@ -156,6 +166,7 @@ def identify(
         prior=prior or {},
         start=start or {},
     )
+    tolerances = check_tolerances(tolerance or {}, selection.free)
     noise = [noise_level(r.speed[r.valid]) for r in records]
     check_excitation(records, prediction.model, selection.free, noise)
     smallest = NUMERICAL_NOISE * deterministic.speed_level
@@ -185,4 +196,6 @@ def identify(
         speed_sigmas=measure.sigmas,
         noise=noise,
         sigma_given=given is not None,
+        white_noise=white_noise,
+        tolerances=tolerances,
     )

@@ -72,7 +72,8 @@ def compare(
         records: fitted together.
         held_out: predicted by every candidate, never fitted.
         models: names; all known ones by default.
-        known: a fit of one of the models with these very arguments, not to be made again.
+        known: a fit of one of the models with these very arguments, not to be made again where it
+            is plain least squares, as those that are compared.
         hold: as for `identify`; like the next three, what a candidate does not have is left out
             for it.
         free: as for `identify`.
@@ -95,7 +96,7 @@ def compare(
     ended: list[tuple[str, Fit | None, str]] = []
     for name in models or FRICTION_MODELS:
         absent = every - set(friction_model(name).dimensions())
-        if known is not None and known.model.name == name:
+        if known is not None and known.model.name == name and not known.effects:
             ended.append((name, known, ""))
             continue
         try:
@@ -108,6 +109,7 @@ def compare(
                 start={n: v for n, v in (start or {}).items() if n not in absent},
                 loss=loss,
                 current_hold=current_hold,
+                white_noise=True,
                 **options,
             )
             ended.append((name, fit, ""))

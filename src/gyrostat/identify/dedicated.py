@@ -15,10 +15,10 @@ from gyrostat.friction import Friction
 from gyrostat.identify.checks import MOTION
 from gyrostat.identify.fit import Fit
 from gyrostat.identify.observability import judge
-from gyrostat.identify.plausibility import Scatter, fit_warnings
+from gyrostat.identify.plausibility import Scatter, fit_warnings, impossible
 from gyrostat.identify.prediction import check_parameter, wheel_dimensions
 from gyrostat.identify.statistics import crossing_times
-from gyrostat.identify.uncertainty import square_root
+from gyrostat.identify.uncertainty import square_root, widened
 from gyrostat.telemetry import Record
 from gyrostat.units import SI_UNIT
 
@@ -119,6 +119,7 @@ def result(
         rest: the other fields of `Fit`.
     """
     names = tuple(estimates)
+    formal = np.sqrt(np.diag(covariance))
     seen = judge(
         model,
         {**held, **estimates},
@@ -132,8 +133,9 @@ def result(
         names=names,
         dimensions=wheel_dimensions(model),
         values=np.array([estimates[n] for n in names]),
-        covariance=covariance,
-        serial_sigma=np.sqrt(np.diag(covariance)) if serial_sigma is None else serial_sigma,
+        covariance=widened(covariance, formal if serial_sigma is None else serial_sigma),
+        noise_sigma=formal,
+        least_squares=np.array([estimates[n] for n in names]),
         held=dict(held),
         observability=seen,
         converged=not reason,
@@ -148,4 +150,8 @@ def result(
         predicted_sigma=(),
         **rest,
     )
-    return replace(fit, warnings=(*fit_warnings(fit, reason, scatter), *warnings))
+    return replace(
+        fit,
+        warnings=(*fit_warnings(fit, reason, scatter), *warnings),
+        impossible=tuple(impossible(fit)),
+    )

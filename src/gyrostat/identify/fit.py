@@ -10,9 +10,11 @@ from gyrostat._jax import jax, jnp
 from gyrostat._types import Matrix, Vector
 from gyrostat.errors import InputError
 from gyrostat.friction import Friction
+from gyrostat.identify.averaging import Effect
 from gyrostat.identify.observability import Observability
 from gyrostat.identify.prediction import build_wheel, wheel_dimensions
 from gyrostat.identify.statistics import Whiteness
+from gyrostat.identify.tolerances import Propagated
 from gyrostat.telemetry import Record
 from gyrostat.units import SI_UNIT
 from gyrostat.wheel import Wheel, WheelModel
@@ -56,8 +58,11 @@ class Fit:
         names: estimated parameters.
         dimensions: name -> dimension, for estimated and held parameters.
         values: (n,) estimates, SI.
-        covariance: (n, n), SI.
-        serial_sigma: (n,) standard deviations that allow for residuals correlated in time.
+        covariance: (n, n), SI: with what correlated residuals, effects beside the model and stated
+            tolerances add.
+        noise_sigma: (n,) standard deviations that white noise of the speed alone would cause, SI.
+        least_squares: (n,) estimates of plain least squares, before effects beside the model were
+            taken into account, SI.
         held: name -> value that was not estimated, SI.
         observability: name -> whether and how clearly the records show the parameter.
         converged: whether the iteration ended at a minimum.
@@ -68,13 +73,16 @@ class Fit:
             the mean square of those of all samples where the records differ.
         speed_sigmas: the same for each record.
         records: what was fitted.
-        predicted: modelled speed at the samples of each record, rad/s; empty where the method
-            models no speed.
+        predicted: modelled speed at the samples of each record, rad/s, with the effects found of
+            definite shape; empty where the method models no speed.
         predicted_sigma: its standard deviation from the parameters alone, rad/s.
-        whiteness: tests of the residuals for independence; None with fewer than 10 samples, or
-            where no speed was modelled.
+        whiteness: tests of the residuals of the least-squares fit, without any such effect, for
+            independence; None with fewer than 10 samples, or where no speed was modelled.
         warnings: what a reader should know before using the result.
         friction_points: what a friction curve was fitted to; None for fits of the speed.
+        effects: what the records say of effects beside the friction model.
+        tolerances: what stated tolerances add to `covariance`; None without any.
+        impossible: values that no wheel has, one sentence each.
     """
 
     model: type[Friction]
@@ -83,7 +91,8 @@ class Fit:
     dimensions: Mapping[str, str]
     values: Vector
     covariance: Matrix
-    serial_sigma: Vector
+    noise_sigma: Vector
+    least_squares: Vector
     held: Mapping[str, float]
     observability: Mapping[str, Observability]
     converged: bool
@@ -98,11 +107,23 @@ class Fit:
     whiteness: Whiteness | None
     warnings: tuple[str, ...] = field(default=())
     friction_points: FrictionPoints | None = None
+    effects: tuple[Effect, ...] = ()
+    tolerances: Propagated | None = None
+    impossible: tuple[str, ...] = ()
 
     @property
     def sigma(self) -> Vector:
         """Standard deviations of the estimates, (n,), SI."""
         return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def variance_shares(self) -> dict[str, Vector]:
+        """Shares of record and tolerances in the variance of each estimate, name -> (n,)."""
+        if self.tolerances is None:
+            return {}
+        parts = self.tolerances.roots**2 / np.diag(self.covariance)[:, None]
+        own = dict(zip(self.tolerances.names, parts.T, strict=True))
+        return {"record": np.maximum(1.0 - parts.sum(axis=1), 0.0), **own}
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -162,6 +183,7 @@ class Fit:
                 "records": ", ".join(r.name for r in self.records),
                 "samples": str(self.samples),
             },
+            impossible="; ".join(self.impossible),
         )
 
     def friction_curve(self, speed: Vector) -> tuple[Vector, Vector]:
@@ -190,7 +212,7 @@ class Fit:
 
     def to_dict(self) -> dict[str, object]:
         """The content of fit.json."""
-        sigma = self.sigma
+        sigma, shares = self.sigma, self.variance_shares
         return {
             "model": self.model.name,
             "method": self.method,
@@ -208,13 +230,19 @@ class Fit:
                     "unit": SI_UNIT[self.dimensions[name]],
                     "observable": self.observability[name].observable,
                     "significance": self.observability[name].significance,
-                    "sigma_serial": float(self.serial_sigma[k]),
+                    "sigma_noise": float(self.noise_sigma[k]),
+                    "sigma_serial": float(sigma[k]),
+                    "least_squares": float(self.least_squares[k]),
+                    "variance_shares": {n: float(s[k]) for n, s in shares.items()},
+                    "given": self.observability[name].given,
                 }
                 for k, name in enumerate(self.names)
             },
             "correlation": {"names": list(self.names), "matrix": self.correlation.tolist()},
             "held": dict(self.held),
+            "effects": [effect.to_dict() for effect in self.effects],
             "residuals": None if self.whiteness is None else self.whiteness.to_dict(),
             "records": [r.name for r in self.records],
+            "impossible": list(self.impossible),
             "warnings": list(self.warnings),
         }

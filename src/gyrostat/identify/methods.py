@@ -4,8 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 from gyrostat.errors import InputError
 from gyrostat.identify.coast import identify_coast
+from gyrostat.identify.conclude import with_tolerances
 from gyrostat.identify.fit import Fit
 from gyrostat.identify.steady import identify_steady
+from gyrostat.identify.tolerances import check_tolerances, propagate_dedicated
 from gyrostat.identify.torque_step import identify_torque_step
 from gyrostat.telemetry import Record
 
@@ -24,6 +26,7 @@ def identify_dedicated(
     inertia: float | None,
     hold: Mapping[str, float | None],
     speed_sigma: float | None,
+    tolerance: Mapping[str, float] | None = None,
 ) -> Fit:
     """Identify by one of the dedicated experiments.
 
@@ -34,17 +37,30 @@ def identify_dedicated(
         inertia: kg·m².
         hold: name -> value, SI, or None for its default.
         speed_sigma: standard deviation of the measured speed, rad/s.
+        tolerance: name -> one sigma, share, of what is given, as for `identify`.
 
     Raises:
         InputError: a model where the experiment has its own, and as the experiments say.
     """
+    tolerances = check_tolerances(tolerance or {})
     if method not in WITHOUT_MODEL:
-        return identify_steady(
+        fit = identify_steady(
             records, model=model, inertia=inertia, hold=hold, speed_sigma=speed_sigma
         )
+        return _tolerant(fit, tolerances)
     if model is not None:
         raise InputError(
             f"--method {method}: found --model {model}, expected no model: this method identifies "
             "viscous and Coulomb friction or the motor constant"
         )
-    return WITHOUT_MODEL[method](records, inertia=inertia, hold=hold, speed_sigma=speed_sigma)
+    fit = WITHOUT_MODEL[method](records, inertia=inertia, hold=hold, speed_sigma=speed_sigma)
+    return _tolerant(fit, tolerances)
+
+
+def _tolerant(fit: Fit, tolerances: Mapping[str, float]) -> Fit:
+    """Add what tolerances cause to the uncertainty of a dedicated fit."""
+    if not tolerances:
+        return fit
+    dimensions = [fit.dimensions[name] for name in fit.names]
+    errors = propagate_dedicated(tolerances, fit.method, dimensions, fit.values)
+    return with_tolerances(fit, errors, tolerances)

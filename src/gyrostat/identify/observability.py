@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrostat._types import Matrix
+from gyrostat._types import Matrix, Vector
 from gyrostat.friction import Friction
 from gyrostat.identify.deterministic import StartValues
 from gyrostat.identify.least_squares import Solution
@@ -31,11 +31,13 @@ class Observability:
         significance: the effect over its standard deviation, from the measurements alone; negative
             where a static torque lies below its Coulomb torque.
         advice: what would show it; empty where it is observable.
+        given: whether it was stated with a tolerance, not estimated: nothing to observe.
     """
 
     observable: bool
     significance: float
     advice: str = ""
+    given: bool = False
 
 
 def judge(
@@ -45,6 +47,7 @@ def judge(
     root: Matrix,
     cure: Callable[[str, float], str],
     sizes: Mapping[str, float] | None = None,
+    widening: Mapping[str, float] | None = None,
 ) -> dict[str, Observability]:
     """Judge each estimate by its effect over its standard deviation.
 
@@ -58,6 +61,7 @@ def judge(
         root: (n, k) square root of their covariance, SI.
         cure: name and significance -> what would show it better.
         sizes: name -> effect to take in place of the value, SI.
+        widening: name -> factor on the standard deviation of its effect, 1 by default.
 
     Returns:
         Name -> verdict.
@@ -73,6 +77,7 @@ def judge(
         elif sizes and name in sizes:
             effect, label = sizes[name], "its range"
         sigma = max(float(np.linalg.norm(spread)), np.sqrt(np.finfo(float).tiny))
+        sigma *= (widening or {}).get(name, 1.0)
         significance = float(effect / sigma)
         clear = abs(significance) > CLEAR
         text = f"{name}: not observable in this record ({label} is {significance:.1f} sigma)"
@@ -81,13 +86,35 @@ def judge(
     return judged
 
 
-def _measured_root(solution: Solution, selection: Selection) -> Matrix:
-    """Square root of the covariance of the parameters without their a-priori, (n, n)."""
-    scale = selection.scale
+def _root(jacobian: Matrix, scale: Vector) -> Matrix:
+    """Square root of the covariance of n parameters without their a-priori, (n, n)."""
     # not from the normal equations: they square the condition
-    _, seen, directions = np.linalg.svd(solution.jacobian * scale, full_matrices=False)
+    _, seen, directions = np.linalg.svd(jacobian * scale, full_matrices=False)
     seen = np.where(seen > UNSEEN * seen.max(initial=0.0), seen, 0.0)
     return scale[:, None] * directions.T / np.hypot(seen, SILENT)
+
+
+def _measured_root(solution: Solution, selection: Selection, informed: Vector) -> Matrix:
+    """Square root of the covariance of the parameters without their a-priori, (n, n).
+
+    An inertia known beforehand only sets the scale of all torques: what the record shows of the
+    others is judged at the inertia given.
+    """
+    root = _root(solution.jacobian, selection.scale)
+    if "inertia" not in selection.free:
+        return root
+    place = selection.free.index("inertia")
+    told = selection.prior.sigma[place] < selection.scale[place]
+    if not (told and np.linalg.norm(root[place]) > DECIDED * informed[place]):
+        return root
+    others = [k for k in range(len(selection.free)) if k != place]
+    own = root[place].copy()
+    root = np.zeros_like(root)
+    root[place] = own
+    root[np.ix_(others, range(len(others)))] = _root(
+        solution.jacobian[:, others], selection.scale[others]
+    )
+    return root
 
 
 def observability(
@@ -97,6 +124,7 @@ def observability(
     solution: Solution,
     deterministic: StartValues,
     crossings: int,
+    widening: Mapping[str, float],
 ) -> dict[str, Observability]:
     """Judge every estimated parameter by the measurements alone.
 
@@ -109,13 +137,14 @@ def observability(
         solution: of the estimated parameters.
         deterministic: levels of the signals.
         crossings: zero crossings in the records.
+        widening: name -> standard deviation of its effect over that in white noise alone.
 
     Returns:
         Name -> verdict.
     """
-    root = _measured_root(solution, selection)
-    alone = np.linalg.norm(root, axis=1)
     informed = np.sqrt(np.diag(solution.covariance()))
+    root = _measured_root(solution, selection, informed)
+    alone = np.linalg.norm(root, axis=1)
 
     told = bool(np.any(selection.prior.sigma < selection.scale))
 
@@ -139,4 +168,4 @@ def observability(
         for name, dimension in prediction.dimensions.items()
         if name == "current_bias" or name in prediction.initial_speeds
     }
-    return judge(prediction.model, values, selection.free, root, cure, sizes)
+    return judge(prediction.model, values, selection.free, root, cure, sizes, widening)

@@ -25,6 +25,10 @@ UNEXPLAINED = 1.5
 """Scatter over the noise that a record itself shows from which something is wrong."""
 
 
+PROBABLE = 0.8
+"""Posterior probability from which an effect is named as a cause."""
+
+
 @dataclass(frozen=True)
 class Scatter:
     """How far the speeds of a record lie from what was fitted to them.
@@ -69,8 +73,12 @@ def _unit_warnings(fit: Fit) -> list[str]:
     ]
 
 
-def _sign_warnings(fit: Fit) -> list[str]:
-    """Estimates with a sign that no wheel has."""
+def impossible(fit: Fit) -> list[str]:
+    """Estimates that no wheel has, beyond what their sigma allows.
+
+    Args:
+        fit: the result.
+    """
     found = []
     for name, value, sigma in zip(fit.names, fit.values, fit.sigma, strict=True):
         wheel = fit.dimensions[name] in ("motor_constant", "torque", "viscous")
@@ -121,6 +129,23 @@ def _scatter_warnings(scatter: Sequence[Scatter]) -> list[str]:
     return found
 
 
+def _correlation_warning(fit: Fit) -> str:
+    """What correlated residuals mean, and what most probably causes them."""
+    assert fit.whiteness is not None
+    worst = fit.whiteness.worst_block
+    scale = f", most clearly in means of {worst[0]} samples" if worst else ""
+    text = (
+        f"the residuals of the least-squares fit are correlated in time{scale}: the model misses "
+        "something"
+    )
+    if not fit.effects:
+        return f"{text}; sigma allows for correlated residuals"
+    found = [e for e in fit.effects if e.probability > PROBABLE]
+    named = ", ".join(f"{e.title} ({100.0 * e.probability:.0f} %)" for e in found)
+    cause = f"probably {named}" if named else "no candidate effect explains it"
+    return f"{text}; {cause}; values and sigma allow for all candidates"
+
+
 def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]:
     """List what a reader should know, most serious first.
 
@@ -133,17 +158,14 @@ def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]
     if reason:
         text = f"did not converge in {fit.iterations} iterations ({reason})"
         warnings.append(f"{text}: not a valid result")
-    warnings += _unit_warnings(fit) + _sign_warnings(fit) + _record_warnings(fit.records)
+    warnings += _unit_warnings(fit) + impossible(fit) + _record_warnings(fit.records)
     if "current_bias" in fit.names:
         bias = fit.parameters["current_bias"]
         warnings.append(
             f"current_bias = {bias:.3g} A belongs to the bench and is not in model.toml: to "
             f"validate with the same drive, hold it there (validate --hold current_bias={bias:.6g})"
         )
-    warnings += [o.advice for o in fit.observability.values() if not o.observable]
+    warnings += [o.advice for o in fit.observability.values() if o.advice]
     if fit.whiteness is not None and not fit.whiteness.white:
-        warnings.append(
-            "the residuals are correlated in time: the model misses something, and sigma is too "
-            "small (sigma_serial allows for it)"
-        )
+        warnings.append(_correlation_warning(fit))
     return warnings + _scatter_warnings(scatter)

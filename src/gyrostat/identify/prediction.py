@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,8 @@ from gyrostat.friction import FRICTION_MODELS, Friction
 from gyrostat.require import magnitude
 from gyrostat.telemetry import Record
 from gyrostat.units import SI_UNIT
-from gyrostat.wheel import Wheel, speed_response
+from gyrostat.wheel import Wheel
+from gyrostat.wheel.response import advance, sample_intervals
 
 CurrentHold = Literal["zero-order", "linear"]
 
@@ -87,17 +88,60 @@ def build_wheel(model: type[Friction], values: Mapping[str, float]) -> Wheel:
     )
 
 
+class Linearisation(NamedTuple):
+    """A modelled speed and its derivatives, over the record and over each sample interval.
+
+    Attributes:
+        speed: At the samples, (N,), rad/s.
+        jacobian: Derivative with respect to all n parameters of the prediction, (N, n), SI.
+        transition: Derivative of the speed at the end of each interval with respect to that at its
+            start, (N - 1,).
+        local: Derivative of the speed at the end of each interval with respect to the shared
+            parameters as they act in this interval alone, (N - 1, s), SI.
+    """
+
+    speed: Vector
+    jacobian: Matrix
+    transition: Vector
+    local: Matrix
+
+
 @lru_cache
 def _compiled(model: type[Friction], hold: CurrentHold):
-    """Compile theta -> speeds and their Jacobian, for theta = wheel parameters, bias, w(0)."""
+    """Compile theta -> speeds and their derivatives, for theta = wheel parameters, bias, w(0).
+
+    The derivatives of each interval are chained: S_{k+1} = (dw_{k+1}/dw_k) S_k + dw_{k+1}/dtheta.
+    """
     names = tuple(wheel_dimensions(model))
 
     def respond(theta, time, current):
-        wheel = build_wheel(model, dict(zip(names, theta[:-2], strict=True)))
-        speed, resolved = speed_response(wheel, time, current + theta[-2], theta[-1], hold=hold)
-        return speed, (speed, resolved)
+        duration, slope = sample_intervals(time, current, hold)
 
-    return jax.jit(jax.jacfwd(respond, has_aux=True))
+        def interval(carry, sample):
+            speed, sensitivity, resolved = carry
+            start, change, length = sample
+
+            def move(at):
+                wheel = build_wheel(model, dict(zip(names, at[1:-1], strict=True)))
+                step = advance(wheel, at[0], start + at[-1], change, length)
+                return step.speed, step
+
+            at = jnp.concatenate([speed[None], theta[:-1]])
+            slopes, step = jax.jacfwd(move, has_aux=True)(at)
+            sensitivity = slopes[0] * sensitivity + jnp.append(slopes[1:], 0.0)
+            return (
+                (step.speed, sensitivity, resolved & step.resolved),
+                (step.speed, sensitivity, slopes),
+            )
+
+        own = jnp.zeros_like(theta).at[-1].set(1.0)
+        (_, _, resolved), (speeds, rows, slopes) = jax.lax.scan(
+            interval, (theta[-1], own, jnp.array(True)), (current[:-1], slope, duration)
+        )
+        speeds = jnp.concatenate([theta[-1:], speeds])
+        return speeds, jnp.concatenate([own[None], rows]), slopes, resolved
+
+    return jax.jit(respond)
 
 
 def _padded(values: Vector) -> Vector:
@@ -152,6 +196,34 @@ class SpeedPrediction:
             values[self.names.index(n)] > 0.0 for n in positive
         )
 
+    def linearise(self, values: Vector) -> list[Linearisation] | None:
+        """Predict every record, with the derivatives of each sample interval.
+
+        Args:
+            values: (n,) parameters in the order of `names`, SI.
+
+        Returns:
+            One linearisation a record; None where the parameters are not admissible or the friction
+            curve cannot be resolved.
+        """
+        if not self.admissible(values):
+            return None
+        predicted = []
+        for k, (record, inputs) in enumerate(zip(self.records, self._inputs, strict=True)):
+            columns = [*range(self._shared), self._shared + k]
+            response = self._respond(jnp.asarray(values[columns]), *inputs)
+            count = len(record.time)
+            speed, slim, local = (np.asarray(part) for part in response[:3])
+            speed, local = speed[:count], local[: count - 1]
+            jacobian = np.zeros((count, len(values)))
+            jacobian[:, columns] = slim[:count]
+            if not bool(response[3]) or not np.isfinite(speed).all():
+                return None
+            if not (np.isfinite(jacobian).all() and np.isfinite(local).all()):
+                return None
+            predicted.append(Linearisation(speed, jacobian, local[:, 0], local[:, 1:]))
+        return predicted
+
     def __call__(self, values: Vector) -> list[tuple[Vector, Matrix]] | None:
         """Predict every record.
 
@@ -162,20 +234,8 @@ class SpeedPrediction:
             For each record the speed at its samples, rad/s, and the Jacobian (samples, n); None
             where the parameters are not admissible or the friction curve cannot be resolved.
         """
-        if not self.admissible(values):
-            return None
-        predicted = []
-        for k, (record, inputs) in enumerate(zip(self.records, self._inputs, strict=True)):
-            columns = [*range(self._shared), self._shared + k]
-            slim, (speed, resolved) = self._respond(jnp.asarray(values[columns]), *inputs)
-            count = len(record.time)
-            speed = np.asarray(speed)[:count]
-            jacobian = np.zeros((count, len(values)))
-            jacobian[:, columns] = np.asarray(slim)[:count]
-            if not bool(resolved) or not (np.isfinite(speed).all() and np.isfinite(jacobian).all()):
-                return None
-            predicted.append((speed, jacobian))
-        return predicted
+        found = self.linearise(values)
+        return None if found is None else [(each.speed, each.jacobian) for each in found]
 
     def stuck(self, predicted: Sequence[tuple[Vector, Matrix]], noise: Sequence[float]) -> bool:
         """Whether the model rests where the wheel is seen turning: no gradient leads out of that.

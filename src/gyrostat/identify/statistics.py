@@ -13,9 +13,15 @@ NUMERICAL_NOISE = 1e-6
 """Of a modelled speed, as a share of its level: no record is taken to be more exact."""
 
 
+FALSE_ALARMS = 0.05
+"""Share of records with white residuals in which one of the tests rejects."""
+FEWEST_BLOCKS = 8
+"""Blocks from which the scatter of their means is judged."""
+
+
 @dataclass(frozen=True)
 class Whiteness:
-    """Two tests of whether residuals are independent in time.
+    """Tests of whether residuals are independent in time, at all time scales.
 
     Attributes:
         runs: number of runs of one sign.
@@ -24,6 +30,9 @@ class Whiteness:
         lags: lags in the second test.
         ljung_box: its statistic (Ljung and Box 1978).
         ljung_box_probability: of a statistic so large, were the residuals white.
+        block_lengths: samples in a block, for each test of block means.
+        block_probabilities: for each length, two-sided probability of so odd a scatter of the means
+            of blocks, were the residuals white.
     """
 
     runs: int
@@ -32,20 +41,37 @@ class Whiteness:
     lags: int
     ljung_box: float
     ljung_box_probability: float
+    block_lengths: tuple[int, ...] = ()
+    block_probabilities: tuple[float, ...] = ()
+
+    @property
+    def probability(self) -> float:
+        """Smallest probability of all tests times their number (Bonferroni)."""
+        every = (self.runs_probability, self.ljung_box_probability, *self.block_probabilities)
+        return min(1.0, len(every) * min(every))
 
     @property
     def white(self) -> bool:
-        """Whether neither test rejects at 1 %."""
-        return min(self.runs_probability, self.ljung_box_probability) >= 0.01
+        """Whether no test rejects, at `FALSE_ALARMS` over all of them."""
+        return self.probability >= FALSE_ALARMS
+
+    @property
+    def worst_block(self) -> tuple[int, float] | None:
+        """Length and probability of the block test that deviates most; None without one."""
+        pairs = zip(self.block_lengths, self.block_probabilities, strict=True)
+        return min(pairs, key=lambda pair: pair[1], default=None)
 
     def to_dict(self) -> dict[str, object]:
         """As it stands in fit.json and validation.json."""
         return {
             "white": self.white,
+            "probability": self.probability,
             "runs": self.runs,
             "runs_expected": self.runs_expected,
             "runs_probability": self.runs_probability,
             "ljung_box_probability": self.ljung_box_probability,
+            "block_lengths": list(self.block_lengths),
+            "block_probabilities": list(self.block_probabilities),
         }
 
 
@@ -70,8 +96,54 @@ def _chi_square_exceeds(statistic: float, freedom: int) -> float:
     return math.exp(-half) * total
 
 
-def whiteness(residual: Vector) -> Whiteness:
-    """Test residuals in time order, (m,) with m >= 3, for independence."""
+def block_tests(residual: Vector, fitted: Matrix | None = None) -> dict[int, float]:
+    """Test the scatter of block means against that of single residuals, at all block lengths.
+
+    For white residuals the mean square of the block means and what is left of the sum of squares
+    have an F ratio. Fitted parameters take away part of the slow variation: each block length has
+    its own freedoms, the trace of the block projector after theirs.
+
+    Args:
+        residual: (m,) in time order.
+        fitted: (m, n) derivatives of the modelled measurements by the fitted parameters, whitened
+            like the residuals; None where nothing was fitted.
+
+    Returns:
+        Block length in samples, powers of two -> two-sided probability (Paulson's approximation of
+        the F distribution, good to 0.003).
+    """
+    count = len(residual)
+    basis = np.zeros((count, 0))
+    if fitted is not None:
+        left, size, _ = np.linalg.svd(fitted, full_matrices=False)
+        basis = left[:, size > 1e-10 * size.max(initial=0.0)]
+    fewest = max(FEWEST_BLOCKS, 2 * basis.shape[1] + 2)
+    total, found, length = float(residual @ residual), {}, 2
+    while count // length >= fewest:
+        blocks = count // length
+        used = blocks * length
+        sums = residual[:used].reshape(blocks, length).sum(axis=1)
+        taken = basis[:used].reshape(blocks, length, basis.shape[1]).sum(axis=1)
+        between = float(sums @ sums) / length
+        freedom = blocks - float(np.sum(taken**2)) / length
+        rest = count - basis.shape[1] - freedom
+        within = max(total - between, np.finfo(float).tiny)
+        ratio = (between / freedom) / (within / rest)
+        above, below = 2.0 / (9.0 * freedom), 2.0 / (9.0 * rest)
+        deviation = (1.0 - below) * np.cbrt(ratio) - (1.0 - above)
+        z = deviation / np.sqrt(below * np.cbrt(ratio) ** 2 + above)
+        found[length] = math.erfc(abs(z) / math.sqrt(2.0))
+        length *= 2
+    return found
+
+
+def whiteness(residual: Vector, fitted: Matrix | None = None) -> Whiteness:
+    """Test residuals for independence.
+
+    Args:
+        residual: (m,) in time order, m >= 3.
+        fitted: (m, n) derivatives by the fitted parameters, as for `block_tests`.
+    """
     count = len(residual)
     above = residual > np.median(residual)
     positive, negative = int(above.sum()), int(count - above.sum())
@@ -83,6 +155,7 @@ def whiteness(residual: Vector) -> Whiteness:
     lags = 2 * max(1, min(10, count // 10))
     rho = autocorrelation(residual, lags)
     statistic = count * (count + 2.0) * float(np.sum(rho**2 / (count - np.arange(1, lags + 1))))
+    blocks = block_tests(residual, fitted) if float(residual @ residual) > 0.0 else {}
     return Whiteness(
         runs=runs,
         runs_expected=expected,
@@ -90,6 +163,8 @@ def whiteness(residual: Vector) -> Whiteness:
         lags=lags,
         ljung_box=statistic,
         ljung_box_probability=_chi_square_exceeds(statistic, lags),
+        block_lengths=tuple(blocks),
+        block_probabilities=tuple(blocks.values()),
     )
 
 

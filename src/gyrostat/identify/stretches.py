@@ -59,7 +59,7 @@ class StretchFit:
             "samples": len(self.solution.residual),
             "speed_sigma": self.speed_sigma,
             "scatter": [Scatter(name, self.rms, stated, noise)],
-            "whiteness": whiteness(self.solution.residual),
+            "whiteness": whiteness(self.solution.residual, self.solution.jacobian),
         }
 
 

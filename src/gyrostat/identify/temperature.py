@@ -115,7 +115,7 @@ def temperature_trends(
     return [
         _trend(name, np.array(temperatures), fits)
         for name in fits[0].names
-        if not name.startswith("initial_speed")
+        if not name.startswith("initial_speed") and not fits[0].observability[name].given
     ]
 
 

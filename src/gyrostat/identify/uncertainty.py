@@ -60,6 +60,18 @@ def square_root(covariance: Matrix) -> Matrix:
     return size[:, None] * directions * np.sqrt(np.maximum(power, 0.0))
 
 
+def widened(covariance: Matrix, sigma: Vector) -> Matrix:
+    """Covariance with no standard deviation below a given one, its correlations kept, (n, n).
+
+    Args:
+        covariance: (n, n).
+        sigma: (n,) smallest standard deviations.
+    """
+    own = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
+    factor = np.maximum(1.0, sigma / own)
+    return covariance * np.outer(factor, factor)
+
+
 def serial_sigma(
     solution: Solution, loss: Loss, prior: Prior, counts: Sequence[int], sigma: Vector
 ) -> Vector:

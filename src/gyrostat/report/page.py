@@ -11,7 +11,14 @@ from gyrostat.identify.comparison import Candidate
 from gyrostat.identify.temperature import TemperatureTrend
 from gyrostat.identify.validation import Validation
 from gyrostat.report import figures
-from gyrostat.report.text import measured, parameter_rows, plain, summary
+from gyrostat.report.text import (
+    effect_rows,
+    measured,
+    parameter_rows,
+    plain,
+    share_rows,
+    summary,
+)
 from gyrostat.units import RPM
 
 
@@ -66,6 +73,8 @@ def fit_page(
         command=command,
         summary=summary(fit),
         rows=list(parameter_rows(fit)),
+        shares=list(share_rows(fit)),
+        effects=list(effect_rows(fit)),
         records=drawn,
         friction=figures.svg(figures.friction_figure(fit)) if friction_known else None,
         residuals=figures.svg(figures.residual_figure(fit)) if fit.predicted else None,

@@ -34,9 +34,35 @@ def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str]]:
         seen = fit.observability[name]
         clear = "over 1000" if seen.significance > 1000.0 else f"{seen.significance:.1f}"
         verdict = f"{'yes' if seen.observable else 'NO'} ({clear} sigma)"
+        verdict = "given" if seen.given else verdict
         yield name, measured(float(value), float(sigma)), SI_UNIT[fit.dimensions[name]], verdict
     for name, value in fit.held.items():
         yield name, plain(value, 6), SI_UNIT[fit.dimensions[name]], "held"
+
+
+def effect_rows(fit: Fit) -> Iterator[tuple[str, str, str]]:
+    """Rows of the effects beside the model: title, size given its presence, probability.
+
+    Args:
+        fit: whose effects are listed.
+    """
+    for effect in fit.effects:
+        factor, unit = (100.0, "%") if effect.unit == "1" else (1.0, effect.unit)
+        value = factor * effect.value
+        size = plain(value, 2) if effect.sigma is None else measured(value, factor * effect.sigma)
+        yield effect.title, f"{size} {unit}", f"{100.0 * effect.probability:.0f} %"
+
+
+def share_rows(fit: Fit) -> Iterator[tuple[str, ...]]:
+    """Shares of the record and of each tolerance in the variance of each estimate, in per cent.
+
+    Args:
+        fit: with tolerances; without any there are no rows.
+    """
+    shares = fit.variance_shares
+    for k, name in enumerate(fit.names):
+        if shares:
+            yield (name, *(f"{100.0 * float(part[k]):.0f} %" for part in shares.values()))
 
 
 def summary(fit: Fit) -> list[str]:

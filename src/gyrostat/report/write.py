@@ -4,13 +4,27 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from gyrostat.identify import Candidate, Fit, TemperatureTrend
+from gyrostat.identify import Candidate, Effect, Fit, TemperatureTrend
 from gyrostat.outputs import new_files
 from gyrostat.report.page import fit_page
-from gyrostat.report.text import aligned, measured, parameter_rows, summary
+from gyrostat.report.text import (
+    aligned,
+    effect_rows,
+    measured,
+    parameter_rows,
+    share_rows,
+    summary,
+)
 from gyrostat.wheel import write_model
 
 FILES = ("fit.json", "model.toml", "report.html")
+LIKELY = 0.5
+"""Posterior probability from which an effect is listed in the terminal."""
+
+
+def shown(effect: Effect) -> bool:
+    """Whether an effect is more likely than not."""
+    return effect.probability > LIKELY
 
 
 def write_fit(
@@ -64,11 +78,21 @@ def write_fit(
     header = ("parameter", "value ± sigma", "unit", "observable?")
     for line in aligned(list(parameter_rows(fit)), header):
         say("  " + line)
+    if fit.tolerances is not None:
+        for line in aligned(list(share_rows(fit)), ("share in variance", *fit.variance_shares)):
+            say("  " + line)
+    likely = [row for row, e in zip(effect_rows(fit), fit.effects, strict=True) if shown(e)]
+    if likely:
+        for line in aligned(likely, ("effect beside the model", "size", "probability")):
+            say("  " + line)
     for trend in temperatures:
         slope = measured(trend.slope, trend.slope_sigma)
         say(f"  {trend.name} changes by {slope} {trend.unit} per °C")
     for warning in fit.warnings:
         say(f"warning: {warning}")
+    if fit.impossible:
+        say("no valid result: no wheel has these values; model.toml is marked, and is only taken")
+        say(f"with --force: {'; '.join(fit.impossible)}")
     if fit.converged:
         say(f"written: {', '.join(str(path) for path in results)}")
     else:

@@ -1,6 +1,6 @@
 """A bench record: what was measured on a wheel."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +59,26 @@ class Record:
                 self._refuse(~np.isfinite(series), field, "a finite number")
         late = np.append(False, np.diff(self.time) <= 0.0)
         self._refuse(late, "time", "more than the time before it")
+
+    def scaled(
+        self, *, current_scale: float = 1.0, speed_scale: float = 1.0, clock: float = 1.0
+    ) -> "Record":
+        """Copy with the scales of its sensors corrected.
+
+        Args:
+            current_scale: true over measured current.
+            speed_scale: true over measured speed.
+            clock: true over recorded time.
+        """
+        factors = {"current": current_scale, "speed": speed_scale, "time": clock}
+        changed = {field: factor for field, factor in factors.items() if factor != 1.0}
+        if not changed:
+            return self
+        return replace(
+            self,
+            **{field: factor * getattr(self, field) for field, factor in changed.items()},
+            notes=(*self.notes, *(f"{f} times {k:g}, as told" for f, k in changed.items())),
+        )
 
     def _own(self, field: str) -> None:
         """Replace an array by a read-only copy: bool for valid, float64 otherwise."""

@@ -12,6 +12,9 @@ viscous = 4.83e-06        # N·m·s/rad
 [sigma]                   # standard deviations of identified parameters, optional
 motor_constant = 1.8e-05
 
+[validity]                # only where the numbers are none that a wheel has
+impossible = "viscous is negative (-3e-06): no wheel has this"
+
 [origin]                  # free text on where the numbers come from, optional
 method = "batch"
 """
@@ -41,12 +44,14 @@ class WheelModel:
         values: parameter name -> value, SI; the inertia may be missing.
         sigma: parameter name -> standard deviation, SI, of identified parameters.
         origin: where the numbers come from, as text.
+        impossible: why no wheel has these values; empty where one may.
     """
 
     friction: type[Friction]
     values: Mapping[str, float]
     sigma: Mapping[str, float] = field(default_factory=dict)
     origin: Mapping[str, str] = field(default_factory=dict)
+    impossible: str = ""
 
     def wheel(self) -> Wheel:
         """The wheel.
@@ -86,22 +91,28 @@ def write_model(path: str | os.PathLike[str], model: WheelModel) -> None:
     text += lines(model.friction.dimensions(), model.values)
     if model.sigma:
         text += ["", "[sigma]  # standard deviations", *lines(dimensions, model.sigma)]
+    if model.impossible:
+        text += ["", "[validity]", f"impossible = {_quoted(model.impossible)}"]
     if model.origin:
         text += ["", "[origin]"]
         text += [f"{name} = {_quoted(value)}" for name, value in model.origin.items()]
     write_whole(Path(path), "\n".join(text) + "\n")
 
 
-def read_model(path: str | os.PathLike[str]) -> WheelModel:
+def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelModel:
     """Read a model file.
 
+    Args:
+        path: of the file.
+        force: take a wheel that its identification marked as impossible.
+
     Raises:
-        InputError: the file cannot be read, is not TOML, or a key is unknown, missing or has a
-            value that no wheel has.
+        InputError: the file cannot be read, is not TOML, a key is unknown, missing or has a value
+            that no wheel has, or the wheel is marked as impossible.
     """
     path = Path(path)
     table = read_toml(path, "a model file")
-    refuse_unknown(path, "", table, ("wheel", "friction", "sigma", "origin"))
+    refuse_unknown(path, "", table, ("wheel", "friction", "sigma", "validity", "origin"))
     for section in table:
         if not isinstance(table[section], dict):
             raise InputError(f"{path}: key {section}: found a value, expected a table")
@@ -116,6 +127,13 @@ def read_model(path: str | os.PathLike[str]) -> WheelModel:
     model = FRICTION_MODELS[name]
     dimensions = {**_WHEEL, **model.dimensions()}
     wheel, sigma = table.get("wheel", {}), table.get("sigma", {})
+    refuse_unknown(path, "validity.", table.get("validity", {}), ("impossible",))
+    impossible = str(table.get("validity", {}).get("impossible", ""))
+    if impossible and not force:
+        raise InputError(
+            f"{path}: key validity.impossible: found a wheel that cannot exist ({impossible}), "
+            "expected one that can; bench, simulate, campaign and export take it with --force"
+        )
     refuse_unknown(path, "wheel.", wheel, _WHEEL)
     refuse_unknown(path, "friction.", friction, model.dimensions())
     refuse_unknown(path, "sigma.", sigma, dimensions)
@@ -139,6 +157,7 @@ def read_model(path: str | os.PathLike[str]) -> WheelModel:
         values=values,
         sigma={n: number(path, f"sigma.{n}", v, positive=False) for n, v in sigma.items()},
         origin={k: str(v) for k, v in table.get("origin", {}).items()},
+        impossible=impossible,
     )
 
 

@@ -66,6 +66,34 @@ def advance(
     return WheelStep(motion.speed, resolved)
 
 
+def sample_intervals(
+    time: Float[Array, " samples"],
+    current: Float[Array, " samples"],
+    hold: Literal["zero-order", "linear"],
+) -> tuple[Float[Array, " intervals"], Float[Array, " intervals"]]:
+    """Length and current slope of the intervals between samples.
+
+    Args:
+        time: sample times, s, not decreasing.
+        current: motor current at these times, A.
+        hold: "zero-order": sample k holds until sample k+1; "linear": straight lines between.
+
+    Returns:
+        Lengths, s, and slopes, A/s: zero for a held current or an interval of zero length.
+
+    Raises:
+        ValueError: `hold` is neither of the two.
+    """
+    if hold not in ("zero-order", "linear"):
+        raise ValueError(f"hold: found {hold!r}, expected 'zero-order' or 'linear'")
+    duration = jnp.diff(time)
+    if hold == "zero-order":
+        return duration, jnp.zeros_like(duration)
+    finite = duration > 0.0
+    slope = jnp.where(finite, jnp.diff(current) / jnp.where(finite, duration, 1.0), 0.0)
+    return duration, slope
+
+
 def speed_response(
     wheel: Wheel,
     time: Float[Array, " samples"],
@@ -94,12 +122,7 @@ def speed_response(
     Raises:
         ValueError: `hold` is neither of the two.
     """
-    if hold not in ("zero-order", "linear"):
-        raise ValueError(f"hold: found {hold!r}, expected 'zero-order' or 'linear'")
-    duration = jnp.diff(time)
-    step_current = jnp.diff(current)
-    slope = jnp.where(duration > 0.0, step_current / jnp.where(duration > 0.0, duration, 1.0), 0.0)
-    slope = slope if hold == "linear" else jnp.zeros_like(slope)
+    duration, slope = sample_intervals(time, current, hold)
 
     def interval(carry, sample):
         speed, resolved = carry

@@ -100,6 +100,7 @@ def estimate(record: Record, *, stribeck_speed: float | None = STRIBECK_SPEED) -
             for name, mean, sigma in zip(NAMES, START, PRIOR_SIGMA, strict=True)
         },
         speed_sigma=SPEED_SIGMA,
+        white_noise=True,
     )
 
 
