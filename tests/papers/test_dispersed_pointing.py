@@ -4,7 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from gyrostat.papers.endo_sekiguchi_nonaka.candidates import (
+from scipy.spatial.transform import Rotation
+
+from gyrostat._jax import jnp
+from gyrostat.body import SpacecraftMeasurement
+from gyrostat.papers.endo_sekiguchi_nonaka import ENDO_SEKIGUCHI_NONAKA
+from gyrostat.papers.endo_sekiguchi_nonaka.controllers import (
     OURS,
     SAFE_FRIT,
     SLOW,
@@ -13,11 +18,8 @@ from gyrostat.papers.endo_sekiguchi_nonaka.candidates import (
     Outcome,
     evaluate,
 )
-from scipy.spatial.transform import Rotation
-
-from gyrostat._jax import jnp
-from gyrostat.body import SpacecraftMeasurement
-from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import paper_case
+from gyrostat.papers.endo_sekiguchi_nonaka.dispersed import claimed
+from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import draw, paper_case
 from gyrostat.require import check_parts
 
 NOMINAL = np.array([4000.675, 5000.675, 6000.45])

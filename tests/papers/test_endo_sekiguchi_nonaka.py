@@ -5,11 +5,19 @@ import re
 
 import numpy as np
 import pytest
-from gyrostat.papers.endo_sekiguchi_nonaka.numbers import identity
-from gyrostat.papers.endo_sekiguchi_nonaka.printed import tuned
 from scipy.integrate import solve_ivp
 
+from gyrostat.papers.endo_sekiguchi_nonaka import figures
+from gyrostat.papers.endo_sekiguchi_nonaka.compute import (
+    OTHERS,
+    identity,
+    outcomes_of,
+    own_start,
+    statements,
+)
 from gyrostat.papers.endo_sekiguchi_nonaka.flights import Case, Flight, flown
+from gyrostat.papers.endo_sekiguchi_nonaka.setup import fixed, tuned
+from gyrostat.papers.reproduction import Run
 
 PAPER = "endo-sekiguchi-nonaka"
 PERIOD, F, LAMBDA, KAPPA, PSI = 0.1, 9e-4, 0.995, 0.45, 1.2e-4

@@ -276,7 +276,7 @@ def claimed(numbers: Mapping[str, Mapping[str, float]], drawings: tuple[Drawing,
     ours = numbers["compensator"]
     values: dict[str, Value] = {f"compensator.{name}": ours[name] for name in CLAIMED}
     beside = {
-        name: ", ".join(f"{c.name} {numbers[c.key][name]:.3g}" for c in CANDIDATES[1:])
+        name: "; ".join(f"{c.name} {numbers[c.key][name]:.3g}" for c in CANDIDATES[1:])
         for name in CLAIMED
     }
     return Part(values, {"beside": beside, "compensator": ours}, drawings)
