@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from gyrostat import cli
-from gyrostat.papers import PAPERS
+from gyrostat.papers import PAPERS, Run, reproduction
 
 KEYS = ["id", "quantity", "paper", "ours", "unit", "tolerance", "verdict", "why"]
 DOCS = Path(__file__).parents[2] / "docs"
@@ -37,18 +37,27 @@ def published():
 
 @pytest.fixture(scope="session")
 def quick(tmp_path_factory):
-    """Run `reproduce --quick` on a paper; values, verdicts, reasons and the report's page."""
+    """Run `reproduce --quick` on a paper: its rows and page, and the run with what it shared."""
 
     @functools.cache
     def reproduce(paper):
         folder = tmp_path_factory.mktemp(paper)
         arguments = ["reproduce", paper, "--quick", "--json", "--out", str(folder)]
-        result = CliRunner().invoke(cli.app, arguments)
+        runs = []
+
+        def kept(*arguments):
+            runs.append(Run(*arguments))
+            return runs[-1]
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(reproduction, "Run", kept)
+            result = CliRunner().invoke(cli.app, arguments)
         assert result.exit_code == 0, result.output
         content = json.loads((folder / "claims.json").read_text(encoding="utf-8"))
         rows = content["claims"]
         return SimpleNamespace(
             folder=folder,
+            run=runs[0],
             content=content,
             rows={row["id"]: row for row in rows},
             ours={row["id"]: row["ours"] for row in rows},

@@ -127,8 +127,3 @@ class Row:
         if tolerance is None and isinstance(self.paper, bool):
             tolerance = 0.0
         return Claim(self.id, quantity, value, self.unit, why, self.paper, tolerance, self.source)
-
-
-def finite(value: Any) -> float | None:
-    """Convert a number; None where it is not finite."""
-    return float(value) if math.isfinite(value) else None

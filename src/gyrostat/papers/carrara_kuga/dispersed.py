@@ -55,14 +55,11 @@ CLAIMED = (
 """Quantities of the compensator's claims."""
 SHOWN = ("pid", "dmc_raw", "speed_mode", "compensator")
 """Controllers of the figure of one crossing."""
-PULSES = 24.0
-FILTER_TIME = 0.5
-"""s: of the filtered tachometer."""
 GYRO = Gyro(sigma=np.radians(0.002))
 WHITE = TableSensors(GYRO, Tachometer(setup.SPEED_SIGMA))
-HALL = TableSensors(GYRO, PulseTachometer(PULSES))
-FILTERED = TableSensors(GYRO, LowPass(Tachometer(setup.SPEED_SIGMA), FILTER_TIME))
-FILTERED_HALL = TableSensors(GYRO, LowPass(PulseTachometer(PULSES), FILTER_TIME))
+HALL = TableSensors(GYRO, PulseTachometer(24.0))
+FILTERED = TableSensors(GYRO, LowPass(Tachometer(setup.SPEED_SIGMA), 0.5))
+FILTERED_HALL = TableSensors(GYRO, LowPass(PulseTachometer(24.0), 0.5))
 
 
 @dataclass(frozen=True)
@@ -256,7 +253,7 @@ def crossing_figure() -> Figure:
     return figures.crossing({c.key: (c.name, c.colour) for c in shown}, flights)
 
 
-def dispersed(run: Run) -> Part:
+def dispersed_runs(run: Run) -> Part:
     """Every controller through the dispersed runs."""
     numbers = {}
     for candidate in CANDIDATES:

@@ -4,28 +4,11 @@ C. A. de Carvalho Junior and A. Fenili, "Nonlinear attitude control of artificia
 considering failure in momentum wheels".
 """
 
-from gyrostat.papers.carvalho_fenili.recoveries import every_recovery, recoveries
-from gyrostat.papers.carvalho_fenili.requirements import requirements
-from gyrostat.papers.carvalho_fenili.statements import (
-    conclusion,
-    dependent,
-    design,
-    drawn,
-    linear,
-    numbers,
-)
+from gyrostat.papers.carvalho_fenili.recoveries import every_recovery, without_rest
+from gyrostat.papers.carvalho_fenili.requirements import every_set
+from gyrostat.papers.carvalho_fenili.statements import EXPERIMENTS
 from gyrostat.papers.reproduction import Paper
 
-CARVALHO_FENILI = Paper.of(
-    __name__,
-    design,
-    numbers,
-    linear,
-    dependent,
-    conclusion,
-    drawn,
-    recoveries,
-    full=(every_recovery, requirements),
-)
+CARVALHO_FENILI = Paper.of(__name__, *EXPERIMENTS, without_rest, full=(every_recovery, every_set))
 
 __all__ = ["CARVALHO_FENILI"]

@@ -38,7 +38,12 @@ class Dispersed(NamedTuple):
 
 
 def fly(
-    cases: Sequence[Dispersed], sensor: Callable[[Any], Any], *, duration: float, period: float
+    cases: Sequence[Dispersed],
+    sensor: Callable[[Any], Any],
+    *,
+    duration: float,
+    period: float,
+    engine: str = "auto",
 ) -> "xr.Dataset":
     """Histories of some cases over `run` and `time`, with `error`, the angle left, rad.
 
@@ -47,6 +52,7 @@ def fly(
         sensor: of a plant.
         duration: s, a whole number of periods.
         period: of control, s.
+        engine: see `gyrostat.simulate.simulate`.
     """
     plants: Any = stack([case.plant for case in cases])
     controllers: Any = stack([case.controller for case in cases])
@@ -59,6 +65,7 @@ def fly(
         duration=duration,
         control_period=period,
         runs=len(cases),
+        engine=engine,
     )
     over_time = jax.vmap(error_angle, in_axes=(0, None))
     targets = jnp.stack([case.target for case in cases])

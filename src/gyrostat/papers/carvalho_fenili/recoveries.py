@@ -178,7 +178,7 @@ def at_failure(law: Any) -> tuple[GyrostatState, GyrostatState]:
     return free, limited
 
 
-def recoveries(run: Run) -> Part:
+def without_rest(run: Run) -> Part:
     """Failures from which no rest is reached."""
     values: dict[str, Value] = {}
     facts: dict[str, Any] = {"recover": {}, "free": {}}

@@ -239,3 +239,6 @@ def conclusion(run: Run) -> Part:
         "better": f"{len(better)} of {len(FAILING)} failures ({', '.join(better)})",
     }
     return Part(values, facts)
+
+
+EXPERIMENTS = (design, numbers, linear, dependent, conclusion, drawn)

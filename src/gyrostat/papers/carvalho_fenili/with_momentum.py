@@ -167,8 +167,9 @@ def full_beside_reduced(cases: int, seed: int = 2) -> tuple[float, float]:
         draw(random, KINDS[k % len(KINDS)], shapes[k // len(KINDS) % 2], 0.0) for k in range(cases)
     ]
     duration = _duration(max(case.allowed for case in drawn))
-    reduced = fly(drawn, ReducedSensor, duration=duration, period=PERIOD)
-    full = fly([_full(case) for case in drawn], SpacecraftSensor, duration=duration, period=PERIOD)
+    options = {"duration": duration, "period": PERIOD, "engine": "jax"}
+    reduced = fly(drawn, ReducedSensor, **options)
+    full = fly([_full(case) for case in drawn], SpacecraftSensor, **options)
     times = np.array([settling_times(full), settling_times(reduced)])
     apart = float(np.max(np.abs(times[0] - times[1]))) if np.isfinite(times).all() else np.inf
     return apart, max(_change(drawn[k], full.isel(run=k)) for k in range(cases))

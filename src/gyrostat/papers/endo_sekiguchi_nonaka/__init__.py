@@ -5,9 +5,9 @@ spacecraft with on-line FRIT based tuning".
 """
 
 from gyrostat.papers.endo_sekiguchi_nonaka.compute import numbers, statements
-from gyrostat.papers.endo_sekiguchi_nonaka.dispersed import dispersed
+from gyrostat.papers.endo_sekiguchi_nonaka.dispersed import dispersed_runs
 from gyrostat.papers.reproduction import Paper
 
-ENDO_SEKIGUCHI_NONAKA = Paper.of(__name__, numbers, statements, full=(dispersed,))
+ENDO_SEKIGUCHI_NONAKA = Paper.of(__name__, numbers, statements, full=(dispersed_runs,))
 
 __all__ = ["ENDO_SEKIGUCHI_NONAKA"]

@@ -23,7 +23,7 @@ EXTRA = 40.0
 """s: a run is in time within 1.10 T + 40 s."""
 
 
-def dispersed(run: Run) -> Part:
+def dispersed_runs(run: Run) -> Part:
     """Simulate the dispersed cases and the paper's own."""
     cases = [*draw(CASES, SEED), paper_case()]
     every = (OURS, SAFE_FRIT, UNCOMPENSATED, *SLOW)
