@@ -216,7 +216,7 @@ def statements(run: Run) -> Part:
         "jump": jump,
         "smoothing_time": -setup.PERIOD / np.log(1.0 - setup.SMOOTHING),
         "required_ratio": float(np.sqrt(np.mean(bare.judged**2))) / setup.REQUIRED,
-        "first_torque": float(np.max(np.abs(frit.speed[0])) * 0.45 / setup.PERIOD),
+        "first_torque": float(np.max(np.abs(frit.speed[0])) * setup.ROTOR / setup.PERIOD),
         "others": len(OTHERS),
         "holding": held,
         "wild": wild,
