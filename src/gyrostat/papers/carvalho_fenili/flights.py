@@ -123,7 +123,8 @@ def _continuous(law: Any, failing: Float[Array, "cases 3"], start: EulerState, c
             # comparisons with NaN are false
             finite = jnp.all(jnp.isfinite(jnp.stack(after)))
             still = valid & clear & finite & ~body.diverged(after) & (slip <= LOST)
-            kept = jax.tree.map(lambda new, old: jnp.where(still, new, old), after, state)
+            # an ended run rests where the law's equation is quickly solved
+            kept = jax.tree.map(lambda new, old: jnp.where(still, new, old), after, start)
             row = (state, state.body_rate(), valid, slip <= LARGEST_SLIP)
             return (kept, still), row
 
