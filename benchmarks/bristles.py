@@ -23,7 +23,7 @@ from gyrostat._jax import jax, jnp
 from gyrostat.control import FrictionTorqueControl
 from gyrostat.estimate import FrictionScaleFilter
 from gyrostat.friction import static_curve
-from gyrostat.papers.moreira_lopes_kuga.printed import (
+from gyrostat.papers.moreira_lopes_kuga.setup import (
     BENCH,
     FILTER,
     GAIN,

@@ -10,10 +10,10 @@ import time
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from gyrostat.papers.endo_sekiguchi_nonaka.contenders import OURS, evaluate
-from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import dispersed
+from gyrostat.papers.endo_sekiguchi_nonaka.controllers import OURS, evaluate
+from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import draw
 from gyrostat.papers.endo_sekiguchi_nonaka.flights import Case, Ideal
-from gyrostat.papers.endo_sekiguchi_nonaka.printed import (
+from gyrostat.papers.endo_sekiguchi_nonaka.setup import (
     ACTUAL,
     DURATION,
     FEEDBACK,
@@ -27,8 +27,8 @@ from gyrostat.papers.endo_sekiguchi_nonaka.printed import (
 )
 from gyrostat.simulate import simulate
 
-RUNS = {"ideal": (Case("", total=NOMINAL, momentum=0.0), fixed(0.0))}
-RUNS |= {"without MEC": (Case(""), fixed(0.0)), "MEC with FRIT": (Case(""), tuned())}
+RUNS = {"ideal": (Case(total=NOMINAL, momentum=0.0), fixed(0.0))}
+RUNS |= {"without MEC": (Case(), fixed(0.0)), "MEC with FRIT": (Case(), tuned())}
 
 
 def ours(case, controller, engine, duration=DURATION):
@@ -93,7 +93,7 @@ def main():
             print(f"| {name}, 10 000 s, {engine} | {taken:.2f} | {whole / taken:.0f} |")
             if name == "without MEC":
                 gaps.append(f"{engine} {np.max(np.abs(found[:periods] - rows)):.1e}")
-    cases = dispersed(256, 1)
+    cases = draw(256, 1)
     evaluate(dataclasses.replace(OURS, duration=10.0, judged=5.0), cases[:64])
     before, wall = time.process_time(), time.perf_counter()
     evaluate(OURS, cases)

@@ -5,7 +5,7 @@ from pathlib import Path
 import matplotlib as mpl
 
 from gyrostat.identify import identify
-from gyrostat.papers.carrara_kuga.side_by_side import crossing_figure
+from gyrostat.papers.carrara_kuga.dispersed import crossing_figure
 from gyrostat.report.figures import STYLE, friction_figure, record_figure
 from gyrostat.telemetry import read_record
 from gyrostat.units import RPM

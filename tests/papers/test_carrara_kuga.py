@@ -1,118 +1,55 @@
 """Carrara and Kuga against closed forms, the printed numbers and a whole quick run."""
 
-import json
 import math
 
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
-from typer.testing import CliRunner
 
 from gyrostat import cli
-from gyrostat.papers.carrara_kuga.printed import DETERMINISTIC, STATISTICAL, Column
-from gyrostat.papers.carrara_kuga.single_start import (
-    START_WITHOUT_STRIBECK,
-    plain_iteration_succeeds,
-)
-from gyrostat.papers.carrara_kuga.single_wheel import breakaway_current, single_wheel, stop_time
-from gyrostat.papers.carrara_kuga.table_of_parameters import table_of_parameters
-from gyrostat.papers.carrara_kuga.virtual_bench import (
+from gyrostat._jax import jax, jnp
+from gyrostat.identify.statistics import crossing_times
+from gyrostat.papers.carrara_kuga import CARRARA_KUGA
+from gyrostat.papers.carrara_kuga.bench import (
+    breakaway_current,
     estimate,
     modelled_speed,
     profile1,
     profile2,
+    rms,
     run_trial,
+    stop_time,
 )
+from gyrostat.papers.carrara_kuga.dispersed import CANDIDATES, CLAIMED, claimed, crossing_figure
+from gyrostat.papers.carrara_kuga.identification import table1
+from gyrostat.papers.carrara_kuga.setup import (
+    DETERMINISTIC,
+    SINE_CURRENTS,
+    STATISTICAL,
+    Column,
+    scaled,
+)
+from gyrostat.papers.carrara_kuga.table import limit_cycle
+from gyrostat.papers.reproduction import Run
+from gyrostat.simulate import Telemetry, bench_record
+from gyrostat.wheel import speed_response
 
 RPM = math.pi / 30.0
 NAMES = ("motor_constant", "viscous", "coulomb", "static")
-ISSUE_IDS = {
-    "table1.motor_constant_det",
-    "table1.viscous_det",
-    "table1.coulomb_det",
-    "table1.motor_constant",
-    "table1.viscous",
-    "table1.coulomb",
-    "table1.static",
-    "recovery.motor_constant_std",
-    "recovery.viscous_std",
-    "recovery.coulomb_std",
-    "recovery.static_std",
-    "recovery.efficiency_min",
-    "recovery.efficiency_max",
-    "convergence.fraction",
-    "convergence.iterations_max",
-    "rms.profile2_rpm",
-    "rms.profile1_rpm",
-    "rms.deterministic_profile2_rpm",
-    "breakaway.current_A",
-    "coast.stop_time_s",
-    "coulomb_over_km_A",
-    "table.pid_peak_deg",
-    "table.pid_error_60s_deg",
-    "table.pid_error_final_deg",
-    "table.pid_start_transient_deg",
-    "table.dmc_peak_exact_deg",
-    "table.dmc_peak_coulomb_minus5_deg",
-    "table.dmc_peak_coulomb_plus5_deg",
-    "table.dmc_peak_coulomb_plus10_deg",
-    "table.dmc_start_transient_deg",
-    "table.dmc_peak_noise5rpm_deg",
-    "table.dmc_peak_delay1s_deg",
-    "table.speed_mode_peak_deg",
-    "table.peak_ratio_coulomb5",
-    "table.stick_time_s",
-    "limit_cycle.overcompensated10_deg",
-}
-GOAL_IDS = {
-    f"{controller}.{quantity}"
-    for controller in ("compensator", "pid", "dmc_raw", "dmc_filtered", "speed_mode")
-    for quantity in (
-        "peak95_white_deg",
-        "peak_max_white_deg",
-        "peak95_hall_deg",
-        "peak_max_hall_deg",
-        "peak95_step30_deg",
-        "peak95_lugre_deg",
-        "true_peak95_white_deg",
-        "true_peak95_hall_deg",
-        "chatter95_A",
-        "sign_changes95_per_s",
-        "hunt_deg",
-    )
-}
-OWN_IDS = {
-    "limit_cycle.coulomb_only10_deg",
-    "table1.motor_constant_drop_percent",
-    "coulomb_over_km_det_A",
-    "stribeck.jump_at_zero_speed",
-    "inertia.not_separable",
-    "recovery.pooled_efficiency_min",
-    "recovery.pooled_efficiency_max",
-    "convergence.plain_start_fraction",
-    "convergence.plain_coulomb_start_fraction",
-    "static.significance_sigma",
-    "coulomb.unchanged_between_methods",
-    "coulomb.chance_of_four_digits",
-    "stribeck_speed.not_observable",
-    "stribeck_speed.relative_sigma",
-    "stribeck_speed.barely_affects_motor_viscous_coulomb",
-    "stribeck_speed.barely_affects_static",
-    "rms.deterministic_profile1_rpm",
-    "crossings.profile2",
-    "crossings.profile1",
-    "crossings.profile1_twelve_cycles",
-    "methods.difference_profile1_rpm",
-    "methods.difference_profile2_rpm",
-    "methods.statistical_closer_to_profile2",
-    "methods.statistical_better_at_low_speed",
-    "residuals.larger_near_crossings",
-    "residuals.near_crossing_ratio",
-}
+PAPER = "carrara-kuga"
+START = np.array([18.0, 0.00344, 0.5863, 0.0])
+PRIOR = np.array([5.0, 0.002, 0.3, 0.6])
 
 
-def by_id(claims):
-    return {claim.id: claim for claim in claims}
+@pytest.fixture(scope="module")
+def implied():
+    """Claims on Table 1 and the model of the wheel."""
+    values = table1(Run(True, lambda text: None))
+    return {
+        row.id: row.claim(values.values[row.id], values.facts)
+        for row in CARRARA_KUGA.rows
+        if row.id in values.values
+    }
 
 
 # As the paper prints Table 1: number, and one unit of its last digit.
@@ -128,8 +65,8 @@ PRINTED = {
 
 
 @pytest.mark.parametrize("name", PRINTED)
-def test_table_1_is_rebuilt_to_its_rounding(name):
-    claim = by_id(table_of_parameters().claims)[name]
+def test_table_1_is_rebuilt_to_its_rounding(name, implied):
+    claim = implied[name]
     number, digit = PRINTED[name]
     assert claim.paper == number
     assert claim.ours == pytest.approx(number, abs=0.51 * digit)
@@ -137,21 +74,21 @@ def test_table_1_is_rebuilt_to_its_rounding(name):
     assert claim.verdict == "reproduced"
 
 
-def test_fifteen_per_cent_is_really_sixteen():
-    claim = by_id(table_of_parameters().claims)["table1.motor_constant_drop_percent"]
+def test_fifteen_per_cent_is_really_sixteen(implied):
+    claim = implied["table1.motor_constant_drop_percent"]
     assert claim.ours == pytest.approx(100.0 * 42.0 / 270.0)
     assert claim.verdict == "not-reproduced"
 
 
-def test_the_observable_current_moved():
-    claims = by_id(table_of_parameters().claims)
-    assert claims["coulomb_over_km_A"].ours == pytest.approx(38.6e-3, abs=0.05e-3)
-    assert claims["coulomb_over_km_det_A"].ours == pytest.approx(32.6e-3, abs=0.05e-3)
+def test_the_observable_current_moved(implied):
+    claim = implied["coulomb_over_km_A"]
+    assert claim.ours == pytest.approx(38.6e-3, abs=0.05e-3)
+    assert "0.03257 A" in claim.why
 
 
-def test_a_coasting_wheel_stops_at_its_analytic_time():
+def test_a_coasting_wheel_stops_at_its_analytic_time(implied):
     rate, level, start = 0.00322, 0.5863, 100.0 * RPM
-    claim = by_id(single_wheel().claims)["coast.stop_time_s"]
+    claim = implied["coast.stop_time_s"]
     assert claim.ours == pytest.approx(math.log(1.0 + rate * start / level) / rate, abs=1e-5)
     assert claim.ours == pytest.approx(17.36638086, abs=1e-5)
 
@@ -168,8 +105,8 @@ def test_a_faster_wheel_coasts_longer():
     assert times == sorted(times)
 
 
-def test_the_friction_curve_jumps_by_twice_the_static_torque():
-    claim = by_id(single_wheel().claims)["stribeck.jump_at_zero_speed"]
+def test_the_friction_curve_jumps_by_twice_the_static_torque(implied):
+    claim = implied["stribeck.jump_at_zero_speed"]
     assert claim.ours == pytest.approx(2.0 * 0.9055e-3)
     assert claim.verdict == "not-reproduced"
 
@@ -246,89 +183,108 @@ def test_an_unknown_paper_is_wrong_usage(tmp_path, monkeypatch, capsys):
     assert not folder.exists()
 
 
+@jax.jit
+@jax.jacfwd
+def slopes(x, time, current):
+    return speed_response(Column(*(1.5e-3 * x)).wheel(), time, current, 0.0)[0]
+
+
+def plain_iteration_succeeds(record, start):
+    """Whether undamped Gauss-Newton, eqs. (10)-(14), ends with a residual at the noise level.
+
+    The derivatives pass through the zero crossings with the jump that eq. (5) leaves out, so a
+    failure is not that omission's.
+    """
+    x = np.array(start)
+    for _ in range(30):
+        wheel = Column(*(1.5e-3 * x)).wheel()
+        residual = record.speed - modelled_speed(wheel, record.time, record.current, 0.0)
+        slope = slopes(jnp.asarray(x), record.time, record.current)
+        rows = np.vstack([np.diag(1.0 / PRIOR), np.asarray(slope) / (5.0 * RPM)])
+        right = np.concatenate([(START - x) / PRIOR, residual / (5.0 * RPM)])
+        if not np.isfinite(rows).all() or not np.isfinite(right).all():
+            return False
+        orthogonal, triangle = np.linalg.qr(rows)
+        projected = orthogonal.T @ right
+        if np.linalg.norm(projected) < 1e-3:
+            return rms(residual) < 1.2 * 5.0 * RPM
+        x = x + np.linalg.solve(triangle, projected)
+    return False
+
+
 def test_one_start_is_a_gamble():
     # Seed 3 goes well from (15); on seed 2 the modelled wheel sticks, from T_s = c it does not.
-    start = (18.0, 0.00344, 0.5863, 0.0)
-    assert plain_iteration_succeeds(profile2(3), start)
-    assert not plain_iteration_succeeds(profile2(2), start)
-    assert plain_iteration_succeeds(profile2(2), START_WITHOUT_STRIBECK)
+    assert plain_iteration_succeeds(profile2(3), START)
+    assert not plain_iteration_succeeds(profile2(2), START)
+    assert plain_iteration_succeeds(profile2(2), (*START[:3], START[2]))
+    assert run_trial(2).recovered
 
 
-@pytest.fixture(scope="module")
-def quick(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("reproduce")
-    arguments = ["reproduce", "carrara-kuga", "--quick", "--json", "--out", str(folder)]
-    result = CliRunner().invoke(cli.app, arguments)
-    assert result.exit_code == 0, result.output
-    return folder, result
+def test_twelve_whole_cycles_cross_zero_an_odd_number_of_times():
+    record = bench_record(
+        STATISTICAL.wheel(),
+        "sines",
+        duration=300.0,
+        telemetry=Telemetry(rate=10.0, speed_sigma=5.0 * RPM),
+        amplitudes=SINE_CURRENTS,
+        period=25.0,
+        seed=1_000_000,
+    )
+    speed = modelled_speed(STATISTICAL.wheel(), record.time, record.current, 0.0)
+    assert len(crossing_times(record.time, speed, noise=0.0)) == 23
 
 
 @pytest.mark.slow
-def test_a_quick_run_gives_every_id(quick):
-    folder, result = quick
-    text = (folder / "claims.json").read_text(encoding="utf-8")
-    content = json.loads(text)
-    assert json.loads(result.stdout) == content
-    assert list(content) == ["paper", "claims"]
-    assert content["paper"] == "carrara-kuga"
-    ids = [row["id"] for row in content["claims"]]
-    assert len(ids) == len(set(ids))
-    assert set(ids) == ISSUE_IDS | OWN_IDS | GOAL_IDS
-    not_computed = {row["id"] for row in content["claims"] if "Not computed" in row["why"]}
-    assert not_computed == GOAL_IDS
-    for row in content["claims"]:
-        assert list(row) == [
-            "id",
-            "quantity",
-            "paper",
-            "ours",
-            "unit",
-            "tolerance",
-            "verdict",
-            "why",
-        ]
-        assert row["quantity"]
-        assert row["why"].endswith(".")
-        assert (row["ours"] is None) == (row["verdict"] == "not-testable")
-        assert (row["tolerance"] is None) == (row["paper"] is None)
+def test_coulomb_alone_too_large_gives_no_limit_cycle():
+    assert limit_cycle(scaled(1.1)) < 0.02
+
+
+def test_dispersed_runs_are_claimed_for_the_compensator_beside_the_others():
+    numbers = {
+        one.key: dict.fromkeys((*CLAIMED, "true_peak95_white_deg", "incomplete"), 0.01 * (k + 1))
+        for k, one in enumerate(CANDIDATES)
+    }
+    part = claimed(numbers)
+    rows = {row.id: row for row in CARRARA_KUGA.rows if row.full}
+    assert set(part.values) == set(rows)
+    peak = rows["compensator.peak95_white_deg"].claim(0.01, part.facts)
+    assert "PID 0.02" in peak.why
+    assert "at most 0.04 deg; met" in peak.why
+    slow = rows["compensator.hunt_deg"].claim(0.03, part.facts)
+    assert "at most 0.02 deg; not met" in slow.why
+
+
+@pytest.mark.slow
+def test_the_figure_of_one_crossing_has_a_line_for_each_controller():
+    whole, close, current = crossing_figure().axes
+    assert [len(axes.lines) for axes in (whole, close, current)] == [4, 4, 2]
+
+
+@pytest.mark.slow
+def test_a_quick_run_judges_every_claim_as_published(judged_as_published):
+    judged_as_published(PAPER)
 
 
 @pytest.mark.slow
 def test_a_quick_run_gives_the_known_numbers(quick):
-    rows = json.loads((quick[0] / "claims.json").read_text(encoding="utf-8"))["claims"]
-    ours = {row["id"]: row["ours"] for row in rows}
-    verdict = {row["id"]: row["verdict"] for row in rows}
+    run = quick(PAPER)
+    ours = run.ours
     # formal sigmas of this experiment; twelve records scatter by 20 % and more
     for name, sigma in zip(NAMES, (2.0e-5, 1.9e-7, 3.8e-6, 6.5e-5), strict=True):
         assert 0.5 * sigma < ours[f"recovery.{name}_std"] < 2.0 * sigma
-    assert 0.4 < ours["recovery.efficiency_min"] <= ours["recovery.efficiency_max"] < 1.7
-    pooled = ours["recovery.pooled_efficiency_min"], ours["recovery.pooled_efficiency_max"]
-    assert 0.4 < pooled[0] <= pooled[1] < 2.0
+    assert 0.4 < ours["recovery.efficiency_min"] < 1.7
     assert ours["convergence.fraction"] == 1.0
-    assert ours["convergence.plain_start_fraction"] < 0.9
     assert ours["rms.profile2_rpm"] == pytest.approx(5.0, abs=0.1)
     assert ours["rms.profile1_rpm"] == pytest.approx(5.0, abs=0.1)
     assert 25.0 < ours["rms.deterministic_profile2_rpm"] < 60.0
     assert ours["breakaway.current_A"] == pytest.approx(0.9055e-3 / 0.0228, rel=1e-9)
     assert ours["coast.stop_time_s"] == pytest.approx(17.36638086, abs=1e-5)
-    assert ours["static.significance_sigma"] == pytest.approx(0.4, abs=0.1)
-    assert ours["crossings.profile1_twelve_cycles"] == 23.0
-    assert [verdict[f"crossings.profile{k}"] for k in (1, 2)] == ["reproduced"] * 2
-    assert [k for k, v in verdict.items() if v == "not-reproduced"] == [
-        "table1.motor_constant_drop_percent",
-        "stribeck.jump_at_zero_speed",
-        "stribeck_speed.barely_affects_static",
-        "table.pid_error_final_deg",
-        "table.dmc_peak_exact_deg",
-        "table.dmc_start_transient_deg",
-        "table.peak_ratio_coulomb5",
-    ]
+    assert "12 of 12 records" in run.stderr
 
 
 @pytest.mark.slow
 def test_a_quick_run_crosses_zero_as_computed_elsewhere(quick):
-    rows = json.loads((quick[0] / "claims.json").read_text(encoding="utf-8"))["claims"]
-    ours = {row["id"]: row["ours"] for row in rows}
+    ours = quick(PAPER).ours
     # from an independent simulation of the same settings, to its rounding
     assert ours["table.pid_peak_deg"] == pytest.approx(1.5, abs=0.01)
     assert ours["table.pid_start_transient_deg"] == pytest.approx(0.63, abs=0.005)
@@ -341,17 +297,11 @@ def test_a_quick_run_crosses_zero_as_computed_elsewhere(quick):
     assert 3.0 < ours["table.stick_time_s"] < 4.0
     assert ours["table.pid_peak_deg"] / ours["table.dmc_peak_noise5rpm_deg"] < 10.0
     assert ours["limit_cycle.overcompensated10_deg"] > 0.02
-    assert ours["limit_cycle.coulomb_only10_deg"] < 0.02
+    assert quick(PAPER).page.count("<svg") == 9
 
 
 @pytest.mark.slow
-def test_a_quick_run_reports_and_shows_progress(quick):
-    folder, result = quick
-    page = (folder / "report.html").read_text(encoding="utf-8")
-    assert all(name in page for name in ISSUE_IDS | OWN_IDS | GOAL_IDS)
-    assert page.count("<svg") == 11
-    assert "Quick" in page
-    written = [".gyrostat.json", "claims.json", "report.html"]
-    assert sorted(path.name for path in folder.iterdir()) == written
-    assert "12 of 12 records" in result.stderr
-    assert "not-reproduced" in result.stderr
+def test_one_record_does_not_tell_static_from_coulomb_friction():
+    weights = np.array([0.0, 0.0, -1.0, 1.0])
+    sigmas = [np.sqrt(weights @ run_trial(seed).covariance @ weights) for seed in range(3)]
+    assert 0.026e-3 / np.mean(sigmas) == pytest.approx(0.4, abs=0.1)

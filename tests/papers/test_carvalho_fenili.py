@@ -6,37 +6,21 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import solve_continuous_are
 from scipy.spatial.transform import Rotation
 
-from gyrostat.papers.carvalho_fenili import fly, judge
-from gyrostat.papers.carvalho_fenili.laws import gain, rank
-from gyrostat.papers.carvalho_fenili.sentences_lqr import sentences_lqr
+from gyrostat._jax import jnp
+from gyrostat.body import (
+    BodyTorqueCommand,
+    EulerSensor,
+    EulerState,
+    Gyrostat,
+    TorqueDrivenBody,
+    WheelFailures,
+)
+from gyrostat.papers.carvalho_fenili import CARVALHO_FENILI, figures, recoveries, statements
+from gyrostat.papers.carvalho_fenili.laws import gain, laws, rank
+from gyrostat.papers.reproduction import Run
+from gyrostat.simulate import simulate
 
 CASES = ("none", "Mx", "My", "Mz", "MxMy", "MxMz", "MyMz")
-ISSUE_IDS = {
-    *(f"lqr.gain_{name}" for name in ("theta", "theta_rate", "phi", "phi_rate")),
-    *(f"rank.{case}" for case in CASES),
-    *(f"lqr.error_15s_{name}" for name in ("theta", "phi", "psi")),
-    *(f"lqr.rate_15s_{axis}" for axis in "xyz"),
-    *(
-        f"{law}.{case}.{name}"
-        for law in ("lqr", "sdre")
-        for case in CASES
-        for name in (
-            "theta_error",
-            "phi",
-            "psi",
-            "valid_until_s",
-            "max_theta_error_after_failure",
-            "frozen_rate_drift",
-        )
-    ),
-}
-RECOVERY_IDS = {
-    f"recover.{law}.{case}.{failure}.{name}"
-    for law in ("lqr", "sdre")
-    for case in CASES[1:]
-    for failure in ("frozen", "seized", "rundown")
-    for name in ("nearest_deg", "min_rate_rad_s", "settle_s")
-}
 FAILED = {"Mx": [0], "My": [1], "Mz": [2], "MxMy": [0, 1], "MxMz": [0, 2], "MyMz": [1, 2]}
 FAILURES = ("frozen", "seized", "rundown")
 H0 = np.array([0.58895, 0.04587, 0.81442])
@@ -117,19 +101,51 @@ def nearest(momentum, failed, kept):
     return np.degrees(np.arccos(np.clip(wanted @ there / size**2, -1.0, 1.0)))
 
 
+class Sampled:
+    """A law of the paper as a sampled controller, its torque held through the period."""
+
+    def __init__(self, law):
+        self.law = law
+
+    def start(self, period):
+        return ()
+
+    def __call__(self, memory, measurement):
+        state = EulerState(*measurement.angles, *measurement.rates)
+        return memory, BodyTorqueCommand(self.law(state))
+
+
 @pytest.fixture(scope="module")
-def flown():
-    return fly(print)
+def flown(quick):
+    """All cases by both laws, as the quick run simulated them."""
+    return quick("carvalho-fenili").run.once(statements.flown)
 
 
 @pytest.fixture(scope="module")
 def linear(flown):
-    return flown.flights["lqr"]
+    return flown["lqr"]
 
 
 @pytest.fixture(scope="module")
-def rows(flown):
-    return {claim.id: claim for part in judge(flown) for claim in part.claims}
+def judged(flown):
+    """Judge statements on given runs: id -> whether it holds."""
+
+    def judge(experiment, flights):
+        return experiment(Run(True, print, {statements.flown: flights})).values
+
+    return judge
+
+
+@pytest.fixture(scope="module")
+def onset():
+    """State at the failure under LQR on wheels with limits."""
+    return recoveries.at_failure(laws()["lqr"])[1]
+
+
+@pytest.fixture(scope="module")
+def recovered(onset):
+    """Every recovery under LQR, by case and kind of loss."""
+    return recoveries.recovered(onset, dict.fromkeys(FAILED, FAILURES))
 
 
 def test_the_gain_and_the_ranks_are_those_of_scipy():
@@ -154,11 +170,21 @@ def test_lqr_flies_as_when_integrated_apart(linear, case, failed):
 
 
 def test_sdre_flies_as_when_integrated_apart_and_holding_changes_little(flown):
-    flight, sampled = flown.flights["sdre"]["MxMy"], flown.sampled["sdre"]["MxMy"]
+    flight = flown["sdre"]["MxMy"]
     expected = flown_apart("sdre", (0, 1), 20.0)
     np.testing.assert_allclose(flight.angles[2000], expected[::2], rtol=0.0, atol=1e-6)
     np.testing.assert_allclose(flight.rates[2000], expected[1::2], rtol=0.0, atol=1e-6)
-    apart = np.max(np.abs(sampled.angles[:2001] - flight.angles[:2001]))
+    plant = TorqueDrivenBody(12.0, jnp.array([15.0, 15.0, np.inf]))
+    sampled = simulate(
+        plant,
+        Sampled(laws()["sdre"]),
+        EulerSensor(),
+        start=EulerState(*START[[0, 2, 4, 1, 3, 5]]),
+        duration=20.0,
+        control_period=0.01,
+    )
+    angles = np.stack([sampled.theta - 0.5 * np.pi, sampled.phi, sampled.psi], axis=1)
+    apart = np.max(np.abs(angles - flight.angles[:2001]))
     # half a sample late: rates of 0.1 rad/s times 0.005 s
     assert 1e-5 < apart < 1e-3
 
@@ -181,109 +207,120 @@ def test_the_rates_about_failed_axes_are_frozen_and_the_runs_end_where_they_must
     assert spun.resolved_until < spun.valid_until < 71.0
 
 
-def test_sentences_are_judged_on_the_runs_not_by_their_names(linear):
-    honest = {claim.id: claim.verdict for claim in sentences_lqr(linear)}
-    assert honest["lqr.MyMz.all_angles_controlled"] == "not-reproduced"
-    assert honest["lqr.My.failure_compensated"] == "not-reproduced"
-    assert honest["lqr.Mx.theta_unstable"] == "reproduced"
+def test_statements_are_judged_on_the_runs_not_by_their_names(flown, judged):
+    honest = judged(statements.linear, flown)
+    assert not honest["lqr.MyMz.all_angles_controlled"]
+    assert not honest["lqr.My.failure_compensated"]
+    assert honest["lqr.Mx.theta_unstable"]
     # a run that does settle, in the place of the failures, turns the verdicts round
-    settled = dict.fromkeys(CASES, linear["none"])
-    swapped = {claim.id: claim.verdict for claim in sentences_lqr(settled)}
-    assert swapped["lqr.MyMz.all_angles_controlled"] == "reproduced"
-    assert swapped["lqr.Mx.theta_unstable"] == "not-reproduced"
+    settled = {law: dict.fromkeys(CASES, runs["none"]) for law, runs in flown.items()}
+    swapped = judged(statements.linear, settled)
+    assert swapped["lqr.MyMz.all_angles_controlled"]
+    assert not swapped["lqr.Mx.theta_unstable"]
 
 
-def test_every_claim_is_judged(flown, rows):
-    assert set(rows) >= ISSUE_IDS | RECOVERY_IDS
-    nulls = {name for name, row in rows.items() if row.ours is None}
-    assert nulls <= {name for name in RECOVERY_IDS if "min_rate" not in name}
+def test_sdre_freezes_rates_too_and_ends_where_halved_steps_end(flown):
+    dependent = flown["sdre"]
     for case in CASES[1:]:
-        assert rows[f"sdre.{case}.frozen_rate_drift"].ours < 1e-4
-        assert f"gyrostat.sdre.{case}.pointing_error" in rows
-    for name in ("My", "Mz", "MyMz"):
-        assert rows[f"sdre.{name}.all_angles_controlled"].verdict == "not-reproduced"
+        flight = dependent[case]
+        assert flight.frozen_rate_drift(flight.resolved_until) < 1e-4
     # halved steps of a loop written apart end at 192.715 s
-    assert rows["sdre.MyMz.valid_until_s"].ours == pytest.approx(192.71, abs=0.02)
-    # on wheels nothing is taken from the body's momentum, and one failure leaves rest possible
-    assert rows["gyrostat.sdre.Mx.body_rate"].ours < 1e-3 < rows["sdre.Mx.frozen_rate"].ours
-    drawings = [drawing for part in judge(flown) for drawing in part.drawings]
-    assert len(drawings) == 10
+    assert dependent["MyMz"].valid_until == pytest.approx(192.71, abs=0.02)
+
+
+def test_on_wheels_one_failure_leaves_rest_possible(flown):
+    # on wheels nothing is taken from the body's momentum
+    run = recoveries.fly_on_wheels(laws()["sdre"], [recoveries.failing("Mx")], 200.0)
+    rate = np.linalg.norm(run.rate.values[0, -1])
+    assert rate < 1e-3 < np.linalg.norm(flown["sdre"]["Mx"].frozen_rate())
+
+
+def test_the_figures_have_their_panels(flown, judged):
+    drawings = statements.drawn(Run(True, print, {statements.flown: flown})).drawings
     assert "Figs. 9, 10, 21, 22" in drawings[5].title
-    assert [len(drawing.figure.axes) for drawing in drawings[:8]] == [4] * 7 + [12]
+    assert [len(drawing.figure.axes) for drawing in drawings] == [4] * 7 + [12]
 
 
-def test_the_total_momentum_is_that_of_table_2(rows):
-    found = [rows[f"recover.momentum_{axis}"].ours for axis in "xyz"]
-    np.testing.assert_allclose(found, H0, atol=5e-6)
+@pytest.mark.slow
+def test_a_quick_run_judges_every_claim_as_published(judged_as_published, quick):
+    judged_as_published("carvalho-fenili")
+    assert quick("carvalho-fenili").page.count("<svg") == 8
 
 
-def test_what_can_be_held_follows_from_the_momentum_at_the_failure(flown, rows):
-    state = flown.recoveries["lqr"].onset.state
-    turn = Rotation.from_quat(np.roll(state.attitude, -1))
+def test_the_total_momentum_is_that_of_table_2():
+    np.testing.assert_allclose(recoveries.start().momentum, H0, atol=5e-6)
+
+
+def test_what_can_be_held_follows_from_the_momentum_at_the_failure(onset, recovered):
+    turn = Rotation.from_quat(np.roll(onset.attitude, -1))
     # H = R (I w + J s): the body rate, and with it what a rotor holds in inertial space
-    relative = 0.01 * np.asarray(state.wheel_speed)
+    relative = 0.01 * np.asarray(onset.wheel_speed)
     rate = (turn.inv().apply(H0) - relative) / 12.0
     assert np.max(np.abs(relative)) < 3.0
     for case, failed in FAILED.items():
         for failure in FAILURES:
-            prefix = f"recover.lqr.{case}.{failure}"
             kept = np.zeros(3)
             if failure == "frozen":
                 kept[failed] = (relative + 0.01 * rate)[failed]
             expected = nearest(H0, failed, kept)
-            angle, least = (
-                rows[f"{prefix}.{name}"].ours for name in ("nearest_deg", "min_rate_rad_s")
-            )
+            answer = recovered[case][failure].plan.answer
             if expected is None:
-                assert angle is None
+                assert answer.angle is None
                 # J is 11.99 without the rotors, and what is left over must turn with the body
                 over = np.linalg.norm(kept) - np.linalg.norm(H0)
-                assert least == pytest.approx(over / 11.99, rel=1e-3)
+                assert answer.for_ever.rate == pytest.approx(over / 11.99, rel=1e-3)
             else:
-                assert angle == pytest.approx(expected, abs=2e-3)
-                assert least == 0.0
+                assert np.degrees(answer.angle) == pytest.approx(expected, abs=2e-3)
+                assert answer.for_ever.rate == 0.0
 
 
-def test_every_recovery_settles_or_says_why(flown, rows):
+def test_every_recovery_settles_or_says_why(recovered):
     for case, failed in FAILED.items():
         for failure in FAILURES:
-            row = rows[f"recover.lqr.{case}.{failure}.settle_s"]
-            recovery = flown.recoveries["lqr"].flown[case][failure]
-            assert row.paper is None
+            recovery = recovered[case][failure]
+            settle = recovery.settle
             if recovery.plan.answer.angle is None:
-                assert row.ours is None
-                assert "can be held" in row.why
+                assert settle is None
+                assert "can be held" in recovery.reason
             elif len(failed) == 1:
-                assert 0.0 < row.ours < 600.0
-                late = recovery.flight.time.values >= row.ours
+                assert 0.0 < settle < 600.0
+                late = recovery.flight.time.values >= settle
                 assert np.all(recovery.flight.error.values[late] < np.radians(0.05))
                 assert np.all(np.abs(recovery.flight.rate.values[late]) < 1e-4)
                 assert not np.all(recovery.flight.error.values < np.radians(0.05))
-            assert (row.ours is None) == bool(recovery.reason)
+            assert (settle is None) == bool(recovery.reason)
+            # the claims are those of the recoveries that come to no rest
+            assert (settle is None) == (failure in recoveries.WITHOUT_REST.get(case, ()))
     # a wheel that runs down is waited for: its momentum falls by half in 42 s
     for case in ("Mx", "My", "Mz"):
-        slow, quick = (rows[f"recover.lqr.{case}.{kind}.settle_s"].ours for kind in FAILURES[:0:-1])
+        slow, quick = (recovered[case][kind].settle for kind in FAILURES[:0:-1])
         assert slow > quick + 200.0
 
 
-def test_the_limits_act_before_the_failure(flown):
-    before = flown.recoveries["lqr"].onset
+def test_the_limits_act_before_the_failure(onset):
+    healthy = [
+        Gyrostat(craft, WheelFailures.none(3)) for craft in (recoveries.CRAFT, recoveries.LIMITED)
+    ]
+    run = recoveries.fly_on_wheels(laws()["lqr"], healthy, 15.0)
+    before = run.isel(run=1, time=slice(None, 150))
     # the gain on theta is 1 N·m/rad, and theta is off by pi/2 - 0.8 with a rate of 0.04 rad/s
-    assert before.demand > 0.5
-    assert before.limited == pytest.approx(15.0, abs=0.05)
-    free = flown.wheels["lqr"]["none"].wheel_momentum[150]
-    assert np.linalg.norm(free - 0.01 * before.state.wheel_speed) > 0.1
+    assert np.max(np.abs(before.torque)) > 0.5
+    assert 0.1 * np.sum(np.any(before.saturated.values, axis=1)) == pytest.approx(15.0, abs=0.05)
+    free = run.wheel_momentum.values[0, 150]
+    assert np.linalg.norm(free - 0.01 * onset.wheel_speed) > 0.1
 
 
-def test_the_drawing_has_a_line_for_every_recovery(flown):
-    panels = judge(flown)[-1].drawings[0].figure.axes
+def test_the_figure_has_a_line_for_every_recovery(recovered):
+    panels = figures.recovery_figure(dict.fromkeys(("lqr", "sdre"), recovered)).figure.axes
     assert len(panels) == 6
     for axes, case in zip(panels, FAILED, strict=True):
-        flights = [
-            recoveries.flown[case][kind].flight
-            for recoveries in flown.recoveries.values()
-            for kind in FAILURES
-        ]
+        flights = [recovered[case][kind].flight for kind in FAILURES]
         # and the dotted line
-        assert len(axes.lines) == 1 + sum(flight is not None for flight in flights)
+        assert len(axes.lines) == 1 + 2 * sum(flight is not None for flight in flights)
         assert len(axes.texts) == 6
+
+
+def test_requirements_and_end_of_the_full_run_have_their_rows():
+    full = {row.id for row in CARVALHO_FENILI.rows if row.full}
+    assert sum(name.startswith("goals.") for name in full) == 2 * (4 + 7) + 2
+    assert "gyrostat.lqr.MxMy.pointing_error" in full

@@ -1,4 +1,4 @@
-"""The verdict rule, and how a reproduction joins and shows its claims."""
+"""The verdict rule, and how rows, values and facts are joined and shown."""
 
 import json
 import math
@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from gyrostat.errors import InputError
-from gyrostat.papers import PAPERS, Claim, Drawing, Part, Reproduction, paper_named
+from gyrostat.papers import PAPERS, Claim, Drawing, Paper, Part, Row, Run, paper_named
 
 
 def claim(ours, paper=None, tolerance=None, *, name="a.claim"):
@@ -82,22 +82,24 @@ def test_a_claim_is_one_row_of_claims_json():
     assert list(row) == ["id", "quantity", "paper", "ours", "unit", "tolerance", "verdict", "why"]
 
 
-def reproduction(*claims, complete=True):
+def row(name, **fields):
+    return Row(name, "q", **{"why": "w.", "unit": "s", **fields})
+
+
+def reproduction(values, *rows, quick=False, facts=None):
     figure = Figure()
     figure.subplots().plot([0.0, 1.0])
-    parts = (
-        Part(claims[:1], settings=("a setting",)),
-        Part(claims[1:], drawings=(Drawing("a title", figure, "a caption"),)),
-    )
-    return Reproduction("a-paper", "An author, a title", parts, complete)
+    paper = Paper("a-paper", "An author, a title", ("a setting",), rows, ())
+    drawing = Drawing("a title", figure, "a caption")
+    return paper.judged([Part(values), Part({}, facts or {}, (drawing,))], quick=quick)
 
 
-def test_parts_are_joined_in_order():
-    result = reproduction(claim(1.0, name="b"), claim(None, name="a"), claim(1.0, 2.0, 0.1))
+def test_values_are_joined_with_rows_in_the_order_of_the_paper():
+    rows = row("b"), row("a", testable=False), row("c", paper=2.0, tolerance=0.1)
+    result = reproduction({"c": 1.0, "b": 1.0}, *rows)
     content = json.loads(json.dumps(result.to_dict(), allow_nan=False))
     assert list(content) == ["paper", "claims"]
-    assert content["paper"] == "a-paper"
-    assert [row["id"] for row in content["claims"]] == ["b", "a", "a.claim"]
+    assert [row["id"] for row in content["claims"]] == ["b", "a", "c"]
     assert result.counts() == {
         "reproduced": 0,
         "not-reproduced": 1,
@@ -106,15 +108,86 @@ def test_parts_are_joined_in_order():
     }
 
 
+def test_a_statement_needs_no_tolerance():
+    (found,) = reproduction({"a": True}, row("a", paper=True)).claims
+    assert (found.tolerance, found.verdict) == (0.0, "reproduced")
+
+
 def test_an_id_used_twice_is_refused():
-    with pytest.raises(ValueError, match="the id b twice"):
-        reproduction(claim(1.0, name="b"), claim(2.0, name="b"))
+    with pytest.raises(ValueError, match="the id b 2 times"):
+        reproduction({"b": 1.0}, row("b"), row("b"))
+
+
+@pytest.mark.parametrize(
+    ("values", "message"), [({}, "no value of b"), ({"b": 1.0, "c": 1.0}, "without a row of c")]
+)
+def test_values_and_rows_must_agree(values, message):
+    with pytest.raises(ValueError, match=message):
+        reproduction(values, row("b"))
+
+
+def test_facts_fill_quantity_and_reason():
+    (found,) = reproduction(
+        {"a": 1.0}, row("a", why="{x[k]:.1f} of {n}."), facts={"x": {"k": 0.25}, "n": 3}
+    ).claims
+    assert found.why == "0.2 of 3."
+
+
+@pytest.mark.parametrize(
+    ("value", "limits", "says"),
+    [
+        (0.5, {"at_most": 0.5}, "at most 0.5 s; met"),
+        (0.6, {"at_most": 0.5}, "at most 0.5 s; not met"),
+        (None, {"at_most": 0.5}, "at most 0.5 s; not met"),
+        (1.0, {"at_least": 1.0}, "at least 1 s; met"),
+        (0.9, {"at_least": 1.0}, "at least 1 s; not met"),
+    ],
+)
+def test_a_requirement_is_met_or_not(value, limits, says):
+    (found,) = reproduction({"a": value}, row("a", **limits)).claims
+    assert found.why == f"w. Required beforehand: {says}."
+
+
+def test_a_quick_run_leaves_out_what_only_the_full_one_computes():
+    rows = row("a"), row("b", full=True, why="{missing}")
+    first, second = reproduction({"a": 1.0}, *rows, quick=True).claims
+    assert first.ours == 1.0
+    assert second.verdict == "not-testable"
+    assert "Not computed" in second.why
+    with pytest.raises(ValueError, match="no value of b"):
+        reproduction({"a": 1.0}, *rows)
+
+
+def test_experiments_share_what_is_computed_once():
+    calls = []
+
+    def costly(run):
+        calls.append(run)
+        return 2.0
+
+    def experiment(name):
+        return lambda run: Part({name: run.once(costly)})
+
+    paper = Paper("p", "c", (), (row("a"), row("b")), (experiment("a"),), (experiment("b"),))
+    told = []
+    assert [claim.ours for claim in paper.reproduce(quick=False, say=told.append).claims] == [2, 2]
+    assert len(calls) == 1
+    run = Run(True, told.append)
+    assert run.once(costly) is run.once(costly)
 
 
 def test_a_page_shows_everything_and_fetches_nothing():
-    result = reproduction(claim(True, name="b"), claim(1e-5, 2e-5, 1e-5, name="<c>"))
-    page = result.page(command="gyrostat reproduce a-paper")
-    for text in ("An author, a title", "a setting", "a title", "a caption", "1e-05", "yes"):
+    rows = row("b", unit=""), row("<c>", paper=2e-5, tolerance=1e-5, source="Fig. 7")
+    page = reproduction({"b": True, "<c>": 1e-5}, *rows).page(command="gyrostat reproduce a-paper")
+    for text in (
+        "An author, a title",
+        "a setting",
+        "a title",
+        "a caption",
+        "1e-05",
+        "yes",
+        "Fig. 7",
+    ):
         assert text in page
     assert "<svg" in page
     assert "&lt;c&gt;" in page
@@ -125,14 +198,15 @@ def test_a_page_shows_everything_and_fetches_nothing():
 
 
 def test_a_short_run_says_so():
-    result = reproduction(claim(1.0), complete=False)
+    result = reproduction({"a": 1.0}, row("a"), quick=True)
     assert "Quick" in result.page(command="")
     assert result.lines()[-1].startswith("quick")
-    assert not reproduction(claim(1.0)).lines()[-1].startswith("quick")
+    assert not reproduction({"a": 1.0}, row("a")).lines()[-1].startswith("quick")
 
 
 def test_lines_name_every_claim_with_its_verdict():
-    lines = reproduction(claim(1.0, name="b"), claim(None, True, name="a")).lines()
+    rows = row("b"), row("a", paper=True, testable=False)
+    lines = reproduction({"b": 1.0}, *rows).lines()
     assert [line.split()[0] for line in lines[1:3]] == ["b", "a"]
     assert lines[1].endswith("ours-only")
     assert lines[2].endswith("not-testable")

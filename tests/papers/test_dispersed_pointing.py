@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from gyrostat._jax import jnp
 from gyrostat.body import SpacecraftMeasurement
-from gyrostat.papers.endo_sekiguchi_nonaka import dispersed as judged
-from gyrostat.papers.endo_sekiguchi_nonaka.contenders import (
+from gyrostat.papers.endo_sekiguchi_nonaka import ENDO_SEKIGUCHI_NONAKA
+from gyrostat.papers.endo_sekiguchi_nonaka.controllers import (
     OURS,
     SAFE_FRIT,
     SLOW,
@@ -18,8 +18,8 @@ from gyrostat.papers.endo_sekiguchi_nonaka.contenders import (
     Outcome,
     evaluate,
 )
-from gyrostat.papers.endo_sekiguchi_nonaka.dispersed_drawing import dispersed_drawing
-from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import dispersed, paper_case
+from gyrostat.papers.endo_sekiguchi_nonaka.dispersed import claimed
+from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import draw, paper_case
 from gyrostat.require import check_parts
 
 NOMINAL = np.array([4000.675, 5000.675, 6000.45])
@@ -33,7 +33,7 @@ def own_angle(case):
 
 
 def test_cases_are_what_the_settings_say():
-    cases = dispersed(30, 5)
+    cases = draw(30, 5)
     for case in cases:
         craft = case.plant.spacecraft
         check_parts(case.plant, case.sensor)
@@ -58,17 +58,17 @@ def test_cases_are_what_the_settings_say():
     drawn = np.array([case.start.wheel_speed for case in cases])
     assert set(np.unique(drawn)) == {-5.0, 0.0, 5.0}
     assert {case.plant.momentum.frequency for case in cases} == {1e-4, 1e-3}
-    few = dispersed(3, 5)
+    few = draw(3, 5)
     assert all(a.quickest == b.quickest for a, b in zip(few, cases, strict=False))
-    assert dispersed(1, 6)[0].quickest != cases[0].quickest
+    assert draw(1, 6)[0].quickest != cases[0].quickest
 
 
 def test_a_small_set_and_the_papers_case_reach_the_goals():
-    contender = dataclasses.replace(OURS, duration=900.0, judged=100.0)
-    cases = [*dispersed(3, 17), paper_case()]
+    candidate = dataclasses.replace(OURS, duration=900.0, judged=100.0)
+    cases = [*draw(3, 17), paper_case()]
     told = []
-    found = evaluate(contender, cases, lanes=4, on_progress=lambda *done: told.append(done))
-    assert told == [(4, 4)]
+    found = evaluate(candidate, cases, block_size=4, say=told.append)
+    assert told == [f"{OURS.name}, runs of 900 s: 4 of 4"]
     limit = np.array([1.1 * case.quickest + 40.0 for case in cases])
     assert np.all(found.holds)
     assert np.all(found.settled <= limit)
@@ -108,49 +108,39 @@ def made_up(last, settled):
 
 @pytest.fixture(scope="module")
 def runs():
-    cases = dispersed(4, 5)
+    """Four cases and the paper's own, and made-up runs of every controller."""
+    cases = [*draw(4, 5), paper_case()]
     quickest = np.array([case.quickest for case in cases])
-    ours = made_up([0.001, 0.002, 0.003, 0.06], quickest * [1.0, 1.1, 1.2, 9.0])
-    others = {
-        one.key: made_up([0.01, 0.2] * 2, [50.0, 6000.0] * 2) for one in (SAFE_FRIT, UNCOMPENSATED)
-    }
-    others |= {one.key: made_up([np.inf, 60.0] * 2, [15_000.0] * 4) for one in SLOW}
-    return judged.Runs(cases, ours, others, made_up([0.001], [226.0]))
+    settled = quickest * [1.0, 1.1, 1.2, 9.0, 1.0]
+    found = {OURS.key: made_up([0.001, 0.002, 0.003, 0.06, 0.001], [*settled[:4], 226.0])}
+    for one in (SAFE_FRIT, UNCOMPENSATED):
+        found[one.key] = made_up([*[0.01, 0.2] * 2, 0.001], [*[50.0, 6000.0] * 2, 226.0])
+    for one in SLOW:
+        found[one.key] = made_up([*[np.inf, 60.0] * 2, 0.001], [15_000.0] * 5)
+    return cases, found
 
 
-def test_claims_are_read_off_the_runs(runs, monkeypatch):
-    monkeypatch.setattr(judged, "fly_dispersed", lambda say: runs)
-    part = judged.dispersed_part(lambda text: None, quick=False)
-    values = {claim.id: claim.ours for claim in part.claims}
-    assert values["dispersed.cases"] == 4.0
-    assert values["dispersed.success_fraction"] == 0.75
-    assert values["dispersed.worst_settle_ratio"] == pytest.approx(9.0)
-    assert values["dispersed.worst_last_error_deg"] == 0.06
-    assert values["dispersed.within_1p10_T_plus_40s_fraction"] == np.mean(
-        runs.ours.settled <= 1.1 * runs.quickest + 40.0
-    )
-    assert values["dispersed.paper_success_fraction"] == 0.0
-    assert values["dispersed.safe_frit_success_fraction"] == 0.5
-    assert values["dispersed.ours_mean_last_error_deg"] == pytest.approx(0.0165)
-    assert values["paper_case.settle_s"] == 226.0
-    assert len(part.drawings[0].figure.axes) == 2
-
-
-def test_quick_says_that_nothing_was_computed():
-    part = judged.dispersed_part(lambda text: None, quick=True)
-    verdicts = {claim.verdict for claim in part.claims}
-    assert verdicts == {"not-testable"}
-    assert {
-        "dispersed.cases",
-        "dispersed.success_fraction",
-        "dispersed.worst_settle_ratio",
-        "dispersed.worst_last_error_deg",
-        "dispersed.paper_success_fraction",
-        "dispersed.fixed_gain_success_fraction",
-        "paper_case.settle_s",
-    } <= {claim.id for claim in part.claims}
+def test_claims_are_read_off_the_runs(runs):
+    cases, found = runs
+    part = claimed(cases, found)
+    assert set(part.values) == {row.id for row in ENDO_SEKIGUCHI_NONAKA.rows if row.full}
+    assert part.values["dispersed.cases"] == 4.0
+    assert part.values["dispersed.success_fraction"] == 0.75
+    assert part.values["dispersed.worst_settle_ratio"] == pytest.approx(9.0)
+    assert part.values["dispersed.worst_last_error_deg"] == 0.06
+    assert part.values["dispersed.paper_success_fraction"] == 0.0
+    assert part.values["paper_case.settle_s"] == 226.0
+    quickest = np.array([case.quickest for case in cases[:4]])
+    in_time = found[OURS.key].settled[:4] <= 1.1 * quickest + 40.0
+    assert part.facts["in_time"][0] == np.mean(in_time)
+    assert part.facts["share"]["safe_frit"] == 0.5
+    assert part.facts["mean_last"]["pointing"] == pytest.approx(0.0165)
+    for row in ENDO_SEKIGUCHI_NONAKA.rows:
+        if row.full:
+            assert row.claim(part.values[row.id], part.facts).why.endswith(".")
 
 
 def test_a_failed_run_can_be_drawn(runs):
-    figure = dispersed_drawing(runs.quickest, runs.ours, runs.others).figure
-    assert np.max(figure.axes[1].lines[1].get_xdata()) == 180.0
+    left, right = claimed(*runs).drawings[0].figure.axes
+    assert len(left.lines) == 3
+    assert np.max(right.lines[1].get_xdata()) == 180.0

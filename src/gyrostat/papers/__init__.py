@@ -5,10 +5,11 @@ import difflib
 from gyrostat.errors import InputError
 from gyrostat.papers.carrara_kuga import CARRARA_KUGA
 from gyrostat.papers.carvalho_fenili import CARVALHO_FENILI
-from gyrostat.papers.claims import Claim, Verdict
+from gyrostat.papers.claims import Claim, Row, Verdict
 from gyrostat.papers.endo_sekiguchi_nonaka import ENDO_SEKIGUCHI_NONAKA
+from gyrostat.papers.figures import Drawing
 from gyrostat.papers.moreira_lopes_kuga import MOREIRA_LOPES_KUGA
-from gyrostat.papers.reproduction import Drawing, Paper, Part, Reproduction
+from gyrostat.papers.reproduction import Paper, Part, Reproduction, Run
 
 PAPERS: dict[str, Paper] = {
     paper.name: paper
@@ -37,6 +38,8 @@ __all__ = [
     "Paper",
     "Part",
     "Reproduction",
+    "Row",
+    "Run",
     "Verdict",
     "paper_named",
 ]

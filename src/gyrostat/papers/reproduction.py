@@ -1,14 +1,15 @@
-"""What a reproduction returns, and how it is shown."""
+"""Engine of the reproductions: runs a paper's experiments, judges its claims and reports them."""
 
+import tomllib
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.resources import files
 from itertools import chain
-from typing import Protocol, get_args
+from typing import Any, Self, get_args
 
-from matplotlib.figure import Figure
-
-from gyrostat.papers.claims import Claim, Value, Verdict
+from gyrostat.papers.claims import Claim, Row, Value, Verdict
+from gyrostat.papers.figures import Drawing
 from gyrostat.report.figures import svg
 from gyrostat.report.page import render
 from gyrostat.report.text import aligned, plain
@@ -17,69 +18,66 @@ Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Drawing:
-    """A figure of a report.
+class Part:
+    """Result of one experiment.
 
     Attributes:
-        title: heading.
-        figure: the figure itself.
-        caption: what it shows.
+        values: computed values by claim id.
+        facts: values of the replacement fields in the rows of these claims.
+        drawings: figures.
     """
 
-    title: str
-    figure: Figure
-    caption: str
+    values: Mapping[str, Value]
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    drawings: tuple[Drawing, ...] = ()
 
 
 @dataclass(frozen=True)
-class Part:
-    """One part of a paper, rebuilt.
+class Run:
+    """One execution of a paper's experiments, which share their simulations.
 
     Attributes:
-        claims: in the order of the paper.
-        drawings: its figures.
-        settings: what the paper leaves open and was chosen here, one sentence each.
+        quick: whether it is cut short: fewer records and seeds, no dispersed runs.
+        say: called with one line of progress at a time.
     """
 
-    claims: tuple[Claim, ...]
-    drawings: tuple[Drawing, ...] = ()
-    settings: tuple[str, ...] = ()
+    quick: bool
+    say: Say
+    _shared: dict[Any, Any] = field(default_factory=dict)
+
+    def once(self, function: "Callable[[Run], Any]") -> Any:
+        """Call a function with this run, the first time only; then return the same result."""
+        if function not in self._shared:
+            self._shared[function] = function(self)
+        return self._shared[function]
+
+
+Experiment = Callable[[Run], Part]
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """A paper's experiment, rebuilt and judged.
+    """A paper's experiments with every claim judged.
 
     Attributes:
-        paper: name of the paper.
-        citation: authors and title.
-        parts: of the paper.
+        paper: that was reproduced.
+        claims: in the order of the paper.
+        drawings: figures.
         complete: False when `quick` cut it short.
-
-    Raises:
-        ValueError: two claims have the same id.
     """
 
-    paper: str
-    citation: str
-    parts: tuple[Part, ...]
+    paper: "Paper"
+    claims: tuple[Claim, ...]
+    drawings: tuple[Drawing, ...]
     complete: bool
-    claims: tuple[Claim, ...] = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Join the claims of the parts."""
-        claims = tuple(chain.from_iterable(part.claims for part in self.parts))
-        twice = [name for name, n in Counter(c.id for c in claims).items() if n > 1]
-        if twice:
-            raise ValueError(f"{self.paper}: found the id {twice[0]} twice, expected it once")
-        object.__setattr__(self, "claims", claims)
 
     def to_dict(self) -> dict[str, object]:
-        """The content of claims.json."""
-        return {"paper": self.paper, "claims": [claim.to_dict() for claim in self.claims]}
+        """Content of claims.json."""
+        rows = [claim.to_dict() for claim in self.claims]
+        return {"paper": self.paper.name, "claims": rows}
 
     def counts(self) -> dict[Verdict, int]:
-        """How often each verdict was reached, every verdict named."""
+        """Number of claims with each verdict, every verdict named."""
         found = Counter(claim.verdict for claim in self.claims)
         return {verdict: found[verdict] for verdict in get_args(Verdict)}
 
@@ -87,23 +85,19 @@ class Reproduction:
         """The report as one HTML page.
 
         Args:
-            command: what produced it, to run it again.
+            command: that produced it, to run it again.
         """
         return render(
             "claims.html",
-            reproduction=self,
+            paper=self.paper,
+            complete=self.complete,
             command=command,
             counts=self.counts(),
             rows=[
                 (c, shown(c.paper), shown(c.ours), shown(c.tolerance) if c.tolerance else "")
                 for c in self.claims
             ],
-            settings=list(chain.from_iterable(part.settings for part in self.parts)),
-            drawings=[
-                (drawing.title, svg(drawing.figure), drawing.caption)
-                for part in self.parts
-                for drawing in part.drawings
-            ],
+            drawings=[(d.title, svg(d.figure), d.caption) for d in self.drawings],
         )
 
     def lines(self) -> list[str]:
@@ -112,37 +106,89 @@ class Reproduction:
         table = aligned(rows, ("claim", "paper", "ours", "unit", "verdict"))
         counts = ", ".join(f"{count} {verdict}" for verdict, count in self.counts().items())
         short = [] if self.complete else ["quick: fewer records than the full reproduction"]
-        return [*table, f"{self.paper}: {counts}", *short]
-
-
-class Reproduce(Protocol):
-    """Rebuild a paper's experiment."""
-
-    def __call__(self, *, quick: bool, say: Say) -> Reproduction:
-        """Run it.
-
-        Args:
-            quick: fewer runs, within two minutes.
-            say: called with one line of progress at a time.
-        """
-        ...
+        return [*table, f"{self.paper.name}: {counts}", *short]
 
 
 @dataclass(frozen=True)
 class Paper:
-    """A paper that can be reproduced.
+    """A paper that can be reproduced: the content of its claims.toml, and its experiments.
 
     Attributes:
         name: on the command line and in claims.json.
-        reproduce: rebuilds its experiment.
+        citation: authors and title.
+        settings: what the paper leaves open and was chosen here, one sentence each.
+        rows: its claims, in the order of the paper.
+        experiments: each computes values, facts and figures; in the order of the figures.
+        full: further experiments of the full reproduction alone.
+
+    Raises:
+        ValueError: two rows have the same id.
     """
 
     name: str
-    reproduce: Reproduce
+    citation: str
+    settings: tuple[str, ...]
+    rows: tuple[Row, ...]
+    experiments: tuple[Experiment, ...]
+    full: tuple[Experiment, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check that ids are unique."""
+        for name, count in Counter(row.id for row in self.rows).items():
+            if count > 1:
+                raise ValueError(f"{self.name}: found the id {name} {count} times, expected once")
+
+    @classmethod
+    def of(cls, package: str, *experiments: Experiment, full: tuple[Experiment, ...] = ()) -> Self:
+        """Read the claims.toml of a package.
+
+        Args:
+            package: such as "gyrostat.papers.carrara_kuga".
+            experiments: see the attributes.
+            full: likewise.
+        """
+        table = tomllib.loads(files(package).joinpath("claims.toml").read_text(encoding="utf-8"))
+        rows = tuple(Row(**row) for row in table["claim"])
+        settings = tuple(table["settings"])
+        return cls(table["name"], table["citation"], settings, rows, experiments, full)
+
+    def reproduce(self, *, quick: bool, say: Say) -> Reproduction:
+        """Run the experiments and judge each claim.
+
+        Args:
+            quick: True for fewer records and seeds, and no dispersed runs: within two minutes.
+            say: called with one line of progress at a time.
+        """
+        run = Run(quick, lambda text: say(f"{self.name}: {text}"))
+        experiments = self.experiments if quick else self.experiments + self.full
+        return self.judged([experiment(run) for experiment in experiments], quick=quick)
+
+    def judged(self, parts: Sequence[Part], *, quick: bool = False) -> Reproduction:
+        """Judge the claims by the results of the experiments.
+
+        Args:
+            parts: results.
+            quick: whether they were cut short.
+
+        Raises:
+            ValueError: a claim without a value, or a value without a claim.
+        """
+        values = {name: value for part in parts for name, value in part.values.items()}
+        facts = {name: fact for part in parts for name, fact in part.facts.items()}
+        computed = {row.id for row in self.rows if row.testable and not (quick and row.full)}
+        if odd := sorted(computed ^ set(values)):
+            what = "no value" if odd[0] in computed else "a value without a row"
+            raise ValueError(f"{self.name}: found {what} of {odd[0]}")
+        claims = tuple(
+            row.claim(values.get(row.id), facts, computed=not (quick and row.full))
+            for row in self.rows
+        )
+        drawings = tuple(chain.from_iterable(part.drawings for part in parts))
+        return Reproduction(self, claims, drawings, complete=not quick)
 
 
 def shown(value: Value) -> str:
-    """A value as a person reads it; a dash for none."""
+    """Format a value for a reader; a dash for none."""
     if value is None:
         return "–"
     if isinstance(value, bool):

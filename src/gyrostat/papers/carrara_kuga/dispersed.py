@@ -7,12 +7,13 @@ Every run has the controller's model at a corner of c, b ±10 %, k_m ±2 %, T_s 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from gyrostat._jax import jax, jnp
-from gyrostat._types import Matrix, Vector
+from gyrostat._types import Vector
 from gyrostat.body import AirBearingTable, Gyro, TableSensors
 from gyrostat.control import (
     CurrentMode,
@@ -21,24 +22,18 @@ from gyrostat.control import (
     SpeedMode,
 )
 from gyrostat.friction import DirectionalStribeck, Friction, LuGre
-from gyrostat.papers.carrara_kuga.printed import INERTIA, SPEED_SIGMA, STATISTICAL, STRIBECK_SPEED
-from gyrostat.papers.carrara_kuga.table import (
-    FAN_TORQUE,
-    INITIAL_SPEED,
-    LAW,
-    PERIOD,
-    TABLE,
-    TABLE_INERTIA,
-    WHEEL,
-    TableRun,
-    fly,
-    scaled,
-    settled,
-    wander,
-)
+from gyrostat.papers.carrara_kuga import setup
+from gyrostat.papers.carrara_kuga import table_figures as figures
+from gyrostat.papers.carrara_kuga.table import crossings, fly, peaks, settled, wander
+from gyrostat.papers.claims import Value
+from gyrostat.papers.figures import Drawing
+from gyrostat.papers.reproduction import Part, Run
 from gyrostat.simulate import Batch, stack
 from gyrostat.units import RPM
 from gyrostat.wheel import LowPass, PulseTachometer, Tachometer, Wheel
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RUNS = 200
 DURATION = 312.0
@@ -47,44 +42,32 @@ ERRORS = np.array([0.10, 0.10, 0.02, 0.20, 0.03])
 """Of c, b, k_m, T_s and table inertia in the controller's model."""
 SPEED_SPREAD = 40.0 * RPM
 """rad/s: of the initial wheel speed."""
-PULSES = 24.0
 STEP = 0.3
 """Share by which the friction changes at the crossing."""
 BRISTLE_LENGTH = 0.1
 """rad: deflection at which bristles under the Coulomb torque slip."""
 BRISTLE_DAMPING = 0.3
 """Damping ratio of the rotor on its bristles."""
-FILTER_TIME = 0.5
-"""s: of the filtered tachometer."""
-GYRO = Gyro(sigma=np.radians(0.002))
-WHITE = TableSensors(GYRO, Tachometer(SPEED_SIGMA))
-HALL = TableSensors(GYRO, PulseTachometer(PULSES))
-FILTERED = TableSensors(GYRO, LowPass(Tachometer(SPEED_SIGMA), FILTER_TIME))
-FILTERED_HALL = TableSensors(GYRO, LowPass(PulseTachometer(PULSES), FILTER_TIME))
-GOAL = 0.04
-"""deg, in 95 % of the runs."""
-
-SETTINGS = (
-    f"Dispersed runs: {RUNS} for each case and controller; every run at a corner of c, b ±10 %, "
-    "k_m ±2 %, T_s ±20 %, table inertia ±3 % in the controller's model, initial wheel speed within "
-    "±40 rpm, one period of command delay, gyro noise 0.002 deg/s a sample.",
-    "Their peak is the largest attitude integrated from the gyro, from 5 s before to 60 s after "
-    "the crossing; chatter is the rms of the current minus its centred 11-sample mean, from 10 s "
-    "before to 20 s after.",
-    "Hunting: no fan, wheel at rest, from 0.5 deg, c and T_s over-estimated by 10 %, 5 rpm noise; "
-    "largest deviation from the mean over 600 s after the first 100 s.",
-    "Presliding: LuGre friction whose bristles bend by 0.1 rad under the Coulomb torque, damping "
-    "ratio 0.3.",
-    "The compensator has one tuning for all cases: that of EstimatingCompensator.tuned for 5 rpm.",
+CLAIMED = (
+    *("peak95_white_deg", "peak_max_white_deg", "peak95_hall_deg", "peak_max_hall_deg"),
+    *("peak95_step30_deg", "peak95_lugre_deg", "chatter95_A", "sign_changes95_per_s", "hunt_deg"),
 )
+"""Quantities of the compensator's claims."""
+SHOWN = ("pid", "dmc_raw", "speed_mode", "compensator")
+"""Controllers of the figure of one crossing."""
+GYRO = Gyro(sigma=np.radians(0.002))
+WHITE = TableSensors(GYRO, Tachometer(setup.SPEED_SIGMA))
+HALL = TableSensors(GYRO, PulseTachometer(24.0))
+FILTERED = TableSensors(GYRO, LowPass(Tachometer(setup.SPEED_SIGMA), 0.5))
+FILTERED_HALL = TableSensors(GYRO, LowPass(PulseTachometer(24.0), 0.5))
 
 
 @dataclass(frozen=True)
-class Known:
-    """What a controller believes.
+class PlantModel:
+    """A controller's model of the plant.
 
     Attributes:
-        friction: its friction model.
+        friction: of the wheel.
         motor_constant: N·m/A.
         table_inertia: kg·m².
     """
@@ -94,19 +77,27 @@ class Known:
     table_inertia: Any
 
     def wheel(self) -> Wheel:
-        """Its wheel: the inertia is known."""
-        return Wheel(WHEEL.inertia, self.motor_constant, self.friction)
+        """Its wheel: the wheel inertia is known."""
+        return Wheel(setup.WHEEL.inertia, self.motor_constant, self.friction)
+
+
+WRONG = PlantModel(
+    friction=setup.scaled(1.1, 1.2, 0.9),
+    motor_constant=0.98 * setup.WHEEL.motor_constant,
+    table_inertia=1.03 * setup.TABLE_INERTIA,
+)
+"""A corner of the dispersed runs: c 10 % and T_s 20 % too large, k_m too small."""
 
 
 @dataclass(frozen=True)
-class Contender:
+class Candidate:
     """A controller of the comparison.
 
     Attributes:
         key: in the ids of its claims.
-        name: for a person.
+        name: in figures.
         colour: of its lines.
-        make: builds it from what it believes.
+        make: builds it from its plant model.
         white: sensors with white tachometer noise.
         hall: sensors with counted pulses.
     """
@@ -114,26 +105,26 @@ class Contender:
     key: str
     name: str
     colour: str
-    make: Callable[[Known], Any]
+    make: Callable[[PlantModel], Any]
     white: TableSensors = field(default=WHITE)
     hall: TableSensors = field(default=HALL)
 
 
-def _estimating(known: Known) -> EstimatingCompensator:
+def _estimating(model: PlantModel) -> EstimatingCompensator:
     return EstimatingCompensator.tuned(
-        LAW, known.wheel(), known.table_inertia, SPEED_SIGMA, PERIOD, delay=1
+        setup.LAW, model.wheel(), model.table_inertia, setup.SPEED_SIGMA, setup.PERIOD, delay=1
     )
 
 
-def _model_compensator(known: Known) -> DynamicModelCompensator:
-    return DynamicModelCompensator(LAW, known.friction, known.motor_constant)
+def _model_compensator(model: PlantModel) -> DynamicModelCompensator:
+    return DynamicModelCompensator(setup.LAW, model.friction, model.motor_constant)
 
 
-CONTENDERS = (
-    Contender("compensator", "estimating compensator", "#1f5fa8", _estimating),
-    Contender("pid", "PID", "#c8461e", lambda known: CurrentMode(LAW, known.motor_constant)),
-    Contender("dmc_raw", "model compensator, raw tachometer", "#d99a2b", _model_compensator),
-    Contender(
+CANDIDATES = (
+    Candidate("compensator", "estimating compensator", "#1f5fa8", _estimating),
+    Candidate("pid", "PID", "#c8461e", lambda model: CurrentMode(setup.LAW, model.motor_constant)),
+    Candidate("dmc_raw", "model compensator, raw tachometer", "#d99a2b", _model_compensator),
+    Candidate(
         "dmc_filtered",
         "model compensator, filtered tachometer",
         "#8a8f98",
@@ -141,20 +132,22 @@ CONTENDERS = (
         white=FILTERED,
         hall=FILTERED_HALL,
     ),
-    Contender(
+    Candidate(
         "speed_mode",
         "speed mode",
         "#3f8f5b",
-        lambda known: SpeedMode(LAW, WHEEL.inertia, known.motor_constant),
+        lambda model: SpeedMode(setup.LAW, setup.WHEEL.inertia, model.motor_constant),
     ),
 )
 
 
-def _corners(random: np.random.Generator, runs: int) -> Known:
+def _corners(random: np.random.Generator, runs: int) -> PlantModel:
     factor = 1.0 + ERRORS * random.choice([-1.0, 1.0], size=(runs, len(ERRORS)))
     coulomb, viscous, motor, static, inertia = jnp.asarray(factor.T)
-    return Known(
-        scaled(coulomb, static, viscous), WHEEL.motor_constant * motor, TABLE_INERTIA * inertia
+    return PlantModel(
+        setup.scaled(coulomb, static, viscous),
+        setup.WHEEL.motor_constant * motor,
+        setup.TABLE_INERTIA * inertia,
     )
 
 
@@ -168,92 +161,119 @@ def for_each(controller: Any, runs: int) -> Batch:
 def _stepped(factor: float) -> AirBearingTable:
     """A wheel whose friction is `factor` times as large in the sense after the crossing."""
     friction = DirectionalStribeck(
-        viscous_positive=STATISTICAL.viscous * factor,
-        viscous_negative=STATISTICAL.viscous,
-        coulomb_positive=STATISTICAL.coulomb * factor,
-        coulomb_negative=STATISTICAL.coulomb,
-        static_positive=STATISTICAL.static * factor,
-        static_negative=STATISTICAL.static,
-        stribeck_speed=STRIBECK_SPEED,
+        viscous_positive=setup.STATISTICAL.viscous * factor,
+        viscous_negative=setup.STATISTICAL.viscous,
+        coulomb_positive=setup.STATISTICAL.coulomb * factor,
+        coulomb_negative=setup.STATISTICAL.coulomb,
+        static_positive=setup.STATISTICAL.static * factor,
+        static_negative=setup.STATISTICAL.static,
+        stribeck_speed=setup.STRIBECK_SPEED,
     )
-    wheel = Wheel(WHEEL.inertia, WHEEL.motor_constant, friction)
-    return AirBearingTable(TABLE_INERTIA, wheel, external_torque=FAN_TORQUE)
+    wheel = Wheel(setup.WHEEL.inertia, setup.WHEEL.motor_constant, friction)
+    return AirBearingTable(setup.TABLE_INERTIA, wheel, external_torque=setup.FAN_TORQUE)
 
 
 def presliding() -> AirBearingTable:
     """A wheel on bristles that bend by 0.1 rad before they slip, damping ratio 0.3."""
-    stiffness = STATISTICAL.coulomb / BRISTLE_LENGTH
-    damping = 2.0 * BRISTLE_DAMPING * math.sqrt(stiffness * INERTIA)
+    stiffness = setup.STATISTICAL.coulomb / BRISTLE_LENGTH
+    damping = 2.0 * BRISTLE_DAMPING * math.sqrt(stiffness * setup.INERTIA)
     wheel = Wheel(
-        WHEEL.inertia, WHEEL.motor_constant, LuGre(STATISTICAL.friction(), stiffness, damping)
+        setup.WHEEL.inertia,
+        setup.WHEEL.motor_constant,
+        LuGre(setup.STATISTICAL.friction(), stiffness, damping),
     )
-    return AirBearingTable(TABLE_INERTIA, wheel, external_torque=FAN_TORQUE)
+    return AirBearingTable(setup.TABLE_INERTIA, wheel, external_torque=setup.FAN_TORQUE)
 
 
-def _chatter(flown: TableRun) -> tuple[Vector, Vector]:
+def _chatter(flown: "xr.Dataset") -> tuple[Vector, Vector]:
     """Rms of each current minus its running mean, A, and its changes of sign in a second."""
-    crossing = flown.crossings()[:, None]
-    near = (flown.time[None] > crossing - 10.0) & (flown.time[None] < crossing + 20.0)
-    mean = np.stack([np.convolve(c, np.full(11, 1.0 / 11.0), "same") for c in flown.current])
-    rms = np.sqrt(np.mean((flown.current - mean) ** 2, axis=1, where=near))
-    changes = np.sign(flown.current[:, 1:]) != np.sign(flown.current[:, :-1])
+    current, time = flown.commanded_current.values, flown.time.values[None]
+    crossing = crossings(flown)[:, None]
+    near = (time > crossing - 10.0) & (time < crossing + 20.0)
+    mean = np.stack([np.convolve(c, np.full(11, 1.0 / 11.0), "same") for c in current])
+    rms = np.sqrt(np.mean((current - mean) ** 2, axis=1, where=near))
+    changes = np.sign(current[:, 1:]) != np.sign(current[:, :-1])
     return rms, np.sum(changes & near[:, 1:], axis=1) / 30.0
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What a controller did, each array over the runs.
+def evaluate(candidate: Candidate, runs: int) -> dict[str, float]:
+    """Simulate a controller in every case, with the same errors, speeds and noise for all.
 
-    Attributes:
-        peaks: case -> attitude peaks from the gyro, deg; "step30" holds the worse sign.
-        true_peaks: case -> peaks of the true attitude, deg; of the white and Hall cases.
-        chatter: of the white and Hall cases, A.
-        changes: of sign of the current in these, 1/s.
-        hunting: deg.
-        incomplete: runs that diverged or were not resolved.
+    Args:
+        candidate: controller with its sensors.
+        runs: of each case.
+
+    Returns:
+        Quantity -> value, in the unit of its claim; and `incomplete`, the number of runs that
+        diverged or were not resolved.
     """
-
-    peaks: Mapping[str, Vector]
-    true_peaks: Mapping[str, Vector]
-    chatter: Matrix
-    changes: Matrix
-    hunting: Vector
-    incomplete: int
-
-
-def evaluate(contender: Contender, runs: int) -> Outcome:
-    """Fly a controller through every case; equal errors, speeds and noise for every controller."""
     random = np.random.default_rng(0)
-    controller = for_each(contender.make(_corners(random, runs)), runs)
-    speeds = INITIAL_SPEED + random.uniform(-SPEED_SPREAD, SPEED_SPREAD, runs)
-    start = stack([TABLE.start(speed=speed) for speed in speeds])
+    controller = for_each(candidate.make(_corners(random, runs)), runs)
+    speeds = setup.INITIAL_SPEED + random.uniform(-SPEED_SPREAD, SPEED_SPREAD, runs)
+    start = stack([setup.TABLE.start(speed=speed) for speed in speeds])
     options: dict[str, Any] = {"runs": runs, "command_delay": 1, "seed": 1}
-    cases = {
-        "white": fly(controller, DURATION, sensors=contender.white, start=start, **options),
-        "hall": fly(controller, DURATION, sensors=contender.hall, start=start, **options),
+
+    def flown(plant: AirBearingTable, sensors: TableSensors) -> "xr.Dataset":
+        return fly(controller, DURATION, plant=plant, sensors=sensors, start=start, **options)
+
+    white, hall = flown(setup.TABLE, candidate.white), flown(setup.TABLE, candidate.hall)
+    plants = _stepped(1.0 - STEP), _stepped(1.0 + STEP), presliding()
+    *stepped, lugre = [flown(plant, candidate.white) for plant in plants]
+    worse = max(stepped, key=lambda one: _ninety_five(peaks(one, "measured_attitude", 5.0)))
+    too_much = PlantModel(setup.scaled(1.1, 1.1), setup.WHEEL.motor_constant, setup.TABLE_INERTIA)
+    hunts = settled(candidate.make(too_much), sensors=candidate.white, **options)
+    cases = {"white": white, "hall": hall, "step30": worse, "lugre": lugre}
+    largest = {case: peaks(one, "measured_attitude", 5.0) for case, one in cases.items()}
+    chatter, changes = zip(*(_chatter(one) for one in (white, hall)), strict=True)
+    every = (white, hall, *stepped, lugre, hunts)
+    return {
+        **{f"peak95_{case}_deg": _ninety_five(values) for case, values in largest.items()},
+        **{f"peak_max_{case}_deg": float(np.max(largest[case])) for case in ("white", "hall")},
+        **{
+            f"true_peak95_{case}_deg": _ninety_five(peaks(one, "attitude", 5.0))
+            for case, one in (("white", white), ("hall", hall))
+        },
+        "chatter95_A": max(map(_ninety_five, chatter)),
+        "sign_changes95_per_s": max(map(_ninety_five, changes)),
+        "hunt_deg": float(np.max(wander(hunts.measured_attitude))),
+        "incomplete": float(sum(np.sum(one.status.values != 0) for one in every)),
     }
-    peaks = {name: _gyro_peaks(flown) for name, flown in cases.items()}
-    true = {name: np.degrees(f.largest(f.attitude, 5.0, 60.0)) for name, f in cases.items()}
-    plants = [_stepped(1.0 - STEP), _stepped(1.0 + STEP), presliding()]
-    *stepped, lugre = [
-        fly(controller, DURATION, plant=plant, sensors=contender.white, start=start, **options)
-        for plant in plants
-    ]
-    worse = max(stepped, key=lambda f: np.percentile(_gyro_peaks(f), 95.0))
-    peaks |= {"step30": _gyro_peaks(worse), "lugre": _gyro_peaks(lugre)}
-    noise = [_chatter(flown) for flown in cases.values()]
-    too_much = Known(scaled(1.1, 1.1), WHEEL.motor_constant, TABLE_INERTIA)
-    hunts = settled(contender.make(too_much), sensors=contender.white, **options)
-    flights = (*cases.values(), *stepped, lugre, hunts)
-    return Outcome(
-        peaks,
-        true,
-        np.array([rms for rms, _ in noise]),
-        np.array([changes for _, changes in noise]),
-        wander(hunts.measured, hunts.time),
-        sum(int(np.sum(~flown.valid)) for flown in flights),
-    )
 
 
-def _gyro_peaks(flown: TableRun) -> Vector:
-    return np.degrees(flown.largest(flown.measured, 5.0, 60.0))
+def _ninety_five(values: Vector) -> float:
+    return float(np.percentile(values, 95.0))
+
+
+def crossing_figure() -> Figure:
+    """Attitude error and current around one crossing, for four controllers."""
+    shown, flights = [c for key in SHOWN for c in CANDIDATES if c.key == key], {}
+    for c in shown:
+        flown = fly(c.make(WRONG), DURATION, sensors=c.white, command_delay=1, seed=1)
+        flights[c.key] = flown.assign_coords(time=flown.time - crossings(flown)[0])
+    return figures.crossing({c.key: (c.name, c.colour) for c in shown}, flights)
+
+
+def dispersed_runs(run: Run) -> Part:
+    """Every controller through the dispersed runs."""
+    numbers = {}
+    for candidate in CANDIDATES:
+        run.say(f"{RUNS} dispersed runs in each case, {candidate.name}")
+        numbers[candidate.key] = evaluate(candidate, RUNS)
+    title = "Crossing zero, controllers side by side"
+    return claimed(numbers, (Drawing(title, crossing_figure(), figures.CROSSING),))
+
+
+def claimed(numbers: Mapping[str, Mapping[str, float]], drawings: tuple[Drawing, ...] = ()) -> Part:
+    """Values of the compensator, and as facts those of the others in the same runs.
+
+    Args:
+        numbers: of each controller, by its key.
+        drawings: figures.
+    """
+    ours = numbers["compensator"]
+    values: dict[str, Value] = {f"compensator.{name}": ours[name] for name in CLAIMED}
+    beside = {
+        name: "; ".join(f"{c.name} {numbers[c.key][name]:.3g}" for c in CANDIDATES[1:])
+        for name in CLAIMED
+    }
+    return Part(values, {"beside": beside, "compensator": ours}, drawings)

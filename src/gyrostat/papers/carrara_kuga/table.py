@@ -1,139 +1,172 @@
-"""The air-bearing table of the paper, its controllers, and what is read from a run."""
+"""The air-bearing table: simulations, torque mode and the dynamic model compensator."""
 
-from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gyrostat._jax import jnp
+from gyrostat._jax import jax, jnp
 from gyrostat._types import Vector
-from gyrostat.body import AirBearingTable, TableSensors, TableState
-from gyrostat.control import AttitudePID, CurrentMode, DynamicModelCompensator, SpeedMode
-from gyrostat.friction import Friction, Stribeck
-from gyrostat.papers.carrara_kuga.printed import STATISTICAL, STRIBECK_SPEED
+from gyrostat.body import AirBearingTable, TableCommand, TableSensors, TableState
+from gyrostat.control import CurrentMode, DynamicModelCompensator, SpeedMode
+from gyrostat.friction import Friction
+from gyrostat.papers.carrara_kuga import setup
+from gyrostat.papers.carrara_kuga import table_figures as figures
+from gyrostat.papers.claims import Value
+from gyrostat.papers.reproduction import Part, Run
 from gyrostat.simulate import Batch, simulate
-from gyrostat.units import RPM
+from gyrostat.wheel import Delayed, Tachometer
 
-TABLE_INERTIA = 0.495
-"""J, kg·m²."""
-FAN_TORQUE = 0.46e-3
-"""T_d, N·m: the paper's estimate."""
-INITIAL_SPEED = -673.5 * RPM
-"""rad/s: the crossing falls at 230 s."""
-PERIOD = 0.1
-"""Control period, s."""
-LAW = AttitudePID(proportional=0.0571, integral=0.00234, derivative=0.3126)
-WHEEL = STATISTICAL.wheel()
-TABLE = AirBearingTable(TABLE_INERTIA, WHEEL, external_torque=FAN_TORQUE)
-STILL_TABLE = AirBearingTable(TABLE_INERTIA, WHEEL)
-"""Without the fan."""
-START = TABLE.start(speed=INITIAL_SPEED)
+if TYPE_CHECKING:
+    import xarray as xr
 
-PID = CurrentMode(LAW, WHEEL.motor_constant)
-SPEED_MODE = SpeedMode(LAW, WHEEL.inertia, WHEEL.motor_constant)
-
-
-def scaled(coulomb: Any, static: Any = 1.0, viscous: Any = 1.0) -> Stribeck:
-    """The wheel's friction with some of its parameters multiplied."""
-    return Stribeck(
-        viscous=STATISTICAL.viscous * viscous,
-        coulomb=STATISTICAL.coulomb * coulomb,
-        static=STATISTICAL.static * static,
-        stribeck_speed=STRIBECK_SPEED * jnp.ones_like(coulomb),
-    )
+DURATION, LONG = 400.0, 640.0
+"""s: as far as the figures show; 400 s past the crossing."""
+SEEDS, QUICK_SEEDS = 200, 20
+LATE_SAMPLES = 10
+"""Of a tachometer that is 1 s late."""
 
 
 def compensator(friction: Friction) -> DynamicModelCompensator:
     """The paper's compensator with this friction model."""
-    return DynamicModelCompensator(LAW, friction, WHEEL.motor_constant)
-
-
-@dataclass(frozen=True)
-class TableRun:
-    """Runs of the table as arrays, first axis the run.
-
-    Attributes:
-        time: (N,) s.
-        attitude: (runs, N) true, rad.
-        measured: (runs, N) attitude from the gyro, rad.
-        speed: (runs, N) of the wheel, rad/s.
-        current: (runs, N) commanded, A.
-        attitude_current: (runs, N) its part for the demanded torque, A.
-        friction_current: (runs, N) its part for the friction, A.
-        valid: (runs,) whether each run is complete.
-    """
-
-    time: Vector
-    attitude: Vector
-    measured: Vector
-    speed: Vector
-    current: Vector
-    attitude_current: Vector
-    friction_current: Vector
-    valid: NDArray[np.bool_]
-
-    def crossings(self) -> Vector:
-        """Time of the first sample at which each wheel is no longer below zero, s."""
-        return self.time[np.argmax(self.speed >= 0.0, axis=1)]
-
-    def largest(self, signal: Vector, before: float, after: float) -> Vector:
-        """Largest |signal| of each run from `before` to `after` its crossing, s."""
-        crossing = self.crossings()[:, None]
-        time = self.time[None]
-        near = (time > crossing - before - 1e-6) & (time < crossing + after + 1e-6)
-        return np.max(np.where(near, np.abs(signal), 0.0), axis=1)
+    return DynamicModelCompensator(setup.LAW, friction, setup.WHEEL.motor_constant)
 
 
 def fly(
     controller: Any,
     duration: float,
     *,
-    plant: AirBearingTable = TABLE,
+    plant: AirBearingTable = setup.TABLE,
     sensors: TableSensors | None = None,
-    start: TableState | Batch = START,
-    runs: int | None = None,
-    seed: int = 0,
-    command_delay: int = 0,
-) -> TableRun:
-    """Run the table in closed loop; see `gyrostat.simulate.simulate`."""
+    start: TableState | Batch | None = None,
+    **options: Any,
+) -> "xr.Dataset":
+    """Simulate the table in closed loop; see `gyrostat.simulate.simulate`.
+
+    Returns:
+        Histories over `run`, also where there is a single one, and `time`.
+    """
     histories = simulate(
         plant,
         controller,
         TableSensors() if sensors is None else sensors,
-        start=start,
+        start=setup.TABLE.start(speed=setup.INITIAL_SPEED) if start is None else start,
         duration=duration,
-        control_period=PERIOD,
-        command_delay=command_delay,
-        runs=runs,
-        seed=seed,
-    )
-    names = (
-        "attitude",
-        "measured_attitude",
-        "speed",
-        "commanded_current",
-        "attitude_current",
-        "friction_current",
-    )
-    signals = (np.atleast_2d(histories[name].values) for name in names)
-    return TableRun(
-        histories.time.values, *signals, valid=np.atleast_1d(histories.status.values == 0)
-    )
-
-
-def settled(controller: Any, **options: Any) -> TableRun:
-    """700 s without external torque, wheel at rest, from an attitude of 0.5 deg."""
-    return fly(
-        controller,
-        700.0,
-        plant=STILL_TABLE,
-        start=STILL_TABLE.start(attitude=np.radians(0.5)),
+        control_period=setup.PERIOD,
         **options,
     )
+    return histories if "run" in histories.dims else histories.expand_dims("run")
 
 
-def wander(attitude: Vector, time: Vector) -> Vector:
+def crossings(flown: "xr.Dataset") -> Vector:
+    """Time of the first sample at which the wheel of each run is no longer below zero, s."""
+    return flown.time.values[np.argmax(flown.speed.values >= 0.0, axis=1)]
+
+
+def peaks(
+    flown: "xr.Dataset", name: str = "attitude", before: float = 2.0, after: float = 60.0
+) -> Vector:
+    """Largest magnitude of an angle from `before` to `after` the crossing of each run, s; deg."""
+    time = flown.time.values[None] - crossings(flown)[:, None]
+    near = (time > -before - 1e-6) & (time < after + 1e-6)
+    return np.degrees(np.max(np.where(near, np.abs(flown[name].values), 0.0), axis=1))
+
+
+def peak(flown: "xr.Dataset") -> float:
+    """Largest attitude at the crossing, median of the runs, deg."""
+    return float(np.median(peaks(flown)))
+
+
+def start_transient(flown: "xr.Dataset") -> float:
+    """Largest attitude of the first run's first 100 s, deg."""
+    return float(np.degrees(np.max(np.abs(flown.attitude.values[0, flown.time < 100.05]))))
+
+
+def error_after(flown: "xr.Dataset", wait: float) -> float:
+    """Magnitude of the first run's attitude a time after its crossing, s; deg."""
+    index = round(float(crossings(flown)[0] + wait) / setup.PERIOD)
+    return float(np.degrees(abs(flown.attitude.values[0, index])))
+
+
+def settled(controller: Any, **options: Any) -> "xr.Dataset":
+    """Simulate 700 s without external torque, wheel at rest, from an attitude of 0.5 deg."""
+    start = setup.STILL_TABLE.start(attitude=np.radians(0.5))
+    return fly(controller, 700.0, plant=setup.STILL_TABLE, start=start, **options)
+
+
+def wander(attitude: "xr.DataArray") -> Vector:
     """Largest deviation of each run from its mean after the first 100 s, deg."""
-    late = attitude[:, time > 100.0 - 1e-6]
+    late = attitude.values[:, attitude.time > 100.0 - 1e-6]
     return np.degrees(np.max(np.abs(late - late.mean(axis=1, keepdims=True)), axis=1))
+
+
+def limit_cycle(friction: Friction) -> float:
+    """Largest deviation from the mean attitude at rest, compensator with this friction, deg."""
+    flown = settled(compensator(friction))
+    return float(wander(flown.attitude)[0])
+
+
+def stick_time(flown: "xr.Dataset") -> float:
+    """Time for which the wheel of a single run rests at its first crossing, s."""
+    time, speed = flown.time.values, flown.speed.values[0]
+    before = int(np.argmax(speed >= 0.0)) - 1
+    free = int(np.argmax(speed > 0.0)) - 1
+    current = float(flown.commanded_current.values[0, before])
+    # the wheel's own motion over one period does not depend on attitude, rate or angle
+    state = setup.TABLE.start(speed=speed[before])._replace(current=jnp.asarray(current))
+    step = jax.jit(setup.TABLE.__call__)
+    command = TableCommand(jnp.asarray(current))
+    low, high = 0.0, setup.PERIOD
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        landed = float(step(state, command, 0.0, middle)[0].speed) >= 0.0
+        low, high = (low, middle) if landed else (middle, high)
+    return float(time[free] - time[before] - high)
+
+
+def crossing_zero(run: Run) -> Part:
+    """The table crosses zero wheel speed under PID, compensator and speed mode."""
+    run.say("the table crosses zero under PID, compensator and speed mode")
+    exact_model, motor = compensator(setup.STATISTICAL.friction()), setup.WHEEL.motor_constant
+    pid = fly(CurrentMode(setup.LAW, motor), LONG)
+    speed_mode = fly(SpeedMode(setup.LAW, setup.WHEEL.inertia, motor), DURATION)
+    exact = fly(exact_model, DURATION)
+    late = TableSensors(tachometer=Delayed(Tachometer(), LATE_SAMPLES))
+    noisy = TableSensors(tachometer=Tachometer(setup.SPEED_SIGMA))
+    seeds = QUICK_SEEDS if run.quick else SEEDS
+    noise_peak = peak(fly(exact_model, DURATION, sensors=noisy, runs=seeds))
+    minus5, plus5, plus10 = (
+        peak(fly(compensator(setup.scaled(factor)), DURATION)) for factor in (0.95, 1.05, 1.10)
+    )
+    values: dict[str, Value] = {
+        "table.pid_peak_deg": peak(pid),
+        "table.pid_error_60s_deg": error_after(pid, 60.0),
+        "table.pid_error_final_deg": error_after(pid, 400.0),
+        "table.pid_start_transient_deg": start_transient(pid),
+        "table.stick_time_s": stick_time(pid),
+        "table.dmc_peak_exact_deg": peak(exact),
+        "table.dmc_peak_coulomb_minus5_deg": minus5,
+        "table.dmc_peak_coulomb_plus5_deg": plus5,
+        "table.dmc_peak_coulomb_plus10_deg": plus10,
+        "table.dmc_start_transient_deg": start_transient(exact),
+        "table.peak_ratio_coulomb5": peak(pid) / max(minus5, plus5),
+        "table.dmc_peak_noise5rpm_deg": noise_peak,
+        "table.dmc_peak_delay1s_deg": peak(fly(exact_model, DURATION, sensors=late)),
+        "table.speed_mode_peak_deg": peak(speed_mode),
+        "limit_cycle.overcompensated10_deg": limit_cycle(setup.scaled(1.1, 1.1)),
+    }
+    facts = {
+        "seeds": seeds,
+        "gain_in_noise": peak(pid) / noise_peak,
+        "explaining_error": 0.1 / plus5 * 5.0,
+        "ratio10": peak(pid) / plus10,
+    }
+    drawings = (
+        figures.attitude("Attitude error under PID (Fig. 7)", pid, crossings(pid)[0]),
+        figures.current("Motor current under PID (Fig. 8)", pid, parts=False),
+        figures.attitude(
+            "Attitude error with the compensator (Fig. 10)", exact, crossings(exact)[0]
+        ),
+        figures.current("Motor current with compensator (Fig. 11)", exact, parts=True),
+        figures.attitude("Attitude error in speed mode", speed_mode, crossings(speed_mode)[0]),
+    )
+    return Part(values, facts, drawings)

@@ -1,36 +1,22 @@
-"""The 14 runs: the law evaluated at every stage of a step, and sampled and held."""
+"""Simulations of the 14 cases, the law evaluated at every stage of a Runge-Kutta step."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat._jax import jax, jnp
-from gyrostat.body import EulerSensor, EulerState, TorqueDrivenBody
+from gyrostat.body import EulerState, TorqueDrivenBody
 from gyrostat.body.torque_driven import LARGEST_SLIP
-from gyrostat.papers.carvalho_fenili.laws import TorqueOnAngles
-from gyrostat.papers.carvalho_fenili.printed import (
-    ANGLES,
-    CASES,
-    DURATION,
-    FAILURE,
-    HEALTHY,
-    INERTIA,
-    RATES,
-    STEP,
-    failure_times,
-)
-from gyrostat.simulate import simulate, stack
-
-if TYPE_CHECKING:
-    import xarray as xr
-
+from gyrostat.papers.carvalho_fenili import setup
 
 LOST = 100.0
-"""rad/s of slip in one step: it failed outright, in a run that spins up."""
+"""Difference of the rate from the torque's impulse, rad/s in one step, at which a run ends."""
+BAND, FROM = 0.05, 50.0
+"""rad and s: an angle is controlled if it stays this near to its goal from this time on. Without a
+failure all angles do, with both laws."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +44,7 @@ class Flight:
     @property
     def failed(self) -> list[int]:
         """Axes whose torque fails."""
-        return list(CASES[self.case])
+        return list(setup.CASES[self.case])
 
     @property
     def valid_until(self) -> float:
@@ -70,34 +56,75 @@ class Flight:
         """(3,) angles at the end of validity, rad."""
         return self.angles[-1]
 
-    def after(self, when: float) -> np.ndarray:
-        """(N, 3) angles from a time, s, to the end of validity, rad."""
-        return self.angles[self.time >= when - 1e-9]
+    def excursion(self, angle: int) -> float:
+        """Largest distance of an angle from its goal from `FROM` on, rad."""
+        return float(np.max(np.abs(self.angles[self.time >= FROM - 1e-9, angle])))
+
+    def stays(self, angle: int) -> bool:
+        """Whether an angle stays within `BAND` of its goal for as long as the run is valid."""
+        return self.excursion(angle) <= BAND
+
+    @property
+    def controlled(self) -> bool:
+        """Whether all angles are controlled to the end."""
+        return self.complete and all(self.stays(angle) for angle in range(3))
+
+    @property
+    def excursions(self) -> str:
+        """Sentence on how far the angles move from their goals."""
+        far = [f"{name} {self.excursion(k):.3g}" for k, name in enumerate(setup.ANGLE_NAMES)]
+        span = f"from {FROM:g} s to {self.valid_until:.5g} s"
+        return f"Largest distance from the goal {span}: {', '.join(far)} rad."
 
     def frozen_rate(self) -> np.ndarray:
         """Body rate about the failed axes when they failed, rad/s."""
-        return self.body_rate[round(FAILURE / STEP), self.failed]
+        return self.body_rate[round(setup.FAILURE / setup.STEP), self.failed]
 
-    def frozen_rate_drift(self, until: float | None = None) -> float:
-        """Largest change of that rate from then on, to `until` or the end of validity, rad/s."""
-        last = self.valid_until if until is None else until
-        span = (self.time >= FAILURE - 1e-9) & (self.time <= last + 1e-9)
+    def frozen_rate_drift(self, until: float) -> float:
+        """Largest change of that rate from then on, to a time, s; rad/s."""
+        span = (self.time >= setup.FAILURE - 1e-9) & (self.time <= until + 1e-9)
         change = self.body_rate[span][:, self.failed] - self.frozen_rate()
         return float(np.max(np.abs(change), initial=0.0))
+
+    @property
+    def frozen_argument(self) -> str:
+        """Sentence on why no law can bring this body to rest, with the numbers of the run."""
+        rates = [
+            f"{rate:.5f} rad/s about {setup.AXES[axis]}"
+            for axis, rate in zip(self.failed, self.frozen_rate(), strict=True)
+        ]
+        drift = self.frozen_rate_drift(self.resolved_until)
+        return (
+            f"I dw/dt = M freezes {' and '.join(rates)} from {setup.FAILURE:g} s on (changed by "
+            f"{drift:.1g} rad/s in the run): no law can bring the body to rest."
+        )
+
+    @property
+    def refuted(self) -> str:
+        """`frozen_argument`, and the errors at the end."""
+        pairs = zip(setup.ANGLE_NAMES, self.end, strict=True)
+        ends = ", ".join(f"{angle} {value:.3g}" for angle, value in pairs)
+        return f"{self.frozen_argument} Errors at {self.valid_until:.5g} s: {ends} rad."
+
+    def spread(self, until: float) -> float:
+        """Root mean square of the three angles together from the failure to a time, rad."""
+        angles = self.angles[(self.time >= setup.FAILURE - 1e-9) & (self.time <= until + 1e-9)]
+        return float(np.sqrt(np.mean(np.sum(angles**2, axis=1))))
 
 
 @eqx.filter_jit
 def _continuous(law: Any, failing: Float[Array, "cases 3"], start: EulerState, count: int) -> Any:
     def single(times):
-        body = TorqueDrivenBody(INERTIA, times)
+        body = TorqueDrivenBody(setup.INERTIA, times)
 
         def step(carried, k):
             state, valid = carried
-            after, clear, slip = body.carry(state, law, k * STEP, STEP)
+            after, clear, slip = body.carry(state, law, k * setup.STEP, setup.STEP)
             # comparisons with NaN are false
             finite = jnp.all(jnp.isfinite(jnp.stack(after)))
             still = valid & clear & finite & ~body.diverged(after) & (slip <= LOST)
-            kept = jax.tree.map(lambda new, old: jnp.where(still, new, old), after, state)
+            # an ended run rests where the law's equation is quickly solved
+            kept = jax.tree.map(lambda new, old: jnp.where(still, new, old), after, start)
             row = (state, state.body_rate(), valid, slip <= LARGEST_SLIP)
             return (kept, still), row
 
@@ -106,8 +133,8 @@ def _continuous(law: Any, failing: Float[Array, "cases 3"], start: EulerState, c
     return jax.vmap(single)(failing)
 
 
-def continuous(law: Any, duration: float = DURATION) -> dict[str, Flight]:
-    """Fly all cases with a law that is evaluated at every stage of a Runge-Kutta step.
+def flights(law: Any, duration: float = setup.DURATION) -> dict[str, Flight]:
+    """Simulate all cases.
 
     Args:
         law: state -> torque, (3,), N·m.
@@ -116,62 +143,23 @@ def continuous(law: Any, duration: float = DURATION) -> dict[str, Flight]:
     Returns:
         A flight for each case.
     """
-    count = round(duration / STEP)
-    start = HEALTHY.start(ANGLES, RATES)
+    count = round(duration / setup.STEP)
+    start = setup.HEALTHY.start(setup.ANGLES, setup.RATES)
     state, rate, valid, fine = jax.tree.map(
-        np.asarray, _continuous(law, jnp.asarray(failure_times()), start, count)
+        np.asarray, _continuous(law, jnp.asarray(setup.failure_times()), start, count)
     )
-    flights = {}
-    for run, case in enumerate(CASES):
+    found = {}
+    for run, case in enumerate(setup.CASES):
         last = int(np.sum(valid[run]))
         coarse = np.flatnonzero(~fine[run, :last])
-        fields = [part[run, :last] for part in state]
-        flights[case] = _flight(
-            case,
-            fields,
-            rate[run, :last],
+        theta, phi, psi, *rates = (part[run, :last] for part in state)
+        found[case] = Flight(
+            case=case,
+            time=setup.STEP * np.arange(last),
+            angles=np.stack([theta - 0.5 * np.pi, phi, psi], axis=1),
+            rates=np.stack(rates, axis=1),
+            body_rate=rate[run, :last],
             complete=last == count + 1,
-            resolved=STEP * (coarse[0] if len(coarse) else last - 1),
+            resolved_until=float(setup.STEP * (coarse[0] if len(coarse) else last - 1)),
         )
-    return flights
-
-
-def _flight(
-    case: str, fields: list[np.ndarray], rate: np.ndarray, *, complete: bool, resolved: float
-) -> Flight:
-    theta, phi, psi, *rates = fields
-    return Flight(
-        case=case,
-        time=STEP * np.arange(len(theta)),
-        angles=np.stack([theta - 0.5 * np.pi, phi, psi], axis=1),
-        rates=np.stack(rates, axis=1),
-        body_rate=rate,
-        complete=complete,
-        resolved_until=float(resolved),
-    )
-
-
-def held(law: Any, duration: float = DURATION) -> Mapping[str, Flight]:
-    """Fly all cases with a law that is sampled, and held for 0.01 s; see `continuous`."""
-    plants: Any = stack([TorqueDrivenBody(INERTIA, times) for times in failure_times()])
-    flown: xr.Dataset = simulate(
-        plants,
-        TorqueOnAngles(law),
-        EulerSensor(),
-        start=HEALTHY.start(ANGLES, RATES),
-        duration=duration,
-        control_period=STEP,
-        runs=len(CASES),
-    )
-    flights = {}
-    for run, case in enumerate(CASES):
-        one = flown.isel(run=run)
-        last = round(float(one.valid_until) / STEP) + 1
-        flights[case] = _flight(
-            case,
-            [one[name].values[:last] for name in EulerState._fields],
-            one.body_rate.values[:last],
-            complete=int(one.status) == 0,
-            resolved=float(one.valid_until),
-        )
-    return flights
+    return found

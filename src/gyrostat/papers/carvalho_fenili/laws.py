@@ -1,22 +1,21 @@
-"""The paper's two laws: the linear quadratic regulator, and the state-dependent Riccati equation.
+"""The paper's two laws: linear quadratic regulator and state-dependent Riccati equation.
 
-Both know nothing of a failure: they go on commanding all three torques.
+Neither is notified of a failure: they continue to command all three torques.
 """
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat._jax import jax, jnp
-from gyrostat.body import BodyTorqueCommand, EulerMeasurement, EulerState
+from gyrostat.body import EulerState
 from gyrostat.body.rotations import Vector
 from gyrostat.control import EulerCube, StateDependentRiccati, lqr, uncontrollable
-from gyrostat.friction import Scalar
-from gyrostat.papers.carvalho_fenili.printed import (
+from gyrostat.papers.carvalho_fenili.setup import (
     CASES,
     INERTIA,
     INPUT_WEIGHT,
@@ -133,40 +132,7 @@ class StateDependent(eqx.Module):
         return jnp.where(residual <= LARGEST_RESIDUAL, -gain @ here, jnp.nan)
 
 
-class TorqueOnAngles(eqx.Module):
-    """A law of the paper as a sampled controller, its torque held through the period.
-
-    Attributes:
-        law: state -> torque.
-    """
-
-    law: Any
-
-    def start(self, period: Scalar) -> tuple[()]:
-        """It has no memory."""
-        return ()
-
-    def __call__(
-        self, memory: tuple[()], measurement: EulerMeasurement
-    ) -> tuple[tuple[()], BodyTorqueCommand]:
-        """Command."""
-        state = EulerState(*measurement.angles, *measurement.rates)
-        return memory, BodyTorqueCommand(self.law(state))
-
-
-class Laws(NamedTuple):
-    """Both.
-
-    Attributes:
-        lqr: linear.
-        sdre: state-dependent.
-    """
-
-    lqr: LinearQuadratic
-    sdre: StateDependent
-
-
-def laws() -> Laws:
-    """With the paper's weights."""
+def laws() -> dict[str, LinearQuadratic | StateDependent]:
+    """Both laws with the paper's weights."""
     weights = jnp.asarray(STATE_WEIGHT), jnp.asarray(INPUT_WEIGHT)
-    return Laws(LinearQuadratic(jnp.asarray(gain())), StateDependent(*weights))
+    return {"lqr": LinearQuadratic(jnp.asarray(gain())), "sdre": StateDependent(*weights)}

@@ -1,213 +1,207 @@
-"""The paper's experiment done right: after the failure, a law that knows of it.
+"""The paper's laws on wheels, and recovery after each failure by a law that is notified of it.
 
-Table 2 on wheels with limits, at rest at first. The paper's law flies them to the failure; from
-there on `gyrostat.recovery.recover` goes to the nearest attitude that can be held.
+Table 2 on wheels at rest at first, which take up the momentum that they give the body. The paper's
+law controls until the failure; then `gyrostat.recovery.recover` goes to the nearest attitude that
+can be held.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING, Any
 
+import equinox as eqx
 import numpy as np
 
 from gyrostat._jax import jnp
-from gyrostat._types import Vector
-from gyrostat.body import Gyrostat, GyrostatState, rotations
-from gyrostat.holdable import Holdable
-from gyrostat.papers.carvalho_fenili.exchange import (
-    CRAFT,
-    LIMITED,
-    MOMENTUM,
-    PERIOD,
-    ROTOR,
-    TARGET,
-    TORQUE,
-    start,
+from gyrostat.body import (
+    EulerAngles,
+    EulerState,
+    Gyrostat,
+    GyrostatState,
+    Spacecraft,
+    SpacecraftMeasurement,
+    SpacecraftSensor,
+    WheelFailures,
+    rotations,
 )
-from gyrostat.papers.carvalho_fenili.printed import (
-    AXES,
-    CASES,
-    FAILURE,
-    LAWS,
-    failure_of,
-)
-from gyrostat.papers.claims import Claim
+from gyrostat.body.gyrostat import WheelTorqueCommand
+from gyrostat.friction import Scalar
+from gyrostat.papers.carvalho_fenili import setup
+from gyrostat.papers.carvalho_fenili.figures import recovery_figure
+from gyrostat.papers.carvalho_fenili.laws import laws
+from gyrostat.papers.claims import Value
+from gyrostat.papers.reproduction import Part, Run
 from gyrostat.recovery import Loss, Recovery, plan_recovery, recover
+from gyrostat.simulate import simulate, stack
+from gyrostat.wheel import WheelArray
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DURATION = 600.0
-"""s from the failure on."""
-LOSSES = {
-    "frozen": (Loss("frozen"), "the failed wheels keep their momentum"),
-    "seized": (Loss("seized"), "the failed wheels stop at once"),
-    "rundown": (Loss("rundown", 60.0), "the failed wheels run down with 60 s"),
-}
-"""How wheels fail, and in words."""
-SETTINGS = (
-    f"Recovery: wheels of {TORQUE:g} N·m, {MOMENTUM:g} N·m·s and {ROTOR:g} kg·m² along x, y and z, "
-    "at rest at first. The limits act from the start, and the paper's laws ask for several times "
-    f"that torque: at {FAILURE:g} s the body is still on its way, unlike in the paper's plant.",
-    "From the failure on, a law that knows of it goes to the nearest attitude that can be held. "
-    "Settled: below 0.05 deg from it and 1e-4 rad/s for good, counted from the failure, within "
-    f"{DURATION:g} s.",
-)
+ROTOR = 0.01
+"""kg·m², of each rotor about its axis: 3 N·m·s at 2900 rpm."""
+PERIOD = 0.1
+"""s, of control: the laws' own time constants are seconds."""
+TARGET = np.asarray(rotations.from_euler(EulerAngles(phi=0.0, theta=0.5 * np.pi, psi=0.0)))
+TORQUE, MOMENTUM = 0.1, 3.0
+"""N·m and N·m·s, of each wheel where limits act."""
+LOSSES = {"frozen": Loss("frozen"), "seized": Loss("seized"), "rundown": Loss("rundown", 60.0)}
+"""How wheels fail: they keep their momentum, stop at once, or run down with 60 s."""
+WITHOUT_REST = {**dict.fromkeys(("MxMy", "MxMz", "MyMz"), LOSSES), "My": ("frozen",)}
+"""Recoveries with claims: those that come to no rest, by case."""
+
+Recoveries = Mapping[str, Mapping[str, Recovery]]
+"""Of each case, then of each kind of loss."""
 
 
-@dataclass(frozen=True)
-class Onset:
-    """A law's flight on healthy wheels to the failure.
+def _craft(torque: float, momentum: float) -> Spacecraft:
+    wheels = WheelArray(
+        axes=jnp.eye(3),
+        inertia=jnp.full(3, ROTOR),
+        torque_limit=jnp.full(3, torque),
+        momentum_limit=jnp.full(3, momentum),
+    )
+    return Spacecraft(inertia=(setup.INERTIA - ROTOR) * jnp.eye(3), wheels=wheels)
+
+
+CRAFT, LIMITED = _craft(np.inf, np.inf), _craft(TORQUE, MOMENTUM)
+
+
+def _nearest(angle: Scalar, before: Scalar) -> Scalar:
+    """The angle, whole turns added, that is nearest to another."""
+    return angle + 2.0 * jnp.pi * jnp.round((before - angle) / (2.0 * jnp.pi))
+
+
+class WheelsOnAngles(eqx.Module):
+    """A law of the paper that commands wheels: rotor torque is the opposite of body torque.
 
     Attributes:
-        state: at the failure.
-        demand: largest torque that the law asks of a wheel, N·m.
-        limited: how long a limit cuts it, s.
+        law: state -> body torque.
     """
 
-    state: GyrostatState
-    demand: float
-    limited: float
+    law: Any
+
+    def start(self, period: Scalar) -> tuple[Any, Any]:
+        """Angles phi and psi of Table 2."""
+        return jnp.asarray(setup.ANGLES.phi), jnp.asarray(setup.ANGLES.psi)
+
+    def __call__(
+        self, memory: tuple[Any, Any], measurement: SpacecraftMeasurement
+    ) -> tuple[tuple[Any, Any], WheelTorqueCommand]:
+        """Command; phi and psi are never reduced by whole turns."""
+        angles, _ = rotations.to_euler(measurement.attitude)
+        rates, _ = rotations.euler_rates(angles, measurement.rate)
+        phi, psi = _nearest(angles.phi, memory[0]), _nearest(angles.psi, memory[1])
+        state = EulerState(angles.theta, phi, psi, rates.theta, rates.phi, rates.psi)
+        return (phi, psi), WheelTorqueCommand(-self.law(state))
 
 
-def onset(one: "xr.Dataset") -> Onset:
-    """A run without a failure, to the time of the failure.
-
-    Args:
-        one: of `flown_on_wheels`.
-    """
-    count = round(FAILURE / PERIOD)
-    then = (jnp.asarray(one[name].values[count]) for name in GyrostatState._fields)
-    before = one.isel(time=slice(None, count))
-    return Onset(
-        state=GyrostatState(*then),
-        demand=float(np.max(np.abs(before.torque.values))),
-        limited=PERIOD * float(np.sum(np.any(before.saturated.values, axis=1))),
+def start() -> GyrostatState:
+    """Table 2, wheels at rest."""
+    return Gyrostat(CRAFT).start(
+        attitude=rotations.from_euler(setup.ANGLES),
+        rate=rotations.rate_of_euler(setup.ANGLES, setup.RATES),
     )
 
 
-@dataclass(frozen=True)
-class Recovered:
-    """Recoveries from one law.
-
-    Attributes:
-        onset: where they start.
-        flown: case, then kind of failure -> recovery.
-        unlimited: case -> what could be held if the failed wheels kept their momentum and no limit
-            had acted before.
-    """
-
-    onset: Onset
-    flown: Mapping[str, Mapping[str, Recovery]]
-    unlimited: Mapping[str, Holdable]
+def failing(case: str) -> Gyrostat:
+    """The spacecraft without limits whose wheels lose their torque at the failure of a case."""
+    failures = WheelFailures.none(3)
+    for wheel in setup.CASES[case]:
+        failures = failures.torque_lost(wheel, setup.FAILURE)
+    return Gyrostat(CRAFT, failures)
 
 
-def recovered(flown: "xr.Dataset") -> Recovered:
-    """Recover from all failures.
+def fly_on_wheels(law: Any, plants: list[Gyrostat], duration: float) -> "xr.Dataset":
+    """Simulate Table 2 on wheels, one run for each plant.
 
     Args:
-        flown: of `flown_on_wheels`, by the law that flies before.
+        law: state -> body torque, (3,), N·m.
+        plants: spacecraft.
+        duration: s.
     """
-    target = np.asarray(rotations.from_euler(TARGET))
-    limited, free = onset(flown.sel(run="limited")), onset(flown.sel(run="none")).state
-    recoveries = {
+    every: Any = stack(plants)
+    return simulate(
+        every,
+        WheelsOnAngles(law),
+        SpacecraftSensor(Gyrostat(CRAFT)),
+        start=start(),
+        duration=duration,
+        control_period=PERIOD,
+        runs=len(plants),
+    )
+
+
+def recovered(onset: GyrostatState, cases: Mapping[str, Collection[str]]) -> Recoveries:
+    """Recover from failures.
+
+    Args:
+        onset: state at the failure.
+        cases: kinds of loss of each case.
+    """
+    return {
         case: {
             kind: recover(
                 LIMITED,
-                limited.state,
-                dict.fromkeys(failed, loss),
-                target=target,
-                duration=DURATION,
+                onset,
+                dict.fromkeys(setup.CASES[case], LOSSES[kind]),
+                target=TARGET,
+                duration=600.0,
             )
-            for kind, (loss, _) in LOSSES.items()
+            for kind in kinds
         }
-        for case, failed in CASES.items()
-        if failed
+        for case, kinds in cases.items()
     }
-    held = _rotor_momentum(free)
-    unlimited = {
-        case: plan_recovery(
-            LIMITED,
-            free.momentum,
-            failed={wheel: float(held[wheel]) for wheel in CASES[case]},
-            target=target,
-        ).answer
-        for case in recoveries
-    }
-    return Recovered(limited, recoveries, unlimited)
 
 
-def _rotor_momentum(state: GyrostatState) -> Vector:
-    """Of each rotor about its axis in inertial space, N·m·s."""
-    return ROTOR * np.asarray(state.wheel_speed + Gyrostat(CRAFT).rate(state))
+def without_limits(state: GyrostatState) -> Mapping[str, str]:
+    """Attitude that could be held, had no limit acted before the failure, in words by case.
+
+    Args:
+        state: at the failure, of the run without limits.
+    """
+    momenta = ROTOR * np.asarray(state.wheel_speed + Gyrostat(CRAFT).rate(state))
+    found = {}
+    for case in WITHOUT_REST:
+        kept = {wheel: float(momenta[wheel]) for wheel in setup.CASES[case]}
+        plan = plan_recovery(LIMITED, state.momentum, failed=kept, target=TARGET)
+        angle = plan.answer.angle
+        found[case] = "none" if angle is None else f"one at {np.degrees(angle):.4g} deg"
+    return found
 
 
-def momentum_claims() -> tuple[Claim, ...]:
-    """The total momentum, which nothing changes."""
-    momentum = np.asarray(start().momentum)
-    why = "R I w of Table 2 in inertial axes; wheels at rest at first, and no torque from outside."
-    return tuple(
-        Claim(f"recover.momentum_{axis}", f"total momentum along {axis}", float(part), "N·m·s", why)
-        for axis, part in zip(AXES, momentum, strict=True)
-    )
+def at_failure(law: Any) -> tuple[GyrostatState, GyrostatState]:
+    """States on healthy wheels when one would fail, without and with limits, by a law."""
+    healthy = [Gyrostat(craft, WheelFailures.none(3)) for craft in (CRAFT, LIMITED)]
+    flown = fly_on_wheels(law, healthy, setup.FAILURE)
+    last = [flown[name].values[:, -1] for name in GyrostatState._fields]
+    free, limited = (GyrostatState(*(jnp.asarray(x[k]) for x in last)) for k in range(2))
+    return free, limited
 
 
-def recovery_claims(runs: Mapping[str, Recovered]) -> tuple[Claim, ...]:
-    """Torque asked for before, and where, whether and how soon each recovery comes to rest."""
-    return (
-        *momentum_claims(),
-        *(_demand_claim(law, found.onset) for law, found in runs.items()),
-        *(
-            claim
-            for law, found in runs.items()
-            for case, kinds in found.flown.items()
-            for kind, recovery in kinds.items()
-            for claim in _claims(law, case, kind, recovery, found.unlimited[case])
-        ),
-    )
+def without_rest(run: Run) -> Part:
+    """Failures from which no rest is reached."""
+    values: dict[str, Value] = {}
+    facts: dict[str, Any] = {"recover": {}, "free": {}}
+    for law, function in laws().items():
+        run.say(f"recovery after each failure under {law.upper()}")
+        free, limited = at_failure(function)
+        found = recovered(limited, WITHOUT_REST)
+        facts["recover"][law], facts["free"][law] = found, without_limits(free)
+        for case, kinds in found.items():
+            for kind, recovery in kinds.items():
+                values[f"recover.{law}.{case}.{kind}.settle_s"] = recovery.settle
+            angle = kinds["frozen"].plan.answer.angle
+            degrees = None if angle is None else float(np.degrees(angle))
+            values[f"recover.{law}.{case}.frozen.nearest_deg"] = degrees
+    return Part(values, facts)
 
 
-def _demand_claim(law: str, found: Onset) -> Claim:
-    return Claim(
-        f"recover.{law}.largest_demand",
-        f"largest torque that {LAWS[law]} asks of a wheel before the failure",
-        found.demand,
-        "N·m",
-        f"The limit of {TORQUE:g} N·m acts for {found.limited:.1f} of the {FAILURE:g} s.",
-    )
-
-
-def sentence(reason: str) -> str:
-    """A reason as a sentence of its own."""
-    return f"{reason[:1].upper()}{reason[1:]}."
-
-
-def _claims(
-    law: str, case: str, kind: str, recovery: Recovery, unlimited: Holdable
-) -> tuple[Claim, ...]:
-    answer, prefix = recovery.plan.answer, f"recover.{law}.{case}.{kind}"
-    of = f"{LAWS[law]} before, {failure_of(case)}, {LOSSES[kind][1]}"
-    directions = "one direction" if answer.rank == 1 else "two directions"
-    where = f"The wheels that work turn the body in {directions}."
-    moves = "Some attitudes can be held, and rest is possible there."
-    if answer.angle is None:
-        where = f"No attitude can be held: {answer.reason}."
-        moves = f"{where} At any attitude and with any law the body turns at least so fast."
-    if kind == "frozen":
-        instead, free = "Had no limit acted before the failure", unlimited.angle
-        found = "none" if free is None else f"one at {np.degrees(free):.4g} deg"
-        where += f" {instead}, there would be {found}."
-        moves += f" {instead}, it would be {unlimited.for_ever.rate:.4g} rad/s."
-    settles = sentence(recovery.reason)
-    if recovery.settle is not None:
-        settles = f"By {type(recovery.plan.controller).__name__}, counted from the failure."
-    nearest = None if answer.angle is None else float(np.degrees(answer.angle))
-    rows = (
-        ("nearest_deg", "angle to the nearest attitude that can be held", nearest, "deg", where),
-        ("min_rate_rad_s", "least body rate for ever", answer.for_ever.rate, "rad/s", moves),
-        ("settle_s", "time to settle there", recovery.settle, "s", settles),
-    )
-    return tuple(
-        Claim(f"{prefix}.{key}", f"{what}, {of}", value, unit, why)
-        for key, what, value, unit, why in rows
-    )
+def every_recovery(run: Run) -> Part:
+    """All recoveries, and the end of one run on wheels without any."""
+    run.say("every recovery")
+    cases = {case: LOSSES for case, failed in setup.CASES.items() if failed}
+    found = {law: recovered(at_failure(one)[1], cases) for law, one in laws().items()}
+    flown = fly_on_wheels(laws()["lqr"], [failing("MxMy")], setup.DURATION)
+    attitude = jnp.asarray(flown.attitude.values[0, -1])
+    error = float(rotations.error_angle(attitude, jnp.asarray(TARGET)))
+    return Part({"gyrostat.lqr.MxMy.pointing_error": error}, {}, (recovery_figure(found),))

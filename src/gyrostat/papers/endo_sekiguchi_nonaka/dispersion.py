@@ -1,4 +1,4 @@
-"""The dispersed cases: other spacecraft, momenta, sensors and starts, with real wheels."""
+"""Dispersed cases: other spacecraft, momenta, sensors and starts, wheels with limits."""
 
 from dataclasses import dataclass
 
@@ -15,13 +15,7 @@ from gyrostat.body import (
     SpeedLoopState,
 )
 from gyrostat.friction import ViscousCoulomb
-from gyrostat.papers.endo_sekiguchi_nonaka.printed import (
-    ACTUAL,
-    NOMINAL,
-    ROTOR,
-    attitude,
-    momentum,
-)
+from gyrostat.papers.endo_sekiguchi_nonaka import setup
 from gyrostat.wheel import WheelArray
 
 TORQUE, TOP_MOMENTUM, COULOMB = 0.1, 30.0, 0.9e-3
@@ -52,16 +46,16 @@ def body(total: Matrix, axes: Matrix, coulomb: float) -> Spacecraft:
     """
     wheels = WheelArray(
         axes=jnp.asarray(axes),
-        inertia=jnp.full(2, ROTOR),
+        inertia=jnp.full(2, setup.ROTOR),
         torque_limit=jnp.full(2, TORQUE),
         momentum_limit=jnp.full(2, TOP_MOMENTUM),
         friction=ViscousCoulomb(viscous=jnp.zeros(2), coulomb=jnp.full(2, coulomb)),
     )
-    return Spacecraft(inertia=jnp.asarray(total - ROTOR * axes @ axes.T), wheels=wheels)
+    return Spacecraft(inertia=jnp.asarray(total - setup.ROTOR * axes @ axes.T), wheels=wheels)
 
 
-AS_KNOWN = body(NOMINAL, np.eye(3)[:, :2], 0.0)
-"""What a controller believes."""
+AS_KNOWN = body(setup.NOMINAL, np.eye(3)[:, :2], 0.0)
+"""The model that a controller has."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +94,7 @@ def _case(
     angle = float(np.arctan2(sine, q0**2 + q3**2 - q1**2 - q2**2))
     inertia = np.max(np.diag(total)[:2] * np.abs([p[1], p[0]])) / sine
     sensor = SpacecraftSensor(
-        Gyrostat(plant.spacecraft), TRACKER, GYRO, ROTOR * TACHOMETER, jnp.asarray(bias)
+        Gyrostat(plant.spacecraft), TRACKER, GYRO, setup.ROTOR * TACHOMETER, jnp.asarray(bias)
     )
     return Case(
         plant=plant,
@@ -111,7 +105,7 @@ def _case(
     )
 
 
-def dispersed(count: int, seed: int) -> list[Case]:
+def draw(count: int, seed: int) -> list[Case]:
     """Cases drawn at random; the first ones are the same for every count.
 
     Args:
@@ -130,7 +124,7 @@ def _across(random: np.random.Generator, axis: Vector) -> Vector:
 
 
 def _drawn(random: np.random.Generator) -> Case:
-    moments = np.diag(NOMINAL) * (1.0 + random.uniform(-INERTIA_ERROR, INERTIA_ERROR, 3))
+    moments = np.diag(setup.NOMINAL) * (1.0 + random.uniform(-INERTIA_ERROR, INERTIA_ERROR, 3))
     total = np.diag(moments)
     for i, j in ((0, 1), (0, 2), (1, 2)):
         product = random.uniform(-PRODUCTS, PRODUCTS) * np.sqrt(moments[i] * moments[j])
@@ -164,4 +158,11 @@ def _drawn(random: np.random.Generator) -> Case:
 
 def paper_case() -> Case:
     """The paper's own start, from rest, with these wheels and sensors."""
-    return _case(ACTUAL, np.eye(3)[:, :2], momentum(), attitude(), np.zeros(2), np.full(3, BIAS))
+    return _case(
+        setup.ACTUAL,
+        np.eye(3)[:, :2],
+        setup.momentum(),
+        setup.attitude(),
+        np.zeros(2),
+        np.full(3, BIAS),
+    )

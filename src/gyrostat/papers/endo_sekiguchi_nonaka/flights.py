@@ -1,8 +1,8 @@
-"""The runs: the paper's three, fixed gains, and the same with other starts."""
+"""Simulations of the paper's spacecraft, from its own start and from others."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import numpy as np
@@ -15,21 +15,14 @@ from gyrostat.body import (
     SpeedDrivenSpacecraft,
 )
 from gyrostat.friction import Scalar
-from gyrostat.papers.endo_sekiguchi_nonaka.printed import (
-    ACTUAL,
-    AXIS,
-    DURATION,
-    MOMENTUM,
-    PERIOD,
-    REQUIRED,
-    attitude,
-    momentum,
-    spacecraft,
-)
+from gyrostat.papers.endo_sekiguchi_nonaka import setup
 from gyrostat.simulate import simulate, stack
 
-LANES = 8
-"""Runs of 100 001 samples that are held in memory together."""
+if TYPE_CHECKING:
+    import xarray as xr
+
+BLOCK = 8
+"""Runs of 100 001 samples that are in memory together."""
 JUDGED = 7000.0
 """s: errors are judged from here to the end."""
 
@@ -39,7 +32,6 @@ class Case:
     """What a run starts from.
 
     Attributes:
-        name: in words.
         total: (3, 3) J_t of the plant, kg·m².
         momentum: size of each component of H_0, N·m·s.
         shift: added to the phases of H_0, rad.
@@ -47,17 +39,16 @@ class Case:
         torque_limit: of each wheel, N·m.
     """
 
-    name: str
-    total: Any = field(default_factory=lambda: ACTUAL)
-    momentum: float = MOMENTUM
+    total: Any = field(default_factory=lambda: setup.ACTUAL)
+    momentum: float = setup.MOMENTUM
     shift: float = 0.0
-    axis: tuple[float, ...] = AXIS
+    axis: tuple[float, ...] = setup.AXIS
     torque_limit: float = np.inf
 
     def plant(self) -> SpeedDrivenSpacecraft:
-        """What flies."""
-        body = spacecraft(np.asarray(self.total), self.torque_limit)
-        return SpeedDrivenSpacecraft(body, momentum(self.momentum, self.shift))
+        """The spacecraft with its momentum."""
+        body = setup.spacecraft(np.asarray(self.total), self.torque_limit)
+        return SpeedDrivenSpacecraft(body, setup.momentum(self.momentum, self.shift))
 
 
 @dataclass(frozen=True)
@@ -69,7 +60,6 @@ class Flight:
         output: (N, 2) q1 and q2.
         speed: (N, 2) commanded wheel speeds, rad/s.
         virtual: (N, 2) virtual input mu, 1/s.
-        model_error: (N, 2) h_n - h.
         gain: (N, 2, 2) of the compensator, 1/s.
         error: (N,) of pointing, degrees.
         valid_until: until when it did not diverge, s; values after that are NaN.
@@ -79,19 +69,18 @@ class Flight:
     output: np.ndarray
     speed: np.ndarray
     virtual: np.ndarray
-    model_error: np.ndarray
     gain: np.ndarray
     error: np.ndarray
     valid_until: float
 
     def error_at(self, time: float) -> float:
         """Pointing error at a time, s; degrees."""
-        return float(self.error[round(time / PERIOD)])
+        return float(self.error[round(time / setup.PERIOD)])
 
     @property
     def judged(self) -> np.ndarray:
         """Pointing errors from 7000 s to the end, degrees."""
-        return self.error[round(JUDGED / PERIOD) :]
+        return self.error[round(JUDGED / setup.PERIOD) :]
 
     @property
     def top_speed(self) -> float:
@@ -101,9 +90,21 @@ class Flight:
     @property
     def settled(self) -> float | None:
         """From when on the error is below 0.05 degrees for good, s; None where never."""
-        above = np.flatnonzero(~(self.error < REQUIRED))
+        above = np.flatnonzero(~(self.error < setup.REQUIRED))
         last = above[-1] + 1 if len(above) else 0
         return None if last == len(self.error) else float(self.time[last])
+
+    @property
+    def outcome(self) -> str:
+        """Sentence on when the run settles, and its error at the end."""
+        end = f"{self.error_at(setup.DURATION):.3g} degrees at {setup.DURATION:g} s"
+        if self.settled is None:
+            return f"Never below {setup.REQUIRED:g} degrees for good; {end}."
+        return f"Below {setup.REQUIRED:g} degrees for good from {self.settled:.1f} s on; {end}."
+
+    def distance(self, ideal: "Flight") -> float:
+        """Root mean square over the run of the outputs' distance from those of another."""
+        return float(np.sqrt(np.mean(np.sum((self.output - ideal.output) ** 2, axis=1))))
 
 
 class Ideal(eqx.Module):
@@ -121,7 +122,7 @@ class Ideal(eqx.Module):
     def __call__(
         self, memory: None, state: GyrostatState, key: PRNGKeyArray
     ) -> tuple[None, SpacecraftMeasurement]:
-        """Measure; the key is of no account."""
+        """Measure; the key is unused."""
         wheels = self.plant.spacecraft.wheels
         return None, SpacecraftMeasurement(
             attitude=state.attitude,
@@ -132,40 +133,43 @@ class Ideal(eqx.Module):
 
 
 def flown(
-    cases: Sequence[Case], controllers: Sequence[Any], duration: float = DURATION
+    cases: Sequence[Case], controllers: Sequence[Any], duration: float = setup.DURATION
 ) -> Iterator[Flight]:
-    """Fly cases, each with its controller, all of one kind; a few at a time are in memory.
+    """Simulate cases, each with its controller, all of one kind; one block at a time is in memory.
 
     Args:
         cases: one for each run.
         controllers: one for each run.
         duration: s.
     """
-    lanes = min(LANES, len(cases))
-    for first in range(0, len(cases), lanes):
+    pairs = list(zip(cases, controllers, strict=True))
+    size = min(BLOCK, len(pairs))
+    for first in range(0, len(pairs), size):
         # the last block is filled up with its last run, so that one size is compiled
-        rows = [min(first + k, len(cases) - 1) for k in range(lanes)]
-        picked = [cases[row] for row in rows]
-        plants = [case.plant() for case in picked]
-        starts = [
-            plant.start(attitude=attitude(case.axis))
-            for plant, case in zip(plants, picked, strict=True)
-        ]
-        plant: Any = stack(plants)
-        controller: Any = stack([controllers[row] for row in rows])
-        sensor: Any = stack([Ideal(one) for one in plants])
-        runs = simulate(
-            plant,
-            controller,
-            sensor,
-            start=stack(starts),
-            duration=duration,
-            control_period=PERIOD,
-            runs=lanes,
-            engine="auto",
-        )
-        for lane in range(min(lanes, len(cases) - first)):
-            yield _flight(runs.isel(run=lane))
+        block = [pairs[min(first + k, len(pairs) - 1)] for k in range(size)]
+        runs = _simulated(block, duration)
+        yield from (_flight(runs.isel(run=k)) for k in range(min(size, len(pairs) - first)))
+
+
+def _simulated(pairs: Sequence[tuple[Case, Any]], duration: float) -> "xr.Dataset":
+    plants = [case.plant() for case, _ in pairs]
+    starts = [
+        plant.start(attitude=setup.attitude(case.axis))
+        for plant, (case, _) in zip(plants, pairs, strict=True)
+    ]
+    plant: Any = stack(plants)
+    controller: Any = stack([controller for _, controller in pairs])
+    sensor: Any = stack([Ideal(one) for one in plants])
+    return simulate(
+        plant,
+        controller,
+        sensor,
+        start=stack(starts),
+        duration=duration,
+        control_period=setup.PERIOD,
+        runs=len(pairs),
+        engine="auto",
+    )
 
 
 def _flight(run: Any) -> Flight:
@@ -181,7 +185,6 @@ def _flight(run: Any) -> Flight:
         output=output,
         speed=own("speed"),
         virtual=own("virtual_input"),
-        model_error=own("model_error"),
         gain=own("gain"),
         error=np.rad2deg(2.0 * np.arcsin(half)),
         valid_until=float(run.valid_until),

@@ -1,0 +1,42 @@
+"""Many cases in blocks of one size, so that one size is compiled."""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import chain
+from typing import Any
+
+
+def in_blocks(
+    cases: Sequence[Any],
+    size: int,
+    compute: Callable[[list[Any]], Any],
+    *,
+    say: Callable[[str], None],
+    name: str,
+    threads: int = 1,
+) -> Iterator[Any]:
+    """Call a function with `size` cases at a time; the last block is filled up with its last case.
+
+    Args:
+        cases: all of them.
+        size: of a block.
+        compute: called with the cases of a block, returns an array with one row for each. The first
+            call ends before others begin: it may compile for all.
+        say: called after each block.
+        name: of what is computed.
+        threads: that call the function.
+
+    Yields:
+        For each block in order, the rows without those of the filling.
+    """
+    firsts = range(0, len(cases), size)
+
+    def block(first: int) -> Any:
+        rows = [min(first + k, len(cases) - 1) for k in range(size)]
+        return compute([cases[row] for row in rows])[: len(cases) - first]
+
+    with ThreadPoolExecutor(threads) as pool:
+        later = pool.map(block, firsts[1:]) if threads > 1 else map(block, firsts[1:])
+        for done, found in enumerate(chain([block(0)], later), start=1):
+            say(f"{name}: {min(done * size, len(cases))} of {len(cases)}")
+            yield found

@@ -1,0 +1,97 @@
+"""Parameters that the paper prints, what was chosen where it prints none, and the wheels."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from gyrostat._jax import jnp
+from gyrostat.body import AirBearingTable
+from gyrostat.control import AttitudePID
+from gyrostat.friction import Stribeck
+from gyrostat.simulate import CurrentRange
+from gyrostat.units import RPM
+from gyrostat.wheel import Wheel
+
+INERTIA = 1.5e-3
+"""J_w, kg·m², from the manufacturer of the wheel."""
+STRIBECK_SPEED = 4.0 * RPM
+"""w_s, rad/s: the 4 rpm that the paper holds."""
+SPEED_SIGMA = 5.0 * RPM
+"""Noise of the tachometer, rad/s: the 5 rpm that the paper assumes."""
+DURATION = 300.0
+"""Of each profile, s."""
+NAMES = ("motor_constant", "viscous", "coulomb", "static")
+"""k_m, b, c and T_s: the parameters x2..x5 times J_w."""
+START = (18.0, 0.00344, 0.5863, 0.0)
+"""Eq. (15), x2..x5: the start, in rad/s²/A, 1/s, rad/s² and rad/s²."""
+CONVERGED = (15.205, 0.00322, 0.5863, 0.6037)
+"""Eq. (16), x2..x5: the end of the iteration, in the units of `START`."""
+
+RATE = 10.0
+"""Chosen: samples per second, Hz."""
+STEP_CURRENTS, STEP_PERIOD = CurrentRange(0.06, 0.15), 30.0
+"""Profile 2: amplitudes, chosen, A; duration of a step, from the paper, s."""
+SINE_CURRENTS, SINE_PERIOD = CurrentRange(0.08, 0.20), 24.0
+"""Profile 1, chosen: amplitudes, A; mean period, 12.5 cycles in 300 s, s."""
+PRIOR_SIGMA = (5.0, 0.002, 0.3, 0.6)
+"""Chosen: a-priori sigmas of x2..x5 about eq. (15), in its units."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of Table 1.
+
+    Attributes:
+        motor_constant: k_m, N·m/A.
+        viscous: b, N·m·s/rad.
+        coulomb: c, N·m.
+        static: T_s, N·m.
+    """
+
+    motor_constant: float
+    viscous: float
+    coulomb: float
+    static: float
+
+    def friction(self) -> Stribeck:
+        """The friction with these parameters."""
+        return Stribeck(
+            viscous=self.viscous,
+            coulomb=self.coulomb,
+            static=self.static,
+            stribeck_speed=STRIBECK_SPEED,
+        )
+
+    def wheel(self) -> Wheel:
+        """The wheel with these parameters."""
+        return Wheel(inertia=INERTIA, motor_constant=self.motor_constant, friction=self.friction())
+
+
+DETERMINISTIC = Column(0.0270, 5.16e-6, 0.8795e-3, 0.8795e-3)
+"""Table 1, left. It gives no static torque: without a Stribeck term T_s = c."""
+STATISTICAL = Column(0.0228, 4.83e-6, 0.8795e-3, 0.9055e-3)
+"""Table 1, right: the truth of every virtual record."""
+
+TABLE_INERTIA = 0.495
+"""Chosen: J of the table, kg·m²."""
+FAN_TORQUE = 0.46e-3
+"""T_d, N·m: the paper's estimate."""
+INITIAL_SPEED = -673.5 * RPM
+"""Chosen, rad/s: the crossing falls at the paper's 230 s."""
+PERIOD = 0.1
+"""Chosen: control period, s."""
+LAW = AttitudePID(proportional=0.0571, integral=0.00234, derivative=0.3126)
+"""Chosen: the gains that give the paper's peak of 1.5 deg."""
+WHEEL = STATISTICAL.wheel()
+TABLE = AirBearingTable(TABLE_INERTIA, WHEEL, external_torque=FAN_TORQUE)
+STILL_TABLE = AirBearingTable(TABLE_INERTIA, WHEEL)
+"""Without the fan."""
+
+
+def scaled(coulomb: Any, static: Any = 1.0, viscous: Any = 1.0) -> Stribeck:
+    """The wheel's friction with some of its parameters multiplied."""
+    return Stribeck(
+        viscous=STATISTICAL.viscous * viscous,
+        coulomb=STATISTICAL.coulomb * coulomb,
+        static=STATISTICAL.static * static,
+        stribeck_speed=STRIBECK_SPEED * jnp.ones_like(coulomb),
+    )

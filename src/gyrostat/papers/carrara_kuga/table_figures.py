@@ -1,0 +1,75 @@
+"""Figures of the air-bearing table, like the paper's figures 7, 8, 10 and 11."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from gyrostat.papers.figures import INK, Drawing, panels
+from gyrostat.report.figures import MARK, MODEL
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LAST = 400.0
+"""s: end of the time axis."""
+SPAN = (-15.0, 60.0)
+"""s around the crossing."""
+CROSSING = (
+    "One run each: 5 rpm tachometer noise, gyro noise, one period of delay, c 10 % and T_s 20 % "
+    "too large in the controller's model. Top, the whole error; middle, its small values; bottom, "
+    "the current of the two compensators."
+)
+
+
+def attitude(title: str, flown: "xr.Dataset", crossing: float) -> Drawing:
+    """Attitude error over time, the crossing, s, marked."""
+    one = flown.isel(run=0)
+    with panels(height=2.8) as (figure, axes):
+        shown = one.sel(time=slice(None, LAST))
+        axes.plot(shown.time, np.degrees(shown.attitude), color=MODEL, lw=1.2)
+        axes.axvline(crossing, color=MARK, lw=0.8, label="wheel reaches zero speed")
+        axes.set(xlabel="time (s)", ylabel="attitude error (deg)")
+        axes.legend(loc="upper right")
+    largest = np.degrees(np.max(np.abs(one.attitude.values)))
+    return Drawing(title, figure, f"Constant fan torque; largest error {largest:.3g} deg.")
+
+
+def current(title: str, flown: "xr.Dataset", *, parts: bool) -> Drawing:
+    """Commanded current over time, with its two parts where asked."""
+    lines = [("commanded_current", INK, "commanded", 1.2)]
+    if parts:
+        lines.append(("friction_current", MARK, "for the friction", 1.0))
+        lines.append(("attitude_current", MODEL, "of the PID", 1.0))
+    with panels(height=2.8) as (figure, axes):
+        shown = flown.isel(run=0).sel(time=slice(None, LAST))
+        for name, colour, label, width in lines:
+            axes.plot(shown.time, 1e3 * shown[name], color=colour, lw=width, label=label)
+        axes.set(xlabel="time (s)", ylabel="current (mA)")
+        axes.legend(loc="upper left")
+    caption = "The PID's part stays nearly constant: it balances the fan alone." if parts else ""
+    return Drawing(title, figure, caption)
+
+
+def crossing(lines: Mapping[str, tuple[str, str]], flights: Mapping[str, "xr.Dataset"]) -> Figure:
+    """Attitude error and current around the crossing, one controller beside the other.
+
+    Args:
+        lines: name and colour of each controller.
+        flights: of each, by the same key, time from the crossing.
+    """
+    heights = [1.3, 1.3, 1.0]
+    with panels(3, height=5.6, sharex=True, height_ratios=heights) as (figure, rows):
+        whole, close, current = rows
+        for key, (name, colour) in lines.items():
+            one = flights[key].isel(run=0).sel(time=slice(*SPAN))
+            for axes in (whole, close):
+                axes.plot(one.time, np.degrees(one.attitude), color=colour, lw=1.3, label=name)
+                axes.set_ylabel("attitude\nerror (deg)")
+            if key in ("dmc_raw", "compensator"):
+                current.plot(one.time, 1e3 * one.commanded_current, color=colour, lw=0.9)
+        close.set_ylim(-0.25, 0.25)
+        whole.legend(loc="upper right")
+        current.set(xlabel="time from the crossing (s)", ylabel="current (mA)")
+    return figure

@@ -1,0 +1,62 @@
+"""Our own requirements on recoveries, over dispersed cases."""
+
+import numpy as np
+
+from gyrostat._types import Vector
+from gyrostat.papers.carvalho_fenili.with_momentum import PRINCIPAL, full_beside_reduced, ratios
+from gyrostat.papers.carvalho_fenili.without_momentum import REQUIREMENTS, times
+from gyrostat.papers.claims import Value
+from gyrostat.papers.reproduction import Part, Run
+
+WITH_MOMENTUM, WITHOUT, SIDE_BY_SIDE = 400, 300, 8
+"""Cases of each set."""
+ERRORS = {"": 0.0, "_5pct": 0.05}
+"""Of the inertia, in ids -> share."""
+
+
+def every_set(run: Run) -> Part:
+    """Simulate every set and count."""
+    parts = [
+        counted(
+            f"goals.momentum_{shape}{suffix}",
+            ratios(shape, error, WITH_MOMENTUM, run.say),
+            1.0,
+            "worst_ratio",
+        )
+        for shape in PRINCIPAL
+        for suffix, error in ERRORS.items()
+    ]
+    for one in REQUIREMENTS:
+        found = times(one, WITHOUT, run.say)
+        parts.append(counted(f"goals.{one.key}", found, one.allowed, "worst_s"))
+    run.say(f"{SIDE_BY_SIDE} cases on the full gyrostat and on the reduced one")
+    apart, change = full_beside_reduced(SIDE_BY_SIDE)
+    values: dict[str, Value] = {
+        "goals.full_beside_reduced_s": apart if np.isfinite(apart) else None,
+        "goals.momentum_change": change,
+    }
+    counts: dict[str, str] = {}
+    for found_values, text in parts:
+        values |= found_values
+        counts |= text
+    return Part(values, {"counts": counts})
+
+
+def counted(
+    prefix: str, found: Vector, allowed: float, worst: str
+) -> tuple[dict[str, Value], dict[str, str]]:
+    """Values of one set, and the counts behind them, by its prefix without "goals.".
+
+    Args:
+        prefix: of the ids.
+        found: settling times, or their ratios to the time allowed; infinite where none settles.
+        allowed: largest value in time.
+        worst: end of the id of the largest value.
+    """
+    inside, settled = int(np.sum(found <= allowed)), int(np.sum(np.isfinite(found)))
+    values: dict[str, Value] = {
+        f"{prefix}_share": inside / len(found),
+        f"{prefix}_{worst}": float(np.max(found)) if settled == len(found) else None,
+    }
+    text = f"{inside} of {len(found)} settle in time, {settled} at all."
+    return values, {prefix.removeprefix("goals."): text}

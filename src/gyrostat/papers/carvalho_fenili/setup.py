@@ -1,0 +1,63 @@
+"""Parameters that the paper prints, and the body and weights that they describe."""
+
+import numpy as np
+
+from gyrostat.body import EulerAngles, TorqueDrivenBody
+
+MASS, EDGE = 200.0, 0.6
+"""Table 1: kg and m."""
+INERTIA = MASS * EDGE**2 / 6.0
+"""I of a cube, kg·m²."""
+DURATION, STEP = 200.0, 0.01
+"""Table 1: s."""
+FAILURE = 15.0
+"""s."""
+ANGLES = EulerAngles(phi=0.7, theta=0.8, psi=0.6)
+RATES = EulerAngles(phi=0.04, theta=0.04, psi=0.04)
+"""Table 2: rad and rad/s."""
+STATE_WEIGHT = np.diag([50.0, 50.0, 10.0, 10.0, 10.0, 10.0])
+"""Q of (19), for the order theta, theta', phi, phi', psi, psi' of (14)."""
+PRINTED_INPUT_WEIGHT = np.diag([50.0, 50.0, 100.0, 100.0, 100.0, 100.0])
+"""R of (20), for an input (0, M_x, 0, M_y, 0, M_z)."""
+INPUT_WEIGHT = PRINTED_INPUT_WEIGHT[1::2, 1::2]
+"""R of (20) where it acts: M_x 50, M_y 100, M_z 100."""
+
+AXES = ("x", "y", "z")
+ANGLE_NAMES = ("theta", "phi", "psi")
+"""Angles of the three torques at theta = pi/2, psi = 0."""
+LAWS = {"lqr": "LQR", "sdre": "SDRE"}
+CASES: dict[str, tuple[int, ...]] = {
+    "none": (),
+    "Mx": (0,),
+    "My": (1,),
+    "Mz": (2,),
+    "MxMy": (0, 1),
+    "MxMz": (0, 2),
+    "MyMz": (1, 2),
+}
+"""Axes whose torque fails, of each case."""
+FIGURES = {
+    "Mx": (1, 13),
+    "My": (3, 15),
+    "Mz": (5, 17),
+    "MxMy": (7, 19),
+    "MxMz": (9, 21),
+    "MyMz": (11, 23),
+}
+"""Number of the paper's figure of the angles, by LQR and by SDRE; the next shows their rates."""
+
+HEALTHY = TorqueDrivenBody(INERTIA)
+
+
+def failure_times() -> np.ndarray:
+    """(7, 3) time from which each torque is zero in each case, s; inf where it does not fail."""
+    times = np.full((len(CASES), 3), np.inf)
+    for row, failed in zip(times, CASES.values(), strict=True):
+        row[list(failed)] = FAILURE
+    return times
+
+
+def failure_of(case: str) -> str:
+    """Name of a case for figures."""
+    names = [f"M{AXES[axis]}" for axis in CASES[case]]
+    return "failure of " + " and ".join(names) if names else "no failure"

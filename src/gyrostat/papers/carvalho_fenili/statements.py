@@ -1,0 +1,244 @@
+"""Sections 6 and 7 of the paper: its numbers and its statements on the 14 runs."""
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from gyrostat._jax import jax, jnp
+from gyrostat.body import EulerState
+from gyrostat.papers.carvalho_fenili import figures, setup
+from gyrostat.papers.carvalho_fenili.flights import Flight, flights
+from gyrostat.papers.carvalho_fenili.laws import (
+    FACTORISATION,
+    LinearQuadratic,
+    gain,
+    laws,
+    linearised,
+    rank,
+    regulated,
+)
+from gyrostat.papers.claims import Value
+from gyrostat.papers.reproduction import Part, Run
+
+THETA, PHI, PSI = range(3)
+NEAR = 0.2
+"""rad: "around the desired values"."""
+MOVING = 1e-3
+"""rad/s: a rate that has not converged to zero."""
+EXCITED = 0.1
+"""Share of the linear field that counts as sufficiently excited nonlinear terms."""
+FAILING = tuple(case for case in setup.CASES if case != "none")
+
+Flights = Mapping[str, Mapping[str, Flight]]
+"""Of each law, then of each case."""
+
+
+def flown(run: Run) -> Flights:
+    """Simulate all cases by both laws, one beside the other."""
+    run.say(f"{len(setup.CASES)} cases by each law, evaluated at every stage")
+    with ThreadPoolExecutor() as beside:
+        both = {law: beside.submit(flights, one) for law, one in laws().items()}
+        return {law: found.result() for law, found in both.items()}
+
+
+def design(run: Run) -> Part:
+    """Inertia, gains and ranks."""
+    gains = gain()
+    values: dict[str, Value] = {"inertia": setup.INERTIA}
+    for name, row, column in (("theta", 0, 0), ("phi", 1, 2)):
+        values[f"lqr.gain_{name}"] = float(gains[row, column])
+        values[f"lqr.gain_{name}_rate"] = float(gains[row, column + 1])
+    for row, (axis, name) in enumerate(zip(setup.AXES, setup.ANGLE_NAMES, strict=True)):
+        others = np.delete(gains[row], [2 * row, 2 * row + 1])
+        belongs = np.max(np.abs(others)) < 1e-9 < gains[row, 2 * row]
+        values[f"lqr.M{axis}_belongs_to_{name}"] = bool(belongs)
+    return Part({**values, **{f"rank.{case}": float(rank(case)) for case in setup.CASES}})
+
+
+def drawn(run: Run) -> Part:
+    """Figures of all runs."""
+    found = run.once(flown)
+    cases = (figures.case(case, found) for case in setup.CASES)
+    return Part({}, found, (*cases, figures.frozen_rates(found)))
+
+
+def numbers(run: Run) -> Part:
+    """State at 15 s, and where runs end."""
+    found: Flights = run.once(flown)
+    linear, dependent = found["lqr"], found["sdre"]
+    row = round(setup.FAILURE / setup.STEP)
+    healthy, my, mz = linear["none"], linear["My"], linear["Mz"]
+    values: dict[str, Value] = {
+        **{
+            f"lqr.error_15s_{n}": float(healthy.angles[row, k])
+            for k, n in enumerate(setup.ANGLE_NAMES)
+        },
+        **{f"lqr.rate_15s_{n}": float(healthy.body_rate[row, k]) for k, n in enumerate(setup.AXES)},
+        "lqr.Mx.valid_until_s": linear["Mx"].valid_until,
+        "lqr.My.phi": float(my.end[PHI]),
+        "lqr.My.frozen_rate_drift": my.frozen_rate_drift(my.resolved_until),
+        "lqr.Mz.theta_error": float(mz.end[THETA]),
+        "lqr.Mz.phi": float(mz.end[PHI]),
+        "lqr.Mz.psi": float(mz.end[PSI]),
+        "sdre.Mx.theta_error": float(dependent["Mx"].end[THETA]),
+        "sdre.My.phi": float(dependent["My"].end[PHI]),
+        "sdre.Mz.psi": float(dependent["Mz"].end[PSI]),
+    }
+    return Part(values)
+
+
+def linear(run: Run) -> Part:
+    """Section 6.1: statements on LQR."""
+    found: Mapping[str, Flight] = run.once(flown)["lqr"]
+    x, y, z = found["Mx"], found["My"], found["Mz"]
+    late = x.time >= x.valid_until - 10.0
+    least = float(np.min(np.abs(x.rates[late, THETA])))
+    poles = _decoupled_poles()
+    moved = np.asarray(FACTORISATION(regulated(setup.HEALTHY.start(setup.ANGLES, setup.RATES)))[1])[
+        [1, 3, 5], 0
+    ]
+    values: dict[str, Value] = {
+        "lqr.Mx.theta_rate_does_not_converge": least > MOVING,
+        "lqr.Mx.theta_unstable": not x.stays(THETA),
+        "lqr.Mx.phi_unstable": not x.stays(PHI),
+        "lqr.Mx.phi_and_psi_to_zero": x.stays(PHI) and x.stays(PSI),
+        "lqr.My.theta_and_psi_stable": y.stays(THETA) and y.stays(PSI),
+        "lqr.My.coupling_is_the_reason": not poles[-1] < 0.0,
+        "lqr.My.failure_compensated": y.controlled,
+        "lqr.Mz.similar_to_My": (z.stays(THETA) == y.stays(THETA) and z.stays(PHI) == y.stays(PSI)),
+        "lqr.Mz.theta_and_phi_stable": z.stays(THETA) and z.stays(PHI),
+        "lqr.Mz.failure_compensated": z.controlled,
+        **_unstable("lqr.MxMy", found, "psi_cannot_stabilise_the_others"),
+        **_unstable("lqr.MxMz", found, "coupling_with_phi_does_not_suffice"),
+        "lqr.MyMz.all_angles_controlled": found["MyMz"].controlled,
+        "lqr.MyMz.coupling_makes_it_possible": rank("MyMz") == 6,
+        "lqr.MyMz.Mx_moves_all_angles": bool(np.all(np.abs(moved) > 1e-6)),
+        "lqr.MyMz.euler_angles_are_the_reason": rank("MyMz") == 6,
+    }
+    facts = {
+        "least_rate": least,
+        "poles": ", ".join(f"{pole:.3f}" for pole in poles),
+        "moved": ", ".join(f"{value:.4f}" for value in moved),
+        "rank": {case: rank(case) for case in setup.CASES},
+    }
+    return Part(values, facts)
+
+
+def _unstable(prefix: str, found: Mapping[str, Flight], reason: str) -> dict[str, Value]:
+    """Statements on two failures: all angles are unstable, and the one torque cannot help."""
+    case = prefix.split(".")[1]
+    flight = found[case]
+    stays = [flight.stays(angle) for angle in range(3)]
+    return {
+        f"{prefix}.all_angles_unstable": not any(stays),
+        f"{prefix}.{reason}": rank(case) < 6 and not flight.controlled,
+    }
+
+
+def _decoupled_poles() -> np.ndarray:
+    """Poles of theta and psi without My where nothing couples, real parts in order, 1/s."""
+    dynamics, torques = linearised()
+    kept = [0, 1, 4, 5]
+    without = torques.copy()
+    without[:, 1] = 0.0
+    closed = (dynamics - without @ gain())[np.ix_(kept, kept)]
+    return np.sort(np.linalg.eigvals(closed).real)
+
+
+def dependent(run: Run) -> Part:
+    """Section 6.2: statements on SDRE."""
+    found: Flights = run.once(flown)
+    runs = found["sdre"]
+    x, y, z = runs["Mx"], runs["My"], runs["Mz"]
+    healthy = runs["none"].excursion(THETA)
+    start = setup.HEALTHY.start(setup.ANGLES, setup.RATES)
+    moved = setup.INERTIA * np.asarray(FACTORISATION(regulated(start))[1])[[1, 3, 5], 0]
+    share = _nonlinear_share(start)
+    spreads = {case: _spreads(found, case) for case in FAILING}
+    values: dict[str, Value] = {
+        "sdre.nonlinear_terms_excited": share >= EXCITED,
+        "sdre.Mx.unstable": not x.controlled,
+        "sdre.Mx.stays_around_the_goal": all(x.excursion(k) <= NEAR for k in range(3)),
+        "sdre.Mx.does_not_converge": not x.controlled,
+        "sdre.My.all_angles_controlled": y.controlled,
+        "sdre.My.coupling_is_seen": y.excursion(THETA) > 10.0 * healthy,
+        "sdre.Mz.all_angles_controlled": z.controlled,
+        "sdre.Mz.similar_to_My": (
+            z.stays(THETA) == y.stays(THETA) and z.stays(PHI) == y.stays(PSI)
+        ),
+        "sdre.Mz.failure_compensated": z.controlled,
+        **{
+            f"sdre.{case}.better_than_lqr": spreads[case][1] < spreads[case][0]
+            for case in ("Mz", "MxMz")
+        },
+        **_unstable("sdre.MxMy", runs, "psi_cannot_stabilise_the_others"),
+        **_unstable("sdre.MxMz", runs, "phi_cannot_stabilise_the_others"),
+        "sdre.MyMz.all_angles_controlled": runs["MyMz"].controlled,
+        "sdre.MyMz.coupling_makes_it_possible": rank("MyMz") == 6,
+        "sdre.MyMz.Mx_moves_all_angles_strongly": bool(np.min(np.abs(moved)) >= 0.5),
+    }
+    facts = {
+        "nonlinear_percent": 100.0 * share,
+        "theta_moved": y.excursion(THETA),
+        "theta_healthy": healthy,
+        "spreads": spreads,
+        "strongly_moved": ", ".join(f"{value:.2f}" for value in moved),
+    }
+    return Part(values, facts)
+
+
+def _nonlinear_share(start: EulerState) -> float:
+    """Nonlinear part of the accelerations at the start under LQR, over the linearised ones."""
+    torque = LinearQuadratic(jnp.asarray(gain()))(start)
+    bend = setup.HEALTHY.accelerations(start, torque)
+    dynamics, torques = linearised()
+    linear = (dynamics @ np.asarray(regulated(start)) + torques @ np.asarray(torque))[1::2]
+    apart = np.linalg.norm(np.array([bend.theta, bend.phi, bend.psi]) - linear)
+    return float(apart / np.linalg.norm(linear))
+
+
+def _spreads(found: Flights, case: str) -> tuple[float, float]:
+    """`Flight.spread` by LQR and by SDRE over the time that both are valid."""
+    linear, dependent = found["lqr"][case], found["sdre"][case]
+    until = min(linear.valid_until, dependent.valid_until)
+    return linear.spread(until), dependent.spread(until)
+
+
+def conclusion(run: Run) -> Part:
+    """Section 7: statements on all runs."""
+    found: Flights = run.once(flown)
+    pairs = {case: _spreads(found, case) for case in FAILING}
+    better = [case for case, (linear, dependent) in pairs.items() if dependent < linear]
+    runs = [found[law][case] for law in found for case in setup.CASES]
+    agree = all(run.controlled == (0 not in run.failed) for run in runs)
+    held = [run.case for run in runs if run.controlled]
+    start = setup.HEALTHY.start(setup.ANGLES, setup.RATES)
+    still = jax.jacfwd(
+        lambda x: jnp.stack(setup.HEALTHY.accelerations(EulerState(*x), jnp.zeros(3)))
+    )
+    turned = float(np.max(np.abs(np.asarray(still(jnp.stack(start)))[:, [1, 2]])))
+    torques = np.asarray(FACTORISATION(regulated(start))[1])[[1, 3, 5]]
+    entries = int(np.count_nonzero(np.abs(torques) > 1e-6))
+    rates = np.linalg.norm(found["lqr"]["none"].body_rate[[0, -1]], axis=1)
+    first, left = (float(setup.INERTIA * rate) for rate in rates)
+    values: dict[str, Value] = {
+        "conclusion.every_variable_moves_the_others": turned > 0.0,
+        "conclusion.torques_are_coupled": entries > 3,
+        "conclusion.actuators_are_momentum_wheels": abs(left - first) < 1e-3 * first,
+        "conclusion.one_or_two_actuators_fail": {len(f) for f in setup.CASES.values()} == {0, 1, 2},
+        "conclusion.controlled_if_and_only_if_x_works": agree,
+        "conclusion.euler_angles_explain_it": agree,
+        "conclusion.sdre_better_in_many_cases": 2 * len(better) > len(FAILING),
+    }
+    facts = {
+        "turned": turned,
+        "entries": entries,
+        "momenta": (first, left),
+        "held": f"{len(held)} of {len(runs)} runs (case {', '.join(sorted(set(held)))})",
+        "better": f"{len(better)} of {len(FAILING)} failures ({', '.join(better)})",
+    }
+    return Part(values, facts)
+
+
+EXPERIMENTS = (design, numbers, linear, dependent, conclusion, drawn)

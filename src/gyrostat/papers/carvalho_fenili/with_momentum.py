@@ -1,0 +1,197 @@
+"""Dispersed recoveries with two of three wheels and momentum.
+
+A case is a spacecraft with three orthogonal wheels (0.1 N·m, 3 N·m·s), one of which has failed, a
+total momentum whose part across the failed axis is 0.1 to 2.9 N·m·s (log-uniform), what the failed
+wheel holds uniform in +-2.9 N·m·s, and a holdable target (uniform phase and roll: up to 180 deg
+away). Starts, in turn:
+
+    frozen    at rest where all three wheels held the momentum; the failed one keeps its own
+    emptied   the same, the failed wheel's momentum goes to the body at once (all of it <= 2.9)
+    drifting  any attitude, the working wheels stop the body as far as they can
+    tumbling  any attitude, the momenta of the working wheels anything up to that of the target
+"""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from gyrostat._jax import jax, jnp
+from gyrostat._types import Matrix, Vector
+from gyrostat.body import (
+    Gyrostat,
+    ReducedGyrostat,
+    ReducedSensor,
+    ReducedState,
+    Spacecraft,
+    SpacecraftSensor,
+    WheelFailures,
+    rotations,
+)
+from gyrostat.control import MomentumRecovery
+from gyrostat.papers.blocks import in_blocks
+from gyrostat.papers.carvalho_fenili.dispersed import BLOCK, Dispersed, fly, settling_times
+from gyrostat.papers.reproduction import Say
+from gyrostat.wheel import WheelArray
+
+KINDS = ("frozen", "emptied", "drifting", "tumbling")
+PRINCIPAL = {"cube": (12.0, 12.0, 12.0), "tilted": (8.0, 12.0, 16.0)}
+"""kg·m²; tilted: about random axes."""
+TORQUE, MOMENTUM, MOST = 0.1, 3.0, 2.9
+"""N·m, N·m·s, N·m·s."""
+PERIOD = 0.5
+"""s, of control."""
+LENGTHS = (400 * 1.35 ** np.arange(12)).astype(int)
+"""Periods of a flight: few, since each length is compiled."""
+ROTOR = 0.01
+"""kg·m²."""
+
+
+def _start(
+    random: np.random.Generator, kind: str, failed: int
+) -> tuple[Rotation, Rotation, Vector, Vector, float]:
+    """Attitudes at the start and to reach, total momentum (inertial), rotors' momenta, and rho.
+
+    Momenta in N·m·s, each rotor's about its axis; rho is the momentum across the failed axis.
+    """
+    works = np.arange(3) != failed
+    rho, held = np.exp(random.uniform(np.log(0.1), np.log(MOST))), random.uniform(-MOST, MOST)
+
+    def on_circle() -> Vector:
+        phase = random.uniform(-np.pi, np.pi)
+        return np.insert(rho * np.array([np.cos(phase), np.sin(phase)]), failed, held)
+
+    start = Rotation.random(rng=random)
+    rotors = on_circle()
+    total = start.apply(rotors)
+    if kind == "emptied":
+        scale = min(1.0, MOST / float(np.linalg.norm(rotors)))
+        total, rotors = total * scale, rotors * scale * works
+        rho, held = float(np.linalg.norm(total)), 0.0
+    if kind in ("drifting", "tumbling"):
+        start = Rotation.random(rng=random)
+        carried = start.inv().apply(total)
+        if kind == "tumbling":
+            carried = random.uniform(-rho, rho, 3)
+        rotors = np.where(works, np.clip(carried, -MOMENTUM, MOMENTUM), rotors)
+    goal, wanted = Rotation.random(rng=random), on_circle()
+    goal = goal * Rotation.align_vectors(goal.inv().apply(total)[None], wanted[None])[0]
+    return start, goal, total, rotors, float(rho)
+
+
+def _quaternion(rotation: Rotation):
+    return jnp.asarray(rotation.as_quat(scalar_first=True))
+
+
+def draw(random: np.random.Generator, kind: str, shape: str, error: float) -> Dispersed:
+    """One case on the reduced gyrostat.
+
+    Args:
+        random: numbers.
+        kind: of start, one of `KINDS`.
+        shape: of the body, one of `PRINCIPAL`.
+        error: of each principal inertia in the controller, either way.
+    """
+    failed = int(random.integers(3))
+    works = np.arange(3) != failed
+    turn = Rotation.random(rng=random).as_matrix() if shape == "tilted" else np.eye(3)
+    principal = np.array(PRINCIPAL[shape])
+    start, goal, momentum, rotors, rho = _start(random, kind, failed)
+
+    def spacecraft(factors: Vector) -> Spacecraft:
+        inertia: Matrix = turn @ np.diag(principal * factors) @ turn.T
+        limits = jnp.full(3, TORQUE), jnp.full(3, MOMENTUM)
+        wheels = WheelArray(jnp.eye(3), jnp.full(3, ROTOR), *limits)
+        return Spacecraft(jnp.asarray(0.5 * (inertia + inertia.T)), wheels)
+
+    total = jnp.asarray(momentum)
+    known = spacecraft(1.0 + error * random.choice([-1.0, 1.0], 3))
+    target = _quaternion(goal)
+    return Dispersed(
+        plant=ReducedGyrostat(spacecraft(np.ones(3)), jnp.asarray(works), total),
+        controller=MomentumRecovery.plan(known, works, total_momentum=total, target=target),
+        start=ReducedState(_quaternion(start), jnp.asarray(rotors)),
+        target=target,
+        allowed=100.0 + 15.0 * principal.max() / rho,
+    )
+
+
+def _duration(allowed: float) -> float:
+    least = (1.1 * allowed + 20.0) / PERIOD
+    return PERIOD * float(LENGTHS[np.searchsorted(LENGTHS, least)])
+
+
+def ratios(shape: str, error: float, cases: int, say: Say, seed: int = 1) -> Vector:
+    """(cases,) settling time over the time allowed; infinite where a case does not settle.
+
+    Args:
+        shape: of the body, one of `PRINCIPAL`.
+        error: of each principal inertia in the controller, either way.
+        cases: number of cases.
+        say: called after each block.
+        seed: of the cases.
+    """
+    random = np.random.default_rng(seed)
+    drawn = [draw(random, KINDS[k % len(KINDS)], shape, error) for k in range(cases)]
+    drawn.sort(key=lambda case: case.allowed)
+
+    def block(some: list[Dispersed]) -> Vector:
+        flown = fly(some, ReducedSensor, duration=_duration(some[-1].allowed), period=PERIOD)
+        return settling_times(flown) / np.array([case.allowed for case in some])
+
+    return np.concatenate(
+        list(
+            in_blocks(
+                drawn,
+                BLOCK,
+                block,
+                say=say,
+                name=f"with momentum, {shape}, inertia {error:.0%} wrong",
+            )
+        )
+    )
+
+
+def full_beside_reduced(cases: int, seed: int = 2) -> tuple[float, float]:
+    """Simulate cases on the full gyrostat and on the reduced one.
+
+    Args:
+        cases: number of cases.
+        seed: of the cases.
+
+    Returns:
+        Largest difference of settling times, s, infinite where one does not settle; and the largest
+        relative change of the total momentum of the full one.
+    """
+    random = np.random.default_rng(seed)
+    shapes = list(PRINCIPAL)
+    drawn = [
+        draw(random, KINDS[k % len(KINDS)], shapes[k // len(KINDS) % 2], 0.0) for k in range(cases)
+    ]
+    duration = _duration(max(case.allowed for case in drawn))
+    options = {"duration": duration, "period": PERIOD, "engine": "jax"}
+    reduced = fly(drawn, ReducedSensor, **options)
+    full = fly([_full(case) for case in drawn], SpacecraftSensor, **options)
+    times = np.array([settling_times(full), settling_times(reduced)])
+    apart = float(np.max(np.abs(times[0] - times[1]))) if np.isfinite(times).all() else np.inf
+    return apart, max(_change(drawn[k], full.isel(run=k)) for k in range(cases))
+
+
+def _full(case: Dispersed) -> Dispersed:
+    """With rotors that turn: the momentum of each about its axis is J (speed + rate about it)."""
+    reduced, state = case.plant, case.start
+    failures = WheelFailures.none(3)
+    for wheel in np.flatnonzero(~np.asarray(reduced.working)):
+        failures = failures.torque_lost(int(wheel), 0.0)
+    plant, rate = Gyrostat(reduced.spacecraft, failures), reduced.rate(state)
+    speed = reduced.relative_momentum(state) / ROTOR
+    return case._replace(
+        plant=plant, start=plant.start(attitude=state.attitude, rate=rate, wheel_speed=speed)
+    )
+
+
+def _change(case: Dispersed, flown) -> float:
+    """Of the momentum made anew from attitude, body rate and wheels, relative."""
+    locked = case.plant.spacecraft.inertia_locked()
+    body = flown.rate.values @ np.asarray(locked) + flown.wheel_momentum.values
+    there = jax.vmap(rotations.to_inertial)(jnp.asarray(flown.attitude.values), jnp.asarray(body))
+    total = np.asarray(case.plant.total_momentum)
+    return float(np.max(np.abs(there - total)) / np.linalg.norm(total))

@@ -1,0 +1,140 @@
+"""Dispersed recoveries with two of three wheels and next to no momentum.
+
+A case is a gyrostat with three orthogonal wheels (0.1 N·m, 3 N·m·s, rotors of 0.01 kg·m²), one of
+them seized, and an inertia of 12 kg·m² (cube) or 8, 12, 16 kg·m² about random axes (tilted), in
+turn. Attitude and wanted attitude are random; the target is the attitude nearest to the wanted one
+where the wheels can hold the momentum. At the start the wheels hold what they can.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from gyrostat._jax import jnp
+from gyrostat._types import Vector
+from gyrostat.body import Gyrostat, Spacecraft, SpacecraftSensor, WheelFailures
+from gyrostat.control import ZeroMomentumRecovery
+from gyrostat.papers.blocks import in_blocks
+from gyrostat.papers.carvalho_fenili.dispersed import BLOCK, Dispersed, fly, settling_times
+from gyrostat.papers.reproduction import Say
+from gyrostat.recovery.recover import RATE
+from gyrostat.wheel import WheelArray
+
+ROTORS = np.full(3, 0.01)
+WHEELS = WheelArray(jnp.eye(3), jnp.asarray(ROTORS), jnp.full(3, 0.1), jnp.full(3, 3.0))
+PERIOD = 0.1
+"""s, of control."""
+
+
+class Requirement(NamedTuple):
+    """A set of cases and what is required of them.
+
+    Attributes:
+        key: in ids.
+        least: momentum, N·m·s.
+        most: momentum, N·m·s.
+        error: of the inertia known to the controller, share of the largest.
+        allowed: time to settle, s.
+        duration: of a run, s.
+        tumbling: whether the body turns at the start, at up to 0.05 rad/s.
+
+    """
+
+    key: str
+    least: float
+    most: float
+    error: float
+    allowed: float
+    duration: float
+    tumbling: bool = False
+
+
+REQUIREMENTS = (
+    Requirement("zero", 0.0, 0.0, 0.0, 105.0, 150.0),
+    Requirement("zero_1pct", 0.0, 0.0, 0.01, 150.0, 200.0),
+    Requirement("zero_tumbling", 0.0, 0.0, 0.0, 150.0, 200.0, tumbling=True),
+    Requirement("small", 0.0, 0.01, 0.0, 200.0, 800.0),
+    Requirement("small_1pct", 0.0, 0.01, 0.01, 200.0, 800.0),
+    Requirement("gap", 0.01, 0.1, 0.0, 200.0, 800.0),
+    Requirement("gap_1pct", 0.01, 0.1, 0.01, 200.0, 800.0),
+)
+
+
+def _nearest_rest(wanted: Rotation, momentum: Vector, normal: Vector) -> Rotation:
+    """Attitude nearest to a wanted one at which the momentum has no part along the normal."""
+    body = wanted.inv().apply(momentum)
+    across = body - normal * (normal @ body)
+    axis = np.cross(across, body)
+    if np.linalg.norm(axis) < 1e-15:
+        return wanted
+    angle = np.arctan2(np.linalg.norm(axis), across @ body)
+    return wanted * Rotation.from_rotvec(axis / np.linalg.norm(axis) * angle)
+
+
+def draw(random: np.random.Generator, one: Requirement, *, tilted: bool) -> Dispersed:
+    """One case.
+
+    Args:
+        random: numbers.
+        one: set that it belongs to.
+        tilted: whether the inertia is tilted.
+    """
+    turn = Rotation.random(rng=random).as_matrix() if tilted else np.eye(3)
+    inertia = turn @ np.diag((8.0, 12.0, 16.0) if tilted else (12.0,) * 3) @ turn.T
+    inertia = 0.5 * (inertia + inertia.T)
+    wrong = random.normal(size=(3, 3))
+    wrong = (wrong + wrong.T) / np.linalg.norm(wrong + wrong.T, 2)
+    known = inertia + one.error * np.linalg.norm(inertia, 2) * wrong
+    failed = int(random.integers(3))
+    normal, working = np.eye(3)[failed], np.arange(3) != failed
+    attitude, wanted = Rotation.random(2, rng=random)
+    momentum = random.normal(size=3)
+    momentum *= random.uniform(one.least, one.most) / np.linalg.norm(momentum)
+    target = _nearest_rest(wanted, momentum, normal)
+    body = attitude.inv().apply(momentum)
+    locked = inertia + np.diag(ROTORS)
+    drift = locked @ normal
+    rate = drift * (normal @ body) / (drift @ drift)
+    if one.tumbling:
+        across = random.normal(size=3)
+        across -= drift * (drift @ across) / (drift @ drift)
+        rate = rate + across * random.uniform(0.0, 0.05) / np.linalg.norm(across)
+    failures = WheelFailures.none(3).seizes(failed, 0.0)
+    plant = Gyrostat(Spacecraft(jnp.asarray(inertia), WHEELS), failures)
+    wheels = np.where(working, body - locked @ rate, 0.0)
+    reached = jnp.asarray(target.as_quat(scalar_first=True))
+    return Dispersed(
+        plant=plant,
+        controller=ZeroMomentumRecovery.plan(
+            Spacecraft(jnp.asarray(known), WHEELS), working, target=reached
+        ),
+        start=plant.start(
+            attitude=attitude.as_quat(scalar_first=True),
+            rate=rate,
+            wheel_speed=wheels / ROTORS,
+        ),
+        target=reached,
+        allowed=one.allowed,
+    )
+
+
+def times(one: Requirement, cases: int, say: Say, seed: int = 1) -> Vector:
+    """(cases,) settling times, s; infinite where a case does not settle.
+
+    Settled means below 0.05 deg and 1e-4 rad/s from then on, to the end of the run.
+
+    Args:
+        one: the set.
+        cases: number of cases.
+        say: called after each block.
+        seed: of the cases.
+    """
+    random = np.random.default_rng(seed)
+    drawn = [draw(random, one, tilted=k % 2 == 1) for k in range(cases)]
+
+    def block(some: list[Dispersed]) -> Vector:
+        flown = fly(some, SpacecraftSensor, duration=one.duration, period=PERIOD)
+        return settling_times(flown, RATE)
+
+    return np.concatenate(list(in_blocks(drawn, BLOCK, block, say=say, name=one.key)))

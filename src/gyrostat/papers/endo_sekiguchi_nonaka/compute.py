@@ -1,0 +1,226 @@
+"""The paper's own start and others: its numbers and its statements."""
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import lfilter
+
+from gyrostat.papers.claims import Value
+from gyrostat.papers.endo_sekiguchi_nonaka import figures, setup
+from gyrostat.papers.endo_sekiguchi_nonaka.flights import Case, Flight, flown
+from gyrostat.papers.reproduction import Part, Run
+
+FIXED = {
+    "fixed_gain_0p01": 0.01,
+    "fixed_gain_0p03": 0.03,
+    "fixed_gain_0p1": 0.1,
+    "fixed_gain_1": 1.0,
+}
+"""Runs with a fixed gain, 1/s."""
+SAMPLED_POLE = 1.0 - setup.FEEDBACK * setup.PERIOD
+"""Of the sampled closed loop of integrators, h(k+1) = h(k) + Ts F (r - h)."""
+CLOSE = 0.1
+"""Close to the ideal output: within this share of how far the output without MEC is from it."""
+STEADY = 3.0 / setup.FEEDBACK
+"""s: three time constants, after which only the effect of the momentum is left."""
+GENTLE = 0.01
+"""A gain changes gently if no sample changes it by more than this share of its largest value."""
+BOUNDED = 10.0
+"""rad/s of wheel speed: four times what the start alone needs; beyond it the gain has run away."""
+IN_TIME = 9000.0
+"""s: a run from another start holds if its error is below 0.05 degrees for good from here on."""
+TURNS = (45, 90, 135, 180, 225, 270, 315)
+"""Degrees added to the phases of the momentum."""
+AXES = (
+    *((1.0, 2.0, -3.0), (2.0, 1.0, 3.0), (-1.0, 2.0, 3.0), (1.0, -2.0, 3.0)),
+    *((3.0, 2.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
+)
+"""Other initial rotation axes."""
+OTHERS = (
+    *(Case(shift=float(np.deg2rad(turn))) for turn in TURNS),
+    *(Case(axis=axis) for axis in AXES),
+    Case(torque_limit=0.1),
+)
+"""Other starts, each with one change."""
+
+
+Flights = Mapping[str, Flight]
+"""Runs of the paper's own start. Without compensator: `ideal` (no momentum, nominal inertia),
+`no_mec`, `inertia_only` (wrong inertia, no momentum), `known_momentum` (from measurements). With
+the compensator: fixed gains, by the names of `FIXED`, and on-line tuning, `mec_frit`."""
+
+
+class Outcome(NamedTuple):
+    """What is kept of a run from another start.
+
+    Attributes:
+        settled: from when on below 0.05 degrees for good, s; None where never.
+        top_speed: largest commanded wheel speed, rad/s.
+        valid_until: s.
+    """
+
+    settled: float | None
+    top_speed: float
+    valid_until: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether it settled in time."""
+        return self.settled is not None and self.settled <= IN_TIME
+
+
+def outcomes_of(flights: Iterable[Flight]) -> list[Outcome]:
+    """What is kept of runs from other starts, one after the other."""
+    return [Outcome(one.settled, one.top_speed, one.valid_until) for one in flights]
+
+
+def own_start(run: Run) -> tuple[Flights, list[Outcome]]:
+    """Simulate the paper's own start, and the others with FRIT."""
+    plain = Case()
+    untuned = {
+        "ideal": (Case(total=setup.NOMINAL, momentum=0.0), 0.0),
+        "no_mec": (plain, 0.0),
+        "inertia_only": (Case(momentum=0.0), 0.0),
+        **{name: (plain, gain) for name, gain in FIXED.items()},
+    }
+    run.say(f"{len(untuned)} runs of 10 000 s without tuning")
+    cases = [case for case, _ in untuned.values()]
+    found = flown(cases, [setup.fixed(gain) for _, gain in untuned.values()])
+    flights = dict(zip(untuned, found, strict=True))
+    run.say(f"FRIT, from {len(OTHERS)} other starts too")
+    every = flown([plain, *OTHERS], [setup.tuned()] * (1 + len(OTHERS)))
+    flights["mec_frit"] = next(every)
+    outcomes = outcomes_of(every)
+    run.say("the momentum computed from measurements")
+    (flights["known_momentum"],) = flown([plain], [setup.law(momentum_measured=True)])
+    return flights, outcomes
+
+
+def filtered(signal: np.ndarray, start: np.ndarray | float = 0.0) -> np.ndarray:
+    """M: m(k+1) = a m(k) + (1 - a) x(k), a = `SAMPLED_POLE`; (N, n) along the first axis.
+
+    Args:
+        signal: (N, n) x.
+        start: m(0).
+    """
+    first = np.broadcast_to(start, signal.shape[1:])[None]
+    numerator, denominator = [0.0, 1.0 - SAMPLED_POLE], [1.0, -SAMPLED_POLE]
+    return np.asarray(lfilter(numerator, denominator, signal, axis=0, zi=first)[0])
+
+
+def identity(flight: Flight, sign: float = -1.0) -> float:
+    """Max |eta + M d| / max |M d|, eta = M mu + sign F (h - M h), d = (h(k+1) - h(k)) / Ts - mu(k).
+
+    M is the sampled closed loop, and the filters of (25) start at h(0).
+
+    Args:
+        flight: of signals h and mu.
+        sign: -1 where (25) agrees with (22), +1 as (25) is printed.
+    """
+    output, virtual = flight.output[:-1], flight.virtual[:-1]
+    seen = filtered(np.diff(flight.output, axis=0) / setup.PERIOD - virtual)
+    eta = filtered(virtual) + sign * setup.FEEDBACK * (output - filtered(output, output[0]))
+    return float(np.max(np.abs(eta + seen)) / np.max(np.abs(seen)))
+
+
+def turns(flight: Flight) -> list[int]:
+    """How often each output turns round after `STEADY`."""
+    slopes = np.sign(np.diff(flight.output[round(STEADY / setup.PERIOD) :: 100], axis=0))
+    return [int(np.sum(np.diff(slope) != 0.0)) for slope in slopes.T]
+
+
+def numbers(run: Run) -> Part:
+    """Numbers and figures of the paper's own start."""
+    flights, _ = run.once(own_start)
+    bare, frit = flights["no_mec"], flights["mec_frit"]
+    values: dict[str, Value] = {
+        "pointing.initial_deg": frit.error_at(0.0),
+        "ideal.settle_0p05deg_s": flights["ideal"].settled,
+        **{
+            f"no_mec.error_{time}s_deg": bare.error_at(float(time))
+            for time in (1000, 5000, 7000, 10000)
+        },
+        "no_mec.rms_deg": float(np.sqrt(np.mean(bare.judged**2))),
+        "no_mec.max_deg": float(np.max(bare.judged)),
+        **{
+            f"{name}.error_10000s_deg": flights[name].error_at(setup.DURATION)
+            for name in list(FIXED)[:3]
+        },
+        "mec_frit.error_10000s_deg": frit.error_at(setup.DURATION),
+        "mec_frit.settle_0p05deg_s": frit.settled,
+        "mec_frit.max_wheel_speed_rad_s": frit.top_speed,
+        **{
+            f"mec_frit.gain_final_{row + 1}{column + 1}": float(frit.gain[-1, row, column])
+            for row in range(2)
+            for column in range(2)
+        },
+        "no_mec_known_momentum.error_10000s_deg": flights["known_momentum"].error_at(
+            setup.DURATION
+        ),
+        "frit.identity_residual": identity(frit),
+    }
+    return Part(values, {}, figures.figures(flights))
+
+
+def statements(run: Run) -> Part:
+    """Statements on the paper's own start, and on the others with FRIT."""
+    flights, outcomes = run.once(own_start)
+    bare, frit, ideal = flights["no_mec"], flights["mec_frit"], flights["ideal"]
+    far, near = bare.distance(ideal), frit.distance(ideal)
+    rounds = turns(bare)
+    left = np.max(np.abs(bare.output[-30_000:]), axis=0)
+    settling = [name for name in FIXED if flights[name].settled is not None]
+    apart = {name: flights[name].distance(ideal) for name in FIXED}
+    best = min(apart, key=lambda name: apart[name])
+    change = np.max(np.abs(frit.speed - bare.speed), axis=0)
+    steps = np.abs(np.diff(frit.gain, axis=0))
+    samples = int(np.sum(np.max(steps, axis=(1, 2)) > 0.0))
+    jump = float(np.max(steps) / np.max(np.abs(frit.gain)))
+    held = sum(one.holds for one in outcomes)
+    wild = sum(one.top_speed > BOUNDED for one in outcomes)
+    lost = sum(one.valid_until < setup.DURATION for one in outcomes)
+    printed = identity(frit, 1.0)
+    ends = np.max(np.abs(ideal.output[-1]))
+    values: dict[str, Value] = {
+        "fig5_6.no_mec_vibrational": min(rounds) > 0,
+        "fig5_6.no_mec_not_zero": bool(np.min(left) > 10.0 * ends),
+        "fig5_6.mec_close_to_ideal": near < CLOSE * far,
+        "fig7.no_mec_misses": bare.settled is None,
+        "fig7.mec_frit_points": frit.settled is not None,
+        "fig8.gain_updated_consecutively": samples > 0,
+        "fig8.update_is_the_reason": not settling,
+        "fig9_10.input_modified": bool(np.min(change) > 0.0),
+        "conclusion.mec_structure_is_the_reason": bool(settling) and bare.settled is None,
+        "conclusion.gain_tuned_automatically": bool(np.max(np.abs(frit.gain[-1])) > 0.0),
+        "method.gain_becomes_optimum": near <= apart[best],
+        "method.gain_changes_gently": jump <= GENTLE,
+        "abstract.fluctuating_error_suppressed": held == len(OTHERS),
+        "method.dead_zone_stops_divergence": wild == 0 and lost == 0,
+        "introduction.exact_parameters_essential": flights["inertia_only"].settled is None,
+        "introduction.model_error_deteriorates": bare.settled is None,
+        "equation_25.sign": printed < 1e-6,
+    }
+    facts = {
+        "flights": flights,
+        "rounds": rounds,
+        "left": left,
+        "near": near,
+        "far": far,
+        "samples": samples,
+        "settling": ", ".join(settling) or "none",
+        "change": change,
+        "final": np.round(frit.gain[-1], 3).tolist(),
+        "best": best,
+        "best_distance": apart[best],
+        "jump": jump,
+        "smoothing_time": -setup.PERIOD / np.log(1.0 - setup.SMOOTHING),
+        "required_ratio": float(np.sqrt(np.mean(bare.judged**2))) / setup.REQUIRED,
+        "first_torque": float(np.max(np.abs(frit.speed[0])) * setup.ROTOR / setup.PERIOD),
+        "others": len(OTHERS),
+        "holding": held,
+        "wild": wild,
+        "lost": lost,
+        "printed_residual": printed,
+    }
+    return Part(values, facts)

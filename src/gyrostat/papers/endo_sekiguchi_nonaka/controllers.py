@@ -1,0 +1,191 @@
+"""Controllers of the dispersed cases, and what is kept of their runs."""
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+
+from gyrostat._jax import jax, jnp
+from gyrostat._types import Vector
+from gyrostat.body.rotations import to_body
+from gyrostat.control import FirstOrderLags, SafeFrit, TwoWheelPointing
+from gyrostat.estimate import SteadyAttitudeEstimate, SteadyAttitudeFilter
+from gyrostat.friction import Scalar
+from gyrostat.lanes.batch import Batched
+from gyrostat.papers.blocks import in_blocks
+from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import AS_KNOWN, Case
+from gyrostat.papers.endo_sekiguchi_nonaka.setup import PERIOD, REQUIRED, fixed, tuned
+from gyrostat.simulate import run_folded, stack
+
+BLOCK = 64
+"""Runs that are simulated together by one thread."""
+THREADS = min(2, os.cpu_count() or 1)
+
+
+class Estimated(eqx.Module):
+    """Output feedback: a controller on the attitude and rate of the attitude filter.
+
+    Attributes:
+        controller: of the loop.
+        filter: of star tracker and gyro.
+    """
+
+    controller: Any
+    filter: SteadyAttitudeFilter = SteadyAttitudeFilter()
+
+    def start(self, period: Scalar) -> tuple[SteadyAttitudeEstimate, Any, Scalar]:
+        """Memories of both, and the period."""
+        return self.filter.start(), self.controller.start(period), jnp.asarray(period, dtype=float)
+
+    def __call__(self, memory: Any, measurement: Any) -> tuple[Any, Any]:
+        """Estimate, then command."""
+        estimate, inner, period = memory
+        estimate = self.filter(estimate, measurement.attitude, measurement.rate, period)
+        seen = measurement._replace(attitude=estimate.attitude, rate=estimate.rate)
+        inner, command = self.controller(inner, seen)
+        return (estimate, inner, period), command
+
+
+def _safe_tuner() -> SafeFrit:
+    """FRIT with dead zone and largest covariance chosen for the noise of the attitude filter."""
+    return SafeFrit(
+        feedback=jnp.full(2, 0.1),
+        reference=FirstOrderLags(jnp.full(2, 0.1)),
+        forgetting=0.995,
+        smoothing=0.45,
+        dead_zone=jnp.full(2, 1e-5),
+        initial_gain=jnp.full(2, 0.05),
+        lowest=jnp.full(2, 0.02),
+        highest=jnp.full(2, 0.2),
+        largest_covariance=1e10,
+    )
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A controller of the comparison.
+
+    Attributes:
+        key: in the ids of its claims.
+        name: in figures.
+        make: builds it.
+        duration: of a run, s.
+        judged: s before its end, in which the error must not exceed the required one.
+    """
+
+    key: str
+    name: str
+    make: Callable[[], Any]
+    duration: float = 6000.0
+    judged: float = 4000.0
+
+
+OURS = Candidate("pointing", "pointing law with governor", lambda: TwoWheelPointing(AS_KNOWN))
+SAFE_FRIT = Candidate(
+    "safe_frit",
+    "the same with safe on-line FRIT",
+    lambda: TwoWheelPointing(AS_KNOWN, tuner=_safe_tuner()),
+)
+UNCOMPENSATED = Candidate(
+    "uncompensated",
+    "the same without compensator",
+    lambda: TwoWheelPointing(AS_KNOWN, gain=jnp.zeros(2)),
+)
+SLOW = (
+    Candidate("paper", "paper's MEC with FRIT", lambda: Estimated(tuned()), 15_000.0, 5000.0),
+    Candidate("fixed_gain", "MEC with K = 0.1", lambda: Estimated(fixed(0.1)), 15_000.0, 5000.0),
+    Candidate("no_mec", "without MEC", lambda: Estimated(fixed(0.0)), 15_000.0, 5000.0),
+)
+
+
+class Outcome(NamedTuple):
+    """What is kept of runs, each array over them.
+
+    Attributes:
+        settled: from when on the error is below 0.05 degrees to the end, s.
+        last: largest error in the judged window, degrees; infinite where the run failed.
+        demand: largest torque demanded of a wheel, N·m.
+        roll: largest rate about body z, rad/s.
+    """
+
+    settled: Vector
+    last: Vector
+    demand: Vector
+    roll: Vector
+
+    @property
+    def holds(self) -> np.ndarray:
+        """Whether the error stays below what is required."""
+        return self.last < REQUIRED
+
+
+def _fold(kept, time, row, judged_from):
+    settled, last, demand, roll = kept
+    p = to_body(row.state.attitude, jnp.array([0.0, 0.0, 1.0]))
+    error = jnp.rad2deg(jnp.arctan2(jnp.sqrt(p[0] ** 2 + p[1] ** 2), p[2]))
+    error = jnp.where(row.status == 0, error, jnp.inf)
+    return (
+        jnp.where(error < REQUIRED, settled, time + PERIOD),
+        jnp.where(time >= judged_from, jnp.maximum(last, error), last),
+        jnp.maximum(demand, jnp.max(jnp.abs(row.state.torque_demand))),
+        jnp.maximum(roll, jnp.abs(row.record.rate[2])),
+    )
+
+
+def _flights(controller: Any, count: int) -> Batched:
+    """Runs of a controller: (plant, start, sensor, key of the noise, judged from) of each."""
+
+    def single(plant, start, sensor, key, judged_from):
+        return run_folded(
+            plant,
+            controller,
+            sensor,
+            start,
+            key,
+            PERIOD,
+            count=count,
+            fold=lambda kept, time, row: _fold(kept, time, row, judged_from),
+            first=(jnp.zeros(()),) * 4,
+        )
+
+    return Batched(single, (True, True, True, True, False))
+
+
+def evaluate(
+    candidate: Candidate,
+    cases: Sequence[Case],
+    *,
+    seed: int = 0,
+    block_size: int = BLOCK,
+    say: Callable[[str], None] = lambda text: None,
+) -> Outcome:
+    """Simulate a controller in all cases; each has its own noise, the same for every controller.
+
+    Args:
+        candidate: with its duration.
+        cases: one for each run.
+        seed: of the noise.
+        block_size: runs that are simulated together.
+        say: called after each block.
+    """
+    flights = _flights(candidate.make(), round(candidate.duration / PERIOD))
+    judged_from = candidate.duration - candidate.judged
+    # not a split, whose keys may depend on how many there are
+    keys = jax.vmap(jax.random.fold_in, (None, 0))(jax.random.key(seed), jnp.arange(len(cases)))
+
+    runs = list(zip(cases, keys, strict=True))
+
+    def block(some: list[tuple[Case, Any]]) -> np.ndarray:
+        plants, starts, sensors = (
+            stack([getattr(case, name) for case, _ in some]).items
+            for name in ("plant", "start", "sensor")
+        )
+        own = jnp.stack([key for _, key in some])
+        return np.stack(flights(plants, starts, sensors, own, judged_from), axis=1)
+
+    name = f"{candidate.name}, runs of {candidate.duration:g} s"
+    found = in_blocks(runs, block_size, block, say=say, name=name, threads=THREADS)
+    return Outcome(*np.concatenate(list(found)).T)
