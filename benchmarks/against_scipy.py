@@ -19,12 +19,12 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
-from gyrostat.friction import Stribeck
-from gyrostat.identify import identify
-from gyrostat.identify.prediction import SpeedPrediction
-from gyrostat.simulate import CurrentRange, Telemetry, bench_record
-from gyrostat.units import RPM
+from gyrostat.core.units import RPM
+from gyrostat.identification import identify
+from gyrostat.identification.prediction import SpeedPrediction
+from gyrostat.simulation import CurrentRange, Telemetry, bench_record
 from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import Stribeck
 
 INERTIA = 1.5e-3
 STRIBECK_SPEED = 0.418879

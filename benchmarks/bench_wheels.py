@@ -9,9 +9,9 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from gyrostat._jax import jax, jnp
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.units import RPM
 from gyrostat.telemetry import Record
-from gyrostat.units import RPM
 
 INERTIA, STRIBECK_SPEED, RATE, DURATION, STEP = 1.5e-3, 0.4189, 10.0, 300.0, 1e-3
 NAMES = ("motor_constant", "viscous", "coulomb", "static")

@@ -19,10 +19,9 @@ import equinox as eqx
 import numpy as np
 from scipy.integrate import odeint, solve_ivp
 
-from gyrostat._jax import jax, jnp
 from gyrostat.control import FrictionTorqueControl
-from gyrostat.estimate import FrictionScaleFilter
-from gyrostat.friction import static_curve
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.estimation import FrictionScaleFilter
 from gyrostat.papers.moreira_lopes_kuga.setup import (
     BENCH,
     FILTER,
@@ -32,8 +31,9 @@ from gyrostat.papers.moreira_lopes_kuga.setup import (
     WHEEL,
     to_reference,
 )
-from gyrostat.simulate import run
+from gyrostat.simulation import run
 from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import static_curve
 
 CONTROL = FrictionTorqueControl(FILTER, GAIN, to_reference)
 COUNT = 300

@@ -21,8 +21,8 @@ EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
 
 def fly(runs, duration, period, engine, workers):
     """Fly a campaign in this process; its time, s, and peaks of memory, MiB."""
-    from gyrostat.campaign import run_campaign
-    from gyrostat.campaign.scenario_file import read_scenario
+    from gyrostat.campaigns import run_campaign
+    from gyrostat.campaigns.scenario_file import read_scenario
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -15,13 +15,13 @@ import time
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import AirBearingTable, TableSensors
 from gyrostat.control import AttitudePID, DynamicModelCompensator
-from gyrostat.friction import Stribeck
-from gyrostat.simulate import run, simulate, stack
-from gyrostat.units import RPM
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.units import RPM
+from gyrostat.simulation import run, simulate, stack
+from gyrostat.spacecraft import AirBearingTable, TableSensors
 from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import Stribeck
 
 INERTIA, WHEEL_INERTIA, MOTOR, FAN = 0.495, 1.5e-3, 0.0228, 0.46e-3
 VISCOUS, COULOMB, STATIC, STRIBECK_SPEED = FRICTION = (4.83e-6, 0.8795e-3, 0.9055e-3, 0.418879)

@@ -15,8 +15,8 @@ import time
 import numpy as np
 from bench_wheels import INERTIA, NAMES, NOISE_ONLY, STRIBECK_SPEED, USUAL, Effects, records
 
-from gyrostat.identify import identify
-from gyrostat.units import RPM
+from gyrostat.core.units import RPM
+from gyrostat.identification import identify
 
 TOLERANCE = 0.01
 CASES = {

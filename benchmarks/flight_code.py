@@ -15,13 +15,13 @@ from pathlib import Path
 
 import numpy as np
 
-from gyrostat._jax import jax, jnp
+from gyrostat.codegen.flight.measure import FLAGS, measure
+from gyrostat.codegen.simd import compiler
 from gyrostat.control import AttitudePID, EstimatingCompensator
-from gyrostat.export import TARGETS, files
-from gyrostat.export.measure import FLAGS, measure
-from gyrostat.friction import Stribeck
-from gyrostat.lanes import compiler
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.exports import TARGETS, files
 from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import Stribeck
 
 PERIOD = 0.1
 WHEEL = Wheel(1.5e-3, 0.0228, Stribeck(4.83e-6, 0.8795e-3, 0.9055e-3, 0.418879))

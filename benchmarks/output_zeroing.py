@@ -25,7 +25,7 @@ from gyrostat.papers.endo_sekiguchi_nonaka.setup import (
     fixed,
     tuned,
 )
-from gyrostat.simulate import simulate
+from gyrostat.simulation import simulate
 
 RUNS = {"ideal": (Case(total=NOMINAL, momentum=0.0), fixed(0.0))}
 RUNS |= {"without MEC": (Case(), fixed(0.0)), "MEC with FRIT": (Case(), tuned())}

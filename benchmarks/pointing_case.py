@@ -5,12 +5,13 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import numpy as np
 
-from gyrostat._jax import jnp
-from gyrostat.body import Gyrostat, Spacecraft, rotations
-from gyrostat.body.gyrostat import GyrostatState, WheelTorqueCommand
-from gyrostat.friction import Stribeck
-from gyrostat.simulate import run_folded
+from gyrostat.core import rotations
+from gyrostat.core.jax64 import jnp
+from gyrostat.simulation import run_folded
+from gyrostat.spacecraft import Gyrostat, Spacecraft
+from gyrostat.spacecraft.gyrostat import GyrostatState, WheelTorqueCommand
 from gyrostat.wheel import WheelArray, read_wheel_sheet
+from gyrostat.wheel.friction import Stribeck
 
 PERIOD, SETTLED = 0.01, 100.0
 """s: of control, and from when on the largest error counts."""

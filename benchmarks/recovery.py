@@ -9,11 +9,11 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
-from gyrostat.friction import Stribeck
-from gyrostat.identify import identify
-from gyrostat.simulate import CurrentRange, Telemetry, bench_record
-from gyrostat.units import RPM
+from gyrostat.core.units import RPM
+from gyrostat.identification import identify
+from gyrostat.simulation import CurrentRange, Telemetry, bench_record
 from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import Stribeck
 
 INERTIA = 1.5e-3
 TRUE = np.array([0.0228, 4.83e-6, 0.8795e-3, 0.9055e-3])

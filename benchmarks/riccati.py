@@ -15,8 +15,8 @@ import time
 import numpy as np
 from scipy.linalg import solve_continuous_are
 
-from gyrostat._jax import jax, jnp
 from gyrostat.control import EulerCube, StateDependentRiccati
+from gyrostat.core.jax64 import jax, jnp
 
 INERTIA, STEP = 12.0, 0.01
 WEIGHT = np.diag([50.0, 50.0, 10.0, 10.0, 10.0, 10.0])

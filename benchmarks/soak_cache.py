@@ -20,21 +20,21 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from gyrostat.cache import Cache, private_cache
-from gyrostat.lanes.compiler import compiled, compiler, required
+from gyrostat.codegen.simd.compiler import compiled, compiler, required
+from gyrostat.core.cache import Cache, private_cache
 
 STRANGER = 12345
 NUMBER = 42
 MODULE = '#include "lanes.h"\nint found(void) {{ return LANES * 0 + {}; }}\n'
 LANES = f"""
-from gyrostat.lanes.compiler import library
+from gyrostat.codegen.simd.compiler import library
 print(library({MODULE.format(NUMBER)!r}).found())
 """
 JAX = """
 import sys
-from gyrostat.jax_cache import keep_programs
+from gyrostat.core.jax_cache import keep_programs
 keep_programs(lambda text: print(text, file=sys.stderr))
-from gyrostat._jax import jax, jnp
+from gyrostat.core.jax64 import jax, jnp
 print(int(jax.jit(lambda x: jnp.linalg.inv(x) @ x * 42.0 + 1e-6)(jnp.eye(3))[0, 0]))
 """
 

@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import binom, norm, rankdata
 
-from gyrostat.campaign import Scenario, Store
-from gyrostat.campaign.drivers import LEVEL, find_drivers
-from gyrostat.campaign.schema import metric_units
+from gyrostat.campaigns import Scenario, Store
+from gyrostat.campaigns.drivers import LEVEL, find_drivers
+from gyrostat.campaigns.schema import metric_units
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
 STRENGTHS = (0.2, 0.3, 0.4, 0.5)
@@ -29,9 +29,9 @@ def flown(runs):
     """Draws (runs, keys) and metrics (runs, metrics) of a campaign flown here, and their names."""
     import tempfile
 
-    from gyrostat.campaign.engine import fly
-    from gyrostat.campaign.execute import chosen_engine
-    from gyrostat.campaign.scenario_file import read_scenario
+    from gyrostat.campaigns.engine import fly
+    from gyrostat.campaigns.execute import chosen_engine
+    from gyrostat.campaigns.scenario_file import read_scenario
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

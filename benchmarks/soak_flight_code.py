@@ -18,10 +18,11 @@ import tempfile
 import time
 from pathlib import Path
 
+from gyrostat.codegen.flight import emit
 from gyrostat.control import AttitudePID, EstimatingCompensator, FieldLimits
-from gyrostat.export import TARGETS, emit
-from gyrostat.friction import Stribeck
+from gyrostat.exports import TARGETS
 from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import Stribeck
 
 PERIOD = 0.1
 WHEEL = Wheel(1.5e-3, 0.0228, Stribeck(4.83e-6, 0.8795e-3, 0.9055e-3, 0.418879))

@@ -5,7 +5,7 @@
        cc -std=gnu11 -O3 -march=native -fopenmp -shared -fPIC three_wheels.c -o three_wheels.so -lm
 
    The state, the fourth-order step in frozen modes of motion and the events are those of
-   gyrostat.body.Gyrostat. What it leaves out is what never binds at a step of 0.01 s: the search for
+   gyrostat.spacecraft.Gyrostat. What it leaves out is what never binds at a step of 0.01 s: the search for
    the longest step that resolves friction and body, and failures, limits and axes in general. */
 
 #include <stdbool.h>

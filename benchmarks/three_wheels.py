@@ -26,13 +26,13 @@ import numpy as np
 from ask_basilisk import Basilisk
 from pointing_case import CRAFT, LOCKED, PERIOD, SETTLED, Drawn, Flown, draw, fly, parts
 
-from gyrostat._jax import jax
-from gyrostat.body import rotations
-from gyrostat.body.gyrostat import GyrostatState
-from gyrostat.lanes import compiler
-from gyrostat.lanes.batch import lanes
-from gyrostat.lanes.compiler import FAST
-from gyrostat.simulate import run
+from gyrostat.codegen.simd import compiler
+from gyrostat.codegen.simd.batch import lanes
+from gyrostat.codegen.simd.compiler import FAST
+from gyrostat.core import rotations
+from gyrostat.core.jax64 import jax
+from gyrostat.simulation import run
+from gyrostat.spacecraft.gyrostat import GyrostatState
 
 SOURCE = Path(__file__).with_suffix(".c")
 WORKERS, BLOCK, RUNS = 2, 64, {"JAX": 128, "lanes": 256, "C": 1024, "Basilisk": 16}

@@ -6,7 +6,7 @@ from docutils.nodes import SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
 
 import gyrostat
-from gyrostat.export.measure import compiler
+from gyrostat.codegen.flight.measure import compiler
 
 # The examples run in kernels that inherit these.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import matplotlib as mpl
 
-from gyrostat.identify import identify
+from gyrostat.core.units import RPM
+from gyrostat.identification import identify
 from gyrostat.papers.carrara_kuga.dispersed import crossing_figure
-from gyrostat.report.figures import STYLE, friction_figure, record_figure
+from gyrostat.reports.figures import STYLE, friction_figure, record_figure
 from gyrostat.telemetry import read_record
-from gyrostat.units import RPM
 
 ROOT = Path(__file__).parents[1]
 

@@ -2,14 +2,9 @@
 
 from pathlib import Path
 
-from gyrostat.campaign.components import (
-    COMPENSATORS,
-    ENVIRONMENTS,
-    ESTIMATORS,
-    SENSORS,
-)
-from gyrostat.campaign.controllers import CONTROLLERS
-from gyrostat.campaign.schema import (
+from gyrostat.campaigns.components import COMPENSATORS, ENVIRONMENTS, ESTIMATORS, SENSORS
+from gyrostat.campaigns.controllers import CONTROLLERS
+from gyrostat.campaigns.schema import (
     EVENTS,
     GUARD,
     INERTIA,

@@ -12,8 +12,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from gyrostat.report.figures import MARK, MODEL, STYLE
-from gyrostat.units import RPM
+from gyrostat.core.units import RPM
+from gyrostat.reports.figures import MARK, MODEL, STYLE
 from gyrostat.wheel import Wheel, read_wheel_sheet, speed_response
 
 ROOT = Path(__file__).parents[1]

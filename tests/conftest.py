@@ -94,11 +94,11 @@ def g2():
     """The closed loop "G2" of Carrara and Kuga: table, wheel and gains, SI units."""
     from types import SimpleNamespace
 
-    from gyrostat.body import AirBearingTable
     from gyrostat.control import AttitudePID
-    from gyrostat.friction import Stribeck
-    from gyrostat.units import RPM
+    from gyrostat.core.units import RPM
+    from gyrostat.spacecraft import AirBearingTable
     from gyrostat.wheel import Wheel
+    from gyrostat.wheel.friction import Stribeck
 
     friction = (4.83e-6, 0.8795e-3, 0.9055e-3, 0.418879)
     wheel = Wheel(1.5e-3, 0.0228, Stribeck(*friction))

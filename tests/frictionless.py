@@ -2,10 +2,10 @@
 
 import equinox as eqx
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import Gyrostat, GyrostatState
-from gyrostat.body.rotations import normalised, rate_of_quaternion, to_body
-from gyrostat.linear import inverse_definite
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.linear import inverse_definite
+from gyrostat.core.rotations import normalised, rate_of_quaternion, to_body
+from gyrostat.spacecraft import Gyrostat, GyrostatState
 
 
 class Frictionless(eqx.Module):

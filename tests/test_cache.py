@@ -9,9 +9,9 @@ import time
 import pytest
 from jax._src import compilation_cache
 
-from gyrostat._jax import jax
-from gyrostat.cache import private_cache
-from gyrostat.jax_cache import _Store
+from gyrostat.core.cache import private_cache
+from gyrostat.core.jax64 import jax
+from gyrostat.core.jax_cache import _Store
 
 NAME, CONTENT = "lanes-0", bytes(range(256))
 
@@ -86,7 +86,7 @@ def test_a_temporary_cache_goes_with_its_process(tmp_path):
     (tmp_path / "open").mkdir(mode=0o700)
     (tmp_path / "open").chmod(0o777)
     code = (
-        "from gyrostat.cache import private_cache; import os\n"
+        "from gyrostat.core.cache import private_cache; import os\n"
         "found = private_cache(print); print(found.path); print(found.path.is_dir())\n"
     )
     environment = {**os.environ, "GYROSTAT_CACHE": str(tmp_path / "open")}
@@ -158,7 +158,7 @@ def test_jax_reads_its_programs_through_the_cache(cache):
 
 
 COMPILING = """
-from gyrostat.lanes.compiler import compiled
+from gyrostat.codegen.simd.compiler import compiled
 print("begun", flush=True)
 compiled('#include "lanes.h"\\nint found(void) { return 1; }\\n')
 """
@@ -185,7 +185,7 @@ def test_killed_during_a_compile_nothing_is_left(folder, tmp_path):
         process.wait()
     for pid in pids.read_text().split():
         _until(lambda pid=pid: not _runs(pid))
-    again = "from gyrostat.cache import private_cache; private_cache()"
+    again = "from gyrostat.core.cache import private_cache; private_cache()"
     assert subprocess.run([sys.executable, "-c", again], env=environment).returncode == 0
     assert {path.name for path in folder.iterdir()} == {"lock"}
 

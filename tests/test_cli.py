@@ -278,7 +278,7 @@ def test_units_on_the_command_line(run, tmp_path):
 
 
 def test_a_fit_that_does_not_converge_exits_1_and_leaves_no_model(run, tmp_path, monkeypatch):
-    import gyrostat.identify.batch as batch
+    import gyrostat.identification.batch as batch
 
     monkeypatch.setattr(batch, "DEFAULT_ITERATIONS", 3)
     code, out, err = run(

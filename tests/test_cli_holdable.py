@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gyrostat.body import rotations
+from gyrostat.core import rotations
 
 CRAFT = Path(__file__).parents[1] / "examples" / "three_wheels.toml"
 MOMENTUM = ("--momentum", "0.59,0.05,0.81")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gyrostat.errors import LONGEST, InputError, one_line
+from gyrostat.core.errors import LONGEST, InputError, one_line
 
 SOAK = Path(__file__).parents[1] / "benchmarks" / "soak_input.py"
 CASES = 150
@@ -131,9 +131,9 @@ def test_help_keeps_its_brackets(run):
 
 @pytest.mark.parametrize("name", ["$\\frac$", "$x$", "a$b", "_hidden", "{x}_^", "☃"])
 def test_a_wheel_may_have_any_name_in_a_figure(name):
-    from gyrostat.report.campaign_run import run_figure
-    from gyrostat.report.figures import svg
-    from gyrostat.report.recovery import recovery_figure
+    from gyrostat.reports.campaign_run import run_figure
+    from gyrostat.reports.figures import svg
+    from gyrostat.reports.recovery import recovery_figure
 
     time = np.linspace(0.0, 1.0, 5)
     history = xr.Dataset(
@@ -161,7 +161,7 @@ def test_a_wheel_may_have_any_name_in_a_figure(name):
 
 
 def test_a_file_of_devices_is_not_opened(tmp_path):
-    from gyrostat.toml_file import read_toml
+    from gyrostat.core.toml_file import read_toml
 
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match="pipe: found a pipe or device, expected a model file"):

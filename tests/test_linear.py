@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gyrostat import linear
-from gyrostat._jax import jax
+from gyrostat.core import linear
+from gyrostat.core.jax64 import jax
 
 SOLVE, WHITEN, FACTOR = jax.jit(linear.solve), jax.jit(linear.whiten), jax.jit(linear.factor)
 SEEDS = st.integers(0, 2**32 - 1)

@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from gyrostat.errors import InputError
-from gyrostat.outputs import MANIFEST, Manifest, check_outputs, new_files
+from gyrostat.core.errors import InputError
+from gyrostat.core.outputs import MANIFEST, Manifest, check_outputs, new_files
 
 
 def write(folder, by="identify", force=False, **texts):
@@ -152,7 +152,7 @@ def test_what_was_not_written_leaves_nothing(tmp_path):
 KILLED = """
 import os, sys
 from pathlib import Path
-from gyrostat.outputs import new_files
+from gyrostat.core.outputs import new_files
 replace, left = os.replace, [int(sys.argv[2])]
 def counted(*paths):
     if left[0] == 0:
@@ -180,7 +180,7 @@ def test_killed_at_any_moment_it_can_go_on(tmp_path, moment):
 TOGETHER = """
 import sys
 from pathlib import Path
-from gyrostat.outputs import new_files
+from gyrostat.core.outputs import new_files
 for number in range(20):
     with new_files(Path(sys.argv[1]), by="bench") as scratch:
         (scratch / f"{sys.argv[2]}{number}.csv").write_text("x")

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gyrostat.errors import InputError
-from gyrostat.units import RPM, SI_UNIT, find_unit, known_unit, parse_quantity, to_si
+from gyrostat.core.errors import InputError
+from gyrostat.core.units import RPM, SI_UNIT, find_unit, known_unit, parse_quantity, to_si
 
 
 def test_si_units_are_spelled_as_the_outputs_spell_them():

@@ -6,9 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from gyrostat._jax import jax, jnp
-from gyrostat.control.allocation import LeastLargest, PseudoInverse, largest_share, within_limits
-from gyrostat.errors import InputError
+from gyrostat.control.allocation.allocation import (
+    LeastLargest,
+    PseudoInverse,
+    largest_share,
+    within_limits,
+)
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel import orthogonal_axes, pyramid_axes
 
 COUNT = 6

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
 
-from gyrostat._jax import jnp
-from gyrostat.body import Spacecraft, SpacecraftMeasurement
-from gyrostat.body.rotations import from_rotation_vector
 from gyrostat.control import AttitudeRegulator, MRPBody
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.rotations import from_rotation_vector
+from gyrostat.spacecraft import Spacecraft, SpacecraftMeasurement
 from gyrostat.wheel import WheelArray, pyramid_axes
 
 AXES = pyramid_axes(4)

@@ -3,8 +3,13 @@
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import (
+from gyrostat.control import AttitudeTargets, EstimatedControl, PseudoInverse, WheelArrayControl
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import error, rotation_vector
+from gyrostat.estimation import AttitudeFilter
+from gyrostat.simulation import Status, simulate
+from gyrostat.spacecraft import (
     Gyrostat,
     RateGyro,
     Spacecraft,
@@ -12,14 +17,6 @@ from gyrostat.body import (
     StarTracker,
     TrackerGyroSensors,
 )
-from gyrostat.body.rotations import (
-    error,
-    rotation_vector,
-)
-from gyrostat.control import AttitudeTargets, EstimatedControl, PseudoInverse, WheelArrayControl
-from gyrostat.errors import InputError
-from gyrostat.estimate import AttitudeFilter
-from gyrostat.simulate import Status, simulate
 from gyrostat.wheel import WheelArray, pyramid_axes
 
 WHEELS = WheelArray(pyramid_axes(4), np.full(4, 2e-5), np.full(4, 3e-3), np.full(4, 1.5e-2))

@@ -6,13 +6,13 @@ import equinox as eqx
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import AirBearingTable, Gyro, TableMeasurement, TableSensors
 from gyrostat.control import CurrentMode, DynamicModelCompensator, EstimatingCompensator
-from gyrostat.friction import Stribeck, ViscousCoulomb
-from gyrostat.simulate import simulate, stack
-from gyrostat.units import RPM
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.units import RPM
+from gyrostat.simulation import simulate, stack
+from gyrostat.spacecraft import AirBearingTable, Gyro, TableMeasurement, TableSensors
 from gyrostat.wheel import PulseTachometer, Tachometer, Wheel
+from gyrostat.wheel.friction import Stribeck, ViscousCoulomb
 
 PERIOD, DURATION, RUNS = 0.1, 140.0, 8
 SIGMA = 5.0 * RPM

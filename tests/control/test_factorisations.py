@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from gyrostat._jax import jax
 from gyrostat.control import EulerCube, MRPBody, QuaternionBody
-from gyrostat.control.factorisations import HALVES, PRINTED
-from gyrostat.errors import InputError
+from gyrostat.control.design.factorisations import HALVES, PRINTED
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax
 
 TILTED = Rotation.from_euler("zyx", [0.4, -0.7, 1.1]).as_matrix()
 INERTIA = TILTED @ np.diag([8.0, 12.0, 16.0]) @ TILTED.T

@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gyrostat.body import WheelTorqueCommand
 from gyrostat.control import FrictionFeedForward
-from gyrostat.errors import InputError
-from gyrostat.friction import Stribeck
+from gyrostat.core.errors import InputError
+from gyrostat.spacecraft import WheelTorqueCommand
+from gyrostat.wheel.friction import Stribeck
 
 VISCOUS, COULOMB, STATIC, SPEED = 1e-7, 2e-5, 3e-5, 2.0
 INERTIA = np.full(4, 2e-5)

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import SpacecraftMeasurement
 from gyrostat.control import FrictionFilterFeedForward
-from gyrostat.errors import InputError
-from gyrostat.estimate import FrictionTorqueFilter
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.estimation import FrictionTorqueFilter
+from gyrostat.spacecraft import SpacecraftMeasurement
 
 PERIOD, COUNT, DELAY = 0.25, 400, 2
 AXES = np.array([[1.0, 0.0, 0.6, 0.0], [0.0, 1.0, 0.8, 0.0], [0.0, 0.0, 0.0, 1.0]])

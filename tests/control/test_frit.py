@@ -4,10 +4,10 @@ import equinox as eqx
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
 from gyrostat.control import FirstOrderLags, LeastSquares, OnlineFrit, recursive_least_squares
-from gyrostat.control.frit import regression
-from gyrostat.errors import InputError
+from gyrostat.control.adaptive.frit import regression
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
 
 PERIOD, F = 0.1, np.array([0.5, 0.5])
 SAMPLED = -np.log(1.0 - F * PERIOD) / PERIOD

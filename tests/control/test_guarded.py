@@ -5,8 +5,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import FaultySensor, SensorFault, TableMeasurement
 from gyrostat.control import (
     EstimatingCompensator,
     FieldLimits,
@@ -15,7 +13,9 @@ from gyrostat.control import (
     SampleStatus,
 )
 from gyrostat.control.measurement_guard import REACQUIRE
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.spacecraft import FaultySensor, SensorFault, TableMeasurement
 
 PERIOD = 0.1
 GOOD = TableMeasurement(0.01, 0.002, 3.0)

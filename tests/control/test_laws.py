@@ -8,9 +8,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gyrostat._jax import jax, jnp
 from gyrostat.control import AttitudePID, CurrentMode, DynamicModelCompensator, SpeedMode
-from gyrostat.friction import DirectionalStribeck, Stribeck, ViscousCoulomb
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.wheel.friction import DirectionalStribeck, Stribeck, ViscousCoulomb
 
 PERIOD = 0.1
 MOTOR = 0.0228

@@ -5,7 +5,6 @@ from collections import namedtuple
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax
 from gyrostat.control import (
     AttitudePID,
     CurrentMode,
@@ -13,8 +12,9 @@ from gyrostat.control import (
     EstimatingCompensator,
     SpeedMode,
 )
-from gyrostat.friction import Stribeck
+from gyrostat.core.jax64 import jax
 from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import Stribeck
 
 PERIOD, LIMIT, MOTOR, INERTIA, WHEEL_INERTIA = 0.1, 0.1, 0.0228, 0.495, 1.5e-3
 LAW = AttitudePID(0.0571, 0.00234, 0.3126)

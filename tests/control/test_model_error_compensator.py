@@ -6,10 +6,10 @@ import equinox as eqx
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
 from gyrostat.control import FirstOrderLags, Integrators, ModelErrorCompensator, OnlineFrit
-from gyrostat.errors import InputError
-from gyrostat.simulate import simulate, stack
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.simulation import simulate, stack
 
 PERIOD, LAG = 0.05, 2.0
 """s."""

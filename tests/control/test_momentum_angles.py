@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import rotations
-from gyrostat.control.momentum_angles import momentum_angles, momentum_frame
+from gyrostat.control.underactuated.momentum_angles import momentum_angles, momentum_frame
+from gyrostat.core import rotations
+from gyrostat.core.jax64 import jax, jnp
 
 ANGLE = st.floats(-3.1, 3.1)
 

@@ -4,18 +4,23 @@ import equinox as eqx
 import numpy as np
 import pytest
 
-from gyrostat._jax import jnp
-from gyrostat.body import BenchWheel, MomentumMeasurement, MomentumSensor, TorqueCommand
 from gyrostat.control import (
     FrictionScaleControl,
     FrictionTorqueControl,
     ProportionalMomentumControl,
 )
-from gyrostat.errors import InputError
-from gyrostat.estimate import FrictionScaleFilter, FrictionTorqueFilter
-from gyrostat.friction import Stribeck, ViscousCoulomb
-from gyrostat.simulate import simulate
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.estimation import FrictionScaleFilter, FrictionTorqueFilter
+from gyrostat.papers.moreira_lopes_kuga.bench_wheel import (
+    BenchWheel,
+    MomentumMeasurement,
+    MomentumSensor,
+    TorqueCommand,
+)
+from gyrostat.simulation import simulate
 from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import Stribeck, ViscousCoulomb
 
 J, GAIN, PERIOD = 0.02, 0.05, 2.0
 CURVE = Stribeck(viscous=1e-4, coulomb=5e-3, static=6e-3, stribeck_speed=1.0)

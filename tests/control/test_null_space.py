@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
 from gyrostat.control import NullSpaceControl
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel import pyramid_axes
 
 PYRAMID = pyramid_axes(4)

@@ -8,7 +8,6 @@ import scipy.linalg
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gyrostat._jax import jax, jnp
 from gyrostat.control import (
     EulerCube,
     LinearQuadratic,
@@ -18,9 +17,10 @@ from gyrostat.control import (
     lqr,
     uncontrollable,
 )
-from gyrostat.control.factorisations import ERROR_STATES, EULER_STATES, HALVES
-from gyrostat.errors import InputError
-from gyrostat.simulate import run, stack
+from gyrostat.control.design.factorisations import ERROR_STATES, EULER_STATES, HALVES
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.simulation import run, stack
 
 WEIGHT = np.diag([50.0, 50.0, 10.0, 10.0, 10.0, 10.0])
 EFFORT = np.diag([50.0, 100.0, 100.0])

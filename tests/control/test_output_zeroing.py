@@ -4,16 +4,16 @@ import equinox as eqx
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import (
+from gyrostat.control import Integrators, ModelErrorCompensator, OutputZeroing
+from gyrostat.core import rotations
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.spacecraft import (
     GyrostatState,
     Spacecraft,
     SpacecraftMeasurement,
     SpeedDrivenSpacecraft,
-    rotations,
 )
-from gyrostat.control import Integrators, ModelErrorCompensator, OutputZeroing
-from gyrostat.errors import InputError
 from gyrostat.wheel import WheelArray
 
 TOTAL = np.array([[400.0, 10.0, -5.0], [10.0, 500.0, 20.0], [-5.0, 20.0, 600.0]])

@@ -7,13 +7,19 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import ReducedGyrostat, ReducedSensor, ReducedState, Spacecraft, rotations
 from gyrostat.control import MomentumRecovery
-from gyrostat.control.two_wheel_law import NO_WAY
-from gyrostat.errors import InputError
-from gyrostat.simulate import stack
-from gyrostat.simulate.loop import run
+from gyrostat.control.underactuated.two_wheel_law import NO_WAY
+from gyrostat.core import rotations
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.papers.carvalho_fenili.reduced_gyrostat import (
+    ReducedGyrostat,
+    ReducedSensor,
+    ReducedState,
+)
+from gyrostat.simulation import stack
+from gyrostat.simulation.loop import run
+from gyrostat.spacecraft import Spacecraft
 from gyrostat.wheel import WheelArray
 
 TORQUE, MOMENTUM = 0.1, 3.0

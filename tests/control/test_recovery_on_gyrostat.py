@@ -3,20 +3,17 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gyrostat._jax import jnp
-from gyrostat.body import (
-    Gyrostat,
+from gyrostat.control import MomentumRecovery
+from gyrostat.core.jax64 import jnp
+from gyrostat.papers.carvalho_fenili.reduced_gyrostat import (
     ReducedGyrostat,
     ReducedSensor,
     ReducedState,
-    Spacecraft,
-    SpacecraftSensor,
-    WheelFailures,
 )
-from gyrostat.control import MomentumRecovery
-from gyrostat.friction import ViscousCoulomb
-from gyrostat.simulate import simulate
+from gyrostat.simulation import simulate
+from gyrostat.spacecraft import Gyrostat, Spacecraft, SpacecraftSensor, WheelFailures
 from gyrostat.wheel import WheelArray
+from gyrostat.wheel.friction import ViscousCoulomb
 
 ROTORS, HELD = 0.006, np.array([0.6, 0.8, 0.4])
 WORKS = np.array([True, True, False])

@@ -7,12 +7,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import ReducedGyrostat, ReducedSensor, ReducedState, Spacecraft, rotations
 from gyrostat.control import OneWheelRecovery
-from gyrostat.errors import InputError
-from gyrostat.simulate import stack
-from gyrostat.simulate.loop import run
+from gyrostat.core import rotations
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.papers.carvalho_fenili.reduced_gyrostat import (
+    ReducedGyrostat,
+    ReducedSensor,
+    ReducedState,
+)
+from gyrostat.simulation import stack
+from gyrostat.simulation.loop import run
+from gyrostat.spacecraft import Spacecraft
 from gyrostat.wheel import WheelArray
 
 TORQUE, MOMENTUM, ROTOR = 0.1, 3.0, 0.01

@@ -7,12 +7,13 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import Gyrostat, Spacecraft, SpacecraftSensor, WheelFailures, rotations
 from gyrostat.control import TwoWheelSweeps, ZeroMomentumRecovery
-from gyrostat.control.recovery.rest_to_rest import progress, rate_axis, turned
-from gyrostat.errors import InputError
-from gyrostat.simulate.loop import run
+from gyrostat.control.underactuated.recovery.rest_to_rest import progress, rate_axis, turned
+from gyrostat.core import rotations
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.simulation.loop import run
+from gyrostat.spacecraft import Gyrostat, Spacecraft, SpacecraftSensor, WheelFailures
 from gyrostat.wheel import WheelArray
 
 PERIOD = 0.1

@@ -6,9 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import rotations
-from gyrostat.control.recovery.rest_to_rest import (
+from gyrostat.control.underactuated.recovery.rest_to_rest import (
     Sweep,
     progress,
     rate_axis,
@@ -16,6 +14,8 @@ from gyrostat.control.recovery.rest_to_rest import (
     timed,
     turned,
 )
+from gyrostat.core import rotations
+from gyrostat.core.jax64 import jax, jnp
 
 SPEED, ACCELERATION = 0.19, 0.09 / 16.0
 MEMBER = st.floats(-1.0, 1.0)

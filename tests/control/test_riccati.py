@@ -8,8 +8,8 @@ import scipy.linalg
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gyrostat._jax import jax, jnp
-from gyrostat.control.riccati import lyapunov, riccati
+from gyrostat.control.design.riccati import lyapunov, riccati
+from gyrostat.core.jax64 import jax, jnp
 
 SOLVE = jax.jit(riccati)  # compiled once for each count of inputs
 DOUBLE_INTEGRATORS = np.kron(np.eye(3), [[0.0, 1.0], [0.0, 0.0]])

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
 from gyrostat.control import (
     ConditionedCompensator,
     FirstOrderLags,
@@ -11,7 +10,8 @@ from gyrostat.control import (
     OnlineFrit,
     SafeFrit,
 )
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
 
 PERIOD = 0.1
 FEEDBACK = 0.5

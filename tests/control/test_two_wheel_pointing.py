@@ -4,20 +4,20 @@ import equinox as eqx
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import (
+from gyrostat.control import BoresightLaw, FirstOrderLags, SafeFrit, TwoWheelPointing, WheelMap
+from gyrostat.control.underactuated.boresight import governed
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.simulation import simulate, stack
+from gyrostat.spacecraft import (
     Gyrostat,
     SinusoidalMomentum,
     Spacecraft,
     SpacecraftSensor,
     SpeedLoopSpacecraft,
 )
-from gyrostat.control import BoresightLaw, FirstOrderLags, SafeFrit, TwoWheelPointing, WheelMap
-from gyrostat.control.boresight import governed
-from gyrostat.errors import InputError
-from gyrostat.friction import ViscousCoulomb
-from gyrostat.simulate import simulate, stack
 from gyrostat.wheel import WheelArray
+from gyrostat.wheel.friction import ViscousCoulomb
 
 INERTIA = np.array([[400.0, 6.0, -4.0], [6.0, 500.0, 5.0], [-4.0, 5.0, 600.0]])
 PRINCIPAL = np.diag([400.0, 500.0, 600.0])

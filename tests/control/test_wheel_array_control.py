@@ -6,15 +6,6 @@ import equinox as eqx
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import (
-    Gyrostat,
-    Spacecraft,
-    SpacecraftMeasurement,
-    SpacecraftSensor,
-    WheelFailures,
-)
-from gyrostat.body.rotations import error, error_angle, from_rotation_vector, rotation_vector
 from gyrostat.control import (
     AttitudeTargets,
     MomentumManagement,
@@ -23,10 +14,19 @@ from gyrostat.control import (
     WheelArrayControl,
     WheelWatch,
 )
-from gyrostat.errors import InputError
-from gyrostat.friction import ViscousCoulomb
-from gyrostat.simulate import Status, simulate, stack
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import error, error_angle, from_rotation_vector, rotation_vector
+from gyrostat.simulation import Status, simulate, stack
+from gyrostat.spacecraft import (
+    Gyrostat,
+    Spacecraft,
+    SpacecraftMeasurement,
+    SpacecraftSensor,
+    WheelFailures,
+)
 from gyrostat.wheel import WheelArray, pyramid_axes
+from gyrostat.wheel.friction import ViscousCoulomb
 
 AXES = pyramid_axes(4)
 WHEELS = WheelArray(

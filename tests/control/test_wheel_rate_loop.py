@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gyrostat._jax import jnp
-from gyrostat.body import SpacecraftMeasurement
 from gyrostat.control import WheelRateLoop
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.spacecraft import SpacecraftMeasurement
 
 AXES = np.array([[1.0, 0.0, 0.6], [0.0, 1.0, 0.8], [0.0, 0.0, 0.0]])
 WORKING = AXES * [1.0, 1.0, 0.0]

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
 from gyrostat.control import WheelSpeedLoops
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
 
 ROTORS = np.array([0.45, 0.3])
 FREQUENCY, PERIOD, COUNT = 0.1, 0.05, 2000

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import Gyrostat, Spacecraft, SpacecraftMeasurement, SpacecraftSensor
 from gyrostat.control import AttitudeTargets, MomentumManagement, WheelArrayControl, WheelWatch
-from gyrostat.errors import InputError
-from gyrostat.simulate import simulate
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.simulation import simulate
+from gyrostat.spacecraft import Gyrostat, Spacecraft, SpacecraftMeasurement, SpacecraftSensor
 from gyrostat.wheel import WheelArray, pyramid_axes
 
 PERIOD, COUNT, DELAY = 0.25, 80, 3

@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import least_squares
 
 from gyrostat import cli
-from gyrostat._jax import jax, jnp
-from gyrostat.identify.statistics import crossing_times
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.identification.statistics import crossing_times
 from gyrostat.papers.carrara_kuga import CARRARA_KUGA
 from gyrostat.papers.carrara_kuga.bench import (
     breakaway_current,
@@ -31,7 +31,7 @@ from gyrostat.papers.carrara_kuga.setup import (
 )
 from gyrostat.papers.carrara_kuga.table import limit_cycle
 from gyrostat.papers.reproduction import Run
-from gyrostat.simulate import Telemetry, bench_record
+from gyrostat.simulation import Telemetry, bench_record
 from gyrostat.wheel import speed_response
 
 RPM = math.pi / 30.0

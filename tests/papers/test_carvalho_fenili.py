@@ -6,19 +6,18 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import solve_continuous_are
 from scipy.spatial.transform import Rotation
 
-from gyrostat._jax import jnp
-from gyrostat.body import (
+from gyrostat.core.jax64 import jnp
+from gyrostat.papers.carvalho_fenili import CARVALHO_FENILI, figures, recoveries, statements
+from gyrostat.papers.carvalho_fenili.laws import gain, laws, rank
+from gyrostat.papers.carvalho_fenili.torque_driven import (
     BodyTorqueCommand,
     EulerSensor,
     EulerState,
-    Gyrostat,
     TorqueDrivenBody,
-    WheelFailures,
 )
-from gyrostat.papers.carvalho_fenili import CARVALHO_FENILI, figures, recoveries, statements
-from gyrostat.papers.carvalho_fenili.laws import gain, laws, rank
 from gyrostat.papers.reproduction import Run
-from gyrostat.simulate import simulate
+from gyrostat.simulation import simulate
+from gyrostat.spacecraft import Gyrostat, WheelFailures
 
 CASES = ("none", "Mx", "My", "Mz", "MxMy", "MxMz", "MyMz")
 FAILED = {"Mx": [0], "My": [1], "Mz": [2], "MxMy": [0, 1], "MxMz": [0, 2], "MyMz": [1, 2]}

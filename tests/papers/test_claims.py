@@ -6,7 +6,7 @@ import math
 import pytest
 from matplotlib.figure import Figure
 
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 from gyrostat.papers import PAPERS, Claim, Drawing, Paper, Part, Row, Run, paper_named
 
 

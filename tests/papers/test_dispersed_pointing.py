@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gyrostat._jax import jnp
-from gyrostat.body import SpacecraftMeasurement
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.validation import check_parts
 from gyrostat.papers.endo_sekiguchi_nonaka import ENDO_SEKIGUCHI_NONAKA
 from gyrostat.papers.endo_sekiguchi_nonaka.controllers import (
     OURS,
@@ -20,7 +20,7 @@ from gyrostat.papers.endo_sekiguchi_nonaka.controllers import (
 )
 from gyrostat.papers.endo_sekiguchi_nonaka.dispersed import claimed
 from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import draw, paper_case
-from gyrostat.require import check_parts
+from gyrostat.spacecraft import SpacecraftMeasurement
 
 NOMINAL = np.array([4000.675, 5000.675, 6000.45])
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gyrostat.holdable import holdable
+from gyrostat.failures import holdable
 from gyrostat.papers.blocks import in_blocks
 from gyrostat.papers.carvalho_fenili.requirements import counted
 from gyrostat.papers.carvalho_fenili.with_momentum import KINDS, full_beside_reduced

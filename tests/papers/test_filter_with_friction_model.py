@@ -3,12 +3,12 @@
 import equinox as eqx
 import numpy as np
 import pytest
+from gyrostat.core.arrays import Scalar
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import BenchWheel
 from gyrostat.control import FrictionScaleControl, FrictionTorqueControl
-from gyrostat.estimate import FrictionScaleFilter
-from gyrostat.friction import Scalar, Stribeck
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.estimation import FrictionScaleFilter
+from gyrostat.papers.moreira_lopes_kuga.bench_wheel import BenchWheel
 from gyrostat.papers.moreira_lopes_kuga.setup import (
     BENCH,
     FILTER,
@@ -22,6 +22,7 @@ from gyrostat.papers.moreira_lopes_kuga.setup import (
     to_reference,
 )
 from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import Stribeck
 
 RUNS = 40
 MODEL_GAIN = 0.1

@@ -1,6 +1,6 @@
 import pytest
 
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 from gyrostat.telemetry import read_record
 
 

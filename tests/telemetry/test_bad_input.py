@@ -5,7 +5,7 @@ import tracemalloc
 
 import pytest
 
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 from gyrostat.telemetry import read_record
 
 HEADER = "time_s,current_A,speed_rpm\n"

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.io import savemat
 
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 from gyrostat.telemetry import Record, read_record
 
 SERIES = {"time_s": [0.0, 0.5, 1.5], "current_A": [1.0, -1.0, 2.0], "speed_rpm": [1.0, 2.0, 3.0]}

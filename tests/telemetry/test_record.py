@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 from gyrostat.telemetry import Record
 
 GOOD = {

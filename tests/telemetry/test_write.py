@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 from gyrostat.telemetry import Record, read_record, write_record
 
 NUMBER = st.floats(allow_nan=False, allow_infinity=False)

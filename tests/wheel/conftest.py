@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax
-from gyrostat.friction import Stribeck
+from gyrostat.core.jax64 import jax
 from gyrostat.wheel import Wheel, speed_response
+from gyrostat.wheel.friction import Stribeck
 
 _respond = jax.jit(speed_response, static_argnames="hold")
 

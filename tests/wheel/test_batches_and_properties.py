@@ -5,9 +5,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from gyrostat._jax import jax, jnp
-from gyrostat.friction import Stribeck, ViscousCoulomb
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel import Wheel, advance, speed_response, stepping
+from gyrostat.wheel.friction import Stribeck, ViscousCoulomb
 
 SAMPLES = 64
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import AirBearingTable, BenchWheel, TableCommand, TorqueCommand
-from gyrostat.friction import LuGre, Stribeck
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.papers.moreira_lopes_kuga.bench_wheel import BenchWheel, TorqueCommand
+from gyrostat.spacecraft import AirBearingTable, TableCommand
 from gyrostat.wheel import Wheel, slide
+from gyrostat.wheel.friction import LuGre, Stribeck
 from gyrostat.wheel.rodas import integrate
 
 CURVE = Stribeck(4.83e-6, 0.8795e-3, 0.9055e-3, 0.418879)

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from gyrostat._jax import jax
-from gyrostat.friction import DirectionalStribeck, Stribeck, ViscousCoulomb
+from gyrostat.core.jax64 import jax
 from gyrostat.wheel import Wheel, speed_response, stepping
+from gyrostat.wheel.friction import DirectionalStribeck, Stribeck, ViscousCoulomb
 
 ASYMMETRIC = ((4e-6, 0.8e-3, 1.1e-3, 1.0), (6e-6, 0.95e-3, 1.2e-3, 1.0))
 

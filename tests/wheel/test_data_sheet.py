@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from gyrostat._jax import jax, jnp
-from gyrostat.errors import InputError
-from gyrostat.friction import Stribeck, ViscousCoulomb
-from gyrostat.units import RPM
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.units import RPM
 from gyrostat.wheel import Wheel, advance, pyramid_axes, read_wheel_sheet, wheel_sheets
+from gyrostat.wheel.friction import Stribeck, ViscousCoulomb
 
 SHEET = """name = "one"
 [momentum_limit]

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import AirBearingTable, TableCommand
-from gyrostat.friction import ViscousCoulomb
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.spacecraft import AirBearingTable, TableCommand
 from gyrostat.wheel import Driver, Wheel
+from gyrostat.wheel.friction import ViscousCoulomb
 
 MOTOR = 0.0228
 LAG_ERROR = 1e-7

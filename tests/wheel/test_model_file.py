@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gyrostat.errors import InputError
-from gyrostat.friction import FRICTION_MODELS, Stribeck
+from gyrostat.core.errors import InputError
 from gyrostat.wheel import Wheel, WheelModel, read_model, write_model
+from gyrostat.wheel.friction import FRICTION_MODELS, Stribeck
 
 GOOD = """
 [wheel]

@@ -3,12 +3,19 @@
 import equinox as eqx
 import numpy as np
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import Gyrostat, Spacecraft
-from gyrostat.body.wheels_on_body import Carrier, WheelsOnBody
-from gyrostat.friction import Stribeck
-from gyrostat.linear import inverse_definite
-from gyrostat.wheel import Motion, WheelArray, outlook, pyramid_axes, slide_together, together
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.linear import inverse_definite
+from gyrostat.spacecraft import Gyrostat, Spacecraft
+from gyrostat.spacecraft.wheels_on_body import Carrier, WheelsOnBody
+from gyrostat.wheel import (
+    Motion,
+    WheelArray,
+    coupled_wheels,
+    pyramid_axes,
+    slide_together,
+    step_bounds,
+)
+from gyrostat.wheel.friction import Stribeck
 
 WHEELS = 4
 RANDOM = np.random.default_rng(4)
@@ -78,15 +85,15 @@ def test_changes_are_the_derivatives_along_the_motion():
 def test_a_segment_taken_whole_is_within_its_limit(monkeypatch):
     def limits(torque, speed, rate, remaining):
         contact, motion = contacts(torque), moving(speed, rate)
-        modes = together._modes(contact, motion, jnp.zeros(WHEELS), 0.0)
+        modes = coupled_wheels._modes(contact, motion, jnp.zeros(WHEELS), 0.0)
         torque = contact.torques(motion, modes, 0.0)
         rate = contact.rate_under(motion, torque, modes, 0.0)
         known = (contact, motion, modes, 0.0, torque, rate, remaining)
-        return outlook.outlook.__wrapped__(*known)[1], modes.direction
+        return step_bounds.outlook.__wrapped__(*known)[1], modes.direction
 
     given = drawn(400, 0.02, 0.3)
     quick, direction = jax.jit(jax.vmap(limits))(*given)
-    monkeypatch.setattr(outlook, "is_resolved", lambda *_: jnp.zeros(WHEELS, bool))
+    monkeypatch.setattr(step_bounds, "is_resolved", lambda *_: jnp.zeros(WHEELS, bool))
     exact, _ = jax.jit(jax.vmap(lambda *given: limits(*given)))(*given)
     turns = np.any(np.asarray(direction) != 0.0, axis=1)
     np.testing.assert_allclose(quick[turns], np.minimum(exact, given[3])[turns], rtol=1e-12)
@@ -99,7 +106,7 @@ def test_what_rests_on_would_have_been_found_at_rest(monkeypatch):
 
     given = drawn(400, 3e-3, 0.02)
     quick, resolved = jax.jit(jax.vmap(carried))(*given)
-    monkeypatch.setattr(together, "stays", lambda *_: jnp.zeros(WHEELS, bool))
+    monkeypatch.setattr(coupled_wheels, "stays", lambda *_: jnp.zeros(WHEELS, bool))
     close, _ = jax.jit(jax.vmap(lambda *given: carried(*given)))(*given)
     for one, other in zip(jax.tree.leaves(quick), jax.tree.leaves(close), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-15)

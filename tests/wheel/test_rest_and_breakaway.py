@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from gyrostat._jax import jax, jnp
-from gyrostat.friction import DirectionalStribeck, Stribeck, ViscousCoulomb
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel import Wheel, advance
+from gyrostat.wheel.friction import DirectionalStribeck, Stribeck, ViscousCoulomb
 
 # With a motor constant that is a power of two, k_m I = T_s can be met exactly.
 MOTOR_CONSTANT = 2.0**-5

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gyrostat._jax import jax, jnp
-from gyrostat.friction import DirectionalStribeck, Stribeck, ViscousCoulomb
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel import Wheel, speed_response
+from gyrostat.wheel.friction import DirectionalStribeck, Stribeck, ViscousCoulomb
 
 ASYMMETRIC = {
     "viscous_positive": 4e-6,

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2, kstest
 
-from gyrostat._jax import jax, jnp
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel import Delayed, LowPass, PulseTachometer, Tachometer, WheelTachometer
 
 PERIOD = 0.1

@@ -8,15 +8,15 @@ from typing import Any
 
 import typer
 
-from gyrostat.arguments import say
+from gyrostat.cli.arguments import say
 from gyrostat.cli.campaign import campaign, replay, report, simulate
 from gyrostat.cli.export import export
+from gyrostat.cli.feasibility import holdable
 from gyrostat.cli.paper import reproduce
 from gyrostat.cli.recovery import recover
-from gyrostat.cli.spacecraft import holdable
 from gyrostat.cli.wheel import bench, identify, validate
-from gyrostat.errors import InputError, one_line
-from gyrostat.jax_cache import keep_programs
+from gyrostat.core.errors import InputError, one_line
+from gyrostat.core.jax_cache import keep_programs
 
 __all__ = ["app", "main"]
 

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gyrostat.arguments import command_line, say
+from gyrostat.cli.arguments import command_line, say
 from gyrostat.cli.options import ForceModel, Json, Out
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,8 +35,8 @@ def simulate(
     json_output: Json = False,
 ) -> None:
     """Fly a scenario once, with its nominal values: RUN.nc and RUN.html."""
-    from gyrostat.campaign.engine_record import FLAGS, engine_record, use_engine
-    from gyrostat.outputs import check_outputs
+    from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
+    from gyrostat.core.outputs import check_outputs
 
     if out.suffix != ".nc":
         raise InputError(f"--out: found {str(out)!r}, expected a name that ends in .nc")
@@ -44,10 +44,10 @@ def simulate(
     check_outputs(out.parent, names, by="simulate", force=force)
     _engine(engine)
     use_engine(engine_record(_device(device), FLAGS[device]))
-    from gyrostat.campaign.engine import fly
-    from gyrostat.campaign.execute import chosen_engine
-    from gyrostat.campaign.scenario_file import read_scenario
-    from gyrostat.report.campaign_run import write_run
+    from gyrostat.campaigns.engine import fly
+    from gyrostat.campaigns.execute import chosen_engine
+    from gyrostat.campaigns.scenario_file import read_scenario
+    from gyrostat.reports.campaign_run import write_run
 
     found = read_scenario(scenario, force=force)
     say(f"flying {found.name}: {found.duration:g} s")
@@ -87,10 +87,10 @@ def campaign(
     ] = False,
 ) -> None:
     """Fly a scenario many times, each with its own draws; run again to go on after a stop."""
-    from gyrostat.campaign import cluster, run_campaign
-    from gyrostat.campaign.scenario_file import read_scenario
-    from gyrostat.files import check_writable
-    from gyrostat.report.campaign import write_campaign
+    from gyrostat.campaigns import cluster, run_campaign
+    from gyrostat.campaigns.scenario_file import read_scenario
+    from gyrostat.core.files import check_writable
+    from gyrostat.reports.campaign import write_campaign
 
     check_writable(out)
     _device(device)
@@ -125,10 +125,10 @@ def replay(
     run: Annotated[int, typer.Argument(min=0, help="Number of the run.")],
 ) -> None:
     """Fly one run of a campaign again, bit for bit: its history and a report of it."""
-    from gyrostat.campaign import Store, processes
-    from gyrostat.campaign import replay as fly_again
-    from gyrostat.campaign.engine_record import refuse_other
-    from gyrostat.report.campaign import write_replay
+    from gyrostat.campaigns import Store, processes
+    from gyrostat.campaigns import replay as fly_again
+    from gyrostat.campaigns.fingerprint import refuse_other
+    from gyrostat.reports.campaign import write_replay
 
     store = Store(folder, say)
     known = store.known()
@@ -146,7 +146,7 @@ def report(
     json_output: Json = False,
 ) -> None:
     """Say what a campaign has shown: report.html and report.json."""
-    from gyrostat.report.campaign import write_campaign
+    from gyrostat.reports.campaign import write_campaign
 
     text = write_campaign(folder, command=command_line(), say=say)
     if json_output:
@@ -154,7 +154,7 @@ def report(
 
 
 def _device(name: str) -> str:
-    from gyrostat.campaign.engine_record import FLAGS
+    from gyrostat.campaigns.fingerprint import FLAGS
 
     if name not in FLAGS:
         raise InputError(f"--device: found {name!r}, expected one of {', '.join(FLAGS)}")
@@ -162,7 +162,7 @@ def _device(name: str) -> str:
 
 
 def _engine(name: str) -> None:
-    from gyrostat.campaign.execute import ENGINES
+    from gyrostat.campaigns.execute import ENGINES
 
     if name not in ENGINES:
         raise InputError(f"--engine: found {name!r}, expected one of {', '.join(ENGINES)}")

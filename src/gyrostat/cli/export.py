@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gyrostat.arguments import command_line, refuse_given, say
+from gyrostat.cli.arguments import command_line, refuse_given, say
 from gyrostat.cli.measurement_limits import measurement_limits
 from gyrostat.cli.options import ForceModel, Json, Out
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 
 if TYPE_CHECKING:
-    from gyrostat.export import Target
+    from gyrostat.exports import Target
     from gyrostat.wheel import Wheel
 
 
@@ -105,9 +105,9 @@ def export(
     """
     import json
 
-    from gyrostat.export import basilisk, files, sheet, write_fmu
-    from gyrostat.files import check_writable
-    from gyrostat.outputs import new_files
+    from gyrostat.core.files import check_writable
+    from gyrostat.core.outputs import new_files
+    from gyrostat.exports import basilisk, files, sheet, write_fmu
     from gyrostat.wheel import read_model
 
     check_writable(out)
@@ -177,12 +177,12 @@ def _target(
     """The flight piece that the options describe."""
     import math
 
-    from gyrostat.cli.spacecraft import numbers
+    from gyrostat.cli.feasibility import numbers
     from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
-    from gyrostat.estimate import FrictionScaleFilter
-    from gyrostat.export import TARGETS, CompensatedWheel
-    from gyrostat.require import LARGEST, check_parts, require, require_period
-    from gyrostat.units import parse_quantity
+    from gyrostat.core.units import parse_quantity
+    from gyrostat.core.validation import LARGEST, check_parts, require, require_period
+    from gyrostat.estimation import FrictionScaleFilter
+    from gyrostat.exports import TARGETS, CompensatedWheel
 
     known = (*NEEDED[what], *TAKEN.get(what, ()))
     for option in NEEDED[what]:

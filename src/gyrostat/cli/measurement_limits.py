@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 
 if TYPE_CHECKING:
     from gyrostat.control import FieldLimits
@@ -34,8 +34,8 @@ def measurement_limits(
             empty, a rate is not above 0.
     """
     from gyrostat.control import FieldLimits
-    from gyrostat.require import require
-    from gyrostat.units import parse_quantity
+    from gyrostat.core.units import parse_quantity
+    from gyrostat.core.validation import require
 
     found: dict[str, FieldLimits] = {}
     known = FIELDS[what]

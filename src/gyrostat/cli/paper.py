@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from gyrostat.arguments import command_line, say
+from gyrostat.cli.arguments import command_line, say
 from gyrostat.cli.options import Force, Json, Out
 
 
@@ -22,7 +22,7 @@ def reproduce(
     json_output: Json = False,
 ) -> None:
     """Rebuild a paper's experiment and judge each of its claims: claims.json and report.html."""
-    from gyrostat.outputs import check_outputs, new_files
+    from gyrostat.core.outputs import check_outputs, new_files
     from gyrostat.papers import paper_named
 
     experiment = paper_named(paper)

@@ -5,15 +5,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gyrostat.arguments import command_line, say
+from gyrostat.cli.arguments import command_line, say
+from gyrostat.cli.feasibility import attitude, numbers
 from gyrostat.cli.options import Force, Json, Out
-from gyrostat.cli.spacecraft import attitude, numbers
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 
 if TYPE_CHECKING:
-    from gyrostat._types import Vector
-    from gyrostat.body import SpacecraftFile
-    from gyrostat.recovery import Loss
+    from gyrostat.core.types import Vector
+    from gyrostat.failures import Loss
+    from gyrostat.spacecraft import SpacecraftFile
 
 
 def recover(
@@ -50,12 +50,12 @@ def recover(
     """Fly to the nearest attitude that can be held: recover.json, run.nc and report.html."""
     import numpy as np
 
-    from gyrostat._jax import jnp
-    from gyrostat.body import Gyrostat, read_spacecraft
-    from gyrostat.outputs import check_outputs
-    from gyrostat.recovery import recover as fly
-    from gyrostat.report.recovery import FILES, write_recovery
-    from gyrostat.units import parse_quantity
+    from gyrostat.core.jax64 import jnp
+    from gyrostat.core.outputs import check_outputs
+    from gyrostat.core.units import parse_quantity
+    from gyrostat.failures import recover as fly
+    from gyrostat.reports.recovery import FILES, write_recovery
+    from gyrostat.spacecraft import Gyrostat, read_spacecraft
 
     check_outputs(out, FILES, by="recover", force=force)
     file = read_spacecraft(spacecraft)
@@ -88,8 +88,8 @@ def recover(
 
 def _losses(items: list[str], file: "SpacecraftFile") -> "dict[int, Loss]":
     """Number of each failed wheel -> how it failed."""
-    from gyrostat.recovery import Loss
-    from gyrostat.units import parse_quantity
+    from gyrostat.core.units import parse_quantity
+    from gyrostat.failures import Loss
 
     found: dict[int, Loss] = {}
     for item in (part.strip() for entry in items for part in entry.split(",")):

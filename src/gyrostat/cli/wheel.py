@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gyrostat import arguments as words
-from gyrostat.arguments import command_line, load, say
+from gyrostat.cli import arguments as words
+from gyrostat.cli.arguments import command_line, load, say
 from gyrostat.cli.options import Force, ForceModel, Json, Out
 
 if TYPE_CHECKING:
-    from gyrostat.identify import Fit
+    from gyrostat.identification import Fit
     from gyrostat.telemetry import Record
 
 
@@ -88,8 +88,8 @@ def identify(
     json_output: Json = False,
 ) -> None:
     """Identify a wheel: fit.json, model.toml and report.html from its bench records."""
-    from gyrostat.outputs import check_outputs
-    from gyrostat.report.write import FILES
+    from gyrostat.core.outputs import check_outputs
+    from gyrostat.reports.write import FILES
 
     check_outputs(out, FILES, by="identify", force=force)
     name = model or "stribeck"
@@ -119,15 +119,15 @@ def identify(
 
     loaded = [measured(path) for path in records]
     if method is not Method.batch:
-        from gyrostat.identify import identify_dedicated
+        from gyrostat.identification import identify_dedicated
 
         words.refuse_given(batch_only, f"--method {method.value}", "--method batch")
         common["speed_sigma"] = sigmas[0] if sigmas else None
         fit = identify_dedicated(method.value, loaded, model=model, tolerance=tolerance, **common)
         _finish(fit, out, json_output, force=force)
         return
-    from gyrostat import identify as stage
-    from gyrostat.identify.prediction import friction_model
+    from gyrostat import identification as stage
+    from gyrostat.identification.prediction import friction_model
 
     friction_model(name)
     say(f"identifying {name} friction from {', '.join(r.name for r in loaded)}")
@@ -153,7 +153,7 @@ def identify(
 
 
 def _finish(fit: "Fit", out: Path, json_output: bool, **options: Any) -> None:
-    from gyrostat.report.write import write_fit
+    from gyrostat.reports.write import write_fit
 
     text = write_fit(fit, out, command=command_line(), say=say, **options)
     if json_output:
@@ -178,10 +178,10 @@ def validate(
     json_output: Json = False,
 ) -> None:
     """Predict a record with a known wheel: validation.json and validation.html."""
-    from gyrostat.identify import validate as predict
-    from gyrostat.outputs import check_outputs, new_files
-    from gyrostat.report.page import validation_page
-    from gyrostat.units import RPM
+    from gyrostat.core.outputs import check_outputs, new_files
+    from gyrostat.core.units import RPM
+    from gyrostat.identification import validate as predict
+    from gyrostat.reports.page import validation_page
     from gyrostat.wheel import read_model
 
     check_outputs(out, ("validation.html", "validation.json"), by="validate", force=force)
@@ -226,11 +226,11 @@ def bench(
     force: ForceModel = False,
 ) -> None:
     """Make the record that a test bench would have taken of a known wheel."""
-    from gyrostat.files import check_writable
-    from gyrostat.outputs import new_files
-    from gyrostat.simulate import CurrentRange, Telemetry, bench_record, default_range
+    from gyrostat.core.files import check_writable
+    from gyrostat.core.outputs import new_files
+    from gyrostat.core.units import parse_quantity
+    from gyrostat.simulation import CurrentRange, Telemetry, bench_record, default_range
     from gyrostat.telemetry import write_record
-    from gyrostat.units import parse_quantity
     from gyrostat.wheel import read_model
 
     check_writable(out.parent)

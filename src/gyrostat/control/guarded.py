@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 
-from gyrostat._jax import jax, jnp
 from gyrostat.control.measurement_guard import (
     GuardMemory,
     MeasurementGuard,
@@ -14,9 +13,10 @@ from gyrostat.control.measurement_guard import (
     SampleStatus,
 )
 from gyrostat.control.missing_sample import predicted
-from gyrostat.errors import InputError
-from gyrostat.friction import Scalar
-from gyrostat.require import check_parts, check_period
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.validation import check_parts, check_period
 
 ACTUATED = ("current", "torque", "external_torque", "fading_torque", "speed")
 """Fields of a command that go to actuators: zero in the safe command "zero"."""

@@ -8,9 +8,9 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Int
 
-from gyrostat._jax import jax, jnp
-from gyrostat.errors import InputError
-from gyrostat.friction import Scalar
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
 
 UNLIMITED = float(np.finfo(np.float32).max)
 """Stands for "no limit". It is finite in single precision too, so that flight code needs no

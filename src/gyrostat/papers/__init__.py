@@ -2,7 +2,7 @@
 
 import difflib
 
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 from gyrostat.papers.carrara_kuga import CARRARA_KUGA
 from gyrostat.papers.carvalho_fenili import CARVALHO_FENILI
 from gyrostat.papers.claims import Claim, Row, Verdict

@@ -10,9 +10,9 @@ from typing import Any, Self, get_args
 
 from gyrostat.papers.claims import Claim, Row, Value, Verdict
 from gyrostat.papers.figures import Drawing
-from gyrostat.report.figures import svg
-from gyrostat.report.page import render
-from gyrostat.report.text import aligned, plain
+from gyrostat.reports.figures import svg
+from gyrostat.reports.page import render
+from gyrostat.reports.text import aligned, plain
 
 Say = Callable[[str], None]
 

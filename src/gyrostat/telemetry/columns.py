@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
+from gyrostat.core.units import SI_UNIT, Unit, find_unit, known_unit
 from gyrostat.telemetry.fault import fault, listed, place, shown
-from gyrostat.units import SI_UNIT, Unit, find_unit, known_unit
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Role:
     names: tuple[str, ...]
     """Column names taken for this role when the caller names none, without their unit."""
     dimension: str | None
-    """Key of `gyrostat.units.SI_UNIT`; None for a column without unit."""
+    """Key of `gyrostat.core.units.SI_UNIT`; None for a column without unit."""
     required: bool = False
     unit_optional: bool = False
 

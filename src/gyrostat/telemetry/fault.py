@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 
 _LONGEST = 60  # characters of a file's text shown in a message
 _MOST = 30  # names listed in a message

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 from gyrostat.telemetry.assemble import Measured
 from gyrostat.telemetry.columns import Chosen, Column, Header
 from gyrostat.telemetry.fault import damaged, fault, too_many

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
 from gyrostat.telemetry.fault import counted
 
 

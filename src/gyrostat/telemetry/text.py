@@ -12,10 +12,10 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from gyrostat.core.units import SI_UNIT, known_unit
 from gyrostat.telemetry.assemble import Measured
 from gyrostat.telemetry.columns import Chosen, Column, Header
 from gyrostat.telemetry.fault import counted, fault, listed, shown, too_many
-from gyrostat.units import SI_UNIT, known_unit
 
 _LONGEST_LINE = 64 * 1024  # bytes
 _LOOKED_AT = 24  # lines that tell the delimiter

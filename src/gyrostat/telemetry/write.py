@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.files import whole_file
+from gyrostat.core.files import whole_file
 from gyrostat.telemetry.fault import fault
 from gyrostat.telemetry.record import Record
 

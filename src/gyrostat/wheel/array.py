@@ -6,10 +6,11 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat._jax import jnp
-from gyrostat.errors import InputError
-from gyrostat.friction import Friction, LuGre, Scalar, ViscousCoulomb
-from gyrostat.require import check_parts, require
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.validation import check_parts, require
+from gyrostat.wheel.friction import Friction, LuGre, ViscousCoulomb
 
 UNIT_TOLERANCE = 1e-6
 """Of the length of an axis: data sheets and drawings round."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from gyrostat._types import Matrix
-from gyrostat.errors import InputError
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Matrix
 
 EQUAL_REACH = float(np.arcsin(1.0 / np.sqrt(3.0)))
 """rad, 35.26 deg: with this elevation a pyramid gives as much torque along as across its axis."""

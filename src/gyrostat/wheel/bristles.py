@@ -4,9 +4,10 @@ from typing import Any
 
 from jaxtyping import Array, Bool, Float
 
-from gyrostat._jax import jax, jnp
-from gyrostat.friction import LuGre, Scalar
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel.contact import Contact, Motion
+from gyrostat.wheel.friction import LuGre
 from gyrostat.wheel.rodas import integrate
 from gyrostat.wheel.stepping import slide
 

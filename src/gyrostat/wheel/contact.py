@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from gyrostat._jax import jnp
-from gyrostat.friction import Scalar
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jnp
 
 
 class Motion(NamedTuple):

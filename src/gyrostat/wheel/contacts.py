@@ -6,10 +6,9 @@ from typing import Any, NamedTuple
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from gyrostat._jax import jnp
-from gyrostat.friction import Scalar
-from gyrostat.linear import inverse_definite
-from gyrostat.wheel.array import PerWheel
+from gyrostat.core.arrays import PerWheel, Scalar
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.linear import inverse_definite
 from gyrostat.wheel.contact import Motion
 
 

@@ -24,10 +24,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat.errors import InputError
-from gyrostat.friction import Friction, Stribeck, ViscousCoulomb
-from gyrostat.toml_file import number, quantity, read_toml, refuse_unknown
+from gyrostat.core.errors import InputError
+from gyrostat.core.toml_file import number, quantity, read_toml, refuse_unknown
 from gyrostat.wheel.array import WheelArray
+from gyrostat.wheel.friction import Friction, Stribeck, ViscousCoulomb
 
 FOLDER = Path(__file__).with_name("data_sheets")
 SAME = 0.01

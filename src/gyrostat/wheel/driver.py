@@ -3,9 +3,9 @@
 import equinox as eqx
 import numpy as np
 
-from gyrostat._jax import jnp
-from gyrostat.errors import InputError
-from gyrostat.friction import Scalar
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
 
 SETTLED = 40.0
 """Time constants after which exp(-t/tau) is below rounding."""

@@ -25,11 +25,11 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from gyrostat.errors import InputError
-from gyrostat.files import write_whole
-from gyrostat.friction import FRICTION_MODELS, Friction
-from gyrostat.toml_file import number, read_toml, refuse_unknown
-from gyrostat.units import SI_UNIT
+from gyrostat.core.errors import InputError
+from gyrostat.core.files import write_whole
+from gyrostat.core.toml_file import number, read_toml, refuse_unknown
+from gyrostat.core.units import SI_UNIT
+from gyrostat.wheel.friction import FRICTION_MODELS, Friction
 from gyrostat.wheel.wheel import Wheel
 
 _WHEEL = {"inertia": "inertia", "motor_constant": "motor_constant"}

@@ -4,8 +4,8 @@ from typing import Any, Literal, NamedTuple
 
 from jaxtyping import Array, Bool, Float
 
-from gyrostat._jax import jax, jnp
-from gyrostat.friction import Scalar
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel.contact import Contact, Motion
 from gyrostat.wheel.stepping import slide
 from gyrostat.wheel.wheel import Wheel

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from gyrostat._jax import jax, jnp
-from gyrostat.friction import Scalar
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jax, jnp
 
 Field = Callable[[Any, Scalar], Any]
 

@@ -7,7 +7,7 @@ be moved to the time at which something runs out.
 
 from typing import Any, NamedTuple
 
-from gyrostat._jax import jax, jnp
+from gyrostat.core.jax64 import jax, jnp
 
 MAX_SEGMENTS = 1000
 BAND = 6.0

@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 from jaxtyping import Array, Bool, Float, Int
 
-from gyrostat._jax import jax, jnp
-from gyrostat.friction import Friction, Scalar
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel.contact import Contact, Motion
+from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.segment import (
     MAX_SEGMENTS,
     NEWTON_STEPS,

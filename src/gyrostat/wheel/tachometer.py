@@ -9,9 +9,9 @@ from typing import Any
 import equinox as eqx
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from gyrostat._jax import jax, jnp
-from gyrostat.friction import Scalar
-from gyrostat.require import check_parts, require
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.validation import check_parts, require
 
 
 class Tachometer(eqx.Module):

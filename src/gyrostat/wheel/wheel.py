@@ -2,8 +2,9 @@
 
 import equinox as eqx
 
-from gyrostat.friction import Friction, LuGre, Scalar
-from gyrostat.require import check_parts, require
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.validation import check_parts, require
+from gyrostat.wheel.friction import Friction, LuGre
 
 
 class Wheel(eqx.Module):

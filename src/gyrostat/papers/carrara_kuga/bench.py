@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat._jax import jax
-from gyrostat._types import Matrix, Vector
-from gyrostat.identify import Fit, identify
-from gyrostat.identify.statistics import crossing_times
+from gyrostat.core.jax64 import jax
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification import Fit, identify
+from gyrostat.identification.statistics import crossing_times
 from gyrostat.papers.carrara_kuga import setup
 from gyrostat.papers.reproduction import Run
-from gyrostat.simulate import CurrentRange, Telemetry, bench_record
+from gyrostat.simulation import CurrentRange, Telemetry, bench_record
 from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel, speed_response
 

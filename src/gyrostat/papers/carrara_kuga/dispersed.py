@@ -12,25 +12,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from gyrostat._jax import jax, jnp
-from gyrostat._types import Vector
-from gyrostat.body import AirBearingTable, Gyro, TableSensors
-from gyrostat.control import (
-    CurrentMode,
-    DynamicModelCompensator,
-    EstimatingCompensator,
-    SpeedMode,
-)
-from gyrostat.friction import DirectionalStribeck, Friction, LuGre
+from gyrostat.control import CurrentMode, DynamicModelCompensator, EstimatingCompensator, SpeedMode
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Vector
+from gyrostat.core.units import RPM
 from gyrostat.papers.carrara_kuga import setup
 from gyrostat.papers.carrara_kuga import table_figures as figures
 from gyrostat.papers.carrara_kuga.table import crossings, fly, peaks, settled, wander
 from gyrostat.papers.claims import Value
 from gyrostat.papers.figures import Drawing
 from gyrostat.papers.reproduction import Part, Run
-from gyrostat.simulate import Batch, stack
-from gyrostat.units import RPM
+from gyrostat.simulation import Batch, stack
+from gyrostat.spacecraft import AirBearingTable, Gyro, TableSensors
 from gyrostat.wheel import LowPass, PulseTachometer, Tachometer, Wheel
+from gyrostat.wheel.friction import DirectionalStribeck, Friction, LuGre
 
 if TYPE_CHECKING:
     import xarray as xr

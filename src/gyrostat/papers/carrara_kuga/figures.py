@@ -3,13 +3,13 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from gyrostat._jax import jax, jnp
-from gyrostat._types import Vector
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Vector
+from gyrostat.core.units import RPM
 from gyrostat.papers.carrara_kuga.bench import Prediction, Trial
 from gyrostat.papers.carrara_kuga.setup import DETERMINISTIC, STATISTICAL
 from gyrostat.papers.figures import GREY, Drawing, panels
-from gyrostat.report.figures import MARK, MEASURED, MODEL
-from gyrostat.units import RPM
+from gyrostat.reports.figures import MARK, MEASURED, MODEL
 
 COLUMNS = "profile 1, sines", "profile 2, steps"
 NEAR_ZERO = 16.0 * RPM

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gyrostat.friction import Stribeck
+from gyrostat.core.units import RPM
 from gyrostat.papers.carrara_kuga import figures, setup
 from gyrostat.papers.carrara_kuga.bench import (
     Trial,
@@ -18,8 +18,8 @@ from gyrostat.papers.carrara_kuga.bench import (
 )
 from gyrostat.papers.claims import Value
 from gyrostat.papers.reproduction import Part, Run
-from gyrostat.units import RPM
 from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import Stribeck
 
 COAST_FROM = 100.0 * RPM
 """rad/s."""

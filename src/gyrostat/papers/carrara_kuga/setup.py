@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 from typing import Any
 
-from gyrostat._jax import jnp
-from gyrostat.body import AirBearingTable
 from gyrostat.control import AttitudePID
-from gyrostat.friction import Stribeck
-from gyrostat.simulate import CurrentRange
-from gyrostat.units import RPM
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.units import RPM
+from gyrostat.simulation import CurrentRange
+from gyrostat.spacecraft import AirBearingTable
 from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import Stribeck
 
 INERTIA = 1.5e-3
 """J_w, kg·m², from the manufacturer of the wheel."""

@@ -4,17 +4,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyrostat._jax import jax, jnp
-from gyrostat._types import Vector
-from gyrostat.body import AirBearingTable, TableCommand, TableSensors, TableState
 from gyrostat.control import CurrentMode, DynamicModelCompensator, SpeedMode
-from gyrostat.friction import Friction
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Vector
 from gyrostat.papers.carrara_kuga import setup
 from gyrostat.papers.carrara_kuga import table_figures as figures
 from gyrostat.papers.claims import Value
 from gyrostat.papers.reproduction import Part, Run
-from gyrostat.simulate import Batch, simulate
+from gyrostat.simulation import Batch, simulate
+from gyrostat.spacecraft import AirBearingTable, TableCommand, TableSensors, TableState
 from gyrostat.wheel import Delayed, Tachometer
+from gyrostat.wheel.friction import Friction
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +40,7 @@ def fly(
     start: TableState | Batch | None = None,
     **options: Any,
 ) -> "xr.Dataset":
-    """Simulate the table in closed loop; see `gyrostat.simulate.simulate`.
+    """Simulate the table in closed loop; see `gyrostat.simulation.simulate`.
 
     Returns:
         Histories over `run`, also where there is a single one, and `time`.

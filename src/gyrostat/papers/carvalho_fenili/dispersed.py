@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat._jax import jax, jnp
-from gyrostat._types import Vector
-from gyrostat.body.rotations import error_angle
-from gyrostat.recovery.recover import ANGLE
-from gyrostat.simulate import simulate, stack
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import error_angle
+from gyrostat.core.types import Vector
+from gyrostat.failures.recovery import ANGLE
+from gyrostat.simulation import simulate, stack
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,7 +52,7 @@ def fly(
         sensor: of a plant.
         duration: s, a whole number of periods.
         period: of control, s.
-        engine: see `gyrostat.simulate.simulate`.
+        engine: see `gyrostat.simulation.simulate`.
     """
     plants: Any = stack([case.plant for case in cases])
     controllers: Any = stack([case.controller for case in cases])

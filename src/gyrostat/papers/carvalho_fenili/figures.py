@@ -6,11 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from gyrostat.failures import Recovery
 from gyrostat.papers.carvalho_fenili import setup
 from gyrostat.papers.carvalho_fenili.flights import Flight
 from gyrostat.papers.figures import GREEN, GREY, INK, Drawing, label_edges, panels
-from gyrostat.recovery import Recovery
-from gyrostat.report.figures import MARK, MEASURED, MODEL
+from gyrostat.reports.figures import MARK, MEASURED, MODEL
 
 COLOURS = (MODEL, MARK, GREEN)
 LABELS = ("θ - π/2", "φ", "ψ")

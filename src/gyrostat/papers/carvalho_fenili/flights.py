@@ -7,10 +7,9 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import EulerState, TorqueDrivenBody
-from gyrostat.body.torque_driven import LARGEST_SLIP
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.papers.carvalho_fenili import setup
+from gyrostat.papers.carvalho_fenili.torque_driven import LARGEST_SLIP, EulerState, TorqueDrivenBody
 
 LOST = 100.0
 """Difference of the rate from the torque's impulse, rad/s in one step, at which a run ends."""

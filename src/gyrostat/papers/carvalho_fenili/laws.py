@@ -11,16 +11,11 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import EulerState
-from gyrostat.body.rotations import Vector
 from gyrostat.control import EulerCube, StateDependentRiccati, lqr, uncontrollable
-from gyrostat.papers.carvalho_fenili.setup import (
-    CASES,
-    INERTIA,
-    INPUT_WEIGHT,
-    STATE_WEIGHT,
-)
+from gyrostat.core.arrays import Vector3
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.papers.carvalho_fenili.setup import CASES, INERTIA, INPUT_WEIGHT, STATE_WEIGHT
+from gyrostat.papers.carvalho_fenili.torque_driven import EulerState
 
 FEW, MANY = 5, 12
 """Doublings of the Riccati solver: enough far from the singularity, where more change no bit; and
@@ -30,7 +25,7 @@ SOLVED = 1e-13
 LARGEST_RESIDUAL = 1e-8
 """Of a solution that is flown, relative."""
 
-Law = Callable[[EulerState], Vector]
+Law = Callable[[EulerState], Vector3]
 
 
 def regulated(state: EulerState) -> Float[Array, "6"]:
@@ -82,7 +77,7 @@ class LinearQuadratic(eqx.Module):
 
     gain: Float[Array, "3 6"]
 
-    def __call__(self, state: EulerState) -> Vector:
+    def __call__(self, state: EulerState) -> Vector3:
         """Torque that is commanded, N·m."""
         return -self.gain @ regulated(state)
 
@@ -123,7 +118,7 @@ class StateDependent(eqx.Module):
     state_weight: Float[Array, "6 6"]
     input_weight: Float[Array, "3 3"]
 
-    def __call__(self, state: EulerState) -> Vector:
+    def __call__(self, state: EulerState) -> Vector3:
         """Torque that is commanded, N·m; NaN where the equation has no solution."""
         here = regulated(state)
         found = _solved(here[None], self.state_weight, self.input_weight)

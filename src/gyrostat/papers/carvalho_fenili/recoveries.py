@@ -1,7 +1,7 @@
 """The paper's laws on wheels, and recovery after each failure by a law that is notified of it.
 
 Table 2 on wheels at rest at first, which take up the momentum that they give the body. The paper's
-law controls until the failure; then `gyrostat.recovery.recover` goes to the nearest attitude that
+law controls until the failure; then `gyrostat.failures.recover` goes to the nearest attitude that
 can be held.
 """
 
@@ -11,27 +11,27 @@ from typing import TYPE_CHECKING, Any
 import equinox as eqx
 import numpy as np
 
-from gyrostat._jax import jnp
-from gyrostat.body import (
-    EulerAngles,
-    EulerState,
+from gyrostat.core import rotations
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.rotations import EulerAngles
+from gyrostat.failures import Loss, Recovery, plan_recovery, recover
+from gyrostat.papers.carvalho_fenili import setup
+from gyrostat.papers.carvalho_fenili.figures import recovery_figure
+from gyrostat.papers.carvalho_fenili.laws import laws
+from gyrostat.papers.carvalho_fenili.torque_driven import EulerState
+from gyrostat.papers.claims import Value
+from gyrostat.papers.reproduction import Part, Run
+from gyrostat.simulation import simulate, stack
+from gyrostat.spacecraft import (
     Gyrostat,
     GyrostatState,
     Spacecraft,
     SpacecraftMeasurement,
     SpacecraftSensor,
     WheelFailures,
-    rotations,
 )
-from gyrostat.body.gyrostat import WheelTorqueCommand
-from gyrostat.friction import Scalar
-from gyrostat.papers.carvalho_fenili import setup
-from gyrostat.papers.carvalho_fenili.figures import recovery_figure
-from gyrostat.papers.carvalho_fenili.laws import laws
-from gyrostat.papers.claims import Value
-from gyrostat.papers.reproduction import Part, Run
-from gyrostat.recovery import Loss, Recovery, plan_recovery, recover
-from gyrostat.simulate import simulate, stack
+from gyrostat.spacecraft.gyrostat import WheelTorqueCommand
 from gyrostat.wheel import WheelArray
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gyrostat._types import Vector
+from gyrostat.core.types import Vector
 from gyrostat.papers.carvalho_fenili.with_momentum import PRINCIPAL, full_beside_reduced, ratios
 from gyrostat.papers.carvalho_fenili.without_momentum import REQUIREMENTS, times
 from gyrostat.papers.claims import Value

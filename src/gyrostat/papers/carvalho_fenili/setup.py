@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from gyrostat.body import EulerAngles, TorqueDrivenBody
+from gyrostat.core.rotations import EulerAngles
+from gyrostat.papers.carvalho_fenili.torque_driven import TorqueDrivenBody
 
 MASS, EDGE = 200.0, 0.6
 """Table 1: kg and m."""

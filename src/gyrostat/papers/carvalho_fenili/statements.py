@@ -5,8 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from gyrostat._jax import jax, jnp
-from gyrostat.body import EulerState
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.papers.carvalho_fenili import figures, setup
 from gyrostat.papers.carvalho_fenili.flights import Flight, flights
 from gyrostat.papers.carvalho_fenili.laws import (
@@ -18,6 +17,7 @@ from gyrostat.papers.carvalho_fenili.laws import (
     rank,
     regulated,
 )
+from gyrostat.papers.carvalho_fenili.torque_driven import EulerState
 from gyrostat.papers.claims import Value
 from gyrostat.papers.reproduction import Part, Run
 

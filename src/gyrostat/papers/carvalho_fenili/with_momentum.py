@@ -14,22 +14,19 @@ away). Starts, in turn:
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gyrostat._jax import jax, jnp
-from gyrostat._types import Matrix, Vector
-from gyrostat.body import (
-    Gyrostat,
+from gyrostat.control import MomentumRecovery
+from gyrostat.core import rotations
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.papers.blocks import in_blocks
+from gyrostat.papers.carvalho_fenili.dispersed import BLOCK, Dispersed, fly, settling_times
+from gyrostat.papers.carvalho_fenili.reduced_gyrostat import (
     ReducedGyrostat,
     ReducedSensor,
     ReducedState,
-    Spacecraft,
-    SpacecraftSensor,
-    WheelFailures,
-    rotations,
 )
-from gyrostat.control import MomentumRecovery
-from gyrostat.papers.blocks import in_blocks
-from gyrostat.papers.carvalho_fenili.dispersed import BLOCK, Dispersed, fly, settling_times
 from gyrostat.papers.reproduction import Say
+from gyrostat.spacecraft import Gyrostat, Spacecraft, SpacecraftSensor, WheelFailures
 from gyrostat.wheel import WheelArray
 
 KINDS = ("frozen", "emptied", "drifting", "tumbling")

@@ -11,14 +11,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gyrostat._jax import jnp
-from gyrostat._types import Vector
-from gyrostat.body import Gyrostat, Spacecraft, SpacecraftSensor, WheelFailures
 from gyrostat.control import ZeroMomentumRecovery
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.types import Vector
+from gyrostat.failures.recovery import RATE
 from gyrostat.papers.blocks import in_blocks
 from gyrostat.papers.carvalho_fenili.dispersed import BLOCK, Dispersed, fly, settling_times
 from gyrostat.papers.reproduction import Say
-from gyrostat.recovery.recover import RATE
+from gyrostat.spacecraft import Gyrostat, Spacecraft, SpacecraftSensor, WheelFailures
 from gyrostat.wheel import WheelArray
 
 ROTORS = np.full(3, 0.01)

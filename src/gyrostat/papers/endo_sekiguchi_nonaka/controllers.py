@@ -8,17 +8,17 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import numpy as np
 
-from gyrostat._jax import jax, jnp
-from gyrostat._types import Vector
-from gyrostat.body.rotations import to_body
+from gyrostat.codegen.simd.batch import Batched
 from gyrostat.control import FirstOrderLags, SafeFrit, TwoWheelPointing
-from gyrostat.estimate import SteadyAttitudeEstimate, SteadyAttitudeFilter
-from gyrostat.friction import Scalar
-from gyrostat.lanes.batch import Batched
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import to_body
+from gyrostat.core.types import Vector
+from gyrostat.estimation import SteadyAttitudeEstimate, SteadyAttitudeFilter
 from gyrostat.papers.blocks import in_blocks
 from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import AS_KNOWN, Case
 from gyrostat.papers.endo_sekiguchi_nonaka.setup import PERIOD, REQUIRED, fixed, tuned
-from gyrostat.simulate import run_folded, stack
+from gyrostat.simulation import run_folded, stack
 
 BLOCK = 64
 """Runs that are simulated together by one thread."""

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrostat._jax import jnp
-from gyrostat._types import Matrix, Vector
-from gyrostat.body import (
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.papers.endo_sekiguchi_nonaka import setup
+from gyrostat.spacecraft import (
     Gyrostat,
     SinusoidalMomentum,
     Spacecraft,
@@ -14,9 +15,8 @@ from gyrostat.body import (
     SpeedLoopSpacecraft,
     SpeedLoopState,
 )
-from gyrostat.friction import ViscousCoulomb
-from gyrostat.papers.endo_sekiguchi_nonaka import setup
 from gyrostat.wheel import WheelArray
+from gyrostat.wheel.friction import ViscousCoulomb
 
 TORQUE, TOP_MOMENTUM, COULOMB = 0.1, 30.0, 0.9e-3
 """Of each wheel, N·m, N·m·s and N·m."""

@@ -5,12 +5,12 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from matplotlib.axes import Axes
 
-from gyrostat._types import Vector
+from gyrostat.core.types import Vector
 from gyrostat.papers.endo_sekiguchi_nonaka.controllers import OURS, SLOW, Outcome
 from gyrostat.papers.endo_sekiguchi_nonaka.flights import Flight
 from gyrostat.papers.endo_sekiguchi_nonaka.setup import DURATION, REQUIRED
 from gyrostat.papers.figures import GREEN, INK, Drawing, label_edges, panels
-from gyrostat.report.figures import MARK, MEASURED, MODEL
+from gyrostat.reports.figures import MARK, MEASURED, MODEL
 
 Flights = Mapping[str, Flight]
 EVERY = slice(None, None, 250)

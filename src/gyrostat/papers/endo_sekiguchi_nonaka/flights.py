@@ -8,15 +8,11 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import PRNGKeyArray
 
-from gyrostat._jax import jnp
-from gyrostat.body import (
-    GyrostatState,
-    SpacecraftMeasurement,
-    SpeedDrivenSpacecraft,
-)
-from gyrostat.friction import Scalar
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jnp
 from gyrostat.papers.endo_sekiguchi_nonaka import setup
-from gyrostat.simulate import simulate, stack
+from gyrostat.simulation import simulate, stack
+from gyrostat.spacecraft import GyrostatState, SpacecraftMeasurement, SpeedDrivenSpacecraft
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -4,8 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat._jax import jnp
-from gyrostat.body import SinusoidalMomentum, Spacecraft
 from gyrostat.control import (
     FirstOrderLags,
     Integrators,
@@ -13,6 +11,8 @@ from gyrostat.control import (
     OnlineFrit,
     OutputZeroing,
 )
+from gyrostat.core.jax64 import jnp
+from gyrostat.spacecraft import SinusoidalMomentum, Spacecraft
 from gyrostat.wheel import WheelArray
 
 AXIS = (1.0, 2.0, 3.0)

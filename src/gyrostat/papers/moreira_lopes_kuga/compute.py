@@ -4,15 +4,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyrostat._jax import jax, jnp
 from gyrostat.control import FrictionTorqueControl, ProportionalMomentumControl
-from gyrostat.friction import Friction, LuGre, Scalar
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.units import RPM
 from gyrostat.papers.claims import Value
 from gyrostat.papers.moreira_lopes_kuga import setup
 from gyrostat.papers.moreira_lopes_kuga.figures import figures
 from gyrostat.papers.reproduction import Part, Run
-from gyrostat.units import RPM
 from gyrostat.wheel import Contact, Motion, carry
+from gyrostat.wheel.friction import Friction, LuGre
 
 if TYPE_CHECKING:
     import xarray as xr

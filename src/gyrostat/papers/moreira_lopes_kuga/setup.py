@@ -2,12 +2,13 @@
 
 from typing import TYPE_CHECKING, Any
 
-from gyrostat._jax import jnp
-from gyrostat.body import BenchWheel, MomentumSensor
-from gyrostat.estimate import FrictionTorqueFilter
-from gyrostat.friction import LuGre, Scalar
-from gyrostat.simulate import simulate
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jnp
+from gyrostat.estimation import FrictionTorqueFilter
+from gyrostat.papers.moreira_lopes_kuga.bench_wheel import BenchWheel, MomentumSensor
+from gyrostat.simulation import simulate
 from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import LuGre
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,7 +54,7 @@ def steady_friction() -> float:
 
 
 def fly(controller: Any, seeds: int, *, plant: Any = BENCH) -> "xr.Dataset":
-    """Simulate the wheel from rest, one run for each noise seed; see `gyrostat.simulate`."""
+    """Simulate the wheel from rest, one run for each noise seed; see `gyrostat.simulation`."""
     return simulate(
         plant,
         controller,

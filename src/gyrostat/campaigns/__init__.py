@@ -1,0 +1,21 @@
+"""A scenario, flown once or ten thousand times with what is uncertain drawn anew."""
+
+from gyrostat.campaigns.description import Campaign
+from gyrostat.campaigns.execute import Job, replay, run_campaign, worst_runs
+from gyrostat.campaigns.executors import cluster, processes
+from gyrostat.campaigns.scenario import Dispersion, Event, Scenario
+from gyrostat.campaigns.store import Store
+
+__all__ = [
+    "Campaign",
+    "Dispersion",
+    "Event",
+    "Job",
+    "Scenario",
+    "Store",
+    "cluster",
+    "processes",
+    "replay",
+    "run_campaign",
+    "worst_runs",
+]

@@ -1,0 +1,278 @@
+"""A scenario as what flies: plant, controller, sensor and start, from one run's values."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Array, Float
+
+from gyrostat.campaigns.components import COMPENSATORS, ENVIRONMENTS, ESTIMATORS, SENSORS, stacked
+from gyrostat.campaigns.controllers import CONTROLLERS, IGNORED, TOLD, Situation
+from gyrostat.campaigns.phases import Phases
+from gyrostat.campaigns.scenario import AXES, INERTIA, Event, Scenario
+from gyrostat.campaigns.schema import EVENTS, GUARD, WHEEL_IS_LOST, Key, friction_keys, spike
+from gyrostat.campaigns.sensing import Values, guarded, options_of, with_faults
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import from_rotation_vector, product
+from gyrostat.spacecraft import (
+    DrivenGyrostat,
+    FrictionSteps,
+    Gyrostat,
+    Imbalance,
+    ImbalancedGyrostat,
+    Spacecraft,
+    WheelFailures,
+)
+from gyrostat.wheel import Driver, WheelArray
+from gyrostat.wheel.friction import FRICTION_MODELS, Friction
+
+
+class Setup(NamedTuple):
+    """What flies in one run.
+
+    Attributes:
+        plant: the spacecraft as it is.
+        controller: with the nominal spacecraft in mind.
+        sensor: of the plant.
+        start: state at time 0.
+        starts: (phases,) times from which the targets hold, s.
+        targets: (phases, 4).
+    """
+
+    plant: Any
+    controller: Any
+    sensor: Any
+    start: Any
+    starts: Float[Array, " phases"]
+    targets: Float[Array, "phases 4"]
+
+
+class Plans(NamedTuple):
+    """What is worked out once for a scenario, from its nominal values.
+
+    Attributes:
+        controllers: one for each phase.
+        targets: (phases, 4).
+        known: the spacecraft as the controller knows it.
+    """
+
+    controllers: tuple[Any, ...]
+    targets: np.ndarray
+    known: Spacecraft
+
+
+def parts_of(scenario: Scenario) -> dict[str, Mapping[str, Key]]:
+    """The keys of what a scenario has chosen, for `gyrostat.campaigns.schema.key_of`."""
+    friction = friction_keys(FRICTION_MODELS[scenario.friction].dimensions())
+    return {
+        "controller": CONTROLLERS[scenario.controller].keys,
+        "compensator": COMPENSATORS[scenario.compensator].keys,
+        "sensors": SENSORS[scenario.sensors].keys,
+        "estimator": ESTIMATORS[scenario.estimator].keys,
+        "environment": ENVIRONMENTS[scenario.environment].keys,
+        "friction": friction,
+        "guard": GUARD,
+        **{f"event.{e.name}": {**EVENTS[e.kind][1], **friction} for e in scenario.events},
+        **{
+            f"event.{e.name}": {**EVENTS[e.kind][1], **spike(e.sensor)}
+            for e in scenario.events
+            if e.sensor is not None
+        },
+    }
+
+
+def _each(scenario: Scenario, values: Values, name: str) -> Any:
+    """A number of every wheel, (wheels,)."""
+    return jnp.stack([jnp.asarray(values[f"wheel.{w}.{name}"]) for w in scenario.wheels])
+
+
+def _has(scenario: Scenario, name: str) -> bool:
+    """Whether its file has the section that gives this number of the wheels."""
+    return f"wheel.{scenario.wheels[0]}.{name}" in scenario.values
+
+
+def spacecraft_of(scenario: Scenario, values: Values) -> Spacecraft:
+    """Body and wheels."""
+    xx, yy, zz, xy, xz, yz = (values[f"body.inertia.{end}"] for end in INERTIA)
+    rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+
+    def each(name: str) -> Any:
+        return _each(scenario, values, name)
+
+    model = FRICTION_MODELS[scenario.friction]
+    wheels = WheelArray(
+        axes=jnp.asarray(scenario.axes).T,
+        inertia=each("inertia"),
+        torque_limit=each("torque_limit"),
+        momentum_limit=each("momentum_limit"),
+        friction=model(**{name: each(name) for name in model.dimensions()}),
+    )
+    return Spacecraft(
+        jnp.stack([jnp.stack(jax.tree.map(jnp.asarray, row)) for row in rows]), wheels
+    )
+
+
+def _failures(scenario: Scenario, values: Values) -> WheelFailures | None:
+    befallen = [e for e in scenario.events if e.wheel is not None and e.kind != "friction_step"]
+    if not befallen:
+        return None
+    failures = WheelFailures.none(len(scenario.wheels))
+    for event in befallen:
+        own = options_of(values, f"event.{event.name}")
+        seized, share = event.kind == "seized", own.get("torque_share", 1.0)
+        if event.kind in WHEEL_IS_LOST:
+            share = 0.0
+        index = jnp.arange(len(scenario.wheels)) == event.wheel
+        changed = WheelFailures(
+            time=own["time"],
+            torque_share=share,
+            stuck_torque=own.get("torque", 0.0),
+            seized=seized,
+            added_viscous=own.get("added_viscous", 0.0),
+            sensor_lost=event.kind == "tachometer_lost",
+        )
+        failures = jax.tree.map(
+            lambda new, old, own=index: jnp.where(own, new, old), changed, failures
+        )
+    return failures
+
+
+def _friction_steps(scenario: Scenario, values: Values, before: Friction) -> FrictionSteps | None:
+    stepping = [event for event in scenario.events if event.kind == "friction_step"]
+    if not stepping:
+        return None
+    time, dimensions = jnp.full(len(scenario.wheels), jnp.inf), before.dimensions()
+    after = before.parameters()
+    for event in stepping:
+        own = options_of(values, f"event.{event.name}")
+        index = jnp.arange(len(scenario.wheels)) == event.wheel
+        time = jnp.where(index, own["time"], time)
+        for name, dimension in dimensions.items():
+            # a factor makes the bearing heavier; where its curve bends stays
+            factor = 1.0 if dimension == "speed" else own["factor"]
+            value = own.get(name, factor * after[name])
+            after[name] = jnp.where(index, value, after[name])
+    return FrictionSteps(time, type(before)(**after))
+
+
+def _turning_points(scenario: Scenario) -> list[Event]:
+    """Slews and losses of wheels, in the nominal order in which they are known."""
+    found = [e for e in scenario.events if e.kind == "slew" or e.kind in WHEEL_IS_LOST]
+    return sorted(found, key=lambda event: _told(event, scenario.values))
+
+
+def phases_of(scenario: Scenario) -> list[Event]:
+    """The events after which the controller has another plan, in their nominal order."""
+    is_told = CONTROLLERS[scenario.controller].losses == TOLD
+    return [e for e in _turning_points(scenario) if is_told or e.kind == "slew"]
+
+
+def _told(event: Event, values: Values) -> Any:
+    own = f"event.{event.name}"
+    return values[f"{own}.time"] + values.get(f"{own}.detected_after", 0.0)
+
+
+def phase_starts(scenario: Scenario, values: Values) -> list[Scalar]:
+    """When each phase begins, s."""
+    return [0.0, *(_told(event, values) for event in phases_of(scenario))]
+
+
+def plan(scenario: Scenario) -> Plans:
+    """Plan the controller for every phase, from the nominal values.
+
+    Raises:
+        InputError: the working wheels do not suffice in a phase.
+    """
+    known = spacecraft_of(scenario, scenario.values)
+    chosen = CONTROLLERS[scenario.controller]
+    count = len(scenario.wheels)
+    left, seized = np.ones(count, bool), np.zeros(count, bool)
+    target, found, targets = scenario.target, [], []
+    for event in (None, *_turning_points(scenario)):
+        wheel = None if event is None else event.wheel
+        if event is not None and wheel is not None and chosen.losses != IGNORED:
+            left[wheel] = False
+            seized[wheel] |= event.kind == "seized"
+        if event is not None and event.target is not None:
+            target = event.target
+        rank = np.linalg.matrix_rank(np.asarray(scenario.axes) * left[:, None], tol=1e-6)
+        # a controller that knows nothing of losses says itself which wheels it needs
+        if rank < 3 and chosen.losses != IGNORED:
+            raise InputError(
+                f"key {'controller' if event is None else f'event[{event.name}]'}: found working "
+                "wheels that do not span space, expected wheels about every axis (gyrostat recover "
+                "flies with fewer)"
+            )
+        told = chosen.losses == TOLD
+        if wheel is not None and not told:
+            continue
+        case = Situation(
+            spacecraft=known,
+            working=left.copy() if told else np.ones(count, bool),
+            seized=seized.copy() if told else np.zeros(count, bool),
+            target=np.array(target),
+            delay=scenario.command_delay,
+        )
+        made = chosen.plan(case)
+        found.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), made))
+        targets.append(target)
+    return Plans(tuple(found), np.array(targets), known)
+
+
+def _plant(scenario: Scenario, values: Values, options: Values) -> tuple[Any, Any]:
+    """The spacecraft in its environment, and its state at the start."""
+    own = ENVIRONMENTS[scenario.environment].make(options_of(values, "environment"))
+    if "external_torque_limit" in options:
+        own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
+    craft = spacecraft_of(scenario, values)
+    own["friction_steps"] = _friction_steps(scenario, values, craft.wheels.friction)
+    plant: Any = Gyrostat(craft, _failures(scenario, values), **own)
+    error = stacked(values, "start.attitude_error")
+    motion = {
+        "attitude": product(jnp.asarray(scenario.attitude), from_rotation_vector(error)),
+        "rate": stacked(values, "start.rate"),
+        "wheel_speed": _each(scenario, values, "speed"),
+    }
+    if _has(scenario, "static_imbalance"):
+        position = [_each(scenario, values, f"position.{axis}") for axis in AXES]
+        imbalance = Imbalance(
+            _each(scenario, values, "static_imbalance"),
+            _each(scenario, values, "dynamic_imbalance"),
+            jnp.stack(position),
+        )
+        plant = ImbalancedGyrostat(plant, imbalance)
+        motion["wheel_angle"] = _each(scenario, values, "angle")
+    if _has(scenario, "motor_constant"):
+        names = [field.name for field in fields(Driver)]
+        # the wheel's own limit of torque counts before the driver's
+        numbers = {n: _each(scenario, values, n) for n in names if n != "torque_limit"}
+        plant = DrivenGyrostat(plant, Driver(**numbers), _each(scenario, values, "motor_constant"))
+    return plant, plant.start(**motion)
+
+
+def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
+    """What flies; pure, for `jit` and `vmap` over the values."""
+    options = options_of(values, "controller")
+    plant, start = _plant(scenario, values, options)
+    made = [
+        CONTROLLERS[scenario.controller].make(plan, options, start.momentum)
+        for plan in plans.controllers
+    ]
+    starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(scenario, values)])
+    joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
+    controller = COMPENSATORS[scenario.compensator].make(
+        options_of(values, "compensator"),
+        Phases(starts, joined),
+        plans.known,
+        scenario.command_delay,
+    )
+    controller = ESTIMATORS[scenario.estimator].make(
+        options_of(values, "estimator"), controller, options_of(scenario.values, "sensors")
+    )
+    sensor = SENSORS[scenario.sensors].make(options_of(values, "sensors"), plant, plans.known)
+    sensor = with_faults(scenario, values, sensor)
+    controller = guarded(scenario, values, controller, sensor, start)
+    return Setup(plant, controller, sensor, start, starts, jnp.asarray(plans.targets))

@@ -1,0 +1,260 @@
+"""The controllers that a scenario can name, one entry each."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+
+from gyrostat.campaigns.components import Component, Options
+from gyrostat.campaigns.schema import positive, size
+from gyrostat.control import (
+    AttitudeRegulator,
+    AttitudeTargets,
+    LeastLargest,
+    MomentumManagement,
+    MomentumRecovery,
+    NullSpaceControl,
+    PseudoInverse,
+    TwoWheelPointing,
+    WheelArrayControl,
+    WheelSpeedLoops,
+    WheelWatch,
+)
+from gyrostat.core.arrays import Vector3
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.rotations import to_inertial
+from gyrostat.core.validation import check_parts
+from gyrostat.spacecraft import Spacecraft
+
+TOLD, FOUND, IGNORED = "told", "found", "ignored"
+"""What a controller makes of a lost wheel: it is told, it finds out itself, it knows nothing."""
+
+
+class Situation(NamedTuple):
+    """What a controller is planned for.
+
+    Attributes:
+        spacecraft: as the controller knows it.
+        working: (wheels,) which wheels it is told to work.
+        seized: (wheels,) which of the others stand still.
+        target: (4,) attitude, scalar first.
+        delay: control periods from a sample to the start of its command.
+    """
+
+    spacecraft: Spacecraft
+    working: np.ndarray
+    seized: np.ndarray
+    target: np.ndarray
+    delay: int
+
+
+@dataclass(frozen=True)
+class PlannedController(Component):
+    """A controller that is planned once for each target and, where it is told, each loss.
+
+    Attributes:
+        make: (plan, options, total momentum (3,) N·m·s) -> controller.
+        plan: `Situation` -> plan, outside the loop; plans of one scenario differ in their numbers
+            only. Raises `InputError` for wheels that do not suffice.
+        losses: one of TOLD, FOUND and IGNORED.
+    """
+
+    plan: Callable[[Situation], Any]
+    losses: str = TOLD
+
+
+def _plan_three_axis(case: Situation) -> MomentumRecovery:
+    found = MomentumRecovery.plan(
+        case.spacecraft,
+        case.working,
+        seized=case.seized,
+        target=case.target,
+        total_momentum=np.zeros(3),
+    )
+    return eqx.tree_at(lambda f: f.law.wheels, found, replace(found.law.wheels, delay=case.delay))
+
+
+def _three_axis(plan: MomentumRecovery, options: Options, momentum: Vector3) -> MomentumRecovery:
+    loop = replace(plan.law.wheels, gain=options["rate_gain"], drag_time=options["drag_time"])
+    law = replace(
+        plan.law,
+        wheels=loop,
+        total_momentum=momentum,
+        turn_gain=options["turn_gain"],
+        largest_rate=options["largest_rate"],
+    )
+    return replace(plan, law=law)
+
+
+def _plan_array(allocation: Any) -> Callable[[Situation], WheelArrayControl]:
+    def plan(case: Situation) -> WheelArrayControl:
+        wheels, null_space = case.spacecraft.wheels, None
+        if wheels.count > 3:
+            null_space = NullSpaceControl.plan(wheels.axes, wheels.momentum_limit)
+        found = WheelArrayControl(
+            case.spacecraft,
+            AttitudeTargets.hold(case.target),
+            allocation=allocation,
+            null_space=null_space,
+            watch=WheelWatch(told=np.where(case.working, np.inf, 0.0), delay=case.delay),
+        )
+        check_parts(found)
+        return found
+
+    return plan
+
+
+def _array(plan: WheelArrayControl, options: Options, momentum: Vector3) -> WheelArrayControl:
+    limit = options["external_torque_limit"] * jnp.ones(3)
+    null_space = plan.null_space
+    if null_space is not None:
+        null_space = replace(null_space, gain=options["null_space_gain"])
+    return replace(
+        plan,
+        turn_gain=options["turn_gain"],
+        rate_gain=options["rate_gain"],
+        torque_time=options["torque_time"],
+        largest_rate=options["largest_rate"],
+        null_space=null_space,
+        management=MomentumManagement(limit, options["momentum_gain"]),
+        watch=replace(plan.watch, drag_time=options["drag_time"]),
+    )
+
+
+def _detecting(plan: WheelArrayControl, options: Options, momentum: Vector3) -> WheelArrayControl:
+    found = _array(plan, options, momentum)
+    names = ("failure_torque", "failure_time")
+    return replace(found, watch=replace(found.watch, **{name: options[name] for name in names}))
+
+
+def _plan_regulator(case: Situation) -> AttitudeRegulator:
+    found = AttitudeRegulator(case.spacecraft, jnp.asarray(case.target))
+    check_parts(found)
+    return found
+
+
+def _regulator(plan: AttitudeRegulator, options: Options, momentum: Vector3) -> AttitudeRegulator:
+    return replace(plan, **options)
+
+
+def _linear(plan: AttitudeRegulator, options: Options, momentum: Vector3) -> AttitudeRegulator:
+    return replace(plan, **options).linear()
+
+
+def _plan_two_wheels(case: Situation) -> TwoWheelPointing:
+    along = to_inertial(jnp.asarray(case.target), jnp.array([0.0, 0.0, 1.0]))
+    found = TwoWheelPointing(case.spacecraft, along=along)
+    check_parts(found)
+    return found
+
+
+def _two_wheels(plan: TwoWheelPointing, options: Options, momentum: Vector3) -> WheelSpeedLoops:
+    wheels = plan.spacecraft.wheels
+    pointing = replace(
+        plan,
+        law=replace(plan.law, gain=options["turn_gain"]),
+        filter=replace(plan.filter, bandwidth=options["bandwidth"]),
+        momentum_time=options["momentum_time"],
+        gain=options["compensator_gain"] * jnp.ones(2),
+    )
+    limits = (jnp.asarray(wheels.inertia), jnp.asarray(wheels.torque_limit))
+    return WheelSpeedLoops(pointing, *limits, options["natural_frequency"])
+
+
+_REGULATOR_KEYS = {
+    "attitude_weight": positive("1", 16.0, "Of a quarter of a small error, squared."),
+    "rate_weight": positive("s²/rad²", 16.0, "Of the body rate, squared."),
+    "torque_weight": positive("1/(N·m)²", 1.0, "Of the body torque, squared."),
+}
+_ARRAY_KEYS = {
+    "turn_gain": positive("1/s", 0.1, "Rate over error near the target."),
+    "rate_gain": positive("1/s", 0.4, "Of the rate loop."),
+    "torque_time": positive("time", 20.0, "Of the filter that learns the external torque."),
+    "largest_rate": positive("speed", 0.05, "Of a turn."),
+    "drag_time": positive("time", 10.0, "Of the filter that learns the drag of the wheels."),
+    "null_space_gain": positive(
+        "1/s", 0.05, "Of what keeps four and more wheels from zero and from saturation."
+    ),
+    "external_torque_limit": size(
+        "torque", 0.0, "Of the actuator that unloads the wheels, about each body axis; 0: none."
+    ),
+    "momentum_gain": positive("1/s", 1e-3, "Of the unloading."),
+}
+
+
+CONTROLLERS: dict[str, PlannedController] = {
+    "three_axis": PlannedController(
+        "Turns about the error axis within the wheels' limits (`gyrostat.control.ThreeAxisLaw`); "
+        "learns the drag of the wheels slowly.",
+        {
+            "turn_gain": positive("1/s", 0.25, "Rate over error near the target."),
+            "largest_rate": positive("speed", 0.1, "Of a turn."),
+            "rate_gain": positive("1/s", 0.8, "Of the rate loop."),
+            "drag_time": positive("time", 10.0, "Of the filter that learns the drag."),
+        },
+        _three_axis,
+        _plan_three_axis,
+    ),
+    "wheel_array": PlannedController(
+        "Shares the torque among any number of wheels so that the largest is least, keeps them "
+        "from zero speed and from saturation, learns drag and external torque, unloads the wheels "
+        "(`gyrostat.control.WheelArrayControl`).",
+        _ARRAY_KEYS,
+        _array,
+        _plan_array(LeastLargest()),
+    ),
+    "wheel_array_pseudo_inverse": PlannedController(
+        "The same, with the least sum of squares of the torques.",
+        _ARRAY_KEYS,
+        _array,
+        _plan_array(PseudoInverse()),
+    ),
+    "wheel_array_detecting": PlannedController(
+        "As `wheel_array`, but nobody tells it of a lost wheel: one that withholds "
+        "`failure_torque` of what is commanded is taken to have failed, for good. That must be "
+        "above what bearings take, and below half the torque limit, up to which the drag that it "
+        "makes up for raises the command to a dead motor.",
+        {
+            **_ARRAY_KEYS,
+            "failure_torque": positive("torque", None, "Lost, for a wheel to have failed."),
+            "failure_time": positive("time", 5.0, "Of the low pass of the lost torque."),
+        },
+        _detecting,
+        _plan_array(LeastLargest()),
+        FOUND,
+    ),
+    "lqr": PlannedController(
+        "State feedback of attitude and rate by the linear quadratic regulator "
+        "(`gyrostat.control.AttitudeRegulator`), without any limit of the rate. It knows nothing "
+        "of lost wheels, of drag and of external torques.",
+        _REGULATOR_KEYS,
+        _linear,
+        _plan_regulator,
+        IGNORED,
+    ),
+    "sdre": PlannedController(
+        "The same by the state-dependent Riccati equation, solved at each sample.",
+        _REGULATOR_KEYS,
+        _regulator,
+        _plan_regulator,
+        IGNORED,
+    ),
+    "two_wheels": PlannedController(
+        "Leads body z, and no more, to where it is at the target, by two wheels whose speeds are "
+        "commanded (`gyrostat.control.TwoWheelPointing`) and held by speed loops; a model error "
+        "compensator learns what the model misses. Set `metrics.boresight` to z. It knows nothing "
+        "of lost wheels.",
+        {
+            "turn_gain": positive("1/s", 0.1, "Rate over error near the target."),
+            "compensator_gain": size("1/s", 0.05, "Of the model error compensator; 0: none."),
+            "momentum_time": positive("time", 30.0, "Of the filter of the total momentum."),
+            "bandwidth": positive("rad/s", 0.05, "Of the filter of attitude and gyro bias."),
+            "natural_frequency": positive("rad/s", 2.0, "Of the speed loops."),
+        },
+        _two_wheels,
+        _plan_two_wheels,
+        IGNORED,
+    ),
+}

@@ -1,0 +1,105 @@
+"""campaign.json: what a campaign is, with the digest of its own content."""
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.files import read_regular
+
+FORMAT = 2
+
+
+class DamagedError(InputError):
+    """A campaign.json that differs from what was written."""
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What a campaign is; the same in every process that works at it.
+
+    Attributes:
+        scenario: text of the scenario.
+        digest: of the scenario.
+        seed: of the draws.
+        runs: their number.
+        block: runs in a block.
+        engine: see `gyrostat.campaigns.fingerprint`.
+    """
+
+    scenario: str
+    digest: str
+    seed: int
+    runs: int
+    block: int
+    engine: Mapping[str, str]
+
+    @cached_property
+    def identity(self) -> str:
+        """SHA-256 digest of all the attributes; it tells this campaign from every other."""
+        content = json.dumps({"format": FORMAT, **asdict(self)}, sort_keys=True)
+        return hashlib.sha256(content.encode()).hexdigest()
+
+    @property
+    def by(self) -> str:
+        """Its name in the manifest of its folder; see `gyrostat.core.outputs`."""
+        return f"campaign {self.identity}"
+
+    def text(self) -> str:
+        """The content of campaign.json."""
+        content = {"format": FORMAT, **asdict(self), "sha256": self.identity}
+        return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
+
+    def numbers(self, block: int) -> range:
+        """The runs of a block."""
+        return range(block * self.block, min((block + 1) * self.block, self.runs))
+
+    @property
+    def blocks(self) -> int:
+        """Their number."""
+        return -(-self.runs // self.block)
+
+
+def read_campaign(file: Path) -> Campaign | None:
+    """Read campaign.json.
+
+    Args:
+        file: campaign.json.
+
+    Returns:
+        The campaign; None where there is no such file.
+
+    Raises:
+        DamagedError: it is not as it was written.
+        InputError: another version of gyrostat wrote it, or it cannot be read.
+    """
+    if not os.path.lexists(file):
+        return None
+    written = read_regular(file)
+    number: Any = None
+    try:
+        content: Any = None if written is None else json.loads(written)
+        number = content.pop("format")
+        del content["sha256"]
+        campaign = Campaign(**content)
+        if (
+            campaign.text().encode() == written
+            and hashlib.sha256(campaign.scenario.encode()).hexdigest() == campaign.digest
+        ):
+            return campaign
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        pass  # as below
+    if isinstance(number, int) and number != FORMAT:
+        raise InputError(
+            f"{file}: found format {number} of another gyrostat, expected {FORMAT}: fly the "
+            "campaign again into another folder, or use the gyrostat that wrote it"
+        )
+    raise DamagedError(
+        f"{file}: found damage (its content is not that of its digest), expected what gyrostat "
+        "campaign wrote: the command that began the campaign mends it"
+    )

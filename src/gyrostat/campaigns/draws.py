@@ -1,0 +1,152 @@
+"""The values of each run: drawn by its number, whoever draws them and in whatever order.
+
+Random bits come from a counter-based generator keyed by seed, run and dispersion (Salmon et al.,
+"Parallel random numbers: as easy as 1, 2, 3", 2011; JAX's threefry). So a run's values depend on
+nothing else, and one more dispersion leaves the draws of the others as they were. A dispersion
+enters by 128 bits of the SHA-256 digest of its first key, so that no two share their draws.
+"""
+
+import hashlib
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Array, PRNGKeyArray
+from numpy.typing import ArrayLike
+from scipy.special import ndtri
+
+from gyrostat.campaigns.build import parts_of, phase_starts
+from gyrostat.campaigns.scenario import INERTIA, Dispersion, Scenario
+from gyrostat.campaigns.schema import key_of
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Matrix
+from gyrostat.spacecraft import check_inertia
+from gyrostat.wheel.array import LIMIT_TOLERANCE
+
+AT_ONCE = 4096
+"""Runs that are checked together: memory stays the same however many there are."""
+_NOISE, _VALUES = 0, 1
+
+
+@lru_cache(maxsize=4)
+def _streams(size: int):
+    def one(root: PRNGKeyArray, run: Array, codes: Array) -> tuple[Array, Array]:
+        key = jax.random.fold_in(root, run)
+        own = jax.random.fold_in(key, _VALUES)
+
+        def drawn(code: Array) -> Array:
+            named = own
+            for word in code:
+                named = jax.random.fold_in(named, word)
+            return jax.random.bits(named, (size,), jnp.uint64)
+
+        return jax.random.fold_in(key, _NOISE), jax.vmap(drawn)(codes)
+
+    return jax.jit(jax.vmap(one, in_axes=(None, 0, None)))
+
+
+def _code(key: str) -> list[int]:
+    """Four words of 32 bits that tell a key from every other."""
+    return np.frombuffer(hashlib.sha256(key.encode()).digest()[:16], "<u4").tolist()
+
+
+def draw(scenario: Scenario, seed: int, runs: ArrayLike) -> tuple[Matrix, PRNGKeyArray]:
+    """Draw.
+
+    Args:
+        scenario: with dispersions.
+        seed: of the campaign.
+        runs: (n,) their numbers.
+
+    Returns:
+        Values (n, keys) in the order of `scenario.dispersed`, SI, and (n,) keys of the noise.
+    """
+    dispersions = scenario.dispersions
+    codes = np.array([_code(d.keys[0]) for d in dispersions], np.uint32).reshape(-1, 4)
+    size = max((len(d.keys) for d in dispersions), default=1)
+    numbers = jnp.asarray(runs, dtype=jnp.uint32)
+    noise, bits = _streams(size)(jax.random.key(seed), numbers, codes)
+    # the middle of each of 2^53 equal parts of 0 to 1: neither end is ever drawn
+    share: Matrix = ((np.asarray(bits) >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
+    drawn = [
+        _values(dispersion, scenario, share[:, k, : len(dispersion.keys)])
+        for k, dispersion in enumerate(dispersions)
+    ]
+    return np.concatenate([np.zeros((len(numbers), 0)), *drawn], axis=1), noise
+
+
+def _values(dispersion: Dispersion, scenario: Scenario, share: Matrix) -> Matrix:
+    """From uniform numbers, (n, keys), to values."""
+    nominal = np.array([scenario.values[key] for key in dispersion.keys])
+    spread = np.array(dispersion.spread)
+    if dispersion.distribution == "uniform":
+        return spread[:, 0] + share * (spread[:, 1] - spread[:, 0])
+    normal = ndtri(share)
+    if dispersion.distribution == "log_normal":
+        return nominal * np.exp(spread[:, 0] * normal)
+    # a sum in fixed order: a library's matrix product may depend on the number of rows
+    return nominal + sum(normal[:, k, None] * spread[:, k] for k in range(len(nominal)))
+
+
+def check_draws(scenario: Scenario, seed: int, runs: int) -> None:
+    """Refuse, before anything flies, a campaign in which some run is none.
+
+    Raises:
+        InputError: a drawn value makes no sense, no body has the drawn inertia, or events change
+            their order.
+    """
+    parts = parts_of(scenario)
+    for first in range(0, runs, AT_ONCE):
+        numbers = range(first, min(first + AT_ONCE, runs))
+        # one size of array, so that one is compiled
+        values = draw(scenario, seed, np.resize(np.array(numbers), AT_ONCE))[0][: len(numbers)]
+        for key, drawn in zip(scenario.dispersed, values.T, strict=True):
+            entry = key_of(key, parts)
+            # the least and the greatest stand for all: what a key allows is one interval
+            for place in (np.argmin(drawn), np.argmax(drawn)):
+                value = float(drawn[place])
+                if not entry.allows(value) or not np.isfinite(value):
+                    raise InputError(
+                        f"dispersion of {key}: found {value:g} in run {numbers[int(place)]}, "
+                        f"expected {entry.range(value)}: use less spread, uniform or log_normal"
+                    )
+        _check_together(scenario, numbers, values)
+
+
+def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:
+    _check_speeds(scenario, numbers, values)
+    inertia = any(key.startswith("body.inertia.") for key in scenario.dispersed)
+    events = any(key.startswith("event.") for key in scenario.dispersed)
+    if not inertia and not events:
+        return
+    for number, row in zip(numbers, values.tolist(), strict=True):
+        own = {**scenario.values, **dict(zip(scenario.dispersed, row, strict=True))}
+        if inertia:
+            xx, yy, zz, xy, xz, yz = (own[f"body.inertia.{end}"] for end in INERTIA)
+            try:
+                check_inertia(jnp.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+            except InputError as error:
+                raise InputError(f"dispersion of body.inertia in run {number}: {error}") from None
+        starts = phase_starts(scenario, own)
+        if starts != sorted(starts):
+            raise InputError(
+                f"dispersion of event times: found events in another order in run {number}, "
+                "expected times that do not overlap"
+            )
+
+
+def _check_speeds(scenario: Scenario, numbers: range, values: Matrix) -> None:
+    """Refuse runs in which a wheel starts beyond its momentum limit, by `InputError`."""
+    drawn = dict(zip(scenario.dispersed, values.T, strict=True))
+    for wheel in scenario.wheels:
+        speed, inertia, limit = (
+            np.asarray(drawn.get(key, scenario.values[key]))
+            for key in (f"wheel.{wheel}.{n}" for n in ("speed", "inertia", "momentum_limit"))
+        )
+        beyond = np.abs(inertia * speed) > limit * (1.0 + LIMIT_TOLERANCE)
+        if np.any(beyond):
+            run = int(np.argmax(np.broadcast_to(beyond, len(numbers))))
+            raise InputError(
+                f"dispersion of wheel.{wheel}: found a start beyond its momentum limit in run "
+                f"{numbers[run]}, expected less spread"
+            )

@@ -1,0 +1,257 @@
+"""A campaign from its first run to its table, and on from wherever it was stopped."""
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gyrostat.campaigns.description import Campaign, DamagedError
+from gyrostat.campaigns.executors import Opener, carry_out, processes
+from gyrostat.campaigns.fingerprint import FLAGS, engine_record, refuse_other, use_engine
+from gyrostat.campaigns.scenario import Scenario
+from gyrostat.campaigns.schema import metric_units
+from gyrostat.campaigns.store import Store
+from gyrostat.core.errors import InputError
+from gyrostat.core.files import set_aside
+from gyrostat.core.validation import check_seed
+
+BLOCK = 64
+"""Runs in a block: as many as are carried together."""
+AT_ONCE = 8
+"""Runs that are replayed together: their histories are in memory at a time."""
+ELSEWHERE = 128
+"""Workers that are kept busy where nobody says how many there are."""
+ENGINES = ("auto", "lanes", "jax")
+MOST_RUNS = 2**32
+"""More have no number of their own in the random generator."""
+
+
+class Job(NamedTuple):
+    """Some runs to fly.
+
+    Attributes:
+        campaign: they are of.
+        runs: their numbers.
+        keep: of those whose histories are wanted.
+        block: their block's number; -1 for a selection.
+    """
+
+    campaign: Campaign
+    runs: tuple[int, ...]
+    keep: tuple[int, ...]
+    block: int
+
+
+def work(job: Job) -> Any:
+    """Fly the runs of a job, in whatever process: a `gyrostat.campaigns.engine.Flown`."""
+    use_engine(job.campaign.engine)
+    from gyrostat.campaigns.engine import fly
+
+    campaign, engine = job.campaign, job.campaign.engine["engine"]
+    return fly(campaign.scenario, campaign.seed, job.runs, keep=job.keep, engine=engine)
+
+
+def chosen_engine(
+    engine: str, text: str, device: str, say: Callable[[str], None] = lambda text: None
+) -> str:
+    """The engine that flies a scenario, compiled where it has to be.
+
+    Args:
+        engine: one of `ENGINES`; "auto" is lanes where there is a C compiler.
+        text: of the scenario.
+        device: "cpu" or "gpu".
+        say: takes the line that says why "auto" did not find lanes.
+
+    Raises:
+        InputError: lanes cannot fly this scenario here.
+    """
+    if engine == "jax" or (engine == "auto" and device != "cpu"):
+        return "jax"
+    if device != "cpu":
+        raise InputError("--engine lanes: found --device gpu, expected cpu: lanes are C")
+    from gyrostat.campaigns.engine import prepare
+
+    try:
+        prepare(text)
+    except InputError as error:
+        if engine == "lanes":
+            raise
+        say(f"{error}; flying with JAX, which is slower")
+        return "jax"
+    return "lanes"
+
+
+def run_campaign(
+    scenario: Scenario,
+    out: Path,
+    *,
+    runs: int,
+    seed: int = 0,
+    device: str = "cpu",
+    engine: str = "auto",
+    opener: Opener | None = None,
+    workers: int | None = None,
+    block: int = BLOCK,
+    keep: Sequence[int] = (),
+    worst: int = 3,
+    worst_by: str | None = None,
+    force: bool = False,
+    on_progress: Callable[[int, int], None] | None = None,
+    say: Callable[[str], None] = lambda text: None,
+    fly_job: Callable[[Job], Any] = work,
+) -> Path:
+    """Fly a campaign, or what is left of it.
+
+    Args:
+        scenario: with what is dispersed.
+        out: folder of the campaign.
+        runs: their number.
+        seed: of the draws.
+        device: "cpu" or "gpu".
+        engine: "lanes", "jax", or "auto": that of a campaign that goes on, else see
+            `chosen_engine`.
+        opener: of the executor; None for processes of this machine.
+        workers: their number; None for one a core, `ELSEWHERE` for another executor.
+        block: runs in a block; the results do not depend on it.
+        keep: numbers of runs whose histories are kept.
+        worst: so many of the worst runs' histories are kept too.
+        worst_by: metric by which they are; None for the last percentile of the error.
+        force: whether a new campaign may begin beside files that have the names of its results;
+            they are renamed NAME.changed.
+        on_progress: called with the runs done and the runs in all.
+        say: takes each line for a person.
+        fly_job: what workers do with a job.
+
+    Returns:
+        The table of all runs.
+
+    Raises:
+        InputError: the folder has another campaign, another engine or files of unknown origin, or
+            cannot be written; a run draws values that make no sense; or workers do not live.
+    """
+    check_seed(seed)
+    if not 1 <= runs <= MOST_RUNS or block < 1:
+        raise InputError(f"runs: found {runs}, expected 1 to {MOST_RUNS}")
+    for run in keep:
+        if run not in range(runs):
+            raise InputError(f"kept run: found {run}, expected 0 to {runs - 1}")
+    if engine not in ENGINES:
+        raise InputError(f"--engine: found {engine}, expected one of {', '.join(ENGINES)}")
+    metrics = metric_units(scenario.percentiles)
+    worst_by = worst_by or f"error_p{scenario.percentiles[-1]:g}"
+    if worst_by not in metrics:
+        raise InputError(f"worst by: found {worst_by!r}, expected one of {', '.join(metrics)}")
+    store = Store(out, say)
+    try:
+        known = store.read()
+    except DamagedError:  # this command may mend it
+        known = None
+    if known is None:
+        engine = chosen_engine(engine, scenario.text(), device, say)
+    else:
+        recorded = known.engine.get("engine", "jax")
+        if engine not in ("auto", recorded):
+            raise InputError(
+                f"--engine: found {engine}, expected {recorded}, which {out} was begun with"
+            )
+        engine = recorded
+    record = engine_record(device, FLAGS[device], engine)
+    if known is None and scenario.dispersions:
+        from gyrostat.campaigns.draws import check_draws
+
+        check_draws(scenario, seed, runs)
+    with store.locked():
+        asked = Campaign(scenario.text(), scenario.digest(), seed, runs, block, record)
+        campaign = store.begin(asked, force=force)
+        refuse_other(campaign.engine, str(out))
+        count = workers or (len(os.sched_getaffinity(0)) if opener is None else ELSEWHERE)
+        opener = opener or processes(count)
+        damaged = store.check(campaign)
+        _fly_blocks(store, campaign, opener, 2 * count + 2, on_progress, say, fly_job)
+        store.merge(campaign)
+        wanted = {*keep, *worst_runs(store, worst, worst_by), *damaged}
+        missing = sorted(wanted - store.histories(campaign))
+        if missing:
+            replay(store, campaign, missing, opener, fly_job=fly_job)
+    return store.table
+
+
+def _fly_blocks(store, campaign, opener, window, on_progress, say, fly_job) -> None:
+    found, damaged = store.blocks(campaign)
+    for number in damaged:
+        say(f"block {number} is damaged or of another campaign; it is flown again")
+    done = sum(len(campaign.numbers(number)) for number in found)
+    if done:
+        say(f"{done} of {campaign.runs} runs are there already")
+
+    def jobs():
+        for number in range(campaign.blocks):
+            if number not in found:
+                yield Job(campaign, tuple(campaign.numbers(number)), (), number)
+
+    def take(job: Job, flown: Any) -> None:
+        nonlocal done
+        for path in damaged.get(job.block, ()):
+            set_aside(path)
+        store.write_block(campaign, job.block, flown.columns)
+        done += len(job.runs)
+        if on_progress is not None:
+            on_progress(done, campaign.runs)
+
+    if on_progress is not None:
+        on_progress(done, campaign.runs)
+    if done < campaign.runs:
+        carry_out(jobs(), fly_job, opener, take, window=window)
+
+
+def worst_runs(store: Store, count: int, metric: str) -> list[int]:
+    """Numbers of the worst runs: those that did not end, then the largest of a metric.
+
+    A run that never settles is worse than one that does; without a crossing it has no peak. Among
+    equal values the run with the larger maximum of the pointing error is worse.
+    """
+    import numpy as np
+
+    table = store.read_table()
+    value = table[metric].to_numpy()
+    none = np.inf if metric == "settling" else -np.inf
+    value = np.where(np.isnan(value), none, value)
+    value = np.where(table["status"].to_numpy() != 0, np.inf, value)
+    ended = np.where(table["status"].to_numpy() != 0, -table["ended"].to_numpy(), 0.0)
+    largest = np.nan_to_num(table["error_max"].to_numpy())
+    order = np.lexsort((table["run"].to_numpy(), -largest, -ended, -value))
+    return table["run"].to_numpy()[order][:count].tolist()
+
+
+def replay(
+    store: Store,
+    campaign: Campaign,
+    runs: Sequence[int],
+    opener: Opener,
+    fly_job: Callable[[Job], Any] = work,
+) -> list[Path]:
+    """Fly runs of a finished campaign again and keep their histories.
+
+    Raises:
+        InputError: their numbers are not those of the table, to the last bit.
+    """
+    import numpy as np
+
+    table, paths = store.read_table(), []
+
+    def take(job: Job, flown: Any) -> None:
+        for place, run in enumerate(job.runs):
+            for name, values in flown.columns.items():
+                recorded = table[name][run].as_py()
+                recorded = np.nan if recorded is None else recorded
+                if not np.array_equal(values[place], recorded, equal_nan=True):
+                    raise InputError(
+                        f"run {run}: found {name} {values[place]!r} in the replay, expected "
+                        f"{recorded!r} of the table: something in the machine has changed"
+                    )
+            paths.append(store.write_history(campaign, run, flown.histories.sel(run=run)))
+
+    parts = [tuple(runs[k : k + AT_ONCE]) for k in range(0, len(runs), AT_ONCE)]
+    jobs = [Job(campaign, part, part, -1) for part in parts]
+    carry_out(jobs, fly_job, opener, take, window=1)
+    return paths

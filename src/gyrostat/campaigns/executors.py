@@ -1,0 +1,173 @@
+"""Who works: processes of this machine, or a Dask cluster, behind one interface."""
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, ProcessPoolExecutor, wait
+from multiprocessing import resource_tracker
+from multiprocessing.connection import wait as wait_for_end
+from typing import Any
+
+from gyrostat.core.errors import InputError
+
+Opener = Callable[[], contextlib.AbstractContextManager[Executor]]
+BARREN = 3
+"""Pools that may break one after the other without a result."""
+MOST_WORKERS = 1024
+"""All are started at once."""
+
+
+def _begin_worker() -> None:
+    """A worker ends with the process that made it, and leaves Ctrl-C to it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        sentinel = parent.sentinel
+
+        def follow() -> None:
+            wait_for_end([sentinel])
+            os._exit(1)
+
+        threading.Thread(target=follow, daemon=True).start()
+
+
+def _start_quiet_tracker() -> None:
+    """Start the process that frees semaphores after a kill, without its warning that it does."""
+    before = os.environ.get("PYTHONWARNINGS")
+    quiet = "ignore:resource_tracker"
+    os.environ["PYTHONWARNINGS"] = quiet if before is None else f"{before},{quiet}"
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        if before is None:
+            del os.environ["PYTHONWARNINGS"]
+        else:
+            os.environ["PYTHONWARNINGS"] = before
+
+
+def processes(workers: int) -> Opener:
+    """Opens a pool of worker processes.
+
+    Args:
+        workers: their number.
+
+    Raises:
+        InputError: more than `MOST_WORKERS`.
+    """
+    if not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"workers: found {workers}, expected 1 to {MOST_WORKERS}")
+
+    @contextlib.contextmanager
+    def opened() -> Iterator[Executor]:
+        # spawned, not forked: JAX has threads
+        context = multiprocessing.get_context("spawn")
+        _start_quiet_tracker()
+        pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker)
+        try:
+            yield pool
+        except BaseException:
+            # nobody waits for what will not be kept
+            for process in list((pool._processes or {}).values()):
+                process.terminate()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+        pool.shutdown()
+
+    return opened
+
+
+def cluster(address: str) -> Opener:
+    """Opens the workers of a Dask scheduler.
+
+    Args:
+        address: of the scheduler, as "tcp://10.0.0.1:8786".
+
+    Raises:
+        InputError: Dask is not installed, or nobody answers there.
+    """
+    try:
+        from distributed import (  # pyright: ignore[reportMissingImports]
+            Client,
+            KilledWorker,
+        )
+    except ImportError:
+        raise InputError(
+            "--scheduler: found no dask[distributed], expected it: install gyrostat[cluster]"
+        ) from None
+
+    @contextlib.contextmanager
+    def opened() -> Iterator[Executor]:
+        try:
+            client = Client(address, timeout=10)
+        except (OSError, ValueError) as error:
+            raise InputError(
+                f"--scheduler: found nobody at {address} ({error}), expected a Dask scheduler"
+            ) from None
+        with client:
+            try:
+                yield client.get_executor(pure=False)
+            except KilledWorker as error:  # one job, several times
+                raise BrokenExecutor(str(error)) from error
+
+    return opened
+
+
+def carry_out(
+    jobs: Iterable[Any],
+    work: Callable[[Any], Any],
+    opener: Opener,
+    take: Callable[[Any, Any], None],
+    *,
+    window: int,
+) -> None:
+    """Have every job done once.
+
+    Where a worker is killed its pool breaks; what was under way is given to a new one.
+
+    Args:
+        jobs: any number; the next are taken as others end.
+        work: what is done with each, in another process.
+        opener: of the executor.
+        take: called here with each job and its result.
+        window: jobs that are given away at a time.
+
+    Raises:
+        InputError: `BARREN` pools broke, one after the other, with nothing done.
+    """
+    rest, again, barren = iter(jobs), deque(), 0
+    while True:
+        running: dict[Any, Any] = {}
+
+        def give(pool: Executor, running: dict[Any, Any] = running) -> None:
+            job = again.popleft() if again else next(rest, None)
+            if job is None:
+                return
+            try:
+                running[pool.submit(work, job)] = job
+            except BrokenExecutor:
+                again.append(job)
+                raise
+
+        try:
+            with opener() as pool:
+                for _ in range(window):
+                    give(pool)
+                while running:
+                    for future in wait(running, return_when=FIRST_COMPLETED).done:
+                        take(running[future], future.result())
+                        del running[future]
+                        barren = 0
+                        give(pool)
+            return
+        except BrokenExecutor as error:
+            again.extend(running.values())
+            barren += 1
+            if barren == BARREN:
+                raise InputError(
+                    f"workers: found {BARREN} pools in a row that ended before they had done "
+                    "anything, expected workers that live (is there memory for them?)"
+                ) from error

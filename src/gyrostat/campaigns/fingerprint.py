@@ -1,0 +1,98 @@
+"""What computes: versions, flags and instructions that the last bit of a number depends on."""
+
+import hashlib
+import os
+import platform
+import sys
+from collections.abc import Mapping
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Literal
+
+import gyrostat
+from gyrostat.codegen.simd import FLAGS as COMPILER_FLAGS
+from gyrostat.codegen.simd import compiler_version, instructions
+from gyrostat.core.errors import InputError
+
+Device = Literal["cpu", "gpu"]
+Record = Mapping[str, str]
+
+# One thread for each worker; less optimisation compiles in two thirds of the time and runs as fast.
+FLAGS: dict[str, str] = {
+    "cpu": "--xla_cpu_multi_thread_eigen=false --xla_backend_optimization_level=1",
+    "gpu": "",
+}
+_PLATFORM = {"cpu": "cpu", "gpu": "cuda"}
+
+
+def engine_record(device: str, flags: str, engine: str = "jax") -> dict[str, str]:
+    """The engine of this process: name -> version, flags or digest.
+
+    Args:
+        device: "cpu" or "gpu".
+        flags: of XLA.
+        engine: "jax", or "lanes" of compiled C.
+    """
+    found = {"engine": engine, "device": device, "flags": flags}
+    found["python"] = platform.python_version()
+    if engine == "lanes":
+        found["compiler"] = " ".join([compiler_version(), *COMPILER_FLAGS])
+    for package in ("jax", "jaxlib", "numpy", "scipy", "equinox"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:  # then nothing flies either
+            found[package] = "none"
+    return {**found, "gyrostat": _source_digest(), "instructions": instructions()}
+
+
+def use_engine(record: Record) -> None:
+    """Make this process compute as recorded; before it has computed anything.
+
+    Raises:
+        InputError: it has other versions or instructions, or no such device.
+    """
+    os.environ["XLA_FLAGS"] = record["flags"]
+    os.environ["JAX_PLATFORMS"] = _PLATFORM[record["device"]]
+    if "jax" in sys.modules:
+        sys.modules["jax"].config.update("jax_platforms", _PLATFORM[record["device"]])
+    refuse_other(record, "this process")
+    if record["device"] == "gpu":
+        from gyrostat.core.jax64 import jax
+
+        try:
+            jax.devices()
+        except RuntimeError:
+            raise InputError(
+                "--device gpu: found none that JAX sees, expected one (and jax with its plugin)"
+            ) from None
+
+
+def refuse_other(record: Record, where: str) -> None:
+    """Refuse to go on with another engine than the recorded one.
+
+    Args:
+        record: of the store.
+        where: that computes, for the message.
+
+    Raises:
+        InputError: something differs; its numbers would not be those of the store.
+    """
+    found = engine_record(record["device"], record["flags"], record.get("engine", "jax"))
+    for name, value in found.items():
+        if record.get(name) != value:
+            raise InputError(
+                f"{where}: found {name} {value}, expected {record.get(name)}, as recorded: other "
+                "code gives other last digits"
+            )
+
+
+@lru_cache
+def _source_digest() -> str:
+    """Version of the package, and a digest of its code: a working copy changes between versions."""
+    root = Path(gyrostat.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted((*root.rglob("*.py"), *root.rglob("*.h"))):
+        digest.update(path.relative_to(root).as_posix().encode())
+        digest.update(path.read_bytes())
+    return f"{gyrostat.__version__}+{digest.hexdigest()[:12]}"

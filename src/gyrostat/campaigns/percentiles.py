@@ -1,0 +1,132 @@
+"""Percentiles by the rank definition: exact, or in bins where the values would not fit in memory.
+
+The p-th percentile of n values is the smallest of them that at least p % of the values do not
+exceed: the one of rank ceil(p n / 100), counted from 1. It is definition 1 of R. J. Hyndman and
+Y. Fan, "Sample quantiles in statistical packages", 1996, and "inverted_cdf" of NumPy.
+"""
+
+from fractions import Fraction
+from functools import lru_cache
+from math import ceil
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.types import Matrix, Vector
+
+MEMORY = 200e6
+"""Bytes that the errors of one group of runs may take; longer runs are counted in bins."""
+LEAST, MOST = 2.0**-30, 4.0
+"""rad: the bins reach from one to the other; smaller errors fall in the first."""
+_SHIFT = 52 - 9
+"""Bits of a float that a bin leaves open: each octave has 2^9 bins, of 0.1 to 0.2 %."""
+
+
+def _code(value: float) -> int:
+    return int(np.float64(value).view(np.int64)) >> _SHIFT
+
+
+_FIRST = _code(LEAST)
+BINS = _code(MOST) - _FIRST
+"""Number of bins."""
+
+
+@lru_cache(maxsize=1024)
+def rank(percent: float, count: int) -> int:
+    """Rank of a percentile, from 1.
+
+    Args:
+        percent: Above 0 and below 100; taken as the decimal number that it prints as, so that
+            99.7 % of 1000 is 997.
+        count: Number of values.
+    """
+    return max(1, ceil(Fraction(repr(float(percent))) * count / 100))
+
+
+class Collector(Protocol):
+    """Errors of several runs, collected while they fly."""
+
+    def add(self, errors: Matrix) -> None:
+        """Take in the errors of the next samples, (runs, samples); infinite ones do not count."""
+        ...
+
+    def percentile(self, percent: float) -> Vector:
+        """Percentile of each run, (runs,), rad; NaN where nothing counts."""
+        ...
+
+
+class SortedErrors:
+    """Every error, for exact percentiles.
+
+    Args:
+        runs: Number of runs.
+        samples: Number of samples of each, all calls of `add` together.
+    """
+
+    def __init__(self, runs: int, samples: int):
+        self._errors = np.full((runs, samples), np.inf)
+        self._filled = 0
+        self._counted: list[int] | None = None
+
+    def add(self, errors: Matrix) -> None:
+        """Take in the errors of the next samples; see `Collector`."""
+        self._errors[:, self._filled : self._filled + errors.shape[1]] = errors
+        self._filled += errors.shape[1]
+        self._counted = None
+
+    def percentile(self, percent: float) -> Vector:
+        """Percentile of each run; see `Collector`."""
+        counted = self._counted
+        if counted is None:
+            self._errors.sort(axis=1)
+            self._counted = counted = np.sum(self._errors < np.inf, axis=1).tolist()
+        places = [rank(percent, count) - 1 for count in counted]
+        found = self._errors[np.arange(len(places)), places]
+        return np.where(found < np.inf, found, np.nan)
+
+
+class BinnedErrors:
+    """Errors counted in bins: percentiles to 0.1 %, none above the largest error.
+
+    Args:
+        runs: Number of runs.
+    """
+
+    def __init__(self, runs: int):
+        # the last bin takes what does not count
+        self._counts: NDArray[np.int64] = np.zeros((runs, BINS + 1), np.int64)
+        self._largest = np.full(runs, -np.inf)
+
+    def add(self, errors: Matrix) -> None:
+        """Take in the errors of the next samples; see `Collector`."""
+        # the bits of a positive float rise with its value
+        codes = np.ascontiguousarray(errors).view(np.int64) >> _SHIFT
+        places = np.clip(codes - _FIRST, 0, BINS)
+        places += (BINS + 1) * np.arange(len(places))[:, None]
+        np.add.at(self._counts.reshape(-1), places.ravel(), 1)
+        largest = np.max(errors, axis=1, where=errors < np.inf, initial=-np.inf)
+        self._largest = np.maximum(self._largest, largest)
+
+    def percentile(self, percent: float) -> Vector:
+        """Percentile of each run; see `Collector`."""
+        running = np.cumsum(self._counts[:, :BINS], axis=1)
+        counted = running[:, -1]
+        ranks = np.array([rank(percent, count) for count in counted.tolist()])
+        place = np.argmax(running >= ranks[:, None], axis=1)
+        edges = (np.array([place, place + 1]) + _FIRST << _SHIFT).view(np.float64)
+        middle = np.minimum(edges.mean(axis=0), self._largest)
+        return np.where(counted > 0, middle, np.nan)
+
+
+def collector(runs: int, samples: int, group: int) -> Collector:
+    """What collects the errors of some runs of a group; the same for every part of a group.
+
+    Args:
+        runs: Number of runs.
+        samples: Number of samples of each.
+        group: Number of runs of a whole group.
+    """
+    if 8 * group * samples <= MEMORY:
+        return SortedErrors(runs, samples)
+    return BinnedErrors(runs)

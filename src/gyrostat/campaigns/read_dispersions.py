@@ -1,0 +1,142 @@
+"""[[dispersion]]: what scatters from run to run, by a distribution or by an identification."""
+
+import difflib
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from gyrostat.campaigns.scenario import Dispersion, Scenario
+from gyrostat.campaigns.schema import DISTRIBUTIONS, Key, key_of
+from gyrostat.campaigns.tables import Table, one_of
+from gyrostat.core.errors import InputError
+from gyrostat.core.toml_file import read_text
+from gyrostat.identification.uncertainty import square_root
+
+Parts = Mapping[str, Mapping[str, Key]]
+
+
+def read_dispersions(top: Table, scenario: Scenario, parts: Parts) -> tuple[Dispersion, ...]:
+    """The dispersions of a scenario file.
+
+    Args:
+        top: the file.
+        scenario: what it says otherwise.
+        parts: see `gyrostat.campaigns.schema.key_of`.
+
+    Raises:
+        InputError: a key that is none or is dispersed twice, or a distribution that makes no sense.
+    """
+    found: list[Dispersion] = []
+    for row in top.tables("dispersion"):
+        if "fit" in row.row:
+            made = [_from_fit(row.known(("fit", "wheel")), scenario)]
+        else:
+            kind = one_of(row, "", "distribution", DISTRIBUTIONS, None)
+            row.known(("key", "distribution", *DISTRIBUTIONS[kind]))
+            keys = _keys(row, scenario)
+            made = [_alone(row, kind, key, scenario, parts) for key in keys]
+        taken = {key for dispersion in found for key in dispersion.keys}
+        for key in (key for dispersion in made for key in dispersion.keys):
+            if key in taken:
+                raise row.refuse("fit" if "fit" in row.row else "key", key, "it dispersed once")
+        found += made
+    return tuple(found)
+
+
+def _keys(row: Table, scenario: Scenario) -> list[str]:
+    """The keys that an entry means: wheel.* is every wheel."""
+    given = row.text("key", None)
+    known = [key for key in scenario.values if key.split(".")[0] not in ("run", "metrics")]
+    start = "wheel.*."
+    if given.startswith(start):
+        each = [f"wheel.{name}.{given.removeprefix(start)}" for name in scenario.wheels]
+        if all(key in known for key in each):
+            return each
+    if given in known:
+        return [given]
+    every = {key.replace(f"wheel.{name}.", start) for name in scenario.wheels for key in known}
+    near = difflib.get_close_matches(given, [*known, *every], n=1)
+    hint = f" (did you mean {near[0]}?)" if near else ""
+    raise row.refuse("key", given, f"the key of a number of this scenario{hint}")
+
+
+def _alone(row: Table, kind: str, key: str, scenario: Scenario, parts: Parts) -> Dispersion:
+    """One key by a distribution."""
+    entry, nominal = key_of(key, parts), scenario.values[key]
+    if not math.isfinite(nominal):
+        raise row.refuse("key", key, "a key whose value is finite")
+    if kind == "log_normal":
+        sigma = _share(row, "sigma")
+        if sigma is None:
+            sigma = row.quantity("sigma", "1", positive=False)
+        if not 0.0 < sigma <= 10.0:
+            raise row.refuse("sigma", row.row["sigma"], "above 0, of the logarithm, at most 10")
+        return Dispersion((key,), kind, ((sigma,),))
+    if kind == "normal":
+        sigma = _amount(row, "sigma", entry, nominal)
+        if not sigma > 0.0:
+            raise row.refuse("sigma", row.row["sigma"], "above 0, a share of no zero")
+        return Dispersion((key,), kind, ((sigma,),))
+    bounds = []
+    for name in ("low", "high"):
+        own = _share(row, name)
+        value = nominal + own * abs(nominal) if own is not None else _amount(row, name, entry, 0.0)
+        if not entry.allows(value):
+            raise row.refuse(name, row.row[name], f"{key} {entry.range(value)}")
+        bounds.append(value)
+    if not bounds[0] < bounds[1]:
+        raise row.refuse("high", row.row["high"], f"more than low, {bounds[0]:g} {entry.unit}")
+    return Dispersion((key,), kind, (tuple(bounds),))
+
+
+def _share(row: Table, name: str) -> float | None:
+    """A share of the nominal value, as "20 %", or None for a value of another kind."""
+    found = row.row.get(name)
+    if not isinstance(found, str) or not found.rstrip().endswith("%"):
+        return None
+    try:
+        share = float(found.rstrip().removesuffix("%")) / 100.0
+    except ValueError:
+        share = math.nan
+    if not math.isfinite(share):
+        raise row.refuse(name, found, "a share such as '20 %'")
+    return share
+
+
+def _amount(row: Table, name: str, entry: Key, nominal: float) -> float:
+    share = _share(row, name)
+    if share is not None:
+        return share * abs(nominal)
+    return row.quantity(name, entry.dimension, positive=False)
+
+
+def _from_fit(row: Table, scenario: Scenario) -> Dispersion:
+    """The covariance that an identification found of a wheel's parameters, about its model."""
+    path = row.path.parent / row.text("fit", None).replace("\0", "")
+    wheel = row.text("wheel", None)
+    if wheel not in scenario.wheels:
+        raise row.refuse("wheel", wheel, f"one of {', '.join(scenario.wheels)}")
+    try:
+        content = json.loads(read_text(path, "fit.json"))
+        parameters, correlation = content["parameters"], content["correlation"]
+        names = [n for n in correlation["names"] if f"wheel.{wheel}.{n}" in scenario.values]
+        sigma = np.array([float(parameters[n]["sigma"]) for n in names])
+        order = [correlation["names"].index(n) for n in names]
+        matrix = np.array(correlation["matrix"], dtype=float)[np.ix_(order, order)]
+    except InputError:
+        raise
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as error:
+        raise InputError(
+            f"{path}: found no parameters with sigma and correlation ({type(error).__name__}: "
+            f"{error}), expected a fit.json of gyrostat identify"
+        ) from None
+    if not names:
+        raise InputError(f"{path}: found no parameter of wheel {wheel}, expected friction")
+    if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(sigma)) and np.all(sigma >= 0.0)):
+        raise InputError(f"{path}: found a sigma or correlation that is not finite, expected both")
+    spread: Any = square_root(matrix * np.outer(sigma, sigma))
+    keys = tuple(f"wheel.{wheel}.{name}" for name in names)
+    return Dispersion(keys, "normal", tuple(map(tuple, spread.tolist())))

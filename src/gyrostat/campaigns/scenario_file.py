@@ -1,0 +1,167 @@
+"""scenario.toml: what flies, what happens to it, what is uncertain of it, what is measured.
+
+docs/scenario.md lists every key; `gyrostat.campaigns.schema` and `gyrostat.campaigns.components` hold
+them.
+"""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from gyrostat.campaigns.build import build, parts_of, plan
+from gyrostat.campaigns.components import (
+    COMPENSATORS,
+    ENVIRONMENTS,
+    ESTIMATOR_OF,
+    ESTIMATORS,
+    SENSORS,
+)
+from gyrostat.campaigns.controllers import CONTROLLERS
+from gyrostat.campaigns.read_dispersions import read_dispersions
+from gyrostat.campaigns.read_events import read_events, within_run
+from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
+from gyrostat.campaigns.schema import GUARD, METRICS, RUN, START, WHEEL, WHEEL_PARTS
+from gyrostat.campaigns.tables import Table, one_of, opened
+from gyrostat.control.measurement_guard import ON_BAD
+from gyrostat.core.errors import InputError, printable
+from gyrostat.core.toml_file import LONGEST_NAME
+from gyrostat.core.validation import MOST_PERIODS, check_parts, check_period, require_period
+from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
+
+SECTIONS = (
+    *("name", "run", "spacecraft", "start", "controller", "compensator", "sensors"),
+    *("estimator", "environment", "guard", "event", "dispersion", "metrics", *WHEEL_PARTS),
+)
+
+
+def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scenario:
+    """Read a scenario file and the files that it names.
+
+    Args:
+        path: of the file.
+        force: take wheel models that are marked as impossible.
+
+    Raises:
+        InputError: a file cannot be read, is not TOML, or a key is unknown, missing or has a value
+            that makes no sense.
+    """
+    path = Path(path)
+    top = opened(path, "a scenario file", SECTIONS)
+    craft = read_spacecraft(path.parent / _spacecraft(top), force=force)
+    values: dict[str, float] = dict(_spacecraft_values(craft))
+    run = top.table("run", (*RUN, "step", "command_delay"))
+    values |= run.numbers(RUN)
+    count, substeps = _steps(run, values)
+    start = top.table("start", (*START, "attitude", "wheel_speed"))
+    values |= start.numbers(START) | _wheel_values(top, start, craft)
+    chosen = {}
+    for section, kinds, default in (
+        ("controller", CONTROLLERS, None),
+        ("compensator", COMPENSATORS, "none"),
+        ("sensors", SENSORS, "white_noise"),
+        ("estimator", ESTIMATORS, ""),
+        ("environment", ENVIRONMENTS, "constant"),
+    ):
+        default = ESTIMATOR_OF[chosen["sensors"]] if section == "estimator" else default
+        kind = chosen[section] = one_of(top, section, "kind", kinds, default)
+        extra = ("kind", "target") if section == "controller" else ("kind",)
+        values |= top.table(section, (*kinds[kind].keys, *extra)).numbers(kinds[kind].keys)
+    if chosen["estimator"] != ESTIMATOR_OF[chosen["sensors"]]:
+        raise top.table("estimator", None).refuse(
+            "kind",
+            chosen["estimator"],
+            f"{ESTIMATOR_OF[chosen['sensors']]} for the sensors {chosen['sensors']}",
+        )
+    metrics = top.table("metrics", (*METRICS, "percentiles", "boresight"))
+    values |= metrics.numbers(METRICS)
+    within_run(metrics, "after", values["metrics.after"], values)
+    guard = None
+    if "guard" in top.row:
+        values |= top.table("guard", (*GUARD, "on_bad")).numbers(GUARD)
+        guard = one_of(top, "guard", "on_bad", dict.fromkeys(ON_BAD), "hold")
+    events = read_events(top, craft, values, chosen["controller"])
+    scenario = Scenario(
+        name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
+        wheels=craft.wheel_names,
+        axes=tuple(map(tuple, np.asarray(craft.spacecraft.wheels.axes).T.tolist())),
+        friction=craft.spacecraft.wheels.friction.name,
+        **chosen,
+        attitude=start.unit("attitude", 4, (1.0, 0.0, 0.0, 0.0)),
+        target=top.table("controller", None).unit("target", 4, (1.0, 0.0, 0.0, 0.0)),
+        boresight=metrics.unit("boresight", 3, None) if "boresight" in metrics.row else None,
+        count=count,
+        substeps=substeps,
+        command_delay=run.whole("command_delay", 0, 1000),
+        percentiles=metrics.rising("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0),
+        events=tuple(sorted(events, key=lambda e: values[f"event.{e.name}.time"])),
+        dispersions=(),
+        values=values,
+        guard=guard,
+    )
+    found = read_dispersions(top, scenario, parts_of(scenario))
+    scenario = Scenario(**{**vars(scenario), "dispersions": found})
+    try:
+        setup = build(scenario, values, plan(scenario))
+        check_parts(setup.plant, setup.controller, setup.sensor)
+        setup.plant.check_state(setup.start)
+        check_period(values["run.control_period"], setup.controller)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return scenario
+
+
+def _spacecraft(top: Table) -> str:
+    found = top.table("spacecraft", ("file",)).text("file", None)
+    if "\0" in found:
+        raise InputError(f"{top.path}: key spacecraft.file: found a zero byte, expected a path")
+    return found
+
+
+def _spacecraft_values(file: SpacecraftFile) -> dict[str, float]:
+    wheels, inertia = file.spacecraft.wheels, np.asarray(file.spacecraft.inertia)
+    found = {
+        f"body.inertia.{end}": float(inertia[AXES.index(end[0]), AXES.index(end[1])])
+        for end in INERTIA
+    }
+    numbers = {
+        "inertia": wheels.inertia,
+        "torque_limit": wheels.torque_limit,
+        "momentum_limit": wheels.momentum_limit,
+        **wheels.friction.parameters(),
+    }
+    for name, entry in numbers.items():
+        each = np.broadcast_to(np.asarray(entry, dtype=float), (wheels.count,))
+        found |= {f"wheel.{w}.{name}": float(each[k]) for k, w in enumerate(file.wheel_names)}
+    return found
+
+
+def _steps(run: Table, values: dict[str, float]) -> tuple[int, int]:
+    """Control periods in a run, and integration steps in a control period."""
+    period = values["run.control_period"]
+    count = run.multiple("duration", values["run.duration"], "control period", period, MOST_PERIODS)
+    require_period(f"{run.path}: key run.control_period", period)
+    if "step" not in run.row:
+        return count, 1
+    step = run.quantity("step", "time", positive=True)
+    require_period(f"{run.path}: key run.step", step)
+    return count, run.multiple("control_period", period, "step", step, 10_000)
+
+
+def _wheel_values(top: Table, start: Table, craft: SpacecraftFile) -> dict[str, float]:
+    """Speed at the start, and what the optional sections, or its model, say of every wheel."""
+    names = craft.wheel_names
+    given = {"speed": start.row["wheel_speed"]} if "wheel_speed" in start.row else {}
+    found = Table(top.path, "start.wheel_", given).each("speed", WHEEL["speed"], names)
+    for section, (_, keys) in WHEEL_PARTS.items():
+        if section in top.row:
+            table = top.table(section, keys)
+            known = {
+                name: [own[name] for own in craft.wheel_values]
+                for name in keys
+                if all(name in own for own in craft.wheel_values)
+            }
+            table = Table(table.path, table.prefix, {**known, **table.row})
+            for name, entry in keys.items():
+                found |= table.each(name, entry, names)
+    return found

@@ -1,0 +1,294 @@
+"""The folder of a campaign: its description, a file for each block of runs, the table of all runs.
+
+campaign.json                    scenario, seed, engine; with the digest of its own content
+blocks/000012.<digest>.parquet   one block; the digest is that of campaign, number and content
+runs.parquet                     every run, once all blocks are there
+report.html, report.json         what the runs show
+runs/run_004711.nc, .html        histories that were kept, pages of runs that were replayed
+.gyrostat.json                   digests of the last three kinds of files: `gyrostat.core.outputs`
+
+The digests guard against damage, not against somebody who computes them again.
+"""
+
+import contextlib
+import fcntl
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gyrostat.campaigns.blocks import name_of, number_of, packed
+from gyrostat.campaigns.description import Campaign, DamagedError, read_campaign
+from gyrostat.core.errors import InputError
+from gyrostat.core.files import (
+    UNFINISHED,
+    read_regular,
+    set_aside,
+    unwritable,
+    whole_file,
+    write_whole,
+)
+from gyrostat.core.outputs import Manifest, check_outputs, new_files
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from gyrostat.core.types import Vector
+
+GROUP = 64
+"""Blocks in one row group of the table: what is in memory while it is written."""
+TABLE = "runs.parquet"
+REPORT = ("report.html", "report.json")
+_RESULT = re.compile(r"runs\.parquet|report\.(?:html|json)|runs/run_(\d{6,})\.(nc|html)")
+
+
+class Store:
+    """A campaign's folder.
+
+    Args:
+        folder: that may not exist yet.
+        say: takes a line about each file that is not as it was written.
+    """
+
+    def __init__(self, folder: Path, say: Callable[[str], None] = lambda text: None):
+        self.folder = folder
+        self.table = folder / TABLE
+        self.say = say
+        self._description = folder / "campaign.json"
+        self._blocks = folder / "blocks"
+
+    @contextlib.contextmanager
+    def locked(self) -> Iterator[None]:
+        """Alone at work in the folder, until the process ends however it ends.
+
+        Raises:
+            InputError: another campaign runs in it, or it cannot be written.
+        """
+        try:
+            for part in (self._blocks, self.folder / "runs"):
+                if part.is_symlink():
+                    raise InputError(f"{part}: found a symbolic link, expected a folder")
+                part.mkdir(parents=True, exist_ok=True)
+            flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
+            handle = os.open(self.folder / ".lock", flags, 0o666)
+        except OSError as error:
+            raise unwritable(self.folder, error) from None
+        try:
+            _lock(handle, self.folder)
+            # what a killed process has not finished
+            for folder in (self.folder, self._blocks):
+                for left in folder.glob(f"{UNFINISHED}*.*"):
+                    if left.is_file():
+                        left.unlink()
+            yield
+        finally:
+            os.close(handle)
+
+    def read(self) -> Campaign | None:
+        """The campaign of the folder; None where there is none yet; see `read_campaign`."""
+        return read_campaign(self._description)
+
+    def known(self) -> Campaign:
+        """The campaign of the folder.
+
+        Raises:
+            InputError: there is none, or campaign.json is not as it was written.
+        """
+        campaign = self.read()
+        if campaign is not None:
+            return campaign
+        raise InputError(f"{self.folder}: found no campaign.json, expected a campaign's folder")
+
+    def begin(self, campaign: Campaign, *, force: bool = False) -> Campaign:
+        """Take a new campaign in, or the one that is there, which must be the same.
+
+        A campaign.json that is damaged or missing is written again if blocks or results in the
+        folder are those of the campaign.
+
+        Args:
+            campaign: to fly.
+            force: whether a new campaign may begin beside files that have the names of its results.
+
+        Returns:
+            The campaign of the folder, whose engine and size of blocks hold.
+
+        Raises:
+            InputError: another campaign is there, or files of unknown origin.
+        """
+        damage: DamagedError | None = None
+        try:
+            known = self.read()
+        except DamagedError as error:
+            known, damage = None, error
+        if known is None:
+            self._restore(campaign, damage, force)
+            return campaign
+        for name, label in (("digest", "scenario"), ("seed", "seed"), ("runs", "number of runs")):
+            found, wanted = getattr(campaign, name), getattr(known, name)
+            if found != wanted:
+                raise InputError(
+                    f"{self.folder}: found a campaign with another {label}, {wanted}, expected "
+                    f"{found}: give another folder"
+                )
+        return known
+
+    def _restore(self, campaign: Campaign, damage: DamagedError | None, force: bool) -> None:
+        listed = Manifest(self.folder).entries.values()
+        is_its = any(entry.by == campaign.by for entry in listed) or self.blocks(campaign)[0]
+        if is_its:
+            self.say(f"{self._description}: found damage or none: it is written again")
+        elif damage is not None:
+            raise damage
+        elif os.path.lexists(self.table) or any(self._blocks.iterdir()):
+            raise InputError(
+                f"{self.folder}: found results without their campaign.json, expected none: give "
+                "another folder, or the command that began that campaign"
+            )
+        else:
+            check_outputs(self.folder, REPORT, by=campaign.by, force=force)
+        if damage is not None:
+            set_aside(self._description)
+        write_whole(self._description, campaign.text())
+
+    def check(self, campaign: Campaign) -> set[int]:
+        """Set aside everything in the place of a result that is not as the campaign wrote it.
+
+        Returns:
+            Runs whose histories were kept and are damaged.
+        """
+        manifest, damaged = Manifest(self.folder), set()
+        for path in sorted((*self.folder.iterdir(), *(self.folder / "runs").iterdir())):
+            name = path.relative_to(self.folder).as_posix()
+            match = _RESULT.fullmatch(name)
+            found = match and manifest.fault(name, campaign.by)
+            if match is None or found is None:
+                continue
+            self.say(f"{path}: found {found}: it is kept as {set_aside(path).name}")
+            entry = manifest.entries.get(name)
+            if match[2] == "nc" and entry is not None and entry.by == campaign.by:
+                damaged.add(int(match[1]))
+        return damaged
+
+    def mend(self, campaign: Campaign) -> None:
+        """Check the folder of a finished campaign and write its table again where it is damaged.
+
+        Raises:
+            InputError: the table is damaged, and so are blocks.
+        """
+        self.check(campaign)
+        found, damaged = self.blocks(campaign)
+        for number in sorted({*damaged, *range(campaign.blocks)} - set(found)):
+            state = "damaged or of another campaign" if number in damaged else "missing"
+            self.say(f"block {number} is {state}: gyrostat campaign flies it again")
+        self.merge(campaign)
+
+    @contextlib.contextmanager
+    def results(self, campaign: Campaign) -> Iterator[Path]:
+        """Give a scratch folder for results; see `gyrostat.core.outputs.new_files`.
+
+        Raises:
+            InputError: they cannot be written.
+        """
+        with new_files(self.folder, by=campaign.by, aside=self.say) as scratch:
+            (scratch / "runs").mkdir()
+            yield scratch
+
+    def write_block(self, campaign: Campaign, number: int, columns: Mapping[str, "Vector"]) -> None:
+        """Keep a block.
+
+        Raises:
+            InputError: it cannot be written.
+        """
+        name, content = packed(campaign, number, columns)
+        with whole_file(self._blocks / name) as unfinished:
+            unfinished.write_bytes(content)
+
+    def blocks(self, campaign: Campaign) -> tuple[dict[int, Path], dict[int, list[Path]]]:
+        """Whole blocks of the campaign by number, and the damaged files in place of the others."""
+        found: dict[int, Path] = {}
+        damaged: dict[int, list[Path]] = {}
+        for path in sorted(self._blocks.iterdir()):
+            number = number_of(path.name)
+            if number is None:
+                continue
+            content = read_regular(path)
+            if content is not None and path.name == name_of(campaign, number, content):
+                found[number] = path
+            else:
+                damaged.setdefault(number, []).append(path)
+        return found, {number: files for number, files in damaged.items() if number not in found}
+
+    def merge(self, campaign: Campaign) -> None:
+        """Write the table of every run, in their order, where it is not there as it was written.
+
+        Raises:
+            InputError: a block is missing, or the table cannot be written.
+        """
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        if Manifest(self.folder).is_own(TABLE, campaign.by):
+            return
+        found, _ = self.blocks(campaign)
+        numbers = range(campaign.blocks)
+        if len(found) < campaign.blocks:
+            raise InputError(
+                f"{self.folder}: found {len(found)} whole blocks of {campaign.blocks} and no whole "
+                f"{TABLE}, expected all: run gyrostat campaign again, which flies the others"
+            )
+        with self.results(campaign) as scratch:
+            told = {"campaign": campaign.identity, "seed": str(campaign.seed)}
+            schema = pq.read_schema(found[0]).with_metadata(told)
+            with pq.ParquetWriter(scratch / TABLE, schema) as writer:
+                for first in range(0, len(numbers), GROUP):
+                    group = [pq.read_table(found[k]) for k in numbers[first : first + GROUP]]
+                    table = pa.concat_tables(group).combine_chunks()
+                    writer.write_table(table.replace_schema_metadata(told))
+
+    def read_table(self) -> "pa.Table":
+        """Every run.
+
+        Raises:
+            InputError: there is no table, or it is not as it was written.
+        """
+        import pyarrow.parquet as pq
+
+        if not Manifest(self.folder).is_own(TABLE, self.known().by):
+            raise InputError(
+                f"{self.table}: found no such file or a damaged one, expected the table of a "
+                "finished campaign"
+            )
+        return pq.read_table(self.table)
+
+    def history(self, run: int) -> Path:
+        """Where the history of a run is kept."""
+        return self.folder / "runs" / f"run_{run:06d}.nc"
+
+    def histories(self, campaign: Campaign) -> set[int]:
+        """Numbers of the runs whose histories are there as they were written."""
+        manifest = Manifest(self.folder)
+        matches = map(_RESULT.fullmatch, manifest.entries)
+        return {
+            int(match[1])
+            for match in matches
+            if match and match[2] == "nc" and manifest.is_own(match[0], campaign.by)
+        }
+
+    def write_history(self, campaign: Campaign, run: int, dataset: Any) -> Path:
+        """Keep the history of a run.
+
+        Raises:
+            InputError: it cannot be written.
+        """
+        path = self.history(run)
+        with self.results(campaign) as scratch:
+            dataset.to_netcdf(scratch / "runs" / path.name, engine="h5netcdf")
+        return path
+
+
+def _lock(handle: int, folder: Path) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise InputError(f"{folder}: found another campaign at work here, expected none") from None

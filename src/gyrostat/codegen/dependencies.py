@@ -1,0 +1,98 @@
+"""What is made from what."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from gyrostat.codegen.program import (
+    Assign,
+    Block,
+    Branch,
+    Call,
+    Fill,
+    Function,
+    Loop,
+    Name,
+    Operand,
+    Statement,
+    Store,
+    Table,
+    statements,
+)
+
+
+def used(statement: Statement) -> list[Operand]:
+    """The operands that a statement reads in its own block."""
+    match statement:
+        case Assign(operands=operands) | Call(operands=operands):
+            return list(operands)
+        case Fill(values=values):
+            return list(values)
+        case Store(index=index, value=value):
+            return [index, value]
+        case Loop(carried=carried):
+            return [each.first for each in carried]
+        case Branch(index=index):
+            return [index]
+
+
+class Needs:
+    """What each name and table of some functions is made from."""
+
+    def __init__(self, functions: Sequence[Function]) -> None:
+        self.of: dict[Name | Table, list[Operand | Table]] = {}
+        for function in functions:
+            self._learn(function.body)
+
+    def _gives(self, target: Name | Table, needs: Iterable[Operand | Table | None]) -> None:
+        self.of.setdefault(target, []).extend(need for need in needs if need is not None)
+
+    def _learn(self, block: Block) -> None:
+        for statement in statements(block):
+            match statement:
+                case Assign(target, _, operands, _, table):
+                    self._gives(target, (*operands, table))
+                case Fill(table, values):
+                    self._gives(table, values)
+                case Loop(carried=carried, goes_on=goes_on, stacked=stacked):
+                    for each in carried:
+                        self._gives(each.name, (each.first, each.next, goes_on))
+                    for table in stacked:
+                        self._gives(table, (goes_on,))
+                case Store(table, index, _, _, value):
+                    self._gives(table, (index, value))
+                case Branch(index, _, values, targets):
+                    for target, *made in zip(targets, *values, strict=True):
+                        self._gives(target, (index, *made))
+                case Call(function, operands, targets):
+                    for target, result in zip(targets, function.results, strict=True):
+                        self._gives(target, (result,))
+                    for parameter, operand in zip(function.parameters, operands, strict=True):
+                        self._gives(parameter, (operand,))
+
+
+def reached(
+    start: Iterable[Operand | Table], edges: Mapping[Any, Iterable[Operand | Table]]
+) -> set[Name | Table]:
+    """Every name and table that some of them lead to, themselves among them."""
+    found: set[Name | Table] = set()
+    waiting = list(start)
+    while waiting:
+        thing = waiting.pop()
+        if isinstance(thing, Name | Table) and thing not in found:
+            found.add(thing)
+            waiting += edges.get(thing, ())
+    return found
+
+
+def uses(function: Function) -> dict[Operand | Table, set[Name | Table]]:
+    """What has been made from each operand and table of a function, its results left out."""
+    makes: dict[Operand | Table, set[Name | Table]] = {}
+    for target, needs in Needs([function]).of.items():
+        for need in needs:
+            makes.setdefault(need, set()).add(target)
+    return makes
+
+
+def made_from(function: Function, given: Sequence[Name]) -> set[Name | Table]:
+    """Every name and table of a function that some of its parameters have a part in."""
+    return reached(given, uses(function))

@@ -1,0 +1,180 @@
+"""Operations as expressions of C, with no more brackets than they need."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gyrostat.codegen.program import Kind, Number
+
+FLOAT_LEAST = 1.1754943508222875e-38
+FLOAT_LARGEST = 3.4028234663852886e38
+
+
+@dataclass(frozen=True)
+class Text:
+    """An expression and how strongly it holds together, from `CHOICE` to `WORD`."""
+
+    text: str
+    strength: int
+
+    def beside(self, own: int = 8) -> str:
+        """The text, in brackets unless it is a word, a signed one or of the operation's own kind.
+
+        No reader and no coding rule then needs the order in which C takes operators.
+        """
+        return self.text if self.strength >= UNARY or self.strength == own else f"({self.text})"
+
+    def word(self) -> str:
+        """The text, in brackets unless it is a word."""
+        return self.text if self.strength == WORD else f"({self.text})"
+
+
+WORD, UNARY, PRODUCT, SUM, TEST, BOTH, EITHER, CHOICE = 8, 7, 6, 5, 4, 3, 2, 1
+
+_TESTS = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!=", "xor": "!="}
+_BINARY = (
+    ({"add": "+", "sub": "-"}, SUM),
+    ({"mul": "*", "div": "/"}, PRODUCT),
+    (_TESTS, TEST),
+    ({"and": "&&"}, BOTH),
+    ({"or": "||"}, EITHER),
+    ({"bits_and": "&", "bits_or": "|", "bits_xor": "^"}, TEST),
+)
+_SIGNS = {"neg": "-", "not": "!", "bits_not": "~"}
+OF_INTEGERS = {name: f"bits_{name}" for name in ("and", "or", "xor", "not")}
+"""Operation -> what it is called on whole numbers, bit by bit."""
+HELPERS = {
+    "max": (
+        "largest",
+        "static {t} largest({t} a, {t} b)\n{{\n    return ((a >= b) || (a != a)) ? a : b;\n}}\n",
+    ),
+    "min": (
+        "smallest",
+        "static {t} smallest({t} a, {t} b)\n{{\n    return ((a <= b) || (a != a)) ? a : b;\n}}\n",
+    ),
+    "sign": (
+        "sense",
+        "static {t} sense({t} a)\n{{\n"
+        "    return (a > {zero}) ? {one} : ((a < {zero}) ? -{one} : a);\n}}\n",
+    ),
+    "finite": (
+        "is_finite",
+        "/* From the bits of the exponent: no option of a compiler, such as -ffast-math, can take\n"
+        "   the result for known. Such options would let it look through a copy of a computed\n"
+        "   number, unless that is volatile. */\n"
+        "static bool is_finite({t} a)\n{{\n"
+        "#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0)\n"
+        "    const volatile {t} copy = a;\n"
+        "    const {t} number = copy;\n"
+        "#else\n"
+        "    const {t} number = a;\n"
+        "#endif\n"
+        "    const {bits} exponent = {exponent};\n"
+        "    {bits} bits;\n"
+        "    const void *from = &number;\n"
+        "    void *to = &bits;\n"
+        "    (void)memcpy(to, from, sizeof bits);\n"
+        "    return (bits & exponent) != exponent;\n}}\n",
+    ),
+    "to_whole": (
+        "integer_of",
+        "static int64_t integer_of({t} a)\n{{\n"
+        "    if (a >= {limit}) {{ return INT64_MAX; }}\n"
+        "    if (a < -{limit}) {{ return INT64_MIN; }}\n"
+        "    return (a == a) ? (int64_t)a : 0;\n}}\n",
+    ),
+    "quotient": (
+        "integer_quotient",
+        "static int64_t integer_quotient(int64_t a, int64_t b)\n{{\n"
+        "    if (b == 0) {{ return -1; }}\n"
+        "    return (b == -1) ? (int64_t)(0u - (uint64_t)a) : (a / b);\n}}\n",
+    ),
+    "remainder": (
+        "integer_rest",
+        "static int64_t integer_rest(int64_t a, int64_t b)\n{{\n"
+        "    if (b == 0) {{ return a; }}\n"
+        "    return (b == -1) ? 0 : (a % b);\n}}\n",
+    ),
+    "shift_left": (
+        "integer_left",
+        "static int64_t integer_left(int64_t a, int64_t by)\n{{\n"
+        "    return ((by < 0) || (by > 63)) ? 0 : (int64_t)((uint64_t)a << by);\n}}\n",
+    ),
+    "shift_right": (
+        "integer_right",
+        "static int64_t integer_right(int64_t a, int64_t by)\n{{\n"
+        "    return ((by < 0) || (by > 63)) ? 0 : (int64_t)((uint64_t)a >> by);\n}}\n",
+    ),
+}
+"""Operation -> name and text of a function that the file has where it is used. NaN stays NaN; whole
+numbers are divided, and made of real ones, as by XLA: nothing is undefined."""
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """C with one type for real numbers.
+
+    Attributes:
+        real: "double" or "float".
+    """
+
+    real: str = "double"
+
+    def helper(self, operation: str) -> str:
+        """Text of the function that stands for an operation."""
+        values = {"zero": 0.0, "one": 1.0, "limit": 2.0**63}
+        texts = {name: self.number(Number("real", value)).text for name, value in values.items()}
+        texts |= {"bits": "uint64_t", "exponent": "UINT64_C(0x7ff0000000000000)"}
+        if self.real == "float":
+            texts |= {"bits": "uint32_t", "exponent": "UINT32_C(0x7f800000)"}
+        return HELPERS[operation][1].format(t=self.real, **texts)
+
+    def type_of(self, kind: Kind) -> str:
+        """Type of C for a kind of number."""
+        return {"real": self.real, "integer": "int64_t", "logical": "bool"}[kind]
+
+    def number(self, number: Number) -> Text:
+        """A constant."""
+        value = number.value
+        if number.kind == "logical":
+            return Text("true" if value else "false", WORD)
+        if number.kind == "integer" and value == -(2**63):  # C has no literal for it
+            return Text("INT64_MIN", WORD)
+        if number.kind == "integer":
+            return Text(str(value), WORD if value >= 0 else UNARY)
+        if math.isnan(value):
+            return Text("NAN", WORD)
+        size = abs(value)
+        if self.real == "float" and 0.0 < size < FLOAT_LEAST:
+            size = FLOAT_LEAST
+        infinite = math.isinf(size) or (self.real == "float" and size > FLOAT_LARGEST)
+        text = "INFINITY" if infinite else repr(float(size)) + ("f" if self.real == "float" else "")
+        return Text(f"-{text}", UNARY) if math.copysign(1.0, value) < 0 else Text(text, WORD)
+
+    def operation(self, name: str, operands: Sequence[Text]) -> Text:
+        """An operation on expressions."""
+        for table, strength in _BINARY:
+            if name in table:
+                left, right = operands
+                # tests are not chained
+                first = left.beside(WORD if strength == TEST else strength)
+                return Text(f"{first} {table[name]} {right.beside()}", strength)
+        if name == "select":
+            test, yes, no = (operand.beside() for operand in operands)
+            # plain numbers are of type int, which the other one may not be
+            yes, no = (re.sub(r"^-?\d+$", r"INT64_C(\g<0>)", text) for text in (yes, no))
+            return Text(f"{test} ? {yes} : {no}", CHOICE)
+        if name in _SIGNS:
+            return Text(f"{_SIGNS[name]}{operands[0].word()}", UNARY)
+        if name in ("to_real", "to_integer"):
+            kind = self.real if name == "to_real" else "int64_t"
+            return Text(f"({kind}){operands[0].word()}", UNARY)
+        return self._call(name, operands)
+
+    def _call(self, name: str, operands: Sequence[Text]) -> Text:
+        arguments = ", ".join(operand.text for operand in operands)
+        if name in HELPERS:
+            return Text(f"{HELPERS[name][0]}({arguments})", WORD)
+        function = "fabs" if name == "abs" else name
+        return Text(f"{function}{'f' if self.real == 'float' else ''}({arguments})", WORD)

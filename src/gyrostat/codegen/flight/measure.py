@@ -1,0 +1,78 @@
+"""What the user's own compiler makes of emitted C: size, stack, and what single precision costs."""
+
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from gyrostat.codegen.simd import compiler, run_compiler
+
+FLAGS = "-std=c99 -ffp-contract=off"
+"""Without which the results may differ from Python's in their last digits."""
+OPTIMISATION = "-Os"
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """What a compiler made.
+
+    Attributes:
+        compiler: its first line about itself.
+        code: bytes of instructions and constants; None where `size` is not there to tell.
+        stack: function -> bytes of its own stack; empty where the compiler does not tell.
+        errors: output -> largest error of the test run over the output's largest value.
+    """
+
+    compiler: str
+    code: int | None
+    stack: Mapping[str, int]
+    errors: Mapping[str, float]
+
+
+def measure(files: Mapping[str, str], name: str) -> Compiled | None:
+    """Compile a module and run its test program, in a folder that goes away.
+
+    Args:
+        files: name -> text.
+        name: of the module.
+
+    Returns:
+        None where there is no compiler, or it refuses.
+    """
+    program = compiler()
+    if program is None:
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        for file, text in files.items():
+            (Path(folder) / file).write_text(text, encoding="utf-8")
+
+        def run(*words: str) -> str | None:
+            done = run_compiler(words, Path(folder))
+            return done.stdout if done.returncode == 0 else None
+
+        flags = [*FLAGS.split(), OPTIMISATION]
+        usage = run(*program, *flags, "-fstack-usage", "-c", f"{name}.c")
+        if usage is None and run(*program, *flags, "-c", f"{name}.c") is None:
+            return None
+        if run(*program, *flags, f"{name}.o", f"{name}_test.c", "-lm", "-o", "test") is None:
+            return None
+        # it ends with 1 where an output is not as in Python: its numbers are wanted all the same
+        told = run_compiler([str(Path(folder) / "test"), "errors"]).stdout
+        lines = (line.rpartition(" ") for line in told.splitlines())
+        sizes = run("size", "-A", f"{name}.o") if shutil.which("size") else None
+        found = re.findall(r"^\.(?:text|rodata)\S*\s+(\d+)", sizes or "", re.MULTILINE)
+        stack = Path(folder) / f"{name}.su"
+        return Compiled(
+            compiler=(run(*program, "--version") or program[0]).splitlines()[0],
+            code=sum(map(int, found)) if found else None,
+            stack=_stack(stack.read_text(encoding="utf-8") if stack.exists() else ""),
+            errors={output: float(error) for output, _, error in lines},
+        )
+
+
+def _stack(text: str) -> dict[str, int]:
+    """Function -> bytes, from what the compiler wrote."""
+    found = (re.match(r"\S+:(\w+)\S*\t(\d+)\t", line) for line in text.splitlines())
+    return {match[1]: int(match[2]) for match in found if match}

@@ -1,0 +1,89 @@
+"""Results of an entry on their way to the places that its caller gave."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from gyrostat.codegen.dependencies import used
+from gyrostat.codegen.flight.expressions import Text
+from gyrostat.codegen.program import Assign, Block, Branch, Name, Operand, Table, statements
+
+Move = tuple[str, str, str]
+"""Place of C, the text of its new value, and the type of C."""
+
+
+def moves(wanted: Iterable[Move], free: Callable[[str], str]) -> list[str]:
+    """Assignments as if all were made at once.
+
+    Args:
+        wanted: Places and their values.
+        free: Gives a name of C that is not taken.
+
+    Returns:
+        Lines: copies of what would be read after it has been set, then the assignments. A place
+        that keeps its value gets none.
+    """
+    changed = [move for move in wanted if move[0] != move[1]]
+    set_places = {place for place, _, _ in changed}
+    copies, moved, known = [], [], {}
+    for place, value, kind in changed:
+        if value in set_places:
+            if value not in known:
+                known[value] = free("kept")
+                copies.append(f"const {kind} {known[value]} = {value};")
+            value = known[value]
+        moved.append(f"{place} = {value};")
+    return [*copies, *moved]
+
+
+@dataclass(frozen=True)
+class LastBranch:
+    """A branch whose blocks set the places of an entry's results themselves.
+
+    That spares a variable for each. The targets of the branch are nothing but results.
+
+    Attributes:
+        branch: The last one of the entry's body.
+        places: Target -> its places.
+        read: Operands that are read after it.
+    """
+
+    branch: Branch
+    places: Mapping[Name, list[str]]
+    read: tuple[Operand, ...]
+
+    def safe(self, texts: Mapping[Name | Table, Text]) -> bool:
+        """Whether nothing that is read later has a text that reads from an argument."""
+        return not any(
+            isinstance(o, Name) and (o.fixed or (o in texts and "->" in texts[o].text))
+            for o in self.read
+        )
+
+
+def last_branch(
+    body: Block,
+    results: Sequence[Operand],
+    places: Sequence[str],
+) -> LastBranch | None:
+    """The last branch of an entry, if its blocks may set the results; None otherwise.
+
+    Args:
+        body: Of the entry.
+        results: Of the entry.
+        places: For each of them.
+    """
+    number = max((k for k, each in enumerate(body) if isinstance(each, Branch)), default=None)
+    if number is None:
+        return None
+    branch, after = body[number], body[number + 1 :]
+    assert isinstance(branch, Branch)
+    read = [operand for each in statements(after) for operand in used(each)]
+    own: dict[Name, list[str]] = {target: [] for target in branch.targets}
+    for result, place in zip(results, places, strict=True):
+        if isinstance(result, Name) and result in own:
+            own[result].append(place)
+        elif isinstance(result, Name) and result.hint != place:
+            read.append(result)
+    simple = all(isinstance(each, Assign) for each in after)
+    if not simple or not all(own.values()) or any(operand in own for operand in read):
+        return None
+    return LastBranch(branch, own, tuple(read))

@@ -1,0 +1,182 @@
+"""From a tree of Python objects to C structs with the same names, and back to its leaves."""
+
+import dataclasses
+import inspect
+import re
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
+from gyrostat.codegen.primitives import Scalars
+from gyrostat.codegen.program import Kind, Name
+from gyrostat.codegen.scope import LARGEST, kind_of
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax
+from gyrostat.core.units import SI_UNIT
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A number or an array of numbers."""
+
+    kind: Kind
+    shape: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Member:
+    """A field of a struct.
+
+    Attributes:
+        name: in C.
+        content: what it holds.
+        meaning: in Python's words, with its unit; "" where nothing is said.
+    """
+
+    name: str
+    content: "Leaf | Struct"
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Struct:
+    """A struct, named after the Python class."""
+
+    name: str
+    members: tuple[Member, ...]
+    meaning: str
+
+
+class Structs:
+    """The structs of a set of functions, in the order in which C must see them.
+
+    Attributes:
+        every: The structs.
+        enums: Name -> enumeration that a member of a struct takes its values from.
+    """
+
+    def __init__(self) -> None:
+        self.every: list[Struct] = []
+        self.enums: dict[str, type[IntEnum]] = {}
+
+    def of(self, tree: Any, name: str) -> Leaf | Struct | None:
+        """The content of a tree; None where there is no number in it.
+
+        Args:
+            tree: of equinox modules, named tuples, tuples, lists, dicts and numbers.
+            name: of the struct where its class has none, as a tuple has not.
+
+        Raises:
+            InputError: something else is in it.
+        """
+        if not any(np.size(leaf) for leaf in jax.tree.leaves(tree)):
+            return None
+        if not _is_node(tree):
+            return _leaf(tree, name)
+        own = type(tree).__name__
+        named = own if own not in ("tuple", "list", "dict") else name
+        self.enums |= {e.__name__: e for e in getattr(tree, "ENUMS", {}).values()}
+        units, meanings = getattr(tree, "UNITS", {}), documented(type(tree))
+        members = []
+        for field, value, metadata in _fields(tree):
+            content = self.of(value, f"{named}_{field}")
+            if content is None:
+                continue
+            unit = units.get(field) or SI_UNIT.get(metadata.get("dimension", ""), "")
+            members.append(Member(identifier(field), content, meanings.get(field) or unit))
+        meaning = (inspect.getdoc(type(tree)) or "").partition("\n")[0] if named == own else ""
+        struct = Struct(identifier(named), tuple(members), comment(meaning + _compiled_in(tree)))
+        return self._known(struct)
+
+    def _known(self, struct: Struct) -> Struct:
+        for known in self.every:
+            if known.members == struct.members and re.sub(r"_\d+$", "", known.name) == struct.name:
+                return known
+        name = free_name(struct.name, {known.name for known in self.every})
+        struct = dataclasses.replace(struct, name=name)
+        self.every.append(struct)
+        return struct
+
+
+def scalars(content: Leaf | Struct, path: str, pointer: bool = True) -> list[Scalars]:
+    """Texts of C for the numbers of a content, one array for each leaf, in JAX's order.
+
+    Args:
+        content: as `Structs.of` gives it.
+        path: how C gets there.
+        pointer: whether `path` is a pointer to a struct.
+    """
+    if isinstance(content, Leaf):
+        made = np.empty(content.shape, dtype=object)
+        for place in np.ndindex(content.shape):
+            text = path + "".join(f"[{index}]" for index in place)
+            made[place] = Name(content.kind, text, fixed=True)
+        return [made]
+    step = "->" if pointer else "."
+    return [
+        array
+        for member in content.members
+        for array in scalars(member.content, f"{path}{step}{member.name}", False)
+    ]
+
+
+def _is_node(tree: Any) -> bool:
+    return isinstance(tree, tuple | list | dict) or dataclasses.is_dataclass(tree)
+
+
+def _fields(tree: Any) -> list[tuple[str, Any, Any]]:
+    """Name, value and metadata of everything that JAX looks into, in its order."""
+    if isinstance(tree, dict):
+        return [(str(key), tree[key], {}) for key in sorted(tree)]
+    if hasattr(tree, "_fields"):
+        return [(name, getattr(tree, name), {}) for name in tree._fields]
+    if dataclasses.is_dataclass(tree):
+        return [
+            (f.name, getattr(tree, f.name), f.metadata)
+            for f in dataclasses.fields(tree)
+            if not f.metadata.get("static", False)
+        ]
+    return [(f"item_{k}", value, {}) for k, value in enumerate(tree)]
+
+
+def _leaf(tree: Any, name: str) -> Leaf:
+    shape, dtype = getattr(tree, "shape", None), getattr(tree, "dtype", None)
+    kind = None if dtype is None else kind_of(dtype)
+    if shape is None or kind is None or np.prod(shape) > LARGEST:
+        found = type(tree).__name__ if shape is None else f"{dtype}{list(shape)}"
+        raise InputError(
+            f"{name}: found {found}, expected float64, integer or logical arrays of at most "
+            f"{LARGEST} elements"
+        )
+    return Leaf(kind, tuple(shape))
+
+
+def _compiled_in(tree: Any) -> str:
+    """What is no number of the struct but part of the program."""
+    fixed = [
+        f"{f.name} = {getattr(tree, f.name)!r}"
+        for f in (dataclasses.fields(tree) if dataclasses.is_dataclass(tree) else ())
+        if f.metadata.get("static", False)
+        and isinstance(getattr(tree, f.name), bool | int | float | str)
+    ]
+    return f" Compiled in: {', '.join(fixed)}." if fixed else ""
+
+
+def documented(kind: type) -> dict[str, str]:
+    """Field -> what the docstring of a class says about it under Attributes."""
+    found: dict[str, str] = {}
+    _, _, text = (inspect.getdoc(kind) or "").partition("Attributes:\n")
+    name = ""
+    for line in text.splitlines():
+        start = re.fullmatch(r"    (\w+): (.*)", line)
+        if start:
+            name = start[1]
+            found[name] = start[2]
+        elif line.startswith("        ") and name:
+            found[name] += " " + line.strip()
+        else:
+            break
+    return {name: comment(text) for name, text in found.items()}

@@ -1,0 +1,285 @@
+"""From a program of scalars to the text of C functions."""
+
+import textwrap
+from collections import Counter
+from collections.abc import Sequence
+
+from gyrostat.codegen.dependencies import used
+from gyrostat.codegen.flight.expressions import HELPERS, OF_INTEGERS, WORD, Dialect, Text
+from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
+from gyrostat.codegen.flight.moves import LastBranch, last_branch, moves
+from gyrostat.codegen.program import (
+    Assign,
+    Block,
+    Branch,
+    Call,
+    Fill,
+    Function,
+    Loop,
+    Name,
+    Number,
+    Operand,
+    Statement,
+    Store,
+    Table,
+    statements,
+)
+from gyrostat.codegen.source import NOWHERE, Source
+
+WIDTH = 100
+LONGEST = 70
+"""Letters of an expression that another may take in."""
+
+
+def _takes_in(reader: Statement, statement: Assign, made: Text) -> bool:
+    """Whether a statement may hold the expression of another in place of its name."""
+    if reader.source != statement.source or len(made.text) > LONGEST:
+        return False
+    # what a choice chooses from is read best as names
+    if isinstance(reader, Assign) and reader.operation == "select":
+        return made.strength == WORD or reader.operands[0] is statement.target
+    return True
+
+
+def may_stop_early(function: Function) -> bool:
+    """Whether a loop in it, or in what it calls, has a test that its bound may end."""
+    return any(
+        (isinstance(statement, Loop) and statement.goes_on is not None)
+        or (isinstance(statement, Call) and may_stop_early(statement.function))
+        for statement in statements(function.body)
+    )
+
+
+class Writer:
+    """Writes the body of one function.
+
+    Attributes:
+        helpers: operations met whose functions the file must have.
+        done: places of an entry that its body sets.
+    """
+
+    def __init__(self, dialect: Dialect, reserved: set[str]) -> None:
+        self.helpers: set[str] = set()
+        self._dialect = dialect
+        self._taken = set(reserved)
+        self._texts: dict[Name | Table, Text] = {}
+        self._lines: list[str] = []
+        self._depth = 1
+        self._uses: Counter[Name] = Counter()
+        self._last: LastBranch | None = None
+        self.done: set[str] = set()
+        self._source: Source = NOWHERE
+
+    def name(self, name: Name | Table, hint: str) -> str:
+        """Give a name of C to a scalar or a table."""
+        place = "".join(f"_{k}" for k in name.place) if isinstance(name, Name) else ""
+        self._texts[name] = Text(self.free((hint or "value") + place), WORD)
+        return self._texts[name].text
+
+    def free(self, hint: str) -> str:
+        """A name of C that is not taken."""
+        text = free_name(identifier(hint), self._taken)
+        self._taken.add(text)
+        return text
+
+    def text(self, operand: Operand) -> Text:
+        """An operand as an expression."""
+        if isinstance(operand, Number):
+            return self._dialect.number(operand)
+        if operand.fixed:
+            return Text(operand.hint, WORD)
+        return self._texts[operand]
+
+    def line(self, text: str) -> None:
+        """Add a line of C, wrapped where it is long."""
+        indent = "    " * self._depth
+        self._lines += textwrap.wrap(
+            text,
+            WIDTH,
+            initial_indent=indent,
+            subsequent_indent=indent + "    ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+
+    def body(self, block: Block, results: list[Operand], places: Sequence[str] = ()) -> list[str]:
+        """The lines of a function's block, whose results other lines will read.
+
+        Args:
+            block: Of the function.
+            results: Of it.
+            places: Of an entry's results; the lines set those that are `done`.
+        """
+        self._last = last_branch(block, results, places) if places else None
+        self._count(block)
+        self._uses.update(r for r in results if isinstance(r, Name))
+        self._block(block, results)
+        return self.taken_lines()
+
+    def taken_lines(self) -> list[str]:
+        """The lines that were written since they were last taken."""
+        lines, self._lines = self._lines, []
+        return lines
+
+    def _count(self, block: Block) -> None:
+        for statement in statements(block):
+            read = used(statement)
+            if isinstance(statement, Loop):
+                read += [each.next for each in statement.carried]
+                read += [statement.goes_on] if statement.goes_on is not None else []
+            if isinstance(statement, Branch):
+                read += [value for made in statement.values for value in made]
+            self._uses.update(operand for operand in read if isinstance(operand, Name))
+
+    def _block(self, block: Block, results: list[Operand]) -> None:
+        """Write a block; what leaves it by `results` gets a name."""
+        readers = {
+            operand: statement
+            for statement in block
+            for operand in used(statement)
+            if isinstance(operand, Name)
+        }
+        kept = {id(result) for result in results}
+        for number, statement in enumerate(block):
+            if isinstance(statement, Assign):
+                made = self._expression(statement)
+                reader = readers.get(statement.target)
+                alone = self._uses[statement.target] == 1 and id(statement.target) not in kept
+                if alone and reader is not None and _takes_in(reader, statement, made):
+                    self._texts[statement.target] = made
+                    continue
+                self._say(statement.source)
+                text = self.name(statement.target, self._hint(statement, block[number + 1 :]))
+                kind = self._dialect.type_of(statement.target.kind)
+                self.line(f"const {kind} {text} = {made.text};")
+            else:
+                self._say(statement.source)
+                self._statement(statement)
+
+    def _hint(self, statement: Assign, following: Block) -> str:
+        """What the Python line names, for its last operation; a part of it for the others."""
+        hint = statement.target.hint or "value"
+        for later in following:
+            if later.source != statement.source:
+                break
+            if isinstance(later, Assign) and later.target.group != statement.target.group:
+                return f"{hint}_part"
+        return hint
+
+    def _expression(self, statement: Assign) -> Text:
+        operands = [self.text(operand) for operand in statement.operands]
+        if statement.table is not None:
+            return Text(f"{self._texts[statement.table].text}[{operands[0].text}]", WORD)
+        operation, kind = statement.operation, statement.operands[0].kind
+        if kind == "integer":
+            operation = OF_INTEGERS.get(operation, operation)
+        if operation == "to_integer" and kind == "real":
+            operation = "to_whole"
+        if operation in HELPERS:
+            self.helpers.add(operation)
+        return self._dialect.operation(operation, operands)
+
+    def _say(self, source: Source) -> None:
+        if source != self._source and source != NOWHERE:
+            self._lines.append("")
+            self.line(f"/* {comment(str(source))} */")
+        self._source = source
+
+    def _statement(self, statement: Statement) -> None:
+        kinds = self._dialect.type_of
+        match statement:
+            case Fill(table, values):
+                name = self.name(table, f"{table.hint or 'value'}_table")
+                every = ", ".join(self.text(value).text for value in values)
+                self.line(f"const {kinds(table.kind)} {name}[{table.size}] = {{{every}}};")
+            case Store(table, index, width, offset, value):
+                place = self.text(index).beside()
+                place = f"({width} * {place})" if width > 1 else place
+                place = f"{place} + {offset}" if offset else place
+                self.line(f"{self._texts[table].text}[{place}] = {self.text(value).text};")
+            case Loop():
+                self._loop(statement)
+            case Branch():
+                self._branch(statement)
+            case Call():
+                self._call(statement)
+            case Assign():
+                raise TypeError("an assignment is written with its block")
+
+    def _loop(self, loop: Loop) -> None:
+        kinds = self._dialect.type_of
+        for each in loop.carried:
+            first = self.text(each.first).text
+            self.line(f"{kinds(each.name.kind)} {self.name(each.name, each.name.hint)} = {first};")
+        for table in loop.stacked:
+            name = self.name(table, f"{table.hint or 'value'}_table")
+            self.line(f"{kinds(table.kind)} {name}[{table.size}];")
+        counter = self.name(loop.counter, "pass")
+        if loop.goes_on is None:
+            self.line(f"for (int64_t {counter} = 0; {counter} < {loop.count}; ++{counter}) {{")
+        else:
+            self.line(f"int64_t {counter};")
+            self.line(f"for ({counter} = 0; {counter} < {loop.count}; ++{counter}) {{")
+        self._depth += 1
+        if loop.goes_on is not None:
+            self._block(loop.test, [loop.goes_on])
+            self.line(f"if (!{self.text(loop.goes_on).word()}) {{ break; }}")
+        self._block(loop.body, [each.next for each in loop.carried])
+        self._carry(loop)
+        self._depth -= 1
+        self.line("}")
+        if loop.goes_on is not None:
+            self.line(f"if ({counter} == {loop.count}) {{ status = 1; }}")
+
+    def _carry(self, loop: Loop) -> None:
+        wanted = [
+            (self.text(e.name).text, self.text(e.next).text, self._dialect.type_of(e.name.kind))
+            for e in loop.carried
+        ]
+        for text in moves(wanted, self.free):
+            self.line(text)
+
+    def _branch(self, branch: Branch) -> None:
+        own, places = self._last, {}
+        if own and own.branch is branch and own.safe(self._texts):
+            places = own.places
+            self.done = set().union(*places.values())
+        for target in branch.targets if not places else ():
+            name = self.name(target, target.hint)
+            self.line(f"{self._dialect.type_of(target.kind)} {name};")
+        index = self.text(branch.index)
+        last = len(branch.blocks) - 1
+        order = [1, 0] if branch.index.kind == "logical" else range(last + 1)
+        for step, number in enumerate(order):
+            if branch.index.kind == "logical":
+                test = index.text
+            else:
+                test = f"{index.beside()} {'<=' if number == 0 else '=='} {number}"
+            head = f"if ({test}) {{" if step == 0 else f"}} else if ({test}) {{"
+            self.line("} else {" if step == last else head)
+            self._depth += 1
+            self._block(branch.blocks[number], branch.values[number])
+            wanted = [
+                (place, self.text(value).text, self._dialect.type_of(target.kind))
+                for target, value in zip(branch.targets, branch.values[number], strict=True)
+                for place in (places.get(target) or [self.text(target).text])
+            ]
+            for text in moves(wanted, self.free):
+                self.line(text)
+            self._depth -= 1
+        self.line("}")
+
+    def _call(self, call: Call) -> None:
+        arguments = [self.text(operand).text for operand in call.operands]
+        name, stops = call.function.name, may_stop_early(call.function)
+        if len(call.targets) == 1 and not stops:
+            target = call.targets[0]
+            kind = self._dialect.type_of(target.kind)
+            text = self.name(target, target.hint)
+            self.line(f"const {kind} {text} = {name}({', '.join(arguments)});")
+            return
+        for target in call.targets:
+            text = self.name(target, target.hint)
+            self.line(f"{self._dialect.type_of(target.kind)} {text};")
+            arguments.append(f"&{text}")
+        self.line(f"{'status |= ' if stops else ''}{name}({', '.join(arguments)});")

@@ -1,0 +1,198 @@
+"""Rules by which an operation on numbers is a simpler one, or none."""
+
+import math
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+from gyrostat.codegen.primitives import FOLDED, WRAPPED
+from gyrostat.codegen.program import Assign, Kind, Number, Operand
+
+_FOLDED: dict[str, Callable[..., Any]] = {
+    "sqrt": lambda x: math.sqrt(x) if x >= 0.0 else math.nan,
+    "abs": abs,
+    "max": max,
+    "min": min,
+}
+
+
+class Known(Protocol):
+    """What a program has computed so far."""
+
+    def made(self, operand: Operand) -> Assign | None:
+        """The statement that an operand comes from, if one has computed it."""
+        ...
+
+    def value(self, of: Assign, operation: str, *operands: Operand) -> Operand:
+        """What an operation gives, on behalf of a statement."""
+        ...
+
+    def is_exact(self, of: Assign) -> bool:
+        """Whether what a statement gives must not move by a rounding."""
+        ...
+
+    def reciprocal(self, of: Assign, divisor: Operand) -> Operand | None:
+        """One over a divisor, where that is less work than to divide."""
+        ...
+
+
+def simpler(known: Known, of: Assign, operation: str, operands: Sequence[Operand]):
+    """A constant, an operand or a simpler operation for one; None where it is simple already.
+
+    Args:
+        known: the program so far.
+        of: on behalf of which the operation is computed.
+        operation: name.
+        operands: of it.
+    """
+    if all(isinstance(operand, Number) for operand in operands):
+        folded = _folded(operation, of.target.kind, operands)
+        if folded is not None:
+            return folded
+    rule = _RULES.get(operation)
+    return rule(known, of, *operands) if rule is not None else None
+
+
+def key(operand: Operand) -> tuple[str, str]:
+    """What tells an operand from others, in an order."""
+    if isinstance(operand, Number):
+        return (operand.kind, repr(operand.value))
+    return ("name", f"{id(operand):x}")
+
+
+def _folded(operation: str, kind: Kind, operands: Sequence[Operand]) -> Number | None:
+    values = [operand.value for operand in operands if isinstance(operand, Number)]
+    if operation in _FOLDED and kind == "real" and not any(v != v for v in values):
+        return Number(kind, _FOLDED[operation](*values))
+    if operation == "div" and values[1]:
+        return Number(kind, values[0] / values[1])
+    if operation in FOLDED:
+        return Number(kind, WRAPPED.get(kind, lambda v: v)(FOLDED[operation](*values)))
+    return None
+
+
+def _is(operand: Operand, value: int) -> bool:
+    return isinstance(operand, Number) and operand.kind != "logical" and operand.value == value
+
+
+def _is_normal(value: float) -> bool:
+    """Whether a number is neither zero, in lanes, nor endless."""
+    return sys.float_info.min <= abs(value) < math.inf
+
+
+def _negated(known: Known, operand: Operand) -> Operand | None:
+    """What an operand is the negative of."""
+    made = known.made(operand)
+    return made.operands[0] if made is not None and made.operation == "neg" else None
+
+
+def _add(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
+    for one, other in ((a, b), (b, a)):
+        if _is(one, 0):
+            return other
+        negated = _negated(known, one)
+        if negated is not None:
+            return known.value(of, "sub", other, negated)
+    return None
+
+
+def _sub(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
+    if _is(b, 0):
+        return a
+    if _is(a, 0):
+        return known.value(of, "neg", b)
+    negated = _negated(known, b)
+    if negated is not None:
+        return known.value(of, "add", a, negated)
+    negated = _negated(known, a)
+    if negated is not None:
+        return known.value(of, "neg", known.value(of, "add", negated, b))
+    return None
+
+
+def _mul(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
+    kind = of.target.kind
+    for one, other in ((a, b), (b, a)):
+        if _is(one, 0):
+            return Number(kind, 0.0 if kind == "real" else 0)
+        if _is(one, 1):
+            return other
+        if kind == "real" and _is(one, -1):
+            return known.value(of, "neg", other)
+        negated = _negated(known, one)
+        if negated is not None:
+            return known.value(of, "neg", known.value(of, "mul", negated, other))
+        made = known.made(other)
+        if kind == "real" and isinstance(one, Number) and made and made.operation == "mul":
+            inner, rest = made.operands  # where a constant comes first
+            if isinstance(inner, Number) and not known.is_exact(of):
+                both = inner.value * one.value
+                if _is_normal(both):
+                    return known.value(of, "mul", Number(kind, both), rest)
+    return None
+
+
+def _div(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
+    if _is(b, 1):
+        return a
+    if known.is_exact(of):
+        return None
+    if isinstance(b, Number):
+        share = 1.0 / b.value if b.value else math.inf
+        return known.value(of, "mul", a, Number("real", share)) if _is_normal(share) else None
+    negated = _negated(known, a)
+    if negated is not None:
+        return known.value(of, "neg", known.value(of, "div", negated, b))
+    if _is(a, 1):
+        return None
+    share = known.reciprocal(of, b)
+    return None if share is None else known.value(of, "mul", a, share)
+
+
+def _neg(known: Known, of: Assign, a: Operand) -> Operand | None:
+    made = known.made(a)
+    if made is not None and made.operation == "sub":
+        return known.value(of, "sub", *made.operands[::-1])
+    return _negated(known, a)
+
+
+def _not(known: Known, of: Assign, a: Operand) -> Operand | None:
+    made = known.made(a)
+    return made.operands[0] if made is not None and made.operation == "not" else None
+
+
+def _select(known: Known, of: Assign, test: Operand, yes: Operand, no: Operand) -> Operand | None:
+    if isinstance(test, Number):
+        return yes if test.value else no
+    if key(yes) == key(no):
+        return yes
+    made = known.made(test)
+    if made is not None and made.operation == "not":
+        return known.value(of, "select", made.operands[0], no, yes)
+    return None
+
+
+def _max(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
+    return _beside(a, b, -math.inf)
+
+
+def _min(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
+    return _beside(a, b, math.inf)
+
+
+def _beside(a: Operand, b: Operand, value: float) -> Operand | None:
+    """What stands beside a constant."""
+    return next((other for one, other in ((a, b), (b, a)) if one == Number("real", value)), None)
+
+
+_RULES: dict[str, Callable[..., Operand | None]] = {
+    "add": _add,
+    "sub": _sub,
+    "mul": _mul,
+    "div": _div,
+    "neg": _neg,
+    "not": _not,
+    "select": _select,
+    "max": _max,
+    "min": _min,
+}

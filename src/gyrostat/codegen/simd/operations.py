@@ -1,0 +1,96 @@
+"""Operations as expressions of C: on one number, and on one in each lane."""
+
+from collections.abc import Sequence
+
+from gyrostat.codegen.program import Kind, Number, Operand
+
+VECTOR = {"real": "real", "integer": "integer", "logical": "mask", "bits": "bits"}
+"""Kind of number -> type of C for one in each lane; a function's name ends with it."""
+ONE = {"real": "double", "integer": "int64_t", "logical": "bool", "bits": "uint64_t"}
+"""Kind of number -> type of C for one."""
+
+INFIX = {
+    **{"add": "+", "sub": "-", "mul": "*", "div": "/", "shift_left": "<<"},
+    **{"and": "&", "or": "|", "xor": "^"},
+}
+"""Operations that C has signs for, on lanes too."""
+_COMPARED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
+BOUND = {"max": "at_least", "min": "at_most"}
+"""Operations that are simpler beside a constant."""
+_OWN_FOR_ONE = frozenset({"max", "min", "sign", "quotient", "remainder"})
+_WITHOUT_LIBRARY = frozenset({"erf_inv", "threefry"})
+"""Functions that C has for lanes only."""
+
+
+def number(constant: Number) -> str:
+    """A constant."""
+    value = constant.value
+    if constant.kind == "logical":
+        return "true" if value else "false"
+    if constant.kind == "bits":
+        return f"UINT64_C({int(value)})"
+    if constant.kind == "integer" and value == -(2**63):  # C has no literal for it
+        return "INT64_MIN"
+    if constant.kind == "integer":
+        return f"INT64_C({int(value)})"
+    if value != value:
+        return "NAN"
+    if value in (float("inf"), float("-inf")):
+        return "INFINITY" if value > 0 else "(-INFINITY)"
+    return repr(value) if value >= 0 and repr(value)[0] != "-" else f"({value!r})"
+
+
+def converted(operation: str, kind: Kind, text: str) -> str | None:
+    """A conversion of lanes; None for another operation."""
+    target = operation.removeprefix("to_")
+    if operation.startswith("as_"):
+        return f"({VECTOR[operation[3:]]}){text}"  # pyright: ignore[reportArgumentType]
+    if target == operation:
+        return None
+    if target == "word":
+        return f"(bits){text} & 0xffffffffu"
+    if target == "half":
+        return f"(integer)((bits){text} << 32) >> 32"
+    if kind == "logical" and target == "real":
+        return f"real_of_mask({text})"
+    if kind == "logical":
+        return f"({target})integer_of_mask({text})"
+    if target == "real" or kind == "real":
+        return f"{target}_of_{VECTOR[kind]}({text})"
+    return f"({target}){text}"
+
+
+def on_one(operation: str, operands: Sequence[Operand], texts: list[str]) -> str:
+    """An operation on single numbers."""
+    kind = operands[0].kind
+    if operation in ("shift_left", "shift_right"):
+        return f"({ONE[kind]})one_{operation}({', '.join(texts)})"
+    sign = INFIX.get(operation) or _COMPARED.get(operation)
+    if sign is not None:
+        return f"{texts[0]} {sign} {texts[1]}"
+    if operation == "select":
+        return f"{texts[0]} ? {texts[1]} : {texts[2]}"
+    if operation == "neg":
+        return f"-{texts[0]}"
+    if operation == "not":
+        return f"{'!' if kind == 'logical' else '~'}{texts[0]}"
+    if operation in _OWN_FOR_ONE:
+        return f"one_{operation}_{kind}({', '.join(texts)})"
+    if operation in ("to_integer", "to_bits") and kind == "real":
+        return f"one_{operation[3:]}_of_real({texts[0]})"
+    if operation == "to_word":
+        return f"(uint64_t){texts[0]} & 0xffffffffu"
+    if operation == "to_half":
+        return f"(int64_t)(int32_t){texts[0]}"
+    if operation.startswith("to_"):
+        return f"({ONE[operation[3:]]}){texts[0]}"  # pyright: ignore[reportArgumentType]
+    if operation.startswith("as_"):
+        target = ONE[operation[3:]]  # pyright: ignore[reportArgumentType]
+        return f"ONE_AS({target}, ({ONE[kind]}){texts[0]})"
+    if operation in _WITHOUT_LIBRARY:
+        lanes = ", ".join(
+            f"all_{VECTOR[o.kind]}({t})" for o, t in zip(operands, texts, strict=True)
+        )
+        return f"{operation}_{VECTOR[kind]}({lanes})[0]"
+    name = {"abs": "fabs", "finite": "isfinite"}.get(operation, operation)
+    return f"{name}({', '.join(texts)})"

@@ -1,0 +1,144 @@
+"""What is seldom needed is computed only where some lane needs it.
+
+A select computes both of its sides. Where its test asks whether two real numbers are equal, as a
+wheel's speed and zero, few lanes take the one side: all that leads to it alone becomes a branch,
+which is skipped where no lane takes it.
+"""
+
+from collections.abc import Container, Iterable, Mapping
+
+from gyrostat.codegen.dependencies import uses
+from gyrostat.codegen.program import (
+    Assign,
+    Block,
+    Branch,
+    Function,
+    Loop,
+    Name,
+    Number,
+    Operand,
+    Table,
+    statements,
+)
+
+_CHEAP = frozenset({"add", "sub", "mul", "neg", "abs", "max", "min", "sign", "select", "finite"})
+_CHEAP |= frozenset({"lt", "le", "gt", "ge", "eq", "ne", "and", "or", "xor", "not"})
+_DEAR = 10
+"""What another operation costs, in cheap ones."""
+_LEAST = 12
+"""Operations that a branch must save to be worth its test."""
+
+
+def seldom(function: Function) -> None:
+    """Move into branches, in place, what is seldom needed."""
+    moving = _Moving(function)
+    function.body = moving.block(function.body)
+
+
+class _Moving:
+    def __init__(self, function: Function) -> None:
+        assigned = (s for s in statements(function.body) if isinstance(s, Assign))
+        self._assigned: dict[Operand, Assign] = {s.target: s for s in assigned}
+        self._uses, self._results = uses(function), set(function.results)
+
+    def block(self, block: Block) -> Block:
+        """A block with branches in it."""
+        for statement in block:
+            if isinstance(statement, Loop):
+                statement.body = self.block(statement.body)
+            elif isinstance(statement, Branch):
+                statement.blocks = [self.block(inner) for inner in statement.blocks]
+        # the last first: what leads to it may hold others
+        for selects in reversed(self._groups(block)):
+            block = self._without(block, selects)
+        return block
+
+    def _groups(self, block: Block) -> list[dict[Name, Assign]]:
+        """Selects with a seldom side that are of one operation on arrays, by their targets."""
+        found: dict[int, dict[Name, Assign]] = {}
+        for statement in block:
+            if (
+                isinstance(statement, Assign)
+                and statement.operation == "select"
+                and self._is_seldom(statement.operands[0])
+            ):
+                found.setdefault(statement.target.group, {})[statement.target] = statement
+        return list(found.values())
+
+    def _is_seldom(self, test: Operand) -> bool:
+        made = self._assigned.get(test)
+        if made is None:
+            return False
+        if made.operation == "and":
+            return any(self._is_seldom(part) for part in made.operands)
+        if made.operation == "or":
+            return all(self._is_seldom(part) for part in made.operands)
+        return made.operation == "eq" and made.operands[0].kind == "real"
+
+    def _without(self, block: Block, selects: Mapping[Name, Assign]) -> Block:
+        """A block in which what only the seldom sides of selects need is a branch before them."""
+        places = {s.target: place for place, s in enumerate(block) if isinstance(s, Assign)}
+        selects = {target: s for target, s in selects.items() if target in places}
+        if not selects:  # they have moved with another
+            return block
+        first = min(places[target] for target in selects)
+        sides = dict.fromkeys(s.operands[1] for s in selects.values())
+        taken: set[Name | Table] = set(selects)
+        moved: list[Assign] = []
+        cost = 0
+        for statement in reversed(block[:first]):
+            if isinstance(statement, Assign) and self._is_own(statement, selects, sides, taken):
+                taken.add(statement.target)
+                moved.append(statement)
+                cost += 1 if statement.operation in _CHEAP else _DEAR
+        if cost < _LEAST:
+            return block
+        moved.reverse()
+        inside = {statement.target for statement in moved}
+        given = [side for side in sides if side in inside]
+        targets = [Name(side.kind, "", side.group, side.place) for side in given]
+        tests: Block = []
+        test = self._any(dict.fromkeys(s.operands[0] for s in selects.values()), tests)
+        nothing: list[Operand] = [Number(target.kind, _NOTHING[target.kind]) for target in targets]
+        for operand in (test, *given):
+            self._uses[operand].update(targets)
+        named: dict[Operand, Operand] = dict(zip(given, targets, strict=True))
+        for select in selects.values():
+            one, yes, no = select.operands
+            select.operands = (one, named.get(yes, yes), no)
+        left = [s for s in block[:first] if not isinstance(s, Assign) or s.target not in inside]
+        branch = Branch(test, [[], [*moved]], [nothing, list(given)], list(targets))
+        return [*left, *tests, branch, *block[first:]]
+
+    def _is_own(
+        self,
+        statement: Assign,
+        selects: Mapping[Name, Assign],
+        sides: Container[Operand],
+        taken: set[Name | Table],
+    ) -> bool:
+        """Whether a statement's target leads to the seldom sides of selects and nowhere else."""
+        target = statement.target
+        users = self._uses.get(target, set())
+        if not users or target in self._results or not users <= taken:
+            return False
+        direct = [select for name, select in selects.items() if name in users]
+        return not direct or (
+            target in sides and not any(target in (s.operands[0], s.operands[2]) for s in direct)
+        )
+
+    def _any(self, tests: Iterable[Operand], block: Block) -> Operand:
+        total, *others = tests
+        for other in others:
+            name = Name("logical")
+            joined = Assign(name, "or", (total, other))
+            self._assigned[name] = joined
+            self._uses[name] = set()
+            for operand in joined.operands:
+                self._uses[operand].add(name)
+            block.append(joined)
+            total = name
+        return total
+
+
+_NOTHING = {"real": 0.0, "integer": 0, "bits": 0, "logical": False}

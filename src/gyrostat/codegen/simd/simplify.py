@@ -1,0 +1,224 @@
+"""Arithmetic that a program of lanes can do without.
+
+What is computed twice is computed once, products with constant zeros and ones go, divisions by
+constants and by what does not change in a loop become products. Results may move by roundings, but
+not where a quotient is made whole, unless a loop has carried it there; comparisons may see them.
+What is multiplied by a constant zero no longer spreads its NaN or infinity, a zero may have another
+sign, and divisors beyond 2^1022 count as infinite.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+
+from gyrostat.codegen.dependencies import Needs, reached
+from gyrostat.codegen.program import (
+    Assign,
+    Block,
+    Branch,
+    Carried,
+    Fill,
+    Function,
+    Loop,
+    Name,
+    Number,
+    Operand,
+    Statement,
+    Store,
+    Table,
+    statements,
+)
+from gyrostat.codegen.simd.algebra import key, simpler
+
+_WHOLE = frozenset({"floor", "ceil", "round", "rint", "fmod", "to_integer", "to_bits"})
+_ARITHMETIC = frozenset({"add", "sub", "mul", "div", "neg", "abs", "max", "min", "sqrt"})
+_ARITHMETIC |= frozenset({"select", "element"})
+_COMMUTATIVE = frozenset({"add", "mul", "and", "or", "xor"})
+
+
+def simplify(function: Function) -> None:
+    """Simplify a function without calls, in place; what it no longer needs is still in it."""
+    assigned = [s for s in statements(function.body) if isinstance(s, Assign)]
+    divided_by = Counter(s.operands[1] for s in assigned if s.operation == "div")
+    values = _Values(divided_by, _exact(function))
+    function.body = values.block(function.body)
+    function.results = values.known_as(function.results)
+
+
+def _exact(function: Function) -> set[Name | Table]:
+    """What is made whole: there the last bit of a quotient decides, as in floor(t / step)."""
+    steps, made_whole = Needs([function]).of, []
+    for statement in statements(function.body):
+        match statement:
+            case Assign(target, operation, operands) if operation not in _ARITHMETIC:
+                del steps[target]
+                made_whole += operands if operation in _WHOLE else ()
+            case Loop(carried=carried):  # else all that a loop computes would be exact
+                for each in carried:
+                    del steps[each.name]
+    return reached(made_whole, steps)
+
+
+class _Scope:
+    """A block under way: what it has computed so far, and whether it is a loop's."""
+
+    def __init__(self, *, loops: bool = False) -> None:
+        self.made: Block = []
+        self.computed: dict[tuple[object, ...], Name] = {}
+        self.loops = loops
+
+
+class _Values:
+    def __init__(self, divided_by: Counter[Operand], exact: set[Name | Table]) -> None:
+        self._divided_by, self._exact = divided_by, exact
+        self._scopes: list[_Scope] = []
+        self._same: dict[Name, Operand] = {}
+        self._assigned: dict[Operand, Assign] = {}
+        self._depth: dict[Operand, int] = {}
+        self._filled: dict[Table, tuple[Operand, ...]] = {}
+
+    def block(self, block: Block) -> Block:
+        """A block that is no loop's."""
+        return self._blocks([block], [], loops=False)[0]
+
+    def _blocks(self, blocks: Sequence[Block], names: Sequence[Name], *, loops: bool):
+        """Blocks of which the later may read what the earlier have made; `names` are new there."""
+        scope = _Scope(loops=loops)
+        self._scopes.append(scope)
+        self._depth.update(dict.fromkeys(names, len(self._scopes)))
+        found: list[Block] = []
+        for block in blocks:
+            scope.made = []
+            for statement in block:
+                self._statement(statement)
+            found.append(scope.made)
+        self._scopes.pop()
+        return found
+
+    def known_as(self, operands: Sequence[Operand]) -> list[Operand]:
+        """What stands for each operand."""
+        return [self._same.get(o, o) if isinstance(o, Name) else o for o in operands]
+
+    def _one(self, operand: Operand) -> Operand:
+        return self.known_as([operand])[0]
+
+    def _add(self, statement: Statement, *names: Name) -> None:
+        self._scopes[-1].made.append(statement)
+        self._depth.update(dict.fromkeys(names, len(self._scopes)))
+
+    def _statement(self, statement: Statement) -> None:
+        match statement:
+            case Assign():
+                self._assign(statement)
+            case Fill(table, values):
+                statement.values = tuple(self.known_as(values))
+                self._filled[table] = statement.values
+                self._add(statement)
+            case Store():
+                statement.value = self._one(statement.value)
+                index = self._one(statement.index)
+                assert isinstance(index, Name)
+                statement.index = index
+                self._add(statement)
+            case Loop():
+                self._loop(statement)
+            case Branch():
+                self._branch(statement)
+            case _:
+                raise TypeError(f"found {type(statement).__name__}, expected it lowered in place")
+
+    def _loop(self, loop: Loop) -> None:
+        carried: list[Carried] = []
+        alike: dict[tuple[object, ...], Name] = {}
+        for each in loop.carried:
+            each.first = self._one(each.first)
+            if each.next is each.name:
+                self._same[each.name] = each.first
+                continue
+            other = alike.setdefault((key(each.first), key(each.next)), each.name)
+            if other is each.name:
+                carried.append(each)
+            else:
+                self._same[each.name] = other
+        loop.carried = carried
+        names = [each.name for each in carried]
+        blocks = (loop.test, loop.body)
+        loop.test, loop.body = self._blocks(blocks, [*names, loop.counter], loops=True)
+        for each in carried:
+            each.next = self._one(each.next)
+        if loop.goes_on is not None:
+            loop.goes_on = self._one(loop.goes_on)
+        self._add(loop, *names)
+
+    def _branch(self, branch: Branch) -> None:
+        branch.index = self._one(branch.index)
+        branch.blocks = [self.block(block) for block in branch.blocks]
+        branch.values = [self.known_as(values) for values in branch.values]
+        for target, *values in zip(branch.targets, *branch.values, strict=True):
+            # what all blocks give and none has made
+            outside = self._depth.get(values[0], 1) <= len(self._scopes)
+            if outside and len({key(value) for value in values}) == 1:
+                self._same[target] = values[0]
+        self._add(branch, *branch.targets)
+
+    def _assign(self, assign: Assign) -> None:
+        operands = self.known_as(assign.operands)
+        if assign.table is None:
+            self._same[assign.target] = self.value(assign, assign.operation, *operands)
+            return
+        values, index = self._filled.get(assign.table), operands[0]
+        if values is not None and isinstance(index, Number):
+            self._same[assign.target] = values[int(index.value)]
+            return
+        assign.operands = (index,)
+        self._add(assign, assign.target)
+
+    def value(self, of: Assign, operation: str, *operands: Operand) -> Operand:
+        """What an operation gives: a constant, something known, or a new name."""
+        found = simpler(self, of, operation, operands)
+        return self._computed(of, operation, operands) if found is None else found
+
+    def is_exact(self, of: Assign) -> bool:
+        """See `Known.is_exact`."""
+        return of.target in self._exact
+
+    def made(self, operand: Operand) -> Assign | None:
+        """See `Known.made`."""
+        return self._assigned.get(operand)
+
+    def reciprocal(self, of: Assign, divisor: Operand) -> Operand | None:
+        """See `Known.reciprocal`: of what does not change in a loop, or divides more than once."""
+        depth = self._depth.get(divisor, 1)
+        if any(scope.loops for scope in self._scopes[depth:]):
+            scope = self._scopes[depth - 1]
+        elif self._divided_by[divisor] > 1:
+            scope = self._scopes[-1]
+        else:
+            return None
+        return self._computed(of, "div", (Number("real", 1.0), divisor), scope)
+
+    def _computed(
+        self, of: Assign, operation: str, operands: Sequence[Operand], scope: _Scope | None = None
+    ) -> Name:
+        """The name of an operation on operands, computed here or already known."""
+        keys = [key(operand) for operand in operands]
+        if operation in _COMMUTATIVE:
+            keys.sort()
+            if isinstance(operands[1], Number):
+                operands = operands[::-1]
+        known = (operation, of.target.kind, *keys)
+        for each in self._scopes:
+            if known in each.computed:
+                return each.computed[known]
+            if each is scope:
+                break
+        scope = scope or self._scopes[-1]
+        # the first to be computed keeps its name
+        name = of.target
+        if name in self._assigned or operation != of.operation:
+            name = Name(of.target.kind, of.target.hint, of.target.group, of.target.place)
+        made = Assign(name, operation, tuple(operands), of.source)
+        self._assigned[name] = made
+        self._depth[name] = self._scopes.index(scope) + 1
+        scope.computed[known] = name
+        scope.made.append(made)
+        return name

@@ -1,0 +1,258 @@
+"""From a program of scalars to C in which each scalar is a vector of lanes.
+
+What does not depend on a run stays one number. A branch whose lanes differ does both of its
+blocks and selects; a loop goes on while any lane does and changes only those.
+"""
+
+from collections.abc import Sequence
+
+from gyrostat.codegen.program import (
+    Assign,
+    Block,
+    Branch,
+    Fill,
+    Loop,
+    Name,
+    Number,
+    Operand,
+    Statement,
+    Store,
+    Table,
+)
+from gyrostat.codegen.simd.operations import BOUND, INFIX, ONE, VECTOR, converted, number, on_one
+
+
+class Writer:
+    """Writes the body of a function; `lines` are those so far."""
+
+    def __init__(self, varying: set[Name | Table]) -> None:
+        self.lines: list[str] = []
+        self._varying = varying
+        self._texts: dict[Name | Table, str] = {}
+        self._kept: dict[Table, list[tuple[str, int]]] = {}
+        self._depth = 1
+        self._active: str | None = None
+
+    def parameters(self, shared: Sequence[Name], own: Sequence[Name]) -> None:
+        """Declare what all runs share, and what each has of its own."""
+        for place, name in enumerate(shared):
+            word = f"shared[{place}]"
+            if name.kind == "real":
+                word = f"ONE_AS(double, {word})"
+            self._declare(name, f"({ONE[name.kind]}){word}", constant=True)
+        for place, name in enumerate(own):
+            logical = name.kind == "logical"
+            memory = "integer" if logical else VECTOR[name.kind]
+            text = f"((const {memory}_memory *)own)[{place}]"
+            self._declare(name, f"mask_of_integer({text})" if logical else text, constant=True)
+
+    def results(self, results: Sequence[Operand]) -> None:
+        """Store results one after the other."""
+        for place, result in enumerate(results):
+            self._store("made", str(place), result)
+
+    def block(self, block: Block, kept: dict[Table, list[tuple[str, int]]]) -> None:
+        """Write statements; kept tables lie where they are told to."""
+        self._kept = kept
+        self._block(block)
+
+    def _line(self, text: str) -> None:
+        self.lines.append("    " * self._depth + text)
+
+    def _store(self, memory: str, place: str, value: Operand) -> None:
+        kind, text = VECTOR[value.kind], self._lanes(value)
+        if value.kind == "logical":
+            kind, text = "integer", f"integer_of_mask({text})"
+        self._line(f"(({kind}_memory *){memory})[{place}] = {text};")
+
+    def _new(self, thing: Name | Table) -> str:
+        self._texts[thing] = f"v{len(self._texts)}"
+        return self._texts[thing]
+
+    def _type(self, thing: Name | Table) -> str:
+        return (VECTOR if thing in self._varying else ONE)[thing.kind]
+
+    def _declare(self, name: Name, value: str, *, constant: bool) -> None:
+        const = "const " if constant else ""
+        self._line(f"{const}{self._type(name)} {self._new(name)} = {value};")
+
+    def _text(self, operand: Operand) -> str:
+        """An operand as it is: one number or lanes."""
+        if isinstance(operand, Name):
+            return self._texts[operand]
+        return number(operand)
+
+    def _lanes(self, operand: Operand) -> str:
+        """An operand in lanes."""
+        if isinstance(operand, Name) and operand in self._varying:
+            return self._texts[operand]
+        return f"all_{VECTOR[operand.kind]}({self._text(operand)})"
+
+    def _for(self, thing: Name | Table, operand: Operand) -> str:
+        """An operand as a name or table needs it."""
+        return self._lanes(operand) if thing in self._varying else self._text(operand)
+
+    def _is_one(self, *operands: Operand) -> bool:
+        return not any(operand in self._varying for operand in operands)
+
+    def _block(self, block: Block) -> None:
+        for statement in block:
+            self._statement(statement)
+
+    def _statement(self, statement: Statement) -> None:
+        match statement:
+            case Assign(target):
+                self._declare(target, self._made(statement), constant=True)
+            case Fill(table, values):
+                every = ", ".join(self._for(table, value) for value in values)
+                kind = self._type(table)
+                self._line(f"const {kind} {self._new(table)}[{table.size}] = {{{every}}};")
+            case Store(table, index, width, offset, value):
+                place = f"{self._text(index)} * {width} + {offset}"
+                if table.kept:
+                    for memory, first in self._kept[table]:
+                        if memory == "asked":
+                            self._line("if (asked)")
+                        self._store(memory, f"{first} + {place}", value)
+                else:
+                    self._line(f"{self._texts[table]}[{place}] = {self._for(table, value)};")
+            case Loop():
+                self._loop(statement)
+            case Branch():
+                self._branch(statement)
+            case _:
+                raise TypeError(f"found {type(statement).__name__}, expected it lowered in place")
+
+    def _made(self, statement: Assign) -> str:
+        target, operation, operands = statement.target, statement.operation, statement.operands
+        if statement.table is not None:
+            return self._element(statement.table, operands[0])
+        if target not in self._varying:
+            return on_one(operation, operands, [self._text(o) for o in operands])
+        if operation == "select":
+            test, yes, no = operands
+            if self._is_one(test):
+                return f"{self._text(test)} ? {self._lanes(yes)} : {self._lanes(no)}"
+            made = ", ".join(self._lanes(operand) for operand in operands)
+            return f"select_{VECTOR[target.kind]}({made})"
+        if operation in INFIX and operands[0].kind != "logical":
+            # a number beside lanes counts for each of them
+            return f" {INFIX[operation]} ".join(self._text(operand) for operand in operands)
+        if operation in BOUND and target.kind == "real":
+            for one, other in (operands, operands[::-1]):
+                if isinstance(one, Number) and one.value == one.value:
+                    return f"{BOUND[operation]}({self._text(one)}, {self._lanes(other)})"
+        texts = [self._lanes(operand) for operand in operands]
+        if operation == "shift_right":
+            return f"({VECTOR[target.kind]})((bits){texts[0]} >> (bits){texts[1]})"
+        if operation in ("neg", "not") and operands[0].kind != "logical":
+            return f"{'-' if operation == 'neg' else '~'}{texts[0]}"
+        return converted(operation, operands[0].kind, texts[0]) or (
+            f"{operation}_{VECTOR[operands[0].kind]}({', '.join(texts)})"
+        )
+
+    def _element(self, table: Table, index: Operand) -> str:
+        name = self._texts[table]
+        if self._is_one(index):
+            return f"{name}[{self._text(index)}]"
+        place = self._texts[index]  # pyright: ignore[reportArgumentType]
+        picked, varies = f"{name}[{place}[lane]]", table in self._varying
+        if table.kind == "logical":
+            picked = f"lane_of({picked}, lane)" if varies else picked
+            made = f"picked = with_lane(picked, lane, {picked})"
+        else:
+            made = f"picked[lane] = {picked}{'[lane]' if varies else ''}"
+        return f"({{ {VECTOR[table.kind]} picked = {{0}}; EACH {made}; picked; }})"
+
+    def _carry_in(self, loop: Loop) -> None:
+        for each in loop.carried:
+            self._declare(each.name, self._for(each.name, each.first), constant=False)
+        for table in loop.stacked:
+            if not table.kept:
+                self._line(f"{self._type(table)} {self._new(table)}[{table.size}];")
+
+    def _loop(self, loop: Loop) -> None:
+        self._carry_in(loop)
+        counter, before = self._new(loop.counter), self._active
+        alive = None
+        if loop.goes_on is None:
+            self._line(f"for (int64_t {counter} = 0; {counter} < {loop.count}; ++{counter}) {{")
+        else:
+            if loop.goes_on in self._varying:
+                alive = f"alive_{counter}"
+                self._line(f"mask {alive} = {before or 'all_mask(true)'};")
+            self._line("for (;;) {")
+        self._depth += 1
+        if loop.goes_on is not None:
+            self._block(loop.test)
+            goes_on = self._text(loop.goes_on)
+            if alive is None:
+                self._line(f"if (!{goes_on}) break;")
+            else:
+                self._line(f"{alive} = and_mask({alive}, {goes_on});")
+                self._line(f"if (!any({alive})) break;")
+                self._active = alive
+        self._block(loop.body)
+        self._carry(loop, alive)
+        self._active = before
+        self._depth -= 1
+        self._line("}")
+
+    def _carry(self, loop: Loop, alive: str | None) -> None:
+        changing = {each.name for each in loop.carried}
+        moved = []
+        for each in loop.carried:
+            if each.next is each.name:
+                continue
+            after, name = self._for(each.name, each.next), self._text(each.name)
+            if each.next in changing:
+                self._line(f"const {self._type(each.name)} next_{name} = {after};")
+                after = f"next_{name}"
+            if each.name in self._varying and alive is not None:
+                after = f"select_{VECTOR[each.name.kind]}({alive}, {after}, {name})"
+            moved.append(f"{name} = {after};")
+        for text in moved:
+            self._line(text)
+
+    def _branch(self, branch: Branch) -> None:
+        # what the first empty block gives needs no test
+        empty = next((k for k, block in enumerate(branch.blocks) if not block), None)
+        for k, target in enumerate(branch.targets):
+            text = "{0}" if empty is None else self._for(target, branch.values[empty][k])
+            self._line(f"{self._type(target)} {self._new(target)} = {text};")
+        last = len(branch.blocks) - 1
+        one, before = self._is_one(branch.index), self._active
+        for case, block in enumerate(branch.blocks):
+            if case == empty:
+                continue
+            here = self._case(branch.index, case, last)
+            if one:
+                self._line(f"if ({here}) {{")
+            else:
+                name = f"here_{len(self.lines)}"
+                here = f"and_mask({before}, {here})" if before else here
+                self._line(f"const mask {name} = {here};")
+                test = f"any({name})"
+                self._line(f"if ({test if empty is None else f'SELDOM({test})'}) {{")
+                self._active = name
+            self._depth += 1
+            self._block(block)
+            for target, value in zip(branch.targets, branch.values[case], strict=True):
+                name = self._text(target)
+                text = self._for(target, value)
+                if not one and target in self._varying:
+                    text = f"select_{VECTOR[target.kind]}({self._active}, {text}, {name})"
+                self._line(f"{name} = {text};")
+            self._active = before
+            self._depth -= 1
+            self._line("}")
+
+    def _case(self, index: Operand, case: int, last: int) -> str:
+        """Test of C for one of several blocks."""
+        text, one = self._text(index), self._is_one(index)
+        if index.kind == "logical":
+            return text if case else f"{'!' if one else 'not_mask'}({text})"
+        if one:
+            return f"{text} {'<=' if case == 0 else '>=' if case == last else '=='} {case}"
+        compared = "le" if case == 0 else "ge" if case == last else "eq"
+        return f"{compared}_{index.kind}({text}, all_{index.kind}({case}))"

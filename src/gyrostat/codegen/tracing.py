@@ -1,0 +1,173 @@
+"""From a function to its jaxpr and the Python lines it comes from.
+
+Whatever JAX does not promise to keep is used in this module and in no other: the primitives' names
+and parameters are met in `primitives`, `lower` and `control_flow`, and are only read there.
+"""
+
+import os
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from jax.extend.core import ClosedJaxpr
+
+from gyrostat.codegen.source import NOWHERE, Source, in_library, refused, source, source_at
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+
+_OWN = str(Path(__file__).parent) + os.sep
+_CALLS = {
+    "jit": "jaxpr",
+    "pjit": "jaxpr",
+    "closed_call": "call_jaxpr",
+    "custom_jvp_call": "call_jaxpr",
+    "custom_vjp_call": "call_jaxpr",
+}
+"""Primitives that only call another jaxpr -> the parameter that holds it."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A traced function.
+
+    Attributes:
+        jaxpr: its operations, a `jax.extend.core.ClosedJaxpr`.
+        results: what it returns, with shapes in place of arrays.
+    """
+
+    jaxpr: Any
+    results: Any
+
+
+def as_arrays(tree: Any) -> Any:
+    """A tree with every number as an array, so that none is compiled in.
+
+    Raises:
+        InputError: a leaf is no number.
+    """
+    try:
+        return jax.tree.map(jnp.asarray, tree)
+    except TypeError as error:
+        reason = str(error).splitlines()[0]
+        raise InputError(f"tree: found a leaf that is no number ({reason})") from None
+
+
+def trace(function: Callable[..., Any], arguments: Sequence[Any], name: str) -> Trace:
+    """Trace a function twice and see that it is a function.
+
+    Args:
+        function: of trees of arrays, to a tree of arrays.
+        arguments: examples of its arguments.
+        name: for messages.
+
+    Raises:
+        InputError: it needs values where only shapes are known, as a shape or a Python `if` that
+            depends on data does; it has a side effect; it differs from one call to the next.
+    """
+    arguments = as_arrays(tuple(arguments))
+    found = []
+    for _ in range(2):
+        try:
+            with jax.checking_leaks():
+                # a function object of its own: JAX would else remember the first trace
+                traced, results = jax.make_jaxpr(
+                    lambda *given: as_arrays(function(*given)), return_shape=True
+                )(*arguments)
+        except InputError:
+            raise
+        except Exception as error:
+            raise InputError(f"{_raised_at(error) or name}: {_reason(error)}") from error
+        found.append(Trace(traced, results))
+    refuse_effects(found[0].jaxpr.jaxpr, NOWHERE)
+    first, second = (str(trace.jaxpr) for trace in found)
+    if first != second:
+        raise InputError(
+            f"{name}: found another trace in its second call, expected no side effect: state is "
+            "an argument and a result"
+        )
+    return found[0]
+
+
+def refuse_effects(jaxpr: Any, called_at: Source) -> None:
+    """Refuse callbacks, prints and the like, with the line of the first.
+
+    Args:
+        jaxpr: what to look through.
+        called_at: line that stands for what a library does.
+
+    Raises:
+        InputError: as said.
+    """
+    for equation in jaxpr.eqns:
+        if equation.effects:
+            where = source(equation, called_at)
+            for inner in inner_jaxprs(equation):
+                refuse_effects(inner, where)
+            what = "an effect on the outside"
+            raise refused(equation, where, what, "none: flight code has no Python")
+
+
+def inner_jaxprs(equation: Any) -> list[Any]:
+    """The jaxprs among an equation's parameters, without their constants."""
+    every = []
+    for value in equation.params.values():
+        for item in value if isinstance(value, tuple | list) else (value,):
+            inner = getattr(item, "jaxpr", item)
+            if hasattr(inner, "eqns"):
+                every.append(inner)
+    return every
+
+
+def called(equation: Any) -> Any | None:
+    """The closed jaxpr that an equation only calls; None where it does something itself."""
+    parameter = _CALLS.get(equation.primitive.name)
+    inner = equation.params.get(parameter)
+    if inner is None or not hasattr(inner, "consts"):
+        return None
+    return inner
+
+
+def closed(jaxpr: Any, constants: Sequence[Any]) -> Any:
+    """A jaxpr with its constants."""
+    return ClosedJaxpr(jaxpr, constants)
+
+
+def own_function(equation: Any, inner: Any) -> str | None:
+    """Name of a jitted function that is not one of the libraries' own; None for those."""
+    if equation.primitive.name not in ("jit", "pjit"):
+        return None
+    where = getattr(getattr(inner.jaxpr, "debug_info", None), "func_src_info", None) or ""
+    file = where.partition(" at ")[2].rpartition(":")[0]
+    if not file or in_library(file):
+        return None
+    name = str(equation.params["name"]).strip("_")
+    return name if name.isidentifier() else None
+
+
+def constant(atom: Any) -> Any | None:
+    """The value of a literal; None for a variable."""
+    return getattr(atom, "val", None)
+
+
+def _raised_at(error: BaseException) -> Source | None:
+    places = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if not in_library(frame.filename) and not frame.filename.startswith(_OWN)
+    ]
+    return source_at(places[-1].filename, places[-1].lineno or 0) if places else None
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, jax.errors.NonConcreteBooleanIndexError):
+        return "found a shape that depends on data, expected shapes known beforehand"
+    if isinstance(error, jax.errors.JAXTypeError):
+        return (
+            "found Python that needs the value of an input (a shape, an index or an `if`), "
+            "expected shapes known beforehand and `jnp.where` or `jax.lax.cond`"
+        )
+    if isinstance(error, jax.errors.UnexpectedTracerError) or "Leaked" in str(error):
+        return "found a value kept from an earlier call, expected no side effect"
+    return f"found {type(error).__name__} ({str(error).splitlines()[0]}), expected a traceable step"

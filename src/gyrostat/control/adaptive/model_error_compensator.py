@@ -1,0 +1,201 @@
+"""The model error compensator (MEC): keeps a plant beside a nominal model of it."""
+
+from functools import partial
+from typing import Any, NamedTuple, Protocol
+
+import equinox as eqx
+import numpy as np
+from gyrostat.core.arrays import Scalar
+from jaxtyping import Array, Bool, Float
+
+from gyrostat.control.adaptive.frit import FritMemory, Gain, OnlineFrit, SampledModel, Signal
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp, ravel_pytree
+from gyrostat.core.validation import check_parts
+
+
+class Compensation(NamedTuple):
+    """What a compensator did at a sample.
+
+    Attributes:
+        nominal_input: (n,) of the law alone.
+        model_error: (n,) output of the nominal model less that of the plant.
+        gain: (n, n) in use.
+    """
+
+    nominal_input: Signal
+    model_error: Signal
+    gain: Gain
+
+    @classmethod
+    def none(cls, nominal_input: Signal) -> "Compensation":
+        """Of a law on its own."""
+        count = nominal_input.shape[0]
+        return cls(nominal_input, jnp.zeros(count), jnp.zeros((count, count)))
+
+
+class Law(Protocol):
+    """A control law that a compensator can add to: y out of measurements, u into commands."""
+
+    def start(self, period: Scalar) -> Any:
+        """Memory before the first measurement."""
+        ...
+
+    def observe(self, memory: Any, measurement: Any) -> tuple[Any, Signal]:
+        """The new memory; the output y, (n,)."""
+        ...
+
+    def nominal_input(self, output: Signal) -> Signal:
+        """Input, (n,), that the law wants."""
+        ...
+
+    def command(
+        self, memory: Any, measurement: Any, input: Signal, compensation: Compensation
+    ) -> Any:
+        """The plant's command for an input; it may record what the compensator did."""
+        ...
+
+
+class Integrators(eqx.Module):
+    """y' = u on each channel."""
+
+    def start(self, output: Signal) -> Signal:
+        """At an output."""
+        return output
+
+    def __call__(self, state: Signal, input: Signal, period: Scalar) -> Signal:
+        """After one period of held input."""
+        return state + period * input
+
+    def output(self, state: Signal) -> Signal:
+        """The state."""
+        return state
+
+
+class CompensatorMemory(NamedTuple):
+    """What a compensator remembers.
+
+    Attributes:
+        law: of its law.
+        model: state of the nominal model.
+        tuning: of the gain; None where it is fixed.
+        begun: whether a first measurement has come.
+        period: of control, s.
+    """
+
+    law: Any
+    model: Any
+    tuning: FritMemory | None
+    begun: Bool[Array, ""]
+    period: Scalar
+
+
+def _own_loop(model: SampledModel, gain: Gain, period: float) -> Float[Array, "x x"]:
+    """A - B K C of a model's own A, B and C at rest, over all of its state."""
+    zero = jnp.zeros(gain.shape[-1])
+    state, whole = ravel_pytree(model.start(zero))
+
+    def step(state, input):
+        return ravel_pytree(model(whole(state), input, period))[0]
+
+    carry, drive = jax.jacfwd(step, argnums=(0, 1))(state, zero)
+    return carry - drive @ gain @ jax.jacfwd(lambda state: model.output(whole(state)))(state)
+
+
+class ModelErrorCompensator(eqx.Module):
+    """u = u_n + K (y_n - y): the law's input u_n, driven through a nominal model, gives y_n.
+
+    Endo, Sekiguchi and Nonaka, (13) and (14); H. Okajima and others, "A design method of
+    compensator to minimize model error", 2013. The model is driven by u_n alone, which the law
+    makes from the plant's own output. What the plant adds to its input is then answered with
+    nearly its opposite, the slower the smaller K is: on integrating models K is the rate of an
+    integral action, 1/s. A controller of the loop.
+
+    Attributes:
+        law: gives output, nominal input and command.
+        model: nominal, input to output. It starts at the first measured output.
+        gain: (n, n) K, fixed; not used where a tuner is given.
+        tuner: that gives the gain on line; None for none.
+    """
+
+    law: Law
+    model: SampledModel
+    gain: Float[Array, "n n"]
+    tuner: OnlineFrit | None = None
+
+    def check(self) -> None:
+        """Refuse what law, model and tuner refuse, and a gain that is no finite square matrix."""
+        check_parts(self.law, self.model, self.tuner)
+        gain = np.asarray(self.gain, dtype=float)
+        square = gain.ndim >= 2 and gain.shape[-1] == gain.shape[-2]
+        if not square or not np.all(np.isfinite(gain)):
+            raise InputError(
+                f"compensator gain: found {gain.tolist()}, expected a finite square matrix"
+            )
+
+    def check_period(self, period: float) -> None:
+        """Refuse a gain with which the compensator itself is unstable at a control period.
+
+        On a plant that is the model, the difference to the model obeys x+ = (A - B K C) x; on
+        integrators the gain must stay below 2 over the period.
+
+        Args:
+            period: s.
+
+        Raises:
+            InputError: its spectral radius is above 1.
+        """
+        gains = jnp.asarray(self.gain, dtype=float)
+        own_loop = partial(_own_loop, period=period)
+        if gains.ndim > 2:
+            # those of a batch, whose models have the same leading axis
+            own_loop = eqx.filter_vmap(own_loop, in_axes=(eqx.if_array(0), 0))
+        loops = np.asarray(own_loop(self.model, gains))
+        for gain, loop in zip(
+            gains.reshape(-1, *gains.shape[-2:]), loops.reshape(-1, *loops.shape[-2:]), strict=True
+        ):
+            radius = float(np.max(np.abs(np.linalg.eigvals(loop))))
+            if radius > 1.0 + 1e-9:
+                raise InputError(
+                    f"compensator gain: found {np.asarray(gain).tolist()} at a control period of "
+                    f"{period:g} s, with which the compensator diverges (factor {radius:.4g} a "
+                    f"period); on integrators it must be below {2.0 / period:g} 1/s"
+                )
+
+    def start(self, period: Scalar) -> CompensatorMemory:
+        """Memory before the first measurement."""
+        zero = jnp.zeros(jnp.shape(self.gain)[-1])
+        return CompensatorMemory(
+            law=self.law.start(period),
+            model=self.model.start(zero),
+            tuning=None if self.tuner is None else self.tuner.start(zero),
+            begun=jnp.array(False),
+            period=jnp.asarray(period, dtype=float),
+        )
+
+    def _begun(self, memory: CompensatorMemory, output: Signal) -> CompensatorMemory:
+        fresh = memory._replace(
+            model=self.model.start(output),
+            tuning=None if self.tuner is None else self.tuner.start(output),
+            begun=jnp.array(True),
+        )
+        return jax.tree.map(lambda old, new: jnp.where(memory.begun, old, new), memory, fresh)
+
+    def __call__(
+        self, memory: CompensatorMemory, measurement: Any
+    ) -> tuple[CompensatorMemory, Any]:
+        """Command."""
+        law, output = self.law.observe(memory.law, measurement)
+        memory = self._begun(memory, output)
+        nominal = self.law.nominal_input(output)
+        error = self.model.output(memory.model) - output
+        tuning = memory.tuning
+        gain = jnp.asarray(self.gain) if tuning is None else tuning.gain
+        input = nominal + gain @ error
+        if self.tuner is not None and tuning is not None:
+            tuning = self.tuner(
+                tuning, error=error, input=input, output=output, period=memory.period
+            )
+        command = self.law.command(law, measurement, input, Compensation(nominal, error, gain))
+        model = self.model(memory.model, nominal, memory.period)
+        return memory._replace(law=law, model=model, tuning=tuning), command

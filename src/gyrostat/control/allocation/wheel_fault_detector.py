@@ -1,0 +1,130 @@
+"""What the wheels lose of their commanded torque: drag to make up for, or a failure."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import numpy as np
+from gyrostat.core.arrays import PerWheel, Scalar
+from jaxtyping import Array, Bool
+
+from gyrostat.control.allocation.allocation import Working
+from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.validation import require
+from gyrostat.wheel.array import listed
+
+
+class WheelWatchMemory(NamedTuple):
+    """Between two samples.
+
+    Attributes:
+        momentum: (wheels,) absolute momentum of the rotors at the last sample, N·m·s.
+        torque: (delay + 1, wheels) commanded at the last samples, the oldest first, N·m.
+        drag: (wheels,) slow mean of what was lost, N·m.
+        lost: (wheels,) quick mean of what was lost, N·m.
+        works: (wheels,) which wheels are taken to work.
+        begun: whether there was a sample.
+    """
+
+    momentum: PerWheel
+    torque: Sent
+    drag: PerWheel
+    lost: PerWheel
+    works: Working
+    begun: Bool[Array, ""]
+
+
+class WheelWatch(eqx.Module):
+    """Two low passes of (commanded torque - change of the rotor's momentum), one for each use.
+
+    The slow one is the drag of the bearing, to be added to the next command. The quick one tells a
+    wheel whose motor does not answer, or whose rotor seizes: beyond `failure_torque` it is taken to
+    have failed, for good. That must be above what bearings take, and below what is commanded at
+    times: the drag that is made up for raises the command to a dead motor until it is told. A wheel
+    whose speed is not measured is neither judged nor corrected.
+
+    Attributes:
+        drag_time: of the slow low pass, s.
+        failure_time: of the quick one, s.
+        failure_torque: (wheels,) or one for all, N·m; infinite: failures are only told.
+        told: (wheels,) or one for all: when the wheel is told to have failed, s; infinite: never.
+        delay: control periods from a sample to the start of its command, see
+            `gyrostat.simulation.simulate`; a delay that is not told is taken for a loss of torque.
+    """
+
+    drag_time: Scalar = 10.0
+    failure_time: Scalar = 5.0
+    failure_torque: PerWheel | float = eqx.field(converter=listed, default=np.inf)
+    told: PerWheel | float = eqx.field(converter=listed, default=np.inf)
+    delay: int = eqx.field(static=True, default=0)
+
+    def check(self) -> None:
+        """Refuse what is no time or torque.
+
+        Raises:
+            InputError: a time constant or torque that is not above 0, a time that is no number, a
+                delay below 0.
+        """
+        require("drag time", self.drag_time, "s", positive=True)
+        require("failure time", self.failure_time, "s", positive=True)
+        # comparisons with NaN are false
+        if not np.all(np.asarray(self.failure_torque) > 0.0):
+            raise InputError(
+                f"failure torque: found {self.failure_torque}, expected above 0 N·m in every wheel"
+            )
+        if np.any(np.isnan(np.asarray(self.told))):
+            raise InputError("time at which a failure is told: found NaN, expected s")
+        check_delay(self.delay)
+
+    def start(self, count: int) -> WheelWatchMemory:
+        """Nothing measured yet, all wheels working."""
+        none = jnp.zeros(count)
+        torque = nothing_sent(self.delay, count)
+        return WheelWatchMemory(none, torque, none, none, none == 0.0, jnp.array(False))
+
+    def commanded(self, memory: WheelWatchMemory, torque: PerWheel) -> WheelWatchMemory:
+        """Take in what is commanded at this sample, (wheels,), N·m."""
+        return memory._replace(torque=sent_too(memory.torque, torque))
+
+    def missed(self, memory: WheelWatchMemory, torque: PerWheel) -> WheelWatchMemory:
+        """Memory after a sample that is missing: the next one is not compared with an older one.
+
+        Args:
+            memory: from the last sample.
+            torque: (wheels,) that is sent, N·m.
+        """
+        return self.commanded(memory, torque)._replace(begun=jnp.array(False))
+
+    def __call__(
+        self,
+        memory: WheelWatchMemory,
+        momentum: PerWheel,
+        measured: Bool[Array, " wheels"],
+        limit: PerWheel,
+        time: Scalar,
+        period: Scalar,
+    ) -> WheelWatchMemory:
+        """Take in a sample.
+
+        Args:
+            memory: from the last sample, with the torques commanded up to there.
+            momentum: (wheels,) of the rotors, inertia times their speed in space, N·m·s.
+            measured: (wheels,) which of these are measured.
+            limit: (wheels,) of the torques, N·m: no drag beyond half of it is made up for.
+            time: of the sample, s.
+            period: since the last one, s.
+        """
+        lost = memory.torque[0] - (momentum - memory.momentum) / period
+        judged = memory.begun & measured
+
+        def passed(mean: PerWheel, constant: Scalar) -> PerWheel:
+            share = period / (constant + period)
+            return mean + share * jnp.where(judged, lost - mean, 0.0)
+
+        quick = passed(memory.lost, self.failure_time)
+        failed = (jnp.abs(quick) > self.failure_torque) | (jnp.asarray(self.told) <= time)
+        works = memory.works & ~failed
+        drag = jnp.clip(passed(memory.drag, self.drag_time), -limit / 2.0, limit / 2.0)
+        drag = jnp.where(works, drag, 0.0)
+        return WheelWatchMemory(momentum, memory.torque, drag, quick, works, jnp.array(True))

@@ -1,0 +1,120 @@
+"""Proportional, integral and derivative action on the attitude of one axis."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from gyrostat.core.arrays import Scalar
+from jaxtyping import Array, Float
+
+from gyrostat.control.attitude.command import CurrentCommand
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.validation import check_parts, require
+
+
+class PIDMemory(NamedTuple):
+    """Between two samples.
+
+    Attributes:
+        integral: of the attitude error, rad·s.
+        period: control period, s.
+    """
+
+    integral: Float[Array, ""]
+    period: Scalar
+
+
+class AttitudePID(eqx.Module):
+    """Wheel torque K_p e + K_i (sum of e T) + K_d Ω, with e the attitude minus its reference.
+
+    A positive wheel torque pushes the table back, so positive gains are stable. The derivative is
+    the measured rate; the sum includes the present sample. The sum stands still while the torque is
+    beyond its limit and the error would drive it further (anti-windup); a controller with a limit
+    of its own behind the law tells it by `within_limit`.
+
+    Attributes:
+        proportional: K_p, N·m/rad.
+        integral: K_i, N·m/(rad·s).
+        derivative: K_d, N·m·s/rad.
+        torque_limit: N·m.
+        reference: attitude to hold, rad.
+    """
+
+    proportional: Scalar
+    integral: Scalar
+    derivative: Scalar
+    torque_limit: Scalar = np.inf
+    reference: Scalar = 0.0
+
+    def check(self) -> None:
+        """Refuse gains that are not finite or of absurd size, by `InputError`."""
+        for name, unit in (
+            ("proportional", "N·m/rad"),
+            ("integral", "N·m/(rad·s)"),
+            ("derivative", "N·m·s/rad"),
+        ):
+            require(f"size of the {name} gain", np.abs(getattr(self, name)), unit)
+
+    def start(self, period: Scalar) -> PIDMemory:
+        """Nothing summed up yet."""
+        return PIDMemory(jnp.array(0.0), period)
+
+    def __call__(self, memory: PIDMemory, measurement: Any) -> tuple[PIDMemory, Float[Array, ""]]:
+        """The demanded wheel torque, N·m.
+
+        Args:
+            memory: from the last sample.
+            measurement: has `attitude`, rad, and `rate`, rad/s.
+        """
+        error = measurement.attitude - self.reference
+        summed = memory.integral + error * memory.period
+        rest = self.proportional * error + self.derivative * measurement.rate
+        torque = rest + self.integral * summed
+        winds_up = (jnp.abs(torque) > self.torque_limit) & (torque * self.integral * error > 0.0)
+        summed = jnp.where(winds_up, memory.integral, summed)
+        torque = jnp.clip(rest + self.integral * summed, -self.torque_limit, self.torque_limit)
+        return PIDMemory(summed, memory.period), torque
+
+    def within_limit(self, before: PIDMemory, after: PIDMemory, cut: Scalar) -> PIDMemory:
+        """Take back a step of the sum that drives further what a limit behind the law cuts off.
+
+        Args:
+            before: memory before the sample.
+            after: memory after it.
+            cut: what the limit took from the command, in any unit.
+        """
+        further = cut * self.integral * (after.integral - before.integral) > 0.0
+        return after._replace(integral=jnp.where(further, before.integral, after.integral))
+
+
+class CurrentMode(eqx.Module):
+    """The attitude law alone: demanded torque over motor constant.
+
+    Carrara and Kuga, section "Torque mode control".
+
+    Attributes:
+        law: gives the demanded wheel torque.
+        motor_constant: as the controller knows it, N·m/A.
+        current_limit: A.
+    """
+
+    law: AttitudePID
+    motor_constant: Scalar
+    current_limit: Scalar = np.inf
+
+    def check(self) -> None:
+        """Refuse a motor constant that is not positive, and what the law refuses."""
+        require("motor_constant", self.motor_constant, "N·m/A", positive=True)
+        check_parts(self.law)
+
+    def start(self, period: Scalar) -> PIDMemory:
+        """Memory of the law."""
+        return self.law.start(period)
+
+    def __call__(self, memory: PIDMemory, measurement: Any) -> tuple[PIDMemory, CurrentCommand]:
+        """Command a current."""
+        after, torque = self.law(memory, measurement)
+        current = torque / self.motor_constant
+        limited = jnp.clip(current, -self.current_limit, self.current_limit)
+        memory = self.law.within_limit(memory, after, current - limited)
+        return memory, CurrentCommand(limited, current, jnp.zeros_like(current))

@@ -1,0 +1,123 @@
+"""State feedback of attitude and rate, linear or state-dependent, by any number of wheels."""
+
+from dataclasses import replace
+from typing import Any, NamedTuple, Self
+
+import equinox as eqx
+import numpy as np
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar
+from jaxtyping import Array, Bool, Float
+
+from gyrostat.control.allocation.working_wheels import SPAN
+from gyrostat.control.design.factorisations import MRPBody
+from gyrostat.control.design.riccati import RiccatiSolution, riccati
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.linear import inverse_definite
+from gyrostat.core.rotations import check_unit
+from gyrostat.core.validation import check_parts, require
+from gyrostat.spacecraft import Spacecraft
+
+_solved = jax.jit(riccati)
+"""Compiled as a whole also where a linear law is designed outside of any other compiled code."""
+
+
+class RegulatorCommand(NamedTuple):
+    """What a regulator commands.
+
+    Attributes:
+        torque: (wheels,) of the motors, N·m.
+        residual: of the Riccati equation behind it, see `RiccatiSolution`.
+        valid: whether that equation was solved.
+    """
+
+    torque: PerWheel
+    residual: Scalar
+    valid: Bool[Array, ""]
+
+    UNITS = {"torque": "N·m", "residual": "1"}  # noqa: RUF012
+
+
+class AttitudeRegulator(eqx.Module):
+    """u = -R^-1 B' P x of the Riccati equation, shared among the wheels by the pseudo-inverse.
+
+    x = (sigma, w) of `MRPBody`, Q = diag(q_s, q_s, q_s, q_w, q_w, q_w), R = r 1. A and B are those
+    at the state and with the wheels' momentum, and the equation is solved at each sample (SDRE;
+    Carvalho and Fenili, eqs. (11), (12)); with `linear`, those at rest at the target with wheels at
+    rest, once (LQR). It knows nothing of lost wheels, drag or external torques.
+
+    The target is taken to be at rest. Behind one that turns at a constant rate W about a principal
+    axis of inertia J the body stays by 4 atan(W sqrt((q_w + J sqrt(q_s r) / 2) / q_s)) rad: there
+    the torque of the attitude, sqrt(q_s / r) tan(angle / 4), makes up for that of the rate,
+    sqrt((q_w + J sqrt(q_s r) / 2) / r) W. This is the linear law without momentum in the wheels.
+
+    Attributes:
+        spacecraft: as the controller knows it.
+        target: (4,) quaternion, scalar first.
+        attitude_weight: q_s, of the modified Rodrigues parameters, a quarter of a small angle.
+        rate_weight: q_w, s²/rad².
+        torque_weight: r, 1/(N·m)².
+        gain: (3, 6) of the linear law, N·m and N·m·s/rad; None: the law depends on the state.
+    """
+
+    spacecraft: Spacecraft
+    target: Quaternion
+    attitude_weight: Scalar = 16.0
+    rate_weight: Scalar = 16.0
+    torque_weight: Scalar = 1.0
+    gain: Float[Array, "3 6"] | None = None
+
+    def linear(self) -> Self:
+        """The linear law of the same weights."""
+        solution = self._solve(jnp.zeros(6), 0.0)
+        # what has no solution shall not fly: a NaN ends the run
+        return replace(self, gain=jnp.where(solution.valid, solution.gain, jnp.nan))
+
+    def check(self) -> None:
+        """Refuse weights that are not positive, no attitude, or wheels that do not span space.
+
+        Raises:
+            InputError: as said, or no spacecraft.
+        """
+        check_parts(self.spacecraft)
+        check_unit(self.target)
+        require("attitude weight", self.attitude_weight, positive=True)
+        require("rate weight", self.rate_weight, "s²/rad²", positive=True)
+        require("torque weight", self.torque_weight, "1/(N·m)²", positive=True)
+        axes = np.asarray(self.spacecraft.wheels.axes, dtype=float)
+        if np.min(np.linalg.matrix_rank(axes, tol=SPAN)) < 3:
+            raise InputError(
+                "attitude regulator: found wheels that do not span space, expected them to"
+            )
+
+    def start(self, period: Scalar) -> tuple[()]:
+        """Nothing to remember."""
+        return ()
+
+    def _solve(self, state: Float[Array, "6"], momentum: Any) -> RiccatiSolution:
+        dynamics, input = MRPBody(jnp.asarray(self.spacecraft.inertia))(state, momentum)
+        each = jnp.ones(3)
+        weight = jnp.concatenate([self.attitude_weight * each, self.rate_weight * each])
+        return _solved(dynamics, input, jnp.diag(weight), jnp.diag(self.torque_weight * each))
+
+    def __call__(self, memory: tuple[()], measurement: Any) -> tuple[tuple[()], RegulatorCommand]:
+        """Command the wheels.
+
+        Args:
+            memory: none.
+            measurement: has `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed` (wheels,)
+                relative to the body, rad/s.
+        """
+        wheels, rate = self.spacecraft.wheels, measurement.rate
+        axes = jnp.asarray(wheels.axes)
+        body = MRPBody(jnp.asarray(self.spacecraft.inertia))
+        state = body.state(measurement.attitude, rate, self.target)
+        if self.gain is None:
+            momentum = axes @ (wheels.inertia * (measurement.wheel_speed + axes.T @ rate))
+            _, gain, residual, valid = self._solve(state, momentum)
+        else:
+            gain, residual, valid = self.gain, jnp.zeros(()), jnp.array(True)
+        torque = jnp.sum(jnp.asarray(gain) * state, axis=1)
+        # what the wheels take the body loses: A m = K x, by the least sum of squares
+        share = axes.T @ inverse_definite(axes @ axes.T)
+        return memory, RegulatorCommand(share @ torque, residual, valid)

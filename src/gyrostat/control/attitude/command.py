@@ -1,0 +1,24 @@
+"""What a controller of a wheel's current commands."""
+
+from typing import NamedTuple
+
+from gyrostat.core.arrays import Scalar
+
+
+class CurrentCommand(NamedTuple):
+    """A motor current and the two parts that it is the sum of, before its limit.
+
+    In the histories of a run with a command delay the current stands at the time from which it
+    acts, its parts at the sample that they were made at.
+
+    Attributes:
+        current: of the motor, A.
+        attitude_current: for the torque that the attitude law demands, A.
+        friction_current: for the friction that is expected, A.
+    """
+
+    current: Scalar
+    attitude_current: Scalar
+    friction_current: Scalar
+
+    UNITS = {"current": "A", "attitude_current": "A", "friction_current": "A"}  # noqa: RUF012

@@ -1,0 +1,132 @@
+"""A loop closed on estimates: any controller of a spacecraft behind an attitude filter."""
+
+from collections import namedtuple
+from functools import cache
+from typing import Any, NamedTuple
+
+import equinox as eqx
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+
+from gyrostat.control.missing_sample import predicted
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.validation import check_parts, check_period
+from gyrostat.estimation import AttitudeEstimate, AttitudeFilter
+from gyrostat.spacecraft import SpacecraftMeasurement
+
+
+class _Estimated(NamedTuple):
+    estimated_attitude: Quaternion
+    estimated_rate: Vector3
+    estimated_bias: Vector3
+    attitude_sigma: Vector3
+    innovation: Vector3
+    surprise: Scalar
+
+
+_UNITS = {
+    "estimated_attitude": "1",
+    "estimated_rate": "rad/s",
+    "estimated_bias": "rad/s",
+    "attitude_sigma": "rad",
+    "innovation": "rad",
+}
+
+
+class EstimatedControlMemory(NamedTuple):
+    """Between two samples.
+
+    Attributes:
+        estimate: of the attitude filter.
+        controller: what the controller remembers.
+        period: control period, s.
+    """
+
+    estimate: AttitudeEstimate
+    controller: Any
+    period: Scalar
+
+
+class EstimatedControl(eqx.Module):
+    """A controller that is given what an attitude filter makes of star tracker and gyro.
+
+    Its command is that of the controller, and to be recorded: `estimated_attitude` (4,),
+    `estimated_rate` and `estimated_bias` (3,), rad/s, `attitude_sigma` (3,), what the filter takes
+    for its error about each body axis, rad, `innovation` (3,), rad, and `surprise`, see
+    `AttitudeEstimate`.
+
+    Attributes:
+        filter: of attitude and gyro bias.
+        controller: is called with a `SpacecraftMeasurement`.
+    """
+
+    filter: AttitudeFilter
+    controller: Any
+
+    def check(self) -> None:
+        """Refuse what filter or controller refuse, by `InputError`."""
+        check_parts(self.filter, self.controller)
+
+    def check_period(self, period: float) -> None:
+        """Refuse a control period, s, that the controller refuses, by `InputError`."""
+        check_period(period, self.controller)
+
+    def start(self, period: Scalar) -> EstimatedControlMemory:
+        """Nothing measured yet."""
+        return EstimatedControlMemory(
+            self.filter.start(), self.controller.start(period), jnp.asarray(period, dtype=float)
+        )
+
+    def predicted(
+        self, memory: EstimatedControlMemory, measurement: Any, command: Any
+    ) -> EstimatedControlMemory:
+        """Memory one period later without a sample: the attitude goes on at the last rate.
+
+        Args:
+            memory: from the last sample.
+            measurement: last one that was accepted.
+            command: that is sent.
+        """
+        estimate = self.filter.predict(memory.estimate, measurement.rate, memory.period)
+        estimate = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))
+        known = SpacecraftMeasurement(
+            estimate.attitude,
+            measurement.rate - estimate.bias,
+            measurement.wheel_speed,
+            measurement.wheel_measured,
+        )
+        later = predicted(self.controller, memory.controller, known, command)
+        return EstimatedControlMemory(estimate, later, memory.period)
+
+    def __call__(
+        self, memory: EstimatedControlMemory, measurement: Any
+    ) -> tuple[EstimatedControlMemory, Any]:
+        """Estimate, and command.
+
+        Args:
+            memory: from the last sample.
+            measurement: has `attitude` (4,), `attitude_measured`, `rate` (3,) over the last control
+                period, rad/s, `wheel_speed` (wheels,), rad/s, and `wheel_measured` (wheels,).
+        """
+        estimate = self.filter.predict(memory.estimate, measurement.rate, memory.period)
+        estimate = self.filter.correct(
+            estimate, measurement.attitude, measurement.attitude_measured
+        )
+        rate = measurement.rate - estimate.bias
+        known = SpacecraftMeasurement(
+            estimate.attitude, rate, measurement.wheel_speed, measurement.wheel_measured
+        )
+        controller, command = self.controller(memory.controller, known)
+        sigma = jnp.sqrt(jnp.diagonal(estimate.covariance)[:3])
+        told = _Estimated(
+            estimate.attitude, rate, estimate.bias, sigma, estimate.innovation, estimate.surprise
+        )
+        after = EstimatedControlMemory(estimate, controller, memory.period)
+        return after, _with_estimate(type(command))(*command, *told)
+
+
+@cache
+def _with_estimate(command: Any) -> Any:
+    """The kind of a command that also records an estimate."""
+    made: Any = namedtuple(f"Estimated{command.__name__}", (*command._fields, *_Estimated._fields))
+    made.UNITS = {**getattr(command, "UNITS", {}), **_UNITS}
+    return made

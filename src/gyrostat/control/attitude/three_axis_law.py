@@ -1,0 +1,77 @@
+"""The body rate that brings a spacecraft with working wheels about every axis to an attitude."""
+
+import equinox as eqx
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+
+from gyrostat.control.attitude.wheel_rate_loop import PerWheel, WheelRateLoop
+from gyrostat.control.underactuated.two_wheel_law import (
+    BRAKING_SHARE,
+    GYROSCOPIC_SHARE,
+    Way,
+    brake,
+    largest_inertia,
+)
+from gyrostat.core import rotations
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.validation import check_parts, require
+
+
+class ThreeAxisLaw(eqx.Module):
+    """Rate over attitude, for working axes that span space: a turn about the error axis.
+
+    The turn brakes within the wheels' torque, is slow enough that they can turn their momentum with
+    the body, and takes up no more momentum than they have left. B. Wie, "Space Vehicle Dynamics and
+    Control", section 7.3 (eigenaxis rotations under limits).
+
+    The target is taken to be at rest. Behind one that turns at a constant rate W the body stays by
+    W (1 / k + 1 / k_t), with the gains k of `WheelRateLoop` and k_t of this law: 5.25 s times W
+    with the default gains. `WheelArrayControl` derives it.
+
+    Attributes:
+        wheels: the loop that will follow the rate; gives inertia and limits.
+        target: (4,) attitude to reach.
+        total_momentum: (3,) H in inertial axes, N·m·s.
+        turn_gain: 1/s.
+        largest_rate: rad/s.
+    """
+
+    wheels: WheelRateLoop
+    target: Quaternion
+    total_momentum: Vector3
+    turn_gain: Scalar = 0.25
+    largest_rate: Scalar = 0.1
+
+    def check(self) -> None:
+        """Refuse gains and limits that are not positive, by `InputError`."""
+        require("turn gain", self.turn_gain, "1/s", positive=True)
+        require("largest rate", self.largest_rate, "rad/s", positive=True)
+        check_parts(self.wheels)
+
+    def __call__(
+        self, attitude: Quaternion, held: Scalar, momentum: PerWheel, way: Way
+    ) -> tuple[Vector3, Way]:
+        """The rate to follow.
+
+        Args:
+            attitude: (4,) quaternion, scalar first.
+            held: of no account here.
+            momentum: (wheels,) that would bring the body to rest here, N·m·s.
+            way: of no account here.
+
+        Returns:
+            The body rate, rad/s, and `way`.
+        """
+        del held
+        wheels = self.wheels
+        error = rotations.rotation_vector(rotations.error(attitude, self.target))
+        angle = jnp.sqrt(error @ error + 1e-24)
+        axis = error / angle
+        slowing = BRAKING_SHARE * wheels.torque_anywhere() / largest_inertia(wheels.inertia)
+        rate = brake(angle, self.turn_gain, slowing)
+        body = rotations.to_body(attitude, self.total_momentum)
+        share = jnp.abs(wheels.allocation @ jnp.cross(body, axis))
+        turning = jnp.min(wheels.torque_limit / jnp.maximum(share, 1e-9))
+        # turning back along the error gives the wheels momentum along it
+        room, _ = wheels.room(momentum, jnp.asarray(wheels.inertia) @ axis)
+        limit = jnp.minimum(self.largest_rate, GYROSCOPIC_SHARE * turning)
+        return -axis * jnp.minimum(rate, jnp.minimum(limit, jnp.maximum(room, 1e-4))), way

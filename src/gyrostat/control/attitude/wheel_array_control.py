@@ -1,0 +1,282 @@
+"""Attitude control by an array of wheels: from attitude and rate to the torque of every wheel."""
+
+from typing import Any, NamedTuple, Self
+
+import equinox as eqx
+import numpy as np
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from jaxtyping import Array, Float
+from numpy.typing import ArrayLike
+
+from gyrostat.control.allocation.allocation import LeastLargest, Working, spread, within_limits
+from gyrostat.control.allocation.momentum_unloading import MomentumManagement
+from gyrostat.control.allocation.null_space import NullSpaceControl
+from gyrostat.control.allocation.wheel_fault_detector import WheelWatch, WheelWatchMemory
+from gyrostat.control.attitude.commands_sent import Sent, nothing_sent, sent_too
+from gyrostat.control.underactuated.two_wheel_law import brake
+from gyrostat.core import rotations
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.validation import check_parts, require
+from gyrostat.spacecraft import Spacecraft
+from gyrostat.wheel.array import listed
+
+BRAKING_SHARE = 0.5
+"""Of the wheels' torque that braking a turn counts on."""
+TURNING_SHARE = 0.4
+"""Of it, what turning the momentum with the body may take."""
+LEAST_RATE = 1e-4
+"""rad/s: a turn goes on even where the wheels seem full."""
+COARSEST = 0.5
+"""Rate gain times control period, above which the loop of a held torque is hardly damped."""
+
+
+class ArrayCommand(NamedTuple):
+    """What wheels and external actuator shall do.
+
+    Attributes:
+        torque: (wheels,) of the motors, N·m.
+        external_torque: (3,) of the external actuator, in body axes, N·m.
+        target: (4,) attitude that is aimed at.
+        works: (wheels,) which wheels are taken to work.
+    """
+
+    torque: PerWheel
+    external_torque: Vector3
+    target: Quaternion
+    works: Working
+
+    UNITS = {"torque": "N·m", "external_torque": "N·m", "target": "1"}  # noqa: RUF012
+
+
+class AttitudeTargets(eqx.Module):
+    """The attitude wanted over time: each from its own time on.
+
+    The targets say where to point and not how fast: a law that is given them takes each for a
+    target at rest. Targets that follow each other at a constant rate W are therefore followed at a
+    constant distance behind, for `WheelArrayControl` of W (1 / k + 1 / k_t) rad, see there.
+
+    Attributes:
+        times: (targets,) rising, s; the first target also stands before its time.
+        attitudes: (targets, 4) quaternions, scalar first.
+    """
+
+    times: Float[Array, " targets"] = eqx.field(converter=listed)
+    attitudes: Float[Array, "targets 4"] = eqx.field(converter=listed)
+
+    @classmethod
+    def hold(cls, attitude: ArrayLike) -> Self:
+        """One attitude for all times."""
+        return cls(jnp.zeros(1), jnp.asarray(attitude, dtype=float)[None])
+
+    def check(self) -> None:
+        """Refuse times that do not rise and quaternions that are no attitudes, by `InputError`."""
+        times = np.asarray(self.times, dtype=float)
+        rising = times.size > 0 and times.ndim > 0 and np.all(np.isfinite(times))
+        if not rising or not np.all(np.diff(times, axis=-1) > 0.0):
+            raise InputError(f"times of the targets: found {times}, expected rising times, s")
+        shape = np.shape(self.attitudes)
+        if shape != (*times.shape, 4):
+            raise InputError(f"targets: found shape {shape}, expected {(*times.shape, 4)}")
+        rotations.check_unit(self.attitudes)
+
+    def __call__(self, time: Scalar) -> Quaternion:
+        """The attitude wanted at a time, s."""
+        # a multiple of a control period is not exactly the time that it stands for
+        passed = jnp.sum(jnp.asarray(self.times) <= time + 1e-9)
+        return jnp.asarray(self.attitudes)[jnp.maximum(passed - 1, 0)]
+
+
+class ArrayControlMemory(NamedTuple):
+    """Between two samples.
+
+    Attributes:
+        samples: taken so far.
+        period: control period, s.
+        momentum: (3,) of spacecraft and wheels at the last sample, inertial axes, N·m·s.
+        given: (delay + 1, 3) torque commanded to the external actuator at the last samples, the
+            oldest first, N·m.
+        unknown: (3,) estimate of the other external torques, body axes, N·m.
+        watch: of the wheels.
+    """
+
+    samples: Scalar
+    period: Scalar
+    momentum: Vector3
+    given: Sent
+    unknown: Vector3
+    watch: WheelWatchMemory
+
+
+class WheelArrayControl(eqx.Module):
+    """A u = T + D - w x H - J (w_d' + k (w_d - w)), shared among the wheels that work.
+
+    T is the torque of the external actuator, H the momentum of spacecraft and wheels in body axes:
+    w x H keeps it fixed in space while the body turns under it. D is what the other external
+    torques are found to be: the change of H in space, less T, through a low pass; a turn does not
+    disturb it, as it would an integral of the error. The wanted rate w_d leads the error to zero: a
+    small one with k_t, so that the poles are -k and -k_t; a large one by a turn from rest to rest
+    about the error axis, its rate within `largest_rate`, within what the wheels can brake with
+    `BRAKING_SHARE` of their torque, turn their momentum with, and still take up. To u come the
+    drag that the wheels were found to have, that of failed ones shared among the others, and what
+    the null space is used for. B. Wie, "Space Vehicle Dynamics and Control", section 7.3.
+
+    Lag behind a moving target. The law takes the target for one at rest, so that its rate loop
+    works against the rate W of a target that moves. Where body and target turn at a constant W the
+    law's acceleration is zero: w_d' + k (w_d - W) = 0 with w_d = -k_t e and w_d' = -k_t W. The
+    body is behind by the angle
+
+        L = W (1 / k + 1 / k_t),
+
+    at the samples and where nothing is limited: k_t L is below `largest_rate` and within what
+    wheels can brake. With the default gains L is 12.5 s times W: 0.78 deg at the rate of a low
+    orbit, 0.0621 deg/s, and 8.75 deg at 0.7 deg/s. A command delay does not change it, since a
+    steady command is the same at every sample; only w x H, which turns in body axes, comes late by
+    d + 1/2 periods T and adds |W x (W x H)| (d + 1/2) T / (J k k_t), with H the total momentum. An
+    attitude that is measured T_m late makes the lag smaller by W T_m. Beyond the linear range, with
+    s(e) the rate that the law wants at an error e, L solves k (s(L) - W) = s'(L) W; where W is
+    above `largest_rate` there is no such angle, and the body falls behind for ever.
+
+    Attributes:
+        spacecraft: as the controller knows it; every wheel with finite limits.
+        targets: attitude wanted over time.
+        turn_gain: k_t, 1/s.
+        rate_gain: k, 1/s.
+        torque_time: of the low pass of D, s; infinite: D stays zero.
+        largest_rate: rad/s.
+        allocation: of torque among wheels: `LeastLargest` or `PseudoInverse`.
+        null_space: keeps wheels from zero and from saturation; None: not done.
+        management: of momentum by the external actuator; None: there is none.
+        watch: for drag and failures; also says how long commands are under way.
+    """
+
+    spacecraft: Spacecraft
+    targets: AttitudeTargets
+    turn_gain: Scalar = 0.1
+    rate_gain: Scalar = 0.4
+    torque_time: Scalar = 20.0
+    largest_rate: Scalar = 0.05
+    allocation: Any = LeastLargest()
+    null_space: NullSpaceControl | None = None
+    management: MomentumManagement | None = None
+    watch: WheelWatch = WheelWatch()
+
+    def check(self) -> None:
+        """Refuse what cannot be controlled.
+
+        Raises:
+            InputError: gains, times or limits that are not positive, wheels without finite limits,
+                or what a part refuses.
+        """
+        check_parts(self.spacecraft, self.targets, self.null_space, self.management, self.watch)
+        require("turn gain", self.turn_gain, "1/s", positive=True)
+        require("rate gain", self.rate_gain, "1/s", positive=True)
+        require("largest rate", self.largest_rate, "rad/s", positive=True)
+        if not np.all(np.asarray(self.torque_time) > 0.0):
+            raise InputError(f"torque time: found {self.torque_time}, expected above 0 s")
+        for name in ("torque_limit", "momentum_limit"):
+            if not np.all(np.isfinite(np.asarray(getattr(self.spacecraft.wheels, name)))):
+                raise InputError(
+                    f"wheel {name}: found none, expected one for every wheel of the controller"
+                )
+
+    def check_period(self, period: float) -> None:
+        """Refuse a control period that is too long for the rate gain, by `InputError`."""
+        longest = COARSEST / np.max(np.asarray(self.rate_gain))
+        if period > longest:
+            raise InputError(
+                f"control period: found {period:g} s, expected {longest:g} s or less at this rate "
+                "gain"
+            )
+
+    def start(self, period: Scalar) -> ArrayControlMemory:
+        """Nothing measured yet."""
+        none, watch = jnp.zeros(3), self.watch.start(self.spacecraft.wheels.count)
+        period = jnp.asarray(period, dtype=float)
+        given = nothing_sent(self.watch.delay, 3)
+        return ArrayControlMemory(jnp.zeros(()), period, none, given, none, watch)
+
+    def __call__(
+        self, memory: ArrayControlMemory, measurement: Any
+    ) -> tuple[ArrayControlMemory, ArrayCommand]:
+        """Command wheels and external actuator.
+
+        Args:
+            memory: from the last sample.
+            measurement: has `attitude` (4,), `rate` (3,), rad/s, `wheel_speed` (wheels,)
+                relative to the body, rad/s, and `wheel_measured` (wheels,).
+        """
+        wheels, period = self.spacecraft.wheels, memory.period
+        axes, inertia = jnp.asarray(wheels.axes), jnp.asarray(self.spacecraft.inertia)
+        limit = jnp.ones(wheels.count) * wheels.torque_limit
+        rate, relative = measurement.rate, wheels.inertia * measurement.wheel_speed
+        time = memory.samples * period
+        absolute = relative + wheels.inertia * (axes.T @ rate)
+        momentum = inertia @ rate + axes @ absolute
+        watch = self.watch(memory.watch, absolute, measurement.wheel_measured, limit, time, period)
+        external = jnp.zeros(3) if self.management is None else self.management(momentum)
+        target = self.targets(time)
+        wanted, change = self._wanted(measurement, target, momentum, watch.works)
+        in_space = rotations.to_inertial(measurement.attitude, momentum)
+        gained = rotations.to_body(measurement.attitude, in_space - memory.momentum) / period
+        share = jnp.where(memory.watch.begun, period / (self.torque_time + period), 0.0)
+        unknown = memory.unknown + share * (gained - memory.given[0] - memory.unknown)
+        push = change + self.rate_gain * (wanted - rate)
+        # the bearing of a failed wheel turns the body too; where it is not seen, D has it
+        failed = ~watch.works & measurement.wheel_measured
+        borne = axes @ jnp.where(failed, watch.lost, 0.0)
+        needed = external + unknown + borne - jnp.cross(rate, momentum) - inertia @ push
+        left = limit - jnp.abs(watch.drag)
+        torque = within_limits(self.allocation(axes, left, watch.works, needed), left)
+        if self.null_space is not None:
+            torque += self.null_space(axes, watch.works, relative, left - jnp.abs(torque))
+        torque = wheels.within_momentum_limit(torque + watch.drag, relative, period)
+        watch = self.watch.commanded(watch, torque)
+        given = sent_too(memory.given, external)
+        after = ArrayControlMemory(memory.samples + 1.0, period, in_space, given, unknown, watch)
+        return after, ArrayCommand(torque, external, target, watch.works)
+
+    def predicted(
+        self, memory: ArrayControlMemory, measurement: Any, command: ArrayCommand
+    ) -> ArrayControlMemory:
+        """Memory one period later without a sample: time goes on, nothing is learned.
+
+        Args:
+            memory: from the last sample.
+            measurement: not used.
+            command: that is sent.
+        """
+        return memory._replace(
+            samples=memory.samples + 1.0,
+            given=sent_too(memory.given, command.external_torque),
+            watch=self.watch.missed(memory.watch, command.torque),
+        )
+
+    def _wanted(
+        self, measurement: Any, target: Quaternion, momentum: Vector3, works: Working
+    ) -> tuple[Vector3, Vector3]:
+        """Rate to follow, rad/s, and its change along the motion, rad/s²."""
+        wheels, rate = self.spacecraft.wheels, measurement.rate
+        inertia, axes = jnp.asarray(self.spacecraft.inertia), jnp.asarray(wheels.axes)
+        across = spread(axes, works)
+        error = rotations.rotation_vector(rotations.error(measurement.attitude, target))
+        axis = error / jnp.sqrt(error @ error + 1e-24)
+
+        def most(direction: Vector3, limit: PerWheel | float) -> Scalar:
+            return jnp.min(limit / jnp.maximum(jnp.abs(across @ direction), 1e-12))
+
+        slowing = BRAKING_SHARE * most(inertia @ axis, wheels.torque_limit)
+        turning = TURNING_SHARE * most(jnp.cross(momentum, axis), wheels.torque_limit)
+        resting = works * wheels.inertia * measurement.wheel_speed + across @ (inertia @ rate)
+        room = jnp.maximum(wheels.momentum_limit - jnp.abs(resting), 0.0)
+        fastest = jnp.minimum(turning, jnp.maximum(most(inertia @ axis, room), LEAST_RATE))
+        fastest = jnp.minimum(fastest, self.largest_rate)
+
+        def law(attitude: Quaternion) -> Vector3:
+            error = rotations.rotation_vector(rotations.error(attitude, target))
+            angle = jnp.sqrt(error @ error + 1e-24)
+            speed = brake(angle, self.turn_gain, slowing)
+            return -error / angle * jnp.minimum(speed, fastest)
+
+        turned = rotations.rate_of_quaternion(measurement.attitude, rate)
+        return jax.jvp(law, (measurement.attitude,), (turned,))

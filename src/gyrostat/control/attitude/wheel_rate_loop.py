@@ -1,0 +1,170 @@
+"""From a wanted body rate to the torques of wheels that carry momentum."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+from gyrostat.core.arrays import Scalar, Vector3
+from jaxtyping import Array, Bool, Float
+
+from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.validation import require
+from gyrostat.spacecraft import WheelTorqueCommand
+
+PerWheel = Float[Array, " wheels"]
+
+TUMBLING = 3.0
+"""Gyroscopic torque over the torque of the wheels, beyond which no rate is tracked."""
+DAMPING_RATIO = 2.0
+"""Gain of the damping over that of the tracking."""
+
+
+class RateLoopMemory(NamedTuple):
+    """Between two samples.
+
+    Attributes:
+        momentum: (wheels,) absolute momentum of the rotors at the last sample, N·m·s.
+        torque: (delay + 1, wheels) commanded at the last samples, the oldest first, N·m.
+        drag: (wheels,) estimate of what the bearings take, N·m.
+        begun: whether there was a sample.
+        period: control period, s.
+    """
+
+    momentum: PerWheel
+    torque: Sent
+    drag: PerWheel
+    begun: Bool[Array, ""]
+    period: Scalar
+
+
+class WheelRateLoop(eqx.Module):
+    """u = A⁺ (b x w - J w_d') + k A⁺ J (w - w_d) + drag, within the limits of the wheels.
+
+    A⁺ shares a torque among the working wheels, w_d is the wanted rate, b = R' H the total momentum
+    in body axes: A⁺ (b x w) is what the wheels must take to keep their momentum fixed in space
+    while the body turns under it. Where this alone is beyond the wheels the body tumbles; then
+    u_i = k' a_i.w, limited, takes energy from it whatever the limit: d(w.J w / 2)/dt =
+    -sum u_i a_i.w. The drag is what the rotors lose beyond their commanded torque (bearings, a
+    degraded motor constant), through a filter.
+
+    Attributes:
+        inertia: (3, 3) of the body without the rotors' own spin, kg·m².
+        axes: (3, wheels), those of failed wheels zero.
+        allocation: (wheels, 3) pseudo-inverse of the axes.
+        rotor_inertia: (wheels,), kg·m².
+        torque_limit: (wheels,), N·m.
+        momentum_limit: (wheels,), of the momentum relative to the body, N·m·s.
+        gain: k, 1/s.
+        drag_time: of its filter, s.
+        delay: control periods from a sample to the start of its command.
+    """
+
+    inertia: Float[Array, "3 3"]
+    axes: Float[Array, "3 wheels"]
+    allocation: Float[Array, "wheels 3"]
+    rotor_inertia: PerWheel
+    torque_limit: PerWheel
+    momentum_limit: PerWheel
+    gain: Scalar = 0.8
+    drag_time: Scalar = 10.0
+    delay: int = eqx.field(static=True, default=0)
+
+    def check(self) -> None:
+        """Refuse gains and times that are not positive, a delay below 0, by `InputError`."""
+        require("rate gain", self.gain, "1/s", positive=True)
+        require("drag time", self.drag_time, "s", positive=True)
+        check_delay(self.delay)
+
+    def start(self, period: Scalar) -> RateLoopMemory:
+        """Nothing measured yet."""
+        none = jnp.zeros(self.axes.shape[-1])
+        torque = nothing_sent(self.delay, len(none))
+        period = jnp.asarray(period, dtype=float)
+        return RateLoopMemory(none, torque, none, jnp.array(False), period)
+
+    def torque_along(self, direction: Vector3) -> Scalar:
+        """Largest torque that the wheels give along a unit vector of their span, N·m."""
+        share = jnp.abs(self.allocation @ direction)
+        return jnp.min(self.torque_limit / jnp.maximum(share, 1e-9))
+
+    def torque_anywhere(self) -> Scalar:
+        """Torque that the wheels give along every direction of their span, N·m."""
+        share = jnp.sqrt(jnp.sum(self.allocation**2, axis=1))
+        return jnp.min(self.torque_limit / jnp.maximum(share, 1e-9))
+
+    def room(self, momentum: PerWheel, direction: Vector3) -> tuple[Scalar, Scalar]:
+        """How far the wheels can take up momentum along a direction, and against it.
+
+        Args:
+            momentum: (wheels,) of the wheels, N·m·s.
+            direction: of the momentum, any length.
+
+        Returns:
+            The largest multiples of `direction` that bring no wheel beyond its limit.
+        """
+        share = self.allocation @ direction
+        size = jnp.maximum(jnp.abs(share), 1e-9)
+        up = jnp.where(share > 0.0, self.momentum_limit - momentum, self.momentum_limit + momentum)
+        down = 2.0 * self.momentum_limit - up
+        return jnp.maximum(jnp.min(up / size), 0.0), jnp.maximum(jnp.min(down / size), 0.0)
+
+    def __call__(
+        self,
+        memory: RateLoopMemory,
+        measurement: Any,
+        momentum: Vector3,
+        wanted: Vector3,
+        acceleration: Vector3,
+    ) -> tuple[RateLoopMemory, WheelTorqueCommand]:
+        """Command the wheels.
+
+        Args:
+            memory: from the last sample.
+            measurement: has `rate` (3,), rad/s, and `wheel_speed` (wheels,) relative to the
+                body, rad/s.
+            momentum: (3,) total, in body axes, N·m·s.
+            wanted: (3,) body rate, rad/s.
+            acceleration: (3,) change of the wanted rate, rad/s².
+        """
+        rate, period = measurement.rate, memory.period
+        working = jnp.any(self.axes != 0.0, axis=0)
+        relative = jnp.where(working, self.rotor_inertia * measurement.wheel_speed, 0.0)
+        absolute = relative + self.rotor_inertia * (self.axes.T @ rate)
+        drag = self._drag(memory, absolute)
+        limit = jnp.asarray(self.torque_limit)
+        gyroscopic = self.allocation @ jnp.cross(momentum, rate)
+        reached = relative + self.allocation @ (self.inertia @ (rate - wanted))
+        reached = jnp.clip(reached, -self.momentum_limit, self.momentum_limit)
+        forward = jnp.clip(-self.allocation @ (self.inertia @ acceleration), -limit / 2, limit / 2)
+        tracking = gyroscopic + forward + self.gain * (reached - relative)
+        mean_inertia = jnp.trace(self.inertia) / 3.0
+        damping = DAMPING_RATIO * self.gain * mean_inertia * (self.axes.T @ rate)
+        tumbles = jnp.max(jnp.abs(gyroscopic) / limit) > TUMBLING
+        torque = jnp.clip(jnp.where(tumbles, damping, tracking) + drag, -limit, limit)
+        lowest = (-self.momentum_limit - relative) / period
+        torque = jnp.clip(torque, lowest, (self.momentum_limit - relative) / period)
+        torque = jnp.where(working, jnp.clip(torque, -limit, limit), 0.0)
+        sent = sent_too(memory.torque, torque)
+        after = RateLoopMemory(absolute, sent, drag, jnp.array(True), period)
+        return after, WheelTorqueCommand(torque)
+
+    def predicted(
+        self, memory: RateLoopMemory, measurement: Any, command: WheelTorqueCommand
+    ) -> RateLoopMemory:
+        """Memory one period later without a sample: the drag stays, the next one learns nothing.
+
+        Args:
+            memory: from the last sample.
+            measurement: not used.
+            command: that is sent.
+        """
+        sent = sent_too(memory.torque, command.torque)
+        return memory._replace(torque=sent, begun=jnp.array(False))
+
+    def _drag(self, memory: RateLoopMemory, absolute: PerWheel) -> PerWheel:
+        # what the commanded torque should have given, less what the rotors have
+        lost = memory.torque[0] - (absolute - memory.momentum) / memory.period
+        share = memory.period / (self.drag_time + memory.period)
+        drag = memory.drag + share * jnp.where(memory.begun, lost - memory.drag, 0.0)
+        # a wheel at its limits loses torque that is no drag
+        return jnp.clip(drag, -self.torque_limit / 2, self.torque_limit / 2)

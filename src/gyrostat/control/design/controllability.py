@@ -1,0 +1,92 @@
+"""What an input cannot reach: rank, and the directions that nothing stops."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import ArrayLike
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Matrix
+
+SMALLEST = 1e-9
+"""Of what the input reaches in a new direction, relative to the size of A, to be no rounding."""
+SLOWEST = 1e-7
+"""Decay, relative to the size of A, that counts as one."""
+SHARE = 0.3
+"""Of a state in a direction (a cosine) to be named."""
+
+
+class Controllability(NamedTuple):
+    """What an input reaches.
+
+    Attributes:
+        rank: dimension of the controllable space.
+        directions: (n, k) orthonormal columns w: w'x obeys its own law, whatever the input, and
+            does not decay. Empty if and only if the pair can be stabilised.
+        rates: (k,) complex eigenvalues of that law, 1/s.
+        names: of the states in those directions, each once.
+    """
+
+    rank: int
+    directions: Matrix
+    rates: np.ndarray
+    names: tuple[str, ...]
+
+
+def _new_directions(basis: Matrix, columns: Matrix) -> Matrix:
+    """Orthonormal basis of what columns of size one or less reach outside a basis."""
+    for _ in range(2):  # twice is enough to be orthogonal to rounding
+        columns = columns - basis @ (basis.T @ columns)
+    left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    return left[:, sizes > SMALLEST]
+
+
+def uncontrollable(
+    dynamics: ArrayLike, input: ArrayLike, states: Sequence[str] | None = None
+) -> Controllability:
+    """What of x' = A x + B u the input cannot stop.
+
+    The controllable space grows from B by A, made orthogonal at each step (the staircase), so that
+    a repeated eigenvalue does no harm. Its complement is left invariant; what does not decay in it
+    is taken from a real Schur form.
+
+    Args:
+        dynamics: A, (n, n).
+        input: B, (n, m).
+        states: name of each state, in the user's words; states of one motion may share one, such as
+            "rotation about body y" for angle and rate.
+
+    Raises:
+        InputError: shapes that do not fit, or values that are not finite.
+    """
+    a, b = np.asarray(dynamics, dtype=float), np.asarray(input, dtype=float)
+    if a.ndim != 2 or a.shape[0] != a.shape[1] or b.ndim != 2 or len(b) != len(a):
+        raise InputError(f"A and B: found shapes {a.shape} and {b.shape}, expected (n, n), (n, m)")
+    if not (np.all(np.isfinite(a)) and np.all(np.isfinite(b))):
+        raise InputError("A and B: found a value that is not finite")
+    names = [f"state {k + 1}" for k in range(len(a))] if states is None else list(states)
+    if len(names) != len(a):
+        raise InputError(f"state names: found {len(names)}, expected {len(a)}")
+    size = np.linalg.norm(a, 2) or 1.0
+    lengths = np.linalg.norm(b, axis=0)
+    reached = np.zeros((len(a), 0))
+    new = _new_directions(reached, b[:, lengths > 0.0] / lengths[lengths > 0.0])
+    while new.shape[1]:
+        reached = np.hstack([reached, new])
+        new = _new_directions(reached, a @ new / size)
+    rest = scipy.linalg.null_space(reached.T) if reached.shape[1] else np.eye(len(a))
+    law, basis, count = np.zeros((0, 0)), np.zeros((0, 0)), 0
+    if rest.shape[1]:
+        ordered: Any = scipy.linalg.schur(
+            rest.T @ a.T @ rest, sort=lambda real, _: real >= -SLOWEST * size
+        )
+        law, basis, count = ordered
+    directions = rest @ basis[:, :count]
+    shares = np.linalg.norm(directions, axis=1)
+    # a direction spread over many states has no large share: then the largest are named
+    least = min(SHARE, 0.9 * np.max(shares, initial=0.0)) if count else SHARE
+    named = [name for name, share in zip(names, shares, strict=True) if share >= least]
+    rates = np.linalg.eigvals(law[:count, :count]) if count else np.zeros(0, complex)
+    return Controllability(reached.shape[1], directions, rates, tuple(dict.fromkeys(named)))

@@ -1,0 +1,153 @@
+"""The linear quadratic regulator."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from gyrostat.core.arrays import Scalar
+from jaxtyping import Array, Bool, Float
+from numpy.typing import ArrayLike
+
+from gyrostat.control.design.controllability import uncontrollable
+from gyrostat.control.design.riccati import RiccatiSolution, riccati
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Matrix
+
+DOUBLINGS = 24
+"""More than a law in flight takes: time is no matter here."""
+ASYMMETRY = 1e-9
+"""Of a weight, relative to its largest element, that is rounding."""
+NEGATIVE = 1e-12
+"""Eigenvalue of a weight, relative to the largest, that is rounding."""
+
+
+class FeedbackCommand(NamedTuple):
+    """What a state feedback commands.
+
+    Attributes:
+        torque: (m,) the plant's inputs, N·m.
+        residual: of the Riccati equation behind it, see `RiccatiSolution`.
+        valid: whether that equation was solved and the loop, linear at this state, is stable.
+    """
+
+    torque: Float[Array, " m"]
+    residual: Scalar
+    valid: Bool[Array, ""]
+
+    UNITS = {"torque": "N·m", "residual": "1"}  # noqa: RUF012
+
+
+_solved = jax.jit(partial(riccati, doublings=DOUBLINGS))
+"""Compiled once for each size, not at each design."""
+
+
+def check_weight(name: str, weight: ArrayLike, size: int, *, definite: bool) -> Matrix:
+    """Refuse a weight that is none.
+
+    Args:
+        name: for the message.
+        weight: (n, n).
+        size: n.
+        definite: whether it must be positive definite, not only semidefinite.
+
+    Returns:
+        Its symmetric part.
+
+    Raises:
+        InputError: shape, not finite, not symmetric, or negative eigenvalues.
+    """
+    matrix = np.asarray(weight, dtype=float)
+    if matrix.shape != (size, size) or not size:
+        raise InputError(f"{name}: found shape {matrix.shape}, expected ({size}, {size})")
+    if not np.all(np.isfinite(matrix)):
+        raise InputError(f"{name}: found a value that is not finite")
+    largest = np.max(np.abs(matrix), initial=0.0)
+    if np.max(np.abs(matrix - matrix.T)) > ASYMMETRY * largest:
+        raise InputError(f"{name}: found a matrix that is not symmetric, expected a symmetric one")
+    matrix = 0.5 * (matrix + matrix.T)
+    least = np.linalg.eigvalsh(matrix)[0]
+    # a definite one of badly mixed units is one in its own units
+    units = np.sqrt(np.abs(np.diag(matrix)))
+    units = np.where(units > 0.0, units, 1.0)
+    scaled = np.linalg.eigvalsh(matrix / np.outer(units, units))
+    if definite and scaled[0] <= NEGATIVE:
+        raise InputError(f"{name}: found the eigenvalue {least:g}, expected all above 0")
+    if scaled[0] < -NEGATIVE * size:
+        raise InputError(f"{name}: found the eigenvalue {least:g}, expected none below 0")
+    return matrix
+
+
+def lqr(
+    dynamics: ArrayLike,
+    input: ArrayLike,
+    state_weight: ArrayLike,
+    input_weight: ArrayLike,
+    *,
+    states: Sequence[str] | None = None,
+) -> RiccatiSolution:
+    """Gain K of u = -K x that makes the integral of x'Qx + u'Ru least, for x' = A x + B u.
+
+    Args:
+        dynamics: A, (n, n).
+        input: B, (n, m).
+        state_weight: Q, (n, n), symmetric, positive semidefinite.
+        input_weight: R, (m, m), symmetric, positive definite.
+        states: name of each state, for what is refused; see `uncontrollable`.
+
+    Raises:
+        InputError: shapes that do not fit; weights that are none; a pair (A, B) that cannot be
+            stabilised, with the motion that no input reaches; a motion that neither decays nor
+            costs.
+    """
+    reach = uncontrollable(dynamics, input, states)
+    a, b = np.asarray(dynamics, dtype=float), np.asarray(input, dtype=float)
+    q = check_weight("state weight Q", state_weight, len(a), definite=False)
+    if reach.names:
+        raise InputError(
+            f"no input stops: {', '.join(reach.names)} (controllability rank {reach.rank}), "
+            f"expected inputs that reach every motion that does not decay by itself"
+        )
+    r = check_weight("input weight R", input_weight, b.shape[1], definite=True)
+    solution = _solved(a, b, q, r)
+    if not solution.valid:
+        unseen = uncontrollable(a.T, q, states).names
+        found = f"nothing in Q sees: {', '.join(unseen)}" if unseen else "no solution to rounding"
+        raise InputError(f"A, B, Q, R: {found}; expected a cost that every lasting motion adds to")
+    return solution
+
+
+def _state(measurement: Any) -> Array:
+    return measurement.state
+
+
+class LinearQuadratic(eqx.Module):
+    """u = -K x, sampled: a controller of the loop.
+
+    Attributes:
+        gain: K, (m, n), of `lqr`.
+        reading: measurement -> x, (n,), deviations from what is wanted. The default takes a
+            measurement's `state`.
+    """
+
+    gain: Float[Array, "m n"]
+    reading: Callable[[Any], Array] = eqx.field(static=True, default=_state)
+
+    def check(self) -> None:
+        """Refuse a gain that is none, by `InputError`."""
+        gain = np.asarray(self.gain, dtype=float)
+        if gain.ndim < 2 or not np.all(np.isfinite(gain)):
+            raise InputError(
+                f"gain: found shape {gain.shape}, expected (inputs, states) of finite values"
+            )
+
+    def start(self, period: Scalar) -> tuple[()]:
+        """Nothing to remember."""
+        return ()
+
+    def __call__(self, memory: tuple[()], measurement: Any) -> tuple[tuple[()], FeedbackCommand]:
+        """Command the inputs."""
+        torque = -jnp.asarray(self.gain) @ self.reading(measurement)
+        return memory, FeedbackCommand(torque, jnp.zeros(()), jnp.array(True))

@@ -1,0 +1,99 @@
+"""Speed mode: the attitude law sets the speed of the wheel, a loop of its own holds it there."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from gyrostat.core.arrays import Scalar
+from jaxtyping import Array, Bool, Float
+
+from gyrostat.control.attitude.attitude_pid import AttitudePID, PIDMemory
+from gyrostat.control.attitude.command import CurrentCommand
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.validation import check_parts, require
+
+
+class SpeedModeMemory(NamedTuple):
+    """Between two samples.
+
+    Attributes:
+        law: memory of the attitude law.
+        reference: speed that the wheel should have, rad/s.
+        integral: of the speed error, rad.
+        started: whether the first speed has been seen.
+    """
+
+    law: PIDMemory
+    reference: Float[Array, ""]
+    integral: Float[Array, ""]
+    started: Bool[Array, ""]
+
+
+class SpeedMode(eqx.Module):
+    """Outer attitude loop, inner speed loop.
+
+    The demanded torque, integrated over the wheel's inertia, is the reference of a proportional and
+    integral speed loop with natural frequency w_n and damping ratio z: gains 2 z w_n J_w and
+    w_n^2 J_w. Friction is a disturbance that the loop has to see in the speed first.
+
+    Attributes:
+        law: gives the demanded wheel torque.
+        inertia: of the wheel as the controller knows it, kg·m².
+        motor_constant: as the controller knows it, N·m/A.
+        natural_frequency: rad/s; the tachometer's noise in the current grows with it.
+        damping_ratio: of the speed loop.
+        current_limit: A.
+    """
+
+    law: AttitudePID
+    inertia: Scalar
+    motor_constant: Scalar
+    natural_frequency: Scalar = 1.0
+    damping_ratio: Scalar = 1.0
+    current_limit: Scalar = np.inf
+
+    def check(self) -> None:
+        """Refuse constants of the wheel or the loop that are not positive, and what the law does.
+
+        Raises:
+            InputError: as said.
+        """
+        require("wheel inertia", self.inertia, "kg·m²", positive=True)
+        require("motor_constant", self.motor_constant, "N·m/A", positive=True)
+        require("natural frequency", self.natural_frequency, "rad/s", positive=True)
+        require("damping ratio", self.damping_ratio)
+        check_parts(self.law)
+
+    def start(self, period: Scalar) -> SpeedModeMemory:
+        """Nothing seen yet."""
+        zero = jnp.array(0.0)
+        return SpeedModeMemory(self.law.start(period), zero, zero, jnp.array(False))
+
+    def __call__(
+        self, memory: SpeedModeMemory, measurement: Any
+    ) -> tuple[SpeedModeMemory, CurrentCommand]:
+        """Command a current.
+
+        Args:
+            memory: from the last sample.
+            measurement: has attitude, rate and the wheel's `speed`, rad/s.
+        """
+        law, torque = self.law(memory.law, measurement)
+        period = law.period
+        before = jnp.where(memory.started, memory.reference, measurement.speed)
+        reference = before + torque / self.inertia * period
+        error = reference - measurement.speed
+        integral = memory.integral + error * period
+        w_n = self.natural_frequency
+        proportional = 2.0 * self.damping_ratio * w_n * self.inertia
+        demanded = proportional * error + w_n**2 * self.inertia * integral
+        current = demanded / self.motor_constant
+        limited = jnp.clip(current, -self.current_limit, self.current_limit)
+        # what drives further beyond the limit is not summed up
+        cut = current - limited
+        law = self.law.within_limit(memory.law, law, cut)
+        integral = jnp.where(cut * error > 0.0, memory.integral, integral)
+        reference = jnp.where(cut * torque > 0.0, before, reference)
+        wished = torque / self.motor_constant
+        command = CurrentCommand(limited, wished, current - wished)
+        return SpeedModeMemory(law, reference, integral, jnp.array(True)), command

@@ -1,8 +1,0 @@
-"""Laws that bring a spacecraft to rest in a wanted attitude with the wheels that are left."""
-
-from gyrostat.control.recovery.momentum import MomentumRecovery
-from gyrostat.control.recovery.one_wheel import OneWheelRecovery
-from gyrostat.control.recovery.two_wheel_sweeps import TwoWheelSweeps
-from gyrostat.control.recovery.zero_momentum import ZeroMomentumRecovery
-
-__all__ = ["MomentumRecovery", "OneWheelRecovery", "TwoWheelSweeps", "ZeroMomentumRecovery"]

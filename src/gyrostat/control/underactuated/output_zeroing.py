@@ -1,0 +1,178 @@
+"""Pointing with two wheels by input-output linearisation: zeroing of two quaternion components."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from jaxtyping import Array, Bool, Float
+
+from gyrostat.control.adaptive.model_error_compensator import Compensation
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.linear import inverse_definite
+from gyrostat.core.rotations import to_body
+from gyrostat.core.validation import require
+from gyrostat.spacecraft import Spacecraft
+
+Pair = Float[Array, "2"]
+
+LEAST_COSINE = 1e-3
+"""Of half the pointing error: beyond 179.885 degrees the law acts as it would there."""
+PARALLEL = 1e-6
+"""Least sine of the angle between two wheels, and least share of their authority."""
+
+
+def check_two_wheels(name: str, spacecraft: Spacecraft) -> None:
+    """Refuse wheels that cannot lead body z anywhere.
+
+    Args:
+        name: for the message.
+        spacecraft: that has them.
+
+    Raises:
+        InputError: not two wheels, wheels that are parallel or that turn the body z axis about one
+            axis only.
+    """
+    axes = np.asarray(spacecraft.wheels.axes, dtype=float)
+    if axes.shape[-1] != 2:
+        raise InputError(f"{name}: found {axes.shape[-1]} wheels, expected 2")
+    crossed = np.cross(axes[..., 0], axes[..., 1], axis=-1)
+    sine = float(np.min(np.linalg.norm(crossed, axis=-1)))
+    if not sine > PARALLEL:
+        raise InputError(f"{name}: found parallel wheels (sine of angle {sine:.2g})")
+    inertia = np.asarray(spacecraft.inertia, dtype=float)
+    rows = np.linalg.solve(inertia, axes)[..., :2, :]
+    size = np.sum(rows**2, axis=(-2, -1))
+    if not np.min(np.abs(np.linalg.det(rows)) / size) > PARALLEL:
+        raise InputError(
+            f"{name}: found wheels that turn body z about one axis only, expected axes whose parts "
+            "across z are independent"
+        )
+
+
+class ZeroingCommand(NamedTuple):
+    """Wheel speeds, and how they came about.
+
+    Attributes:
+        speed: (2,) of the wheels relative to the body, rad/s.
+        virtual_input: (2,) wanted rate of (q1, q2), 1/s.
+        singular: whether (q1, q2) could not be driven: half a turn from the target.
+        model_error: (2,) of a compensator; zero without one.
+        gain: (2, 2) of a compensator; zero without one, 1/s.
+    """
+
+    speed: Pair
+    virtual_input: Pair
+    singular: Bool[Array, ""]
+    model_error: Pair
+    gain: Float[Array, "2 2"]
+
+    UNITS = {  # noqa: RUF012
+        "speed": "rad/s",
+        "virtual_input": "1/s",
+        "model_error": "1",
+        "gain": "1/s",
+    }
+
+
+class OutputZeroing(eqx.Module):
+    """u = -alpha(q) + beta(q) mu, mu = -F (q1, q2): body z is led to inertial z by wheel speeds.
+
+    Endo, Sekiguchi and Nonaka, (9)-(12): with the right inertia and momentum the outputs q1 and q2
+    obey y' = mu exactly; the turn about z is left alone. The pointing error is
+    2 asin(sqrt(q1^2 + q2^2)). At half a turn beta does not exist: from `LEAST_COSINE` on the law
+    acts as at the nearest attitude where it does, and says so. A controller of the loop, and the
+    law of a `ModelErrorCompensator`.
+
+    Attributes:
+        spacecraft: body and two wheels, as the controller knows them.
+        feedback: (2,) diagonal of F, 1/s.
+        total_momentum: (3,) in inertial axes as the controller knows it, N·m·s.
+        momentum_measured: whether the momentum is computed from the measured body rate and wheel
+            speeds instead.
+    """
+
+    spacecraft: Spacecraft
+    feedback: Pair
+    total_momentum: Vector3 = eqx.field(default_factory=lambda: np.zeros(3))
+    momentum_measured: bool = eqx.field(static=True, default=False)
+
+    def check(self) -> None:
+        """Refuse what cannot point.
+
+        Raises:
+            InputError: see `Spacecraft.check` and `check_two_wheels`; feedback that is not
+                positive, a momentum that is not finite.
+        """
+        self.spacecraft.check()
+        check_two_wheels("output zeroing", self.spacecraft)
+        require("output zeroing feedback", self.feedback, "1/s", positive=True)
+        if not np.all(np.isfinite(np.asarray(self.total_momentum))):
+            raise InputError("output zeroing: found a momentum that is not finite")
+
+    def wheel_speed(
+        self, attitude: Quaternion, momentum: Vector3, virtual_input: Pair
+    ) -> tuple[Pair, Bool[Array, ""]]:
+        """Wheel speeds that give (q1, q2) a rate.
+
+        Args:
+            attitude: (4,) unit quaternion.
+            momentum: (3,) total, in body axes, N·m·s.
+            virtual_input: (2,) the rate, 1/s.
+
+        Returns:
+            Speeds relative to the body, rad/s; whether the attitude is singular.
+        """
+        wheels = self.spacecraft.wheels
+        inverse = inverse_definite(self.spacecraft.inertia_locked())
+        along = jnp.stack([attitude[0], attitude[3]])
+        length = jnp.sqrt(along @ along)
+        far = length < LEAST_COSINE
+        ahead = jnp.where(length > 0.0, along, jnp.array([1.0, 0.0]))
+        ahead = LEAST_COSINE * ahead / jnp.where(length > 0.0, length, 1.0)
+        q0, q3 = jnp.where(far, ahead, along)
+        q1, q2 = attitude[1], attitude[2]
+        rates = 0.5 * jnp.array([[q0, -q3, q2], [q3, q0, -q1]]) @ inverse
+        (a, b), (c, d) = -rates @ (jnp.asarray(wheels.axes) * wheels.inertia)
+        wished = virtual_input - rates @ momentum
+        size = (a * a + b * b) + (c * c + d * d)
+        determinant = a * d - b * c
+        flat = jnp.abs(determinant) < PARALLEL * size
+        floor = jnp.where(determinant < 0.0, -PARALLEL, PARALLEL) * size
+        divisor = jnp.where(flat, floor, determinant)
+        speed = jnp.stack([d * wished[0] - b * wished[1], a * wished[1] - c * wished[0]]) / divisor
+        return speed, far | flat
+
+    def start(self, period: Scalar) -> Quaternion:
+        """The last attitude: none yet."""
+        return jnp.zeros(4)
+
+    def observe(self, memory: Quaternion, measurement: Any) -> tuple[Quaternion, Pair]:
+        """The attitude, of its two quaternions that nearer to the last one; q1 and q2 of it."""
+        attitude = measurement.attitude
+        attitude = jnp.where(attitude @ memory < 0.0, -attitude, attitude)
+        return attitude, attitude[1:3]
+
+    def nominal_input(self, output: Pair) -> Pair:
+        """Mu = -F y, (12)."""
+        return -jnp.asarray(self.feedback) * output
+
+    def command(
+        self, memory: Quaternion, measurement: Any, input: Pair, compensation: Compensation
+    ) -> ZeroingCommand:
+        """Wheel speeds for a virtual input, (11)."""
+        wheels = self.spacecraft.wheels
+        if self.momentum_measured:
+            rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * measurement.wheel_speed)
+            momentum = self.spacecraft.inertia_locked() @ measurement.rate + rotors
+        else:
+            momentum = to_body(memory, jnp.asarray(self.total_momentum))
+        speed, singular = self.wheel_speed(memory, momentum, input)
+        return ZeroingCommand(speed, input, singular, compensation.model_error, compensation.gain)
+
+    def __call__(self, memory: Quaternion, measurement: Any) -> tuple[Quaternion, ZeroingCommand]:
+        """Command wheel speeds."""
+        memory, output = self.observe(memory, measurement)
+        input = self.nominal_input(output)
+        return memory, self.command(memory, measurement, input, Compensation.none(input))

@@ -1,0 +1,8 @@
+"""Laws that bring a spacecraft to rest in a wanted attitude with the wheels that are left."""
+
+from gyrostat.control.underactuated.recovery.momentum import MomentumRecovery
+from gyrostat.control.underactuated.recovery.one_wheel import OneWheelRecovery
+from gyrostat.control.underactuated.recovery.two_wheel_sweeps import TwoWheelSweeps
+from gyrostat.control.underactuated.recovery.zero_momentum import ZeroMomentumRecovery
+
+__all__ = ["MomentumRecovery", "OneWheelRecovery", "TwoWheelSweeps", "ZeroMomentumRecovery"]

@@ -1,0 +1,134 @@
+"""Files that appear under their final name only when whole, and reading without following links."""
+
+import hashlib
+import os
+import stat
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from io import BufferedReader
+from pathlib import Path
+from typing import TypeVar
+
+from gyrostat.core.errors import InputError
+
+T = TypeVar("T")
+
+UNFINISHED = ".gyrostat-"
+"""Beginning of the names of temporary files and folders."""
+
+
+def check_writable(folder: Path) -> None:
+    """Check, before long work, that files can be written in a folder that may not exist yet.
+
+    Raises:
+        InputError: it cannot be made, or nothing can be written there.
+    """
+    try:
+        existing = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
+        with tempfile.TemporaryFile(dir=existing):
+            pass
+    except (OSError, ValueError) as error:
+        raise unwritable(folder, error) from None
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Give a temporary file to write; it takes the final name only if no exception is raised.
+
+    The folder is made where it does not exist.
+
+    Args:
+        path: final name.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    unfinished: Path | None = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=UNFINISHED, suffix=path.suffix)
+        os.close(handle)
+        unfinished = Path(name)
+        yield unfinished
+        # a temporary file is private; the result gets the permissions of any new file
+        mask = os.umask(0)
+        os.umask(mask)
+        unfinished.chmod(0o666 & ~mask)
+        os.replace(unfinished, path)
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+        raise unwritable(path, error) from None
+    finally:
+        if unfinished is not None:
+            unfinished.unlink(missing_ok=True)
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file so that a reader sees either the old one or the whole new one.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    with whole_file(path) as unfinished:
+        unfinished.write_text(text, encoding="utf-8")
+
+
+def set_aside(path: Path) -> Path:
+    """Rename a file, link or folder to NAME.changed, or NAME.changed.2 and so on.
+
+    Returns:
+        The new path.
+
+    Raises:
+        InputError: it cannot be renamed.
+    """
+    number, free = 1, path.with_name(f"{path.name}.changed")
+    while os.path.lexists(free):
+        number += 1
+        free = path.with_name(f"{path.name}.changed.{number}")
+    try:
+        return path.rename(free)
+    except OSError as error:
+        raise unwritable(path, error) from None
+
+
+def read_regular(path: Path) -> bytes | None:
+    """The content of a file; None where there is none, or a link, folder or device in its place.
+
+    Raises:
+        InputError: the file cannot be read.
+    """
+    return _with_regular(path, lambda stream: stream.read())
+
+
+def digest_of(path: Path) -> str | None:
+    """SHA-256 digest of a file; None where there is none, or a link, folder or device in its place.
+
+    Raises:
+        InputError: the file cannot be read.
+    """
+    return _with_regular(path, lambda stream: hashlib.file_digest(stream, "sha256").hexdigest())
+
+
+def _with_regular(path: Path, use: Callable[[BufferedReader], T]) -> T | None:
+    try:
+        if not stat.S_ISREG(os.lstat(path).st_mode):
+            return None
+        # a pipe that takes the file's place meanwhile would block
+        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        with os.fdopen(handle, "rb") as stream:
+            return use(stream)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        raise InputError(
+            f"{path}: found no way to read it ({error.strerror}), expected a readable file"
+        ) from None
+
+
+def unwritable(path: Path, error: OSError | ValueError) -> InputError:
+    """The error for a file or folder that cannot be written."""
+    reason = getattr(error, "strerror", None) or str(error)
+    # a path may hold line breaks and bytes that are no text
+    name = str(path) if str(path).isprintable() else repr(str(path))
+    return InputError(f"{name}: found no way to write it ({reason}), expected a writable folder")

@@ -1,0 +1,68 @@
+"""JAX's compiled programs, kept in the private cache.
+
+JAX's own store neither verifies what it reads nor writes entries whole, and its folders are open to
+everybody's eyes. XLA may crash on a damaged program, or run it.
+"""
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from gyrostat.core.cache import Cache, named_folder, private_cache
+
+__all__ = ["keep_programs", "use_private_cache"]
+
+
+def keep_programs(say: Callable[[str], None]) -> None:
+    """Have this process and its workers keep JAX's programs; to be called before JAX is imported.
+
+    Args:
+        say: See `gyrostat.core.cache.private_cache`.
+    """
+    cache = private_cache(say)
+    # XLA's own files, of autotuning on GPUs, would be read unverified
+    os.environ["JAX_PERSISTENT_CACHE_ENABLE_XLA_CACHES"] = "none"
+    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.05")
+    os.environ.pop("JAX_COMPILATION_CACHE_DIR", None)
+    if cache is not None:
+        os.environ["JAX_COMPILATION_CACHE_DIR"] = str(cache.path / "jax")
+
+
+def use_private_cache(jax: Any) -> None:
+    """Replace JAX's store if its folder is `jax` in the private cache.
+
+    A `JAX_COMPILATION_CACHE_DIR` elsewhere is left to JAX. JAX has no public way to replace the
+    store; with a release that has not the one used here, programs are not kept.
+
+    Args:
+        jax: The imported module.
+    """
+    folder, own = jax.config.jax_compilation_cache_dir, named_folder()
+    if not folder or own is None or Path(folder) != own.resolve() / "jax":
+        return
+    cache, module = private_cache(), sys.modules.get("jax._src.compilation_cache")
+    if cache is None or cache.path != Path(folder).parent or not hasattr(module, "get_file_cache"):
+        jax.config.update("jax_compilation_cache_dir", None)
+        return
+    store = _Store(cache)
+    module.get_file_cache = lambda path: (store, path)  # pyright: ignore
+
+
+class _Store:
+    """The methods that JAX calls, as in `jax._src.compilation_cache_interface`."""
+
+    def __init__(self, cache: Cache):
+        self._cache, self._path = cache, cache.path
+
+    def get(self, key: str) -> bytes | None:
+        return self._cache.read(_entry(key))
+
+    def put(self, key: str, value: bytes) -> None:
+        self._cache.write(_entry(key), value)
+
+
+def _entry(key: str) -> str:
+    return f"jax-{hashlib.sha256(key.encode()).hexdigest()}"

@@ -1,0 +1,111 @@
+"""Dense algebra on small matrices, made of few elementwise operations that a batch runs as one.
+
+A library's call for each 6×6 matrix costs more than the arithmetic in it, and a batch would pay it
+for each lane. Sizes are small and known beforehand here: loops have fixed counts, pivots are
+selected, nothing branches on a value.
+"""
+
+from jaxtyping import Array, Float
+
+from gyrostat.core.jax64 import jax, jnp
+
+Square = Float[Array, "n n"]
+
+
+def product(left: Float[Array, "n k"], right: Float[Array, "k m"]) -> Float[Array, "n m"]:
+    """Matrix product as a sum of outer products, which fuses with what stands around it.
+
+    For the last of a chain: one that goes into another is better a plain `@`.
+    """
+    total = left[:, 0, None] * right[0]
+    for k in range(1, left.shape[1]):
+        total = total + left[:, k, None] * right[k]
+    return total
+
+
+def symmetric(matrix: Square) -> Square:
+    """The symmetric part."""
+    return 0.5 * (matrix + matrix.T)
+
+
+def whiten(positive: Square, right: Float[Array, "n m"]) -> Float[Array, "n m"]:
+    """C^-1 `right`, where `positive` is C C' with C lower triangular (Cholesky).
+
+    With w the result, w' w is right' positive^-1 right.
+
+    Args:
+        positive: (n, n) symmetric positive definite; where it is not, NaN comes out.
+        right: (n, m).
+    """
+    found = []
+    rows = jnp.concatenate([positive, right], axis=1)
+    size = len(positive)
+    for k in range(size):
+        row = rows[0] * jax.lax.rsqrt(rows[0, 0])
+        found.append(row[size - k :])
+        rows = rows[1:, 1:] - row[1 : size - k, None] * row[1:]
+    return jnp.stack(found)
+
+
+def factor(semidefinite: Square, drop: float = 1e-13) -> Square:
+    """Lower triangular L with L L' = `semidefinite`, which may be singular.
+
+    Args:
+        semidefinite: (n, n) symmetric, positive semidefinite.
+        drop: pivots of no more than this share of the largest diagonal element are rounding: their
+            column is zero.
+    """
+    index = jnp.arange(len(semidefinite))
+    least = drop * jnp.max(semidefinite)  # which is on the diagonal
+    rest, columns = semidefinite, []
+    for k in range(len(semidefinite)):
+        pivot = rest[k, k]
+        # a compiler may round the two pivots differently: the root is of a positive one even so
+        scale = jnp.where(pivot > least, jax.lax.rsqrt(jnp.maximum(pivot, least)), 0.0)
+        column = jnp.where(index >= k, rest[:, k] * scale, 0.0)
+        columns.append(column)
+        rest = rest - column[:, None] * column
+    return jnp.stack(columns, axis=1)
+
+
+def inverse_definite(matrix: Square) -> Square:
+    """Inverse of a symmetric positive definite matrix, by elimination without pivots."""
+    size = len(matrix)
+    unit = jnp.eye(size)
+    rows = jnp.concatenate([matrix, unit], axis=1)
+    for k in range(size):
+        pivot = rows[k] / rows[k, k]
+        rows = jnp.where(unit[:, k, None] == 1.0, pivot, rows - rows[:, k, None] * pivot)
+    return rows[:, size:]
+
+
+def solve(
+    matrix: Square, right: Float[Array, "n m"]
+) -> tuple[Float[Array, "n m"], Float[Array, ""]]:
+    """X with `matrix` X = `right`, and log |det matrix|.
+
+    Elimination with partial pivoting. Rows stay where they are; it is remembered which of them was
+    the pivot of each column. A singular matrix gives infinities or NaN.
+
+    Args:
+        matrix: (n, n).
+        right: (n, m); m may be 0 where only the determinant is wanted.
+    """
+    size = len(matrix)
+    index = jnp.arange(size)
+
+    def step(k, carry):
+        rows, used, order, logarithm = carry
+        column = rows[:, k]
+        best = jnp.argmax(jnp.where(used, -1.0, jnp.abs(column)))
+        chosen = index == best
+        pivot = column[best]
+        row = rows[best] / pivot
+        rows = jnp.where(chosen[:, None], row, rows - column[:, None] * row)
+        order = jnp.where(index == k, best, order)
+        return rows, used | chosen, order, logarithm + jnp.log(jnp.abs(pivot))
+
+    rows = jnp.concatenate([matrix, right], axis=1)
+    start = (rows, jnp.zeros(size, bool), index, jnp.zeros(()))
+    rows, _, order, logarithm = jax.lax.fori_loop(0, size, step, start)
+    return rows[order, size:], logarithm

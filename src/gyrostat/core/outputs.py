@@ -1,0 +1,270 @@
+"""Output files that replace only what gyrostat itself wrote.
+
+The file `.gyrostat.json` in an output folder is the manifest of the files that gyrostat wrote
+there: for each its name, the command that wrote it and the SHA-256 digest of its content. A file
+may be replaced if the manifest lists it for the same command with the digest that it has now, or if
+it has the content that is to be written. Every other file belongs to the user.
+
+All files of a command are written into a scratch folder first and then renamed. The manifest lists
+the new digests, beside the old ones, before the first file is renamed: whenever the process is
+killed, each file matches one of its digests.
+"""
+
+import contextlib
+import fcntl
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.files import (
+    UNFINISHED,
+    check_writable,
+    digest_of,
+    read_regular,
+    set_aside,
+    unwritable,
+)
+
+MANIFEST = ".gyrostat.json"
+_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file that gyrostat wrote.
+
+    Attributes:
+        by: command that wrote it, such as "identify".
+        digests: SHA-256 digests that the file may have; several only while it is being replaced.
+    """
+
+    by: str
+    digests: tuple[str, ...]
+
+
+class Manifest:
+    """The files that gyrostat wrote into a folder.
+
+    Attributes:
+        folder: the output folder.
+        entries: name relative to the folder -> entry.
+        damaged: whether there is something called `MANIFEST` that is no manifest.
+    """
+
+    def __init__(self, folder: Path):
+        """Read the manifest of a folder; without one, no file is listed."""
+        self.folder = folder
+        self.entries: dict[str, Entry] = {}
+        path = folder / MANIFEST
+        self.damaged = os.path.lexists(path)
+        content = read_regular(path) if self.damaged else None
+        if content is not None:
+            # RecursionError: thousands of brackets
+            with contextlib.suppress(
+                ValueError, TypeError, KeyError, AttributeError, RecursionError
+            ):
+                self.entries = _parsed(json.loads(content))
+                self.damaged = False
+
+    def fault(self, name: str, by: str) -> str | None:
+        """What forbids replacing a file: what was found in its place; None where nothing does."""
+        path = self.folder / name
+        if name == MANIFEST:
+            return "no manifest of gyrostat's" if self.damaged else None
+        if not os.path.lexists(path):
+            return None
+        if path.is_symlink():
+            return "a symbolic link"
+        if not path.is_file():
+            return "a folder or device"
+        entry = self.entries.get(name)
+        if entry is None:
+            return f"a file that gyrostat {_verb(by)} did not write"
+        if entry.by != by:
+            return f"a file of gyrostat {_verb(entry.by)}"
+        if digest_of(path) not in entry.digests:
+            return f"a file that was changed since gyrostat {_verb(by)} wrote it"
+        return None
+
+    def is_own(self, name: str, by: str) -> bool:
+        """Whether a file is there, and as the command wrote it."""
+        return os.path.lexists(self.folder / name) and self.fault(name, by) is None
+
+    def write(self, scratch: Path) -> None:
+        """Replace the manifest in the folder.
+
+        Args:
+            scratch: folder in the same file system for the unfinished file.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        files = {
+            name: {"by": entry.by, "sha256": list(entry.digests)}
+            for name, entry in sorted(self.entries.items())
+        }
+        text = json.dumps({"gyrostat": _FORMAT, "files": files}, ensure_ascii=False, indent=1)
+        unfinished = scratch / MANIFEST
+        unfinished.write_text(text + "\n", encoding="utf-8")
+        _sync(unfinished)
+        os.replace(unfinished, self.folder / MANIFEST)
+
+
+def _parsed(content: Any) -> dict[str, Entry]:
+    if content["gyrostat"] != _FORMAT:
+        raise ValueError("another format")
+    entries = {}
+    for name, row in content["files"].items():
+        digests = row["sha256"]
+        if not isinstance(row["by"], str) or not all(isinstance(d, str) for d in digests):
+            raise TypeError("an entry of another type")
+        entries[name] = Entry(row["by"], tuple(digests))
+    return entries
+
+
+def check_outputs(folder: Path, names: Iterable[str], *, by: str, force: bool = False) -> None:
+    """Check, before long work, that files can be written and replace nothing of the user's.
+
+    Args:
+        folder: where they are to be written; need not exist yet.
+        names: of the files.
+        by: the command, such as "identify".
+        force: whether files of the user's may be replaced.
+
+    Raises:
+        InputError: a file of the user's is in the way, or the folder cannot be written.
+    """
+    check_writable(folder)
+    if not force:
+        manifest = Manifest(folder)
+        for name in (MANIFEST, *names):
+            found = manifest.fault(name, by)
+            if found is not None:
+                raise _in_the_way(folder / name, found)
+
+
+@contextlib.contextmanager
+def new_files(
+    folder: Path, *, by: str, force: bool = False, aside: Callable[[str], None] | None = None
+) -> Iterator[Path]:
+    """Give a scratch folder; what is written there takes its place if no exception is raised.
+
+    Args:
+        folder: for the files; it is made where it does not exist.
+        by: the command that writes them, such as "identify".
+        force: whether files of the user's may be replaced.
+        aside: takes a line for each file of the user's that is renamed to NAME.changed; None where
+            such a file is an error, and none of the files is written.
+
+    Raises:
+        InputError: a file of the user's is in the way, or a file cannot be written.
+    """
+    try:
+        is_new = not folder.exists()
+        folder.mkdir(parents=True, exist_ok=True)
+        with _locked(folder):
+            _sweep(folder)
+            scratch = Path(tempfile.mkdtemp(dir=folder, prefix=UNFINISHED))
+            alive = _lock(scratch, wait=False)
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+        raise unwritable(folder, error) from None
+    try:
+        yield scratch
+        _move(scratch, folder, by, force, aside)
+    except OSError as error:
+        raise unwritable(folder, error) from None
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+        os.close(alive)
+        if is_new:
+            with contextlib.suppress(OSError):
+                folder.rmdir()  # where nothing was written
+
+
+def _move(
+    scratch: Path, folder: Path, by: str, force: bool, aside: Callable[[str], None] | None
+) -> None:
+    """Rename every file of the scratch folder into the output folder, and list it."""
+    made = {path.relative_to(scratch).as_posix(): path for path in _files(scratch)}
+    digests = {name: digest_of(path) or "" for name, path in made.items()}
+    for path in made.values():
+        _sync(path)
+    with _locked(folder):
+        manifest = Manifest(folder)
+        for name in (MANIFEST, *made):
+            found = manifest.fault(name, by)
+            if found is None or digest_of(folder / name) == digests.get(name, ""):
+                continue
+            if aside is not None:
+                kept = set_aside(folder / name)
+                aside(f"{folder / name}: found {found}: it is kept as {kept.name}")
+            elif not force:
+                raise _in_the_way(folder / name, found)
+        for name, digest in digests.items():
+            before = digest_of(folder / name)
+            manifest.entries[name] = Entry(by, (digest,) if before is None else (before, digest))
+        manifest.write(scratch)
+        for name, path in made.items():
+            (folder / name).parent.mkdir(exist_ok=True)
+            os.replace(path, folder / name)
+            manifest.entries[name] = Entry(by, (digests[name],))
+        manifest.write(scratch)
+
+
+def _files(scratch: Path) -> list[Path]:
+    return sorted(path for path in scratch.rglob("*") if path.is_file())
+
+
+def _in_the_way(path: Path, found: str) -> InputError:
+    return InputError(
+        f"{path}: found {found}, expected none or its own: give another --out, move it away, or "
+        "replace it with --force"
+    )
+
+
+@contextlib.contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Work at the manifest of a folder alone."""
+    handle = _lock(folder, wait=True)
+    try:
+        yield
+    finally:
+        os.close(handle)
+
+
+def _lock(folder: Path, *, wait: bool) -> int:
+    """Lock a folder until the handle is closed; some network file systems have no such locks."""
+    handle = os.open(folder, os.O_RDONLY)
+    with contextlib.suppress(OSError):
+        fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+    return handle
+
+
+def _sweep(folder: Path) -> None:
+    """Remove the scratch folders of killed processes; those of living ones are locked."""
+    for left in folder.glob(f"{UNFINISHED}*"):
+        with contextlib.suppress(OSError):
+            handle = os.open(left, os.O_DIRECTORY | os.O_NOFOLLOW)
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                shutil.rmtree(left)
+            finally:
+                os.close(handle)
+
+
+def _sync(path: Path) -> None:
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _verb(by: str) -> str:
+    return by.split()[0]

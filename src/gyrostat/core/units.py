@@ -1,0 +1,282 @@
+"""Units of the quantities that enter and leave: conversion to SI and reading from text."""
+
+import difflib
+import math
+import re
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.validation import magnitude
+
+__all__ = [
+    "RPM",
+    "SI_UNIT",
+    "Unit",
+    "find_unit",
+    "known_unit",
+    "parse_quantity",
+    "parse_uncertain",
+    "to_si",
+]
+
+RPM = 2.0 * math.pi / 60.0
+"""One revolution per minute, rad/s."""
+_DEGREE = math.pi / 180.0
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit of one dimension: value in SI = factor * value + offset."""
+
+    symbol: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+    @overload
+    def to_si(self, value: float) -> float: ...
+    @overload
+    def to_si(self, value: NDArray[np.float64]) -> NDArray[np.float64]: ...
+    def to_si(self, value):
+        """Convert a number or an array (any shape) to SI. NaN stays NaN."""
+        # Nothing is added without an offset: 0.0 would turn -0.0 into 0.0.
+        return self.factor * value + self.offset if self.offset else self.factor * value
+
+
+# One row for each unit: the unit, its other spellings where case matters ('mA' is not 'MA'), and
+# those that are read in any case. The first unit of a dimension is the one used inside and in
+# outputs. '·' between the parts of a spelling may be left out or be a dot, a blank or a star.
+# Hz and 1/s are left out on purpose: they do not say whether radians or revolutions are counted.
+_Row = tuple[Unit, tuple[str, ...], tuple[str, ...]]
+_TABLE: dict[str, tuple[_Row, ...]] = {
+    "time": (
+        (Unit("s"), (), ("s", "sec", "second", "seconds")),
+        (Unit("ms", 1e-3), (), ("msec", "millisecond", "milliseconds")),
+        (Unit("µs", 1e-6), (), ("usec", "microsecond", "microseconds")),
+        (Unit("ns", 1e-9), (), ("nsec", "nanosecond", "nanoseconds")),
+        (Unit("min", 60.0), (), ("min", "minute", "minutes")),
+        (Unit("h", 3600.0), (), ("h", "hour", "hours")),
+    ),
+    "current": (
+        (Unit("A"), (), ("amp", "amps", "ampere", "amperes")),
+        (Unit("mA", 1e-3), (), ("milliamp", "milliamps", "milliampere", "milliamperes")),
+        (Unit("µA", 1e-6), (), ("microamp", "microamps", "microampere", "microamperes")),
+    ),
+    "speed": (
+        (Unit("rad/s"), (), ("rad/s", "rad/sec", "rad·s-1", "radians/s")),
+        (Unit("deg/s", _DEGREE), (), ("deg/s", "deg/sec", "°/s", "°/sec", "deg·s-1", "degrees/s")),
+        (Unit("rpm", RPM), (), ("rpm", "rev/min", "r/min", "1/min", "min-1", "U/min")),
+        (Unit("rev/s", 2.0 * math.pi), (), ("rev/s", "rev/sec", "r/s", "rps")),
+    ),
+    "torque": (
+        (Unit("N·m"), (), ()),
+        (Unit("mN·m", 1e-3), (), ()),
+        (Unit("µN·m", 1e-6), (), ()),
+    ),
+    "momentum": (
+        (Unit("N·m·s"), ("kg·m2/s",), ()),
+        (Unit("mN·m·s", 1e-3), (), ()),
+        (Unit("µN·m·s", 1e-6), (), ()),
+    ),
+    "motor_constant": (
+        (Unit("N·m/A"), ("N·m·A-1",), ()),
+        (Unit("mN·m/A", 1e-3), ("mN·m·A-1",), ()),
+    ),
+    "inertia": (
+        (Unit("kg·m²"), ("N·m·s2",), ()),
+        (Unit("g·m²", 1e-3), (), ()),
+        (Unit("kg·cm²", 1e-4), (), ()),
+        (Unit("g·cm²", 1e-7), (), ()),
+        (Unit("kg·mm²", 1e-6), (), ()),
+        (Unit("g·mm²", 1e-9), (), ()),
+    ),
+    "imbalance": (
+        (Unit("kg·m"), (), ()),
+        (Unit("g·cm", 1e-5), (), ()),
+        (Unit("g·mm", 1e-6), (), ()),
+    ),
+    "viscous": (
+        (Unit("N·m·s/rad"), ("N·m·s", "N·m/(rad/s)"), ()),
+        (Unit("mN·m·s/rad", 1e-3), ("mN·m·s", "mN·m/(rad/s)"), ()),
+        (Unit("µN·m·s/rad", 1e-6), ("uN·m·s", "uN·m/(rad/s)"), ()),
+        (Unit("N·m/rpm", 1.0 / RPM), (), ()),
+        (Unit("mN·m/rpm", 1e-3 / RPM), (), ()),
+        (Unit("µN·m/rpm", 1e-6 / RPM), (), ()),
+    ),
+    "temperature": (
+        (Unit("°C"), ("C",), ("°C", "degC", "deg·C", "Celsius")),
+        (Unit("K", 1.0, -273.15), (), ("Kelvin",)),
+        (Unit("°F", 5.0 / 9.0, -160.0 / 9.0), ("F",), ("°F", "degF", "deg·F", "Fahrenheit")),
+    ),
+    "angle": (
+        (Unit("rad"), (), ("rad", "radian", "radians")),
+        (Unit("deg", _DEGREE), (), ("deg", "°", "degree", "degrees")),
+    ),
+}
+
+SI_UNIT: dict[str, str] = {dimension: rows[0][0].symbol for dimension, rows in _TABLE.items()}
+"""Dimension -> the unit used inside and in outputs (temperature: °C)."""
+
+
+def _normalised(text: str) -> str:
+    """One spelling for what is written alike: 'N.m', 'N m', 'N*m' -> 'N·m'; 'm²', 'm^2' -> 'm2'."""
+    text = unicodedata.normalize("NFKC", text).strip()  # ² -> 2, micro sign -> Greek mu
+    text = text.replace("μ", "u").replace("−", "-").replace("**", "").replace("^", "")
+    text = re.sub(r"\s*/\s*|\s+per\s+", "/", text)
+    return re.sub(r"[\s.·⋅∙•*×]+", "·", text).rstrip("·")
+
+
+def _spellings() -> tuple[dict[str, dict[str, Unit]], dict[str, dict[str, Unit]]]:
+    """Dimension -> normalised spelling -> unit: as it is, and casefolded where case is free."""
+    exact: dict[str, dict[str, Unit]] = {}
+    folded: dict[str, dict[str, Unit]] = {}
+    for dimension, rows in _TABLE.items():
+        exact[dimension], folded[dimension] = {}, {}
+        for unit, strict, free in rows:
+            for spelling in (_normalised(text) for text in (unit.symbol, *strict, *free)):
+                exact[dimension][spelling] = exact[dimension][spelling.replace("·", "")] = unit
+            for spelling in (_normalised(text).casefold() for text in free):
+                folded[dimension][spelling] = folded[dimension][spelling.replace("·", "")] = unit
+    return exact, folded
+
+
+_EXACT, _FOLDED = _spellings()
+
+
+def known_unit(text: str, dimension: str) -> Unit | None:
+    """The unit of a dimension (a key of `SI_UNIT`) that a text spells, or None."""
+    spelling = _normalised(text)
+    return _EXACT[dimension].get(spelling) or _FOLDED[dimension].get(spelling.casefold())
+
+
+def find_unit(text: str, dimension: str, where: str) -> Unit:
+    """The unit of a dimension that a text spells.
+
+    Args:
+        text: spelling of the unit.
+        dimension: key of `SI_UNIT`.
+        where: the place to name in an error.
+
+    Raises:
+        InputError: no unit of this dimension is spelled so.
+    """
+    unit = known_unit(text, dimension)
+    if unit is not None:
+        return unit
+    symbols = {row[0].symbol.casefold(): row[0].symbol for row in _TABLE[dimension]}
+    near = difflib.get_close_matches(text.strip().casefold(), symbols, n=1)
+    raise InputError(
+        f"{where}: found unit {text[:40]!r}, expected a unit of {dimension.replace('_', ' ')}: "
+        + ", ".join(symbols.values())
+        + (f"; did you mean {symbols[near[0]]!r}?" if near else "")
+    )
+
+
+@overload
+def to_si(value: float, unit: str, dimension: str) -> float: ...
+@overload
+def to_si(value: Sequence[float] | NDArray, unit: str, dimension: str) -> NDArray[np.float64]: ...
+def to_si(value, unit, dimension):
+    """Convert to SI.
+
+    Args:
+        value: finite number or array (any shape), in `unit`.
+        unit: spelling of the unit.
+        dimension: key of `SI_UNIT`.
+
+    Returns:
+        The value in `SI_UNIT[dimension]`: a float for a number, otherwise a float64 array.
+
+    Raises:
+        InputError: the unit is unknown, or a value is not finite (in SI either).
+    """
+    found = find_unit(unit, dimension, dimension)
+    with np.errstate(over="ignore"):
+        converted = found.to_si(np.asarray(value, dtype=np.float64))
+    if not np.all(np.isfinite(converted)):
+        raise InputError(f"{dimension}: found NaN or an infinite value, expected finite numbers")
+    return float(converted) if converted.ndim == 0 else converted
+
+
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.ASCII | re.DOTALL)
+
+
+def parse_quantity(text: str, dimension: str, where: str) -> float:
+    """Read a quantity such as '4rpm', '4 rpm' or '0.418879' (a bare number is in SI).
+
+    Args:
+        text: a number, and its unit unless it is in SI.
+        dimension: key of `SI_UNIT`.
+        where: the place to name in an error, as '--hold stribeck_speed'.
+
+    Returns:
+        The value in `SI_UNIT[dimension]`.
+
+    Raises:
+        InputError: not a number, one of no physical magnitude, or a unit that is unknown.
+    """
+    match = _QUANTITY.fullmatch(text)
+    if match is None:
+        raise InputError(
+            f"{where}: found {text[:40]!r}, expected a number in {SI_UNIT[dimension]} "
+            f"or with a unit: {', '.join(row[0].symbol for row in _TABLE[dimension])}"
+        )
+    unit = match[2].strip() or SI_UNIT[dimension]
+    value = find_unit(unit, dimension, f"{where} {text[:40]!r}").to_si(float(match[1]))
+    return magnitude(where, value, SI_UNIT[dimension], shown=repr(text[:40]))
+
+
+_PLUS_MINUS = re.compile(r"\+/-|\+-|±")
+
+
+def parse_uncertain(text: str, dimension: str | None, where: str) -> tuple[float | None, float]:
+    """Read a value with its tolerance, such as '1.5e-3 +- 1 %', '15 kg·cm² ± 0.2 kg·cm²', '+- 1 %'.
+
+    Args:
+        text: a quantity, a tolerance after '+-', '+/-' or '±' (in per cent or in the unit of the
+            dimension), or both.
+        dimension: key of `SI_UNIT`; None for a factor, which has no unit.
+        where: the place to name in an error, as '--inertia'.
+
+    Returns:
+        The value in SI, None where only a tolerance is given; and the tolerance as a share of the
+        value, one sigma, zero where none is given.
+
+    Raises:
+        InputError: not a quantity, a tolerance that is negative or no number, an absolute one
+            without a value, or one of a value of zero.
+    """
+
+    def quantity(part: str) -> float:
+        if dimension is not None:
+            return parse_quantity(part, dimension, where)
+        match = _QUANTITY.fullmatch(part)
+        if match is None or match[2].strip():
+            raise InputError(f"{where}: found {part.strip()[:40]!r}, expected a factor or '+- 1 %'")
+        return float(match[1])
+
+    parts = _PLUS_MINUS.split(text)
+    if len(parts) > 2:
+        raise InputError(f"{where}: found {text[:40]!r}, expected one tolerance, as '+- 1 %'")
+    value = quantity(parts[0]) if parts[0].strip() or len(parts) == 1 else None
+    if len(parts) == 1:
+        return value, 0.0
+    amount = parts[1].strip()
+    percent = amount.endswith("%")
+    match = _QUANTITY.fullmatch(amount.removesuffix("%"))
+    if match is None or (percent and match[2].strip()):
+        raise InputError(f"{where}: found tolerance {amount[:40]!r}, expected one such as '1 %'")
+    sigma = float(match[1]) / 100.0 if percent else quantity(amount)
+    if not percent:
+        size = 1.0 if dimension is None and value is None else abs(value or 0.0)
+        if size == 0.0:
+            raise InputError(f"{where}: found tolerance {amount[:40]!r}, expected a share in %")
+        sigma /= size
+    if not (math.isfinite(sigma) and sigma >= 0.0):
+        raise InputError(f"{where}: found tolerance {amount[:40]!r}, expected 0 or more")
+    return value, sigma

@@ -1,0 +1,28 @@
+"""Estimators that run on line: fixed effort in every sample."""
+
+from gyrostat.estimation.attitude_filter import AttitudeEstimate, AttitudeFilter
+from gyrostat.estimation.friction_scale import FrictionScaleEstimate, FrictionScaleFilter
+from gyrostat.estimation.friction_torque import FrictionTorqueEstimate, FrictionTorqueFilter
+from gyrostat.estimation.rate_observer import RateEstimate, RateObserver
+from gyrostat.estimation.steady_attitude_filter import SteadyAttitudeEstimate, SteadyAttitudeFilter
+from gyrostat.estimation.torque_walk import TorqueWalk
+from gyrostat.estimation.track import FrictionTrack, track_friction
+from gyrostat.estimation.wheel_momentum import MomentumEstimate, WheelMomentumFilter
+
+__all__ = [
+    "AttitudeEstimate",
+    "AttitudeFilter",
+    "FrictionScaleEstimate",
+    "FrictionScaleFilter",
+    "FrictionTorqueEstimate",
+    "FrictionTorqueFilter",
+    "FrictionTrack",
+    "MomentumEstimate",
+    "RateEstimate",
+    "RateObserver",
+    "SteadyAttitudeEstimate",
+    "SteadyAttitudeFilter",
+    "TorqueWalk",
+    "WheelMomentumFilter",
+    "track_friction",
+]

@@ -1,0 +1,117 @@
+"""Friction torque of a wheel from its measured momentum, without a friction model."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.validation import require
+from gyrostat.estimation.torque_walk import TorqueWalk, correct, predict
+
+
+class FrictionTorqueEstimate(NamedTuple):
+    """What the filter knows.
+
+    Attributes:
+        walk: momentum and the torque on it, which is minus the friction.
+        innovation: of the last measurement, N·m·s.
+        innovation_variance: (N·m·s)².
+        missed: measurements that were no numbers, and were left out.
+    """
+
+    walk: TorqueWalk
+    innovation: Scalar
+    innovation_variance: Scalar
+    missed: Scalar
+
+    @property
+    def momentum(self) -> Scalar:
+        """Of the wheel, N·m·s."""
+        return self.walk.momentum
+
+    @property
+    def friction(self) -> Scalar:
+        """Friction torque, N·m."""
+        return -self.walk.torque
+
+
+class FrictionTorqueFilter(eqx.Module):
+    """Kalman filter with momentum h and friction torque N as states: h' = u - N, N' = noise.
+
+    Moreira, Lopes and Kuga, "Estimation of torque in a reaction wheel using a bristle model for
+    friction", eqs. (6)-(7), (11)-(14), (17).
+
+    Attributes:
+        momentum_sigma: rho, noise of a measured momentum, N·m·s.
+        torque_drift: rho_1, of the friction torque in the square root of a second, N·m/√s.
+        initial_sigma: rho_0, of both states before the first measurement, N·m·s and N·m.
+    """
+
+    momentum_sigma: Scalar
+    torque_drift: Scalar
+    initial_sigma: Scalar
+
+    def check(self) -> None:
+        """Refuse what is no covariance.
+
+        Raises:
+            InputError: a standard deviation is not finite, or not above zero.
+        """
+        for name in ("momentum_sigma", "torque_drift", "initial_sigma"):
+            require(name, getattr(self, name), positive=True)
+
+    def start(self, momentum: Scalar = 0.0, friction: Scalar = 0.0) -> FrictionTorqueEstimate:
+        """Before the first measurement."""
+        variance, zero = self.initial_sigma**2, jnp.array(0.0)
+        momentum, torque = jnp.asarray(momentum, float), -jnp.asarray(friction, float)
+        walk = TorqueWalk(momentum, torque, variance, zero, variance)
+        return FrictionTorqueEstimate(walk, zero, zero, zero)
+
+    def predict(
+        self, estimate: FrictionTorqueEstimate, impulse: Scalar, period: Scalar
+    ) -> FrictionTorqueEstimate:
+        """Carry over a period, s, with the impulse of the motor torque in it, N·m·s."""
+        return estimate._replace(walk=predict(estimate.walk, self.torque_drift, period, impulse))
+
+    def correct(self, estimate: FrictionTorqueEstimate, momentum: Scalar) -> FrictionTorqueEstimate:
+        """Take in a measured momentum, N·m·s; one that is not finite is counted and left out."""
+        seen = jnp.isfinite(momentum)
+        value = jnp.where(seen, momentum, 0.0)
+        walk, innovation, variance = correct(estimate.walk, value, self.momentum_sigma**2)
+        kept = TorqueWalk(
+            *(jnp.where(seen, new, old) for new, old in zip(walk, estimate.walk, strict=True))
+        )
+        return FrictionTorqueEstimate(
+            kept,
+            jnp.where(seen, innovation, 0.0),
+            jnp.where(seen, variance, 0.0),
+            estimate.missed + jnp.where(seen, 0.0, 1.0),
+        )
+
+    def steady_gain(self, period: float) -> Float[Array, " 2"]:
+        """Gain of momentum and of friction torque once the covariance has settled.
+
+        In closed form. The second difference of the measured momentum is 1 + a d + (1 - K) d² on
+        the innovations, d a delay, and the same second difference of noise and walk: equal spectra
+        at zero frequency and at half the sampling rate give the share s² = 1 - K of a
+        measurement's variance that is left of the momentum's.
+
+        Args:
+            period: between measurements, s, above 0.
+
+        Returns:
+            (2,) gain of h, 1, and of N, 1/s.
+
+        Raises:
+            InputError: the period is not above zero.
+        """
+        require("period", period, "s", positive=True)
+        slow = self.torque_drift * period**1.5 / self.momentum_sigma
+        fast = jnp.sqrt(16.0 + slow**2 / 3.0)
+        # 2 s² - (slow + fast) s + 2 = 0, and K = (1 - s) (1 + s) without a difference
+        root = jnp.sqrt(4.0 / 3.0 * slow**2 + 2.0 * slow * fast)
+        left = 4.0 / (slow + fast + root)
+        taken = (slow + slow**2 / 3.0 / (fast + 4.0) + root) / (slow + fast + root)
+        return jnp.stack([taken * (1.0 + left), -left * slow / period])

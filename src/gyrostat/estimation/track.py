@@ -1,0 +1,149 @@
+"""Friction of a wheel along its telemetry: the health signal of its bearing."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Vector
+from gyrostat.estimation.friction_scale import FrictionScaleFilter
+
+UNKNOWN = 1e3
+"""First standard deviation of the speed over that of a measurement."""
+FASTEST = 1e4
+"""rad/s: faster than any bearing bears."""
+
+
+@dataclass(frozen=True)
+class FrictionTrack:
+    """What the filter knew after each sample.
+
+    Attributes:
+        time: (N,) s.
+        speed: (N,) estimated, rad/s.
+        scale: (N,) friction of the wheel over friction of the model.
+        scale_sigma: (N,) its standard deviation.
+        normalised_innovation_squared: (N,) chi-square with one degree of freedom where the filter
+            is consistent; NaN where there was no measurement, and at the first, which nothing
+            foretells.
+        missed: samples without a speed.
+    """
+
+    time: Vector
+    speed: Vector
+    scale: Vector
+    scale_sigma: Vector
+    normalised_innovation_squared: Vector
+    missed: int
+
+    @property
+    def consistent(self) -> bool:
+        """Whether the mean normalised innovation squared is within its 95 % band."""
+        seen = self.normalised_innovation_squared[np.isfinite(self.normalised_innovation_squared)]
+        return bool(abs(np.mean(seen) - 1.0) < 1.96 * np.sqrt(2.0 / len(seen)))
+
+
+@jax.jit
+def _tracked(estimator: FrictionScaleFilter, first, current, duration, speed):
+    def tick(estimate, now):
+        drive, length, measured = now
+        corrected = estimator.correct(estimate, measured)
+        return estimator.predict(corrected, drive, length), corrected
+
+    start = estimator.start(first, UNKNOWN * estimator.speed_sigma)
+    return jax.lax.scan(tick, start, (current, duration, speed))[1]
+
+
+def _series(name: str, values: ArrayLike) -> Vector:
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: found values that are no numbers, expected numbers") from None
+    if array.ndim != 1:
+        raise InputError(f"{name}: found shape {array.shape}, expected one value for each sample")
+    return array
+
+
+def track_friction(
+    estimator: FrictionScaleFilter, time: ArrayLike, current: ArrayLike, speed: ArrayLike
+) -> FrictionTrack:
+    """Run the filter along a record; intervals may be uneven, the current is held through each.
+
+    Args:
+        estimator: filter with the identified wheel.
+        time: (N,) s, increasing.
+        current: (N,) A.
+        speed: (N,) measured, rad/s; NaN where it is missing.
+
+    Raises:
+        InputError: fewer than two samples or speeds, lengths that differ, time that does not
+            increase, a current or time that is not finite, a speed that no wheel has, an interval
+            too long for the wheel model, or a filter whose parameters are not single numbers.
+    """
+    estimator.check()
+    shapes = {np.shape(leaf) for leaf in jax.tree.leaves(estimator)} - {()}
+    if shapes:
+        raise InputError(f"filter: found parameters of shape {shapes.pop()}, expected numbers")
+    time, current, speed = (
+        _series(name, values)
+        for name, values in (("time", time), ("current", current), ("speed", speed))
+    )
+    if not len(time) == len(current) == len(speed) >= 2:
+        raise InputError(
+            f"record: found {len(time)}, {len(current)} and {len(speed)} samples of time, current "
+            "and speed, expected equally many, 2 or more"
+        )
+    for name, values, unit in (("time", time, "s"), ("current", current, "A")):
+        bad = np.flatnonzero(~np.isfinite(values))
+        if len(bad):
+            raise InputError(
+                f"{name} of sample {bad[0]}: found {values[bad[0]]}, expected finite {unit}"
+            )
+    steps = np.diff(time)
+    back = np.flatnonzero(steps <= 0.0)
+    if len(back):
+        raise InputError(
+            f"time of sample {back[0] + 1}: found {time[back[0] + 1]:g} s after "
+            f"{time[back[0]]:g} s, expected increasing times"
+        )
+    seen = np.isfinite(speed)
+    if seen.sum() < 2:
+        raise InputError(f"speed: found {seen.sum()} finite samples, expected 2 or more")
+    fast = np.flatnonzero(seen & (np.abs(speed) > FASTEST))
+    if len(fast):
+        raise InputError(
+            f"speed of sample {fast[0]}: found {speed[fast[0]]:g} rad/s, expected at most "
+            f"{FASTEST:g} rad/s, or NaN where it is missing"
+        )
+    first = int(np.argmax(seen))
+    found = _tracked(
+        jax.tree.map(lambda leaf: jnp.asarray(leaf, float), estimator),
+        speed[first],
+        current,
+        np.append(steps, 0.0),
+        speed,
+    )
+    _refuse_lost(np.asarray(found.state), np.asarray(found.unresolved), time)
+    squared = np.asarray(found.innovation) ** 2 / np.where(seen, found.innovation_variance, 1.0)
+    squared[~seen] = squared[first] = np.nan
+    return FrictionTrack(
+        time=time,
+        speed=np.asarray(found.state)[:, 0],
+        scale=np.asarray(found.state)[:, 1],
+        scale_sigma=np.sqrt(np.asarray(found.covariance)[:, 1, 1]),
+        normalised_innovation_squared=squared,
+        missed=int(np.sum(~seen)),
+    )
+
+
+def _refuse_lost(state: np.ndarray, unresolved: np.ndarray, time: Vector) -> None:
+    lost = np.flatnonzero((unresolved > 0.0) | ~np.all(np.isfinite(state), axis=1))
+    if len(lost):
+        k = max(int(lost[0]), 1)
+        raise InputError(
+            f"time of sample {k}: found an interval of {time[k] - time[k - 1]:g} s at "
+            f"{time[k - 1]:g} s through which the wheel model cannot be carried, expected a "
+            "shorter one: track the parts before and after it on their own"
+        )

@@ -1,0 +1,203 @@
+"""A co-simulation unit (FMI 2.0) from an emitted module."""
+
+import hashlib
+import platform
+import re
+import sys
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gyrostat.codegen.flight.c import emit
+from gyrostat.codegen.flight.expressions import Dialect
+from gyrostat.codegen.flight.measure import FLAGS, compiler
+from gyrostat.codegen.flight.module import Module, Port, by_address
+from gyrostat.codegen.flight.structs import Leaf, Struct
+from gyrostat.codegen.program import Kind, Number
+from gyrostat.codegen.simd import run_compiler
+from gyrostat.core.errors import InputError
+from gyrostat.core.files import whole_file
+from gyrostat.core.jax64 import jax
+from gyrostat.exports.fmi2 import WRAPPER
+from gyrostat.exports.model_description import Variable, model_description
+from gyrostat.exports.targets import Target
+from gyrostat.exports.unit_text import unit_of
+
+NONE = "    case 0xFFFFFFFF: return NULL;"
+"""For a kind of number that a unit has none of."""
+SINCE = "duration"
+"""An argument of this name is the communication step; a target without one has its own period."""
+
+
+def write_fmu(target: Target, path: Path) -> str | None:
+    """Write a co-simulation unit: sources, description, and a binary where there is a compiler.
+
+    Args:
+        target: what it does in each communication step.
+        path: of the file, NAME.fmu.
+
+    Returns:
+        The platform of the binary; None where it holds none.
+
+    Raises:
+        InputError: the target cannot be emitted, or the compiler refuses.
+    """
+    name = target.name
+    module = emit(name, target.entries)
+    ports = {port.name: port for every in module.ports.values() for port in every}
+    variables = list(_variables(target, ports))
+    key = hashlib.sha256((module.header + module.source).encode()).hexdigest()
+    guid = f"{{{key[:8]}-{key[8:12]}-{key[12:16]}-{key[16:20]}-{key[20:32]}}}"
+    wrapper = _wrapper(target, module, ports, variables, guid)
+    sources = {f"{name}.h": module.header, f"{name}.c": module.source, f"{name}_fmi2.c": wrapper}
+    binary = _binary(sources, name)
+    contents: dict[str, str | bytes] = {
+        "modelDescription.xml": model_description(target, variables, guid),
+        **{f"sources/{file}": text for file, text in sources.items()},
+    }
+    where, suffix = _platform()
+    if binary is not None:
+        contents[f"binaries/{where}/{name}{suffix}"] = binary
+    with whole_file(path) as unfinished, zipfile.ZipFile(unfinished, "w") as archive:
+        for file, content in contents.items():
+            # of one date: the same unit is the same file, byte by byte
+            archive.writestr(
+                zipfile.ZipInfo(file, (1980, 1, 1, 0, 0, 0)), content, zipfile.ZIP_DEFLATED
+            )
+    return None if binary is None else where
+
+
+def _variables(target: Target, ports: dict[str, Port]) -> Iterator[Variable]:
+    """All scalars, in the order of the ports."""
+    given = _given(target)
+    read = {name for entry in target.steps for name in entry.arguments}
+    counts = {"real": 0, "logical": 0, "integer": 0}
+    for port in ports.values():
+        role, exact = _role(target, port)
+        values = [float(x) for leaf in given.get(port.name, ()) for x in np.ravel(leaf)]
+        unit = target.units.get(port.name, "")
+        for number, (name, kind, meaning) in enumerate(_leaves(port.content, port.name, "")):
+            start = values[number] if values else 0.0
+            known = unit or unit_of(meaning)
+            place, tunable = counts[kind], port.name in read - {"period"}
+            yield Variable(name, kind, role, exact, tunable, meaning, known, place, start)
+            counts[kind] += 1
+
+
+def _role(target: Target, port: Port) -> tuple[str, bool]:
+    """Causality of an argument, and whether its value before the simulation is the user's."""
+    name = port.name
+    read = {name for entry in target.steps for name in entry.arguments}
+    if name == SINCE:
+        return "local", False
+    if name in target.begin[0].results or name == "period":
+        return "parameter", True
+    if any(name in entry.results for entry in target.steps):
+        # a state of one number is an output too; one of a struct is only for looking at
+        state = name in read
+        kind = "local" if state and isinstance(port.content, Struct) else "output"
+        return kind, state and kind == "output"
+    return ("input" if name in read else "parameter"), True
+
+
+def _given(target: Target) -> dict[str, list[Any]]:
+    """Leaves of what has a value before the simulation: the parameters, and what stays."""
+    stays = {name: [value] for name, value in target.constants.items() if name in ("period",)}
+    first = target.begin[0]
+    made = first.function() if len(first.results) > 1 else (first.function(),)
+    return stays | {n: jax.tree.leaves(tree) for n, tree in zip(first.results, made, strict=True)}
+
+
+def _leaves(content: Leaf | Struct, path: str, meaning: str) -> Iterator[tuple[str, Kind, str]]:
+    if isinstance(content, Struct):
+        for member in content.members:
+            yield from _leaves(member.content, f"{path}.{member.name}", member.meaning)
+        return
+    for place in np.ndindex(content.shape):
+        yield path + "".join(f"[{k}]" for k in place), content.kind, meaning
+
+
+def _wrapper(
+    target: Target, module: Module, ports: dict[str, Port], variables: list[Variable], guid: str
+) -> str:
+    dialect = Dialect()
+
+    def call(entry: str) -> str:
+        given = [
+            f"&v->{p.name}" if by_address(p) or isinstance(p.content, Struct) else f"v->{p.name}"
+            for p in module.ports[entry]
+        ]
+        return f"    status |= {entry}({', '.join(given)});"
+
+    def places(kind: Kind) -> str:
+        return "\n".join(
+            f"    case {v.reference}: return &v->{v.name};" for v in variables if v.kind == kind
+        )
+
+    members = []
+    for port in ports.values():
+        content = port.content
+        if isinstance(content, Struct):
+            members.append(f"    {content.name} {port.name};")
+        else:
+            size = "".join(f"[{count}]" for count in content.shape)
+            members.append(f"    {dialect.type_of(content.kind)} {port.name}{size};")
+    first = [
+        f"    v->{v.name} = {dialect.number(Number(v.kind, v.start)).text};"
+        for v in variables
+        if v.start != 0.0
+    ]
+    steps = [call(entry.name) for entry in target.steps]
+    if SINCE in ports:
+        steps = [f"    v->{SINCE} = duration;", *steps]
+    else:
+        period = repr(float(target.period))
+        steps = [
+            f"    const double periods = floor((duration / {period}) + 0.5);",
+            f"    if (!((periods >= 1.0) && (fabs((duration / {period}) - periods) < 1e-6))) {{",
+            "        return FAULT; /* a sampled unit goes on by whole periods of its own */",
+            "    }",
+            "    for (double k = 0.0; k < periods; k += 1.0) {",
+            *(f"    {line}" for line in steps),
+            "    }",
+        ]
+    return WRAPPER.format(
+        name=target.name,
+        guid=guid,
+        members="\n".join(members),
+        reals=places("real"),
+        logicals=places("logical") or NONE,
+        integers=places("integer") or NONE,
+        first="\n".join(first),
+        begin="\n".join(call(entry.name) for entry in target.begin[1:]) or "    (void)v;",
+        step="\n".join(steps),
+    )
+
+
+def _platform() -> tuple[str, str]:
+    bits = "64" if sys.maxsize > 2**32 else "32"
+    system = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib")}
+    name, suffix = system.get(platform.system(), ("win", ".dll"))
+    return name + bits, suffix
+
+
+def _binary(sources: dict[str, str], name: str) -> bytes | None:
+    """The shared library, by the user's compiler."""
+    program = compiler()
+    if program is None:
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        for file, text in sources.items():
+            (Path(folder) / file).write_text(text, encoding="utf-8")
+        files = [file for file in sources if file.endswith(".c")]
+        flags = [*FLAGS.split(), "-O2", "-shared", "-fPIC", "-fvisibility=hidden"]
+        command = [*program, *flags, *files, "-lm", "-o", "unit"]
+        done = run_compiler(command, Path(folder))
+        if done.returncode != 0:
+            first = re.sub(r"\s+", " ", done.stderr)[:200]
+            raise InputError(f"{program[0]}: found it refuses the unit ({first}), expected C99")
+        return (Path(folder) / "unit").read_bytes()

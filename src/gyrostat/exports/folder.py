@@ -1,0 +1,188 @@
+"""The folder that goes to flight: header, source, test program, Makefile and README."""
+
+from gyrostat.codegen.flight.c import emit
+from gyrostat.codegen.flight.expressions import Dialect
+from gyrostat.codegen.flight.header import prototype
+from gyrostat.codegen.flight.measure import FLAGS, OPTIMISATION, Compiled, measure
+from gyrostat.codegen.flight.module import Module, Precision
+from gyrostat.codegen.flight.operation_count import CLASSES, ELEMENTARY, operations
+from gyrostat.codegen.flight.structs import Leaf
+from gyrostat.codegen.program import Call, Function, statements
+from gyrostat.exports.check_program import TOLERANCE, program
+from gyrostat.exports.targets import STEPS, Target
+
+MAKEFILE = """\
+# Strict C99 without contracted products: then every run has the same last digits.
+CC ?= cc
+CFLAGS ?= {optimisation}
+FLAGS = {flags} -Wall -Wextra -Wconversion -Wshadow -pedantic
+
+test: {name}_test
+\t./{name}_test | diff - expected.txt
+
+errors: {name}_test
+\t./{name}_test errors
+
+{name}_test: {name}.c {name}_test.c {name}.h
+\t$(CC) $(CFLAGS) $(FLAGS) {name}.c {name}_test.c -lm -o $@
+
+clean:
+\trm -f {name}_test
+
+.PHONY: test errors clean
+"""
+
+
+def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
+    """Emit a target with all that goes with it.
+
+    Args:
+        target: what flies.
+        precision: of its real numbers.
+        origin: where its parameters come from, for the README.
+
+    Returns:
+        File name -> text.
+
+    Raises:
+        InputError: the target cannot be emitted; see `emit`.
+    """
+    name = target.name
+    module = emit(name, target.entries, precision)
+    test, printed = program(target, module, precision)
+    made = {
+        f"{name}.h": module.header,
+        f"{name}.c": module.source,
+        f"{name}_test.c": test,
+        "expected.txt": printed,
+        "Makefile": MAKEFILE.format(name=name, flags=FLAGS, optimisation=OPTIMISATION),
+    }
+    return made | {"README.md": _readme(target, module, precision, origin, measure(made, name))}
+
+
+def _readme(
+    target: Target, module: Module, precision: Precision, origin: str, compiled: Compiled | None
+) -> str:
+    dialect = Dialect(precision)
+    lines = [
+        f"# {target.title}",
+        "",
+        f"{origin} All numbers are `{precision}`, in SI units and radians; the header says the "
+        "unit of every field.",
+        "",
+        "## Calling sequence",
+        "",
+        "```c",
+        *_declarations(target, module, dialect),
+        "",
+        *(_call(module, entry.name) for entry in target.begin),
+        f"/* then every {target.period:g} s, the period that the numbers are tuned for */",
+        *(_call(module, entry.name) for entry in target.steps),
+        "```",
+        "",
+        "Every function returns 0, or 1 where a loop has used up its passes: what it has set is "
+        "then not to be trusted.",
+        *_validation(target),
+        "",
+        "```c",
+        *(
+            prototype(entry.name, module.ports[entry.name], dialect) + ";"
+            for entry in target.entries
+        ),
+        "```",
+        "",
+        "## What it takes",
+        "",
+        *_costs(target, module, compiled),
+        "",
+        "## Test",
+        "",
+        f"`make test` runs {STEPS} steps and compares every output with Python's, to "
+        f"{TOLERANCE[precision]:g} of its largest value; `make errors` prints the differences.",
+    ]
+    if precision == "float":
+        lines += ["", "## What single precision loses", "", *_losses(compiled)]
+    return "\n".join([*lines, ""])
+
+
+def _validation(target: Target) -> list[str]:
+    """What becomes of bad inputs."""
+    words = {"hold": "the last accepted command", "zero": "zero"}
+    reports = [n for entry in target.steps for n in entry.results if n.endswith("report")]
+    if target.on_bad is None:
+        return ["A NaN goes through to what depends on it and stops nothing, as in Python."]
+    where = f"`{reports[0]}.sample_status`" if reports else "`output.sample_status`"
+    return [
+        "Every input is validated before anything is computed from it: finite (by its bits), "
+        "within its range, within its rate limit if it has one. A sample with a rejected value is "
+        f"treated as missing: the memory is predicted, the output is {words[target.on_bad]}, and "
+        f"{where} says why (see `SampleStatus` in the header). The next good sample continues. "
+        "After 4 samples without an accepted value the rate limit is not applied, so that no "
+        "sensor is shut out for good. Memory and outputs stay finite.",
+        "The limits are parameters of `guard`; 3.4e38 stands for none.",
+    ]
+
+
+def _declarations(target: Target, module: Module, dialect: Dialect) -> list[str]:
+    ports = {port.name: port for every in module.ports.values() for port in every}
+    lines = []
+    for port in ports.values():
+        content = port.content
+        kind = dialect.type_of(content.kind) if isinstance(content, Leaf) else content.name
+        value = target.constants.get(port.name)
+        lines.append(f"{kind} {port.name}{'' if value is None else f' = {value!r}'};")
+    return lines
+
+
+def _call(module: Module, entry: str) -> str:
+    given = [
+        f"&{p.name}" if p.set or not isinstance(p.content, Leaf) else p.name
+        for p in module.ports[entry]
+    ]
+    return f"{entry}({', '.join(given)});"
+
+
+def _costs(target: Target, module: Module, compiled: Compiled | None) -> list[str]:
+    functions = {function.name: function for function in module.functions}
+    classes = (*CLASSES, ELEMENTARY)
+    lines = [
+        f"| operations of a call | {' | '.join(classes)} |",
+        "| --- " * (len(classes) + 1) + "|",
+    ]
+    for entry in target.steps:
+        most = operations(functions[entry.name])
+        once = operations(functions[entry.name], one_pass=True)
+        cells = [str(most[name]) for name in classes]
+        if once != most:
+            cells = [f"{once[name]} ({most[name]})" for name in classes]
+        lines.append(f"| `{entry.name}` | {' | '.join(cells)} |")
+    if any("(" in line for line in lines[2:]):
+        lines += ["", "With one pass of a loop that ends when it is done (with all it may take)."]
+    lines.append("")
+    if compiled is None:
+        return [*lines, "Size and stack: not measured, for want of a C compiler."]
+    told = [] if compiled.code is None else [f"{compiled.code} bytes of code and constants"]
+    if compiled.stack:
+        deepest = max(_depth(functions[e.name], compiled) for e in target.entries)
+        told.append(f"{deepest} bytes of stack at most, without what the C library needs")
+    return [
+        *lines,
+        f"By {compiled.compiler} with `{OPTIMISATION}`: {', '.join(told) or 'it compiles'}.",
+    ]
+
+
+def _depth(function: Function, compiled: Compiled) -> int:
+    """Bytes of stack down the deepest chain of calls; a function that is inlined counts as none."""
+    calls = (s.function for s in statements(function.body) if isinstance(s, Call))
+    below = max((_depth(called, compiled) for called in calls), default=0)
+    return compiled.stack.get(function.name, 0) + below
+
+
+def _losses(compiled: Compiled | None) -> list[str]:
+    if compiled is None:
+        return ["Not measured, for want of a C compiler: `make errors` tells."]
+    return [
+        "Largest error of every output in the test run, over its largest value:",
+        "",
+        *(f"- `{output}`: {error:.1e}" for output, error in compiled.errors.items()),
+    ]

@@ -1,0 +1,125 @@
+"""modelDescription.xml of a co-simulation unit (FMI 2.0)."""
+
+import sys
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+import numpy as np
+
+from gyrostat.codegen.program import Kind
+from gyrostat.exports.targets import Target
+from gyrostat.exports.unit_text import base_exponents
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A scalar of the unit.
+
+    Attributes:
+        name: as C reaches it in the values, without the place in arrays.
+        kind: "real", "integer" or "logical".
+        role: "parameter", "input", "output" or "local".
+        meaning: its description.
+        unit: SI, or "".
+        exact: whether its value before the simulation is the user's.
+        tunable: whether its value counts after the beginning too.
+        reference: among those of its kind.
+        start: value before the simulation.
+    """
+
+    name: str
+    kind: Kind
+    role: str
+    exact: bool
+    tunable: bool
+    meaning: str
+    unit: str
+    reference: int
+    start: float
+
+
+def model_description(target: Target, variables: list[Variable], guid: str) -> str:
+    """Text of modelDescription.xml.
+
+    Args:
+        target: what the unit does.
+        variables: all of them, in order.
+        guid: of the unit.
+    """
+    root = ElementTree.Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=target.name,
+        guid=guid,
+        description=target.title,
+        generationTool="gyrostat",
+        variableNamingConvention="structured",
+    )
+    simulation = ElementTree.SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=target.name,
+        canHandleVariableCommunicationStepSize="true",
+        canGetAndSetFMUstate="true",
+        canSerializeFMUstate="true",
+    )
+    files = ElementTree.SubElement(simulation, "SourceFiles")
+    for file in (f"{target.name}.c", f"{target.name}_fmi2.c"):
+        ElementTree.SubElement(files, "File", name=file)
+    units = sorted({variable.unit for variable in variables} - {""})
+    if units:
+        definitions = ElementTree.SubElement(root, "UnitDefinitions")
+        for unit in units:
+            base = {name: str(power) for name, power in base_exponents(unit).items()}
+            made = ElementTree.SubElement(definitions, "Unit", name=unit)
+            ElementTree.SubElement(made, "BaseUnit", base)
+    ElementTree.SubElement(
+        root, "DefaultExperiment", startTime="0", stepSize=repr(float(target.period))
+    )
+    listed = ElementTree.SubElement(root, "ModelVariables")
+    outputs = []
+    for index, variable in enumerate(variables, start=1):
+        outputs += [index] if variable.role == "output" else []
+        _describe(listed, variable)
+    structure = ElementTree.SubElement(root, "ModelStructure")
+    unknown = [k for k in outputs if not variables[k - 1].exact]
+    for tag, indices in (("Outputs", outputs), ("InitialUnknowns", unknown)):
+        if indices:
+            every = ElementTree.SubElement(structure, tag)
+            for index in indices:
+                ElementTree.SubElement(every, "Unknown", index=str(index))
+    ElementTree.indent(root)
+    text = ElementTree.tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
+
+
+def _describe(listed: ElementTree.Element, variable: Variable) -> None:
+    about = {"name": variable.name, "valueReference": str(variable.reference)}
+    if variable.meaning:
+        about["description"] = variable.meaning
+    about["causality"] = variable.role
+    real, logical = variable.kind == "real", variable.kind == "logical"
+    about["variability"] = "continuous" if real else "discrete"
+    if variable.role == "parameter":
+        about["variability"] = "tunable" if variable.tunable else "fixed"
+    if variable.role != "input":
+        about["initial"] = "exact" if variable.exact else "calculated"
+    element = ElementTree.SubElement(listed, "ScalarVariable", about)
+    content = {}
+    if real and variable.unit:
+        content["unit"] = variable.unit
+    if variable.exact:
+        content["start"] = (
+            _number(variable.start)
+            if real
+            else str(bool(variable.start)).lower()
+            if logical
+            else str(int(variable.start))
+        )
+    kind = {"real": "Real", "integer": "Integer", "logical": "Boolean"}[variable.kind]
+    ElementTree.SubElement(element, kind, content)
+
+
+def _number(value: float) -> str:
+    """As XML writes it, infinity as the largest double: FMI 2.0 knows no other."""
+    return repr(float(np.clip(value, -sys.float_info.max, sys.float_info.max)))

@@ -1,0 +1,41 @@
+"""The data sheet of a wheel: every number with its unit and how well it is known."""
+
+import json
+
+from gyrostat.core.units import SI_UNIT
+from gyrostat.wheel import WheelModel
+
+
+def sheet(model: WheelModel) -> str:
+    """Text of a JSON data sheet.
+
+    Args:
+        model: content of a model file.
+
+    Returns:
+        {"friction": {"model", "title", "equation"}, "parameters": {NAME: {"value", "sigma",
+        "unit"}}, "origin"}; sigma is null where it is not known.
+    """
+    dimensions = {
+        "inertia": "inertia",
+        "motor_constant": "motor_constant",
+        **model.friction.dimensions(),
+    }
+    content = {
+        "friction": {
+            "model": model.friction.name,
+            "title": model.friction.title,
+            "equation": (model.friction.__doc__ or "").partition("\n")[0],
+        },
+        "parameters": {
+            name: {
+                "value": model.values[name],
+                "sigma": model.sigma.get(name),
+                "unit": SI_UNIT[dimension],
+            }
+            for name, dimension in dimensions.items()
+            if name in model.values
+        },
+        "origin": dict(model.origin),
+    }
+    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"

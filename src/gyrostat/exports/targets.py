@@ -1,0 +1,290 @@
+"""What of a wheel model can fly: the functions, their state and a run to test them with."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from gyrostat.codegen.flight.module import Entry
+from gyrostat.codegen.tracing import as_arrays
+from gyrostat.control import (
+    CurrentMode,
+    EstimatingCompensator,
+    FieldLimits,
+    Guarded,
+    MeasurementGuard,
+)
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.estimation import FrictionScaleFilter
+from gyrostat.exports import entries
+from gyrostat.exports.compensated_wheel import BodyMeasurement, CompensatedWheel
+from gyrostat.spacecraft import TableMeasurement
+from gyrostat.wheel import Wheel
+
+STEPS = 40
+"""Of the run that a test program repeats."""
+Limits = Mapping[str, FieldLimits] | None
+"""Name of a measured field -> its limits; None: values are only tested to be finite."""
+UNITS = {
+    "speed": "rad/s",
+    "initial_speed": "rad/s",
+    "current": "A",
+    "slope": "A/s",
+    "duration": "s",
+    "period": "s",
+}
+
+
+@dataclass(frozen=True)
+class Target:
+    """What is emitted as one module.
+
+    Attributes:
+        name: of the module, and first word of its functions.
+        title: one line.
+        period: s, that the numbers were tuned for.
+        begin: functions called once, in this order.
+        steps: functions called once in every period, in this order.
+        constants: name -> value of arguments that stay.
+        inputs: name -> value of arguments that change, first axis the step, for a test run.
+        units: name -> unit of arguments and results that are single numbers.
+        on_bad: safe command in place of one from a rejected sample; None: nothing is validated.
+    """
+
+    name: str
+    title: str
+    period: float
+    begin: tuple[Entry, ...]
+    steps: tuple[Entry, ...]
+    constants: Mapping[str, Any]
+    inputs: Mapping[str, Any]
+    units: Mapping[str, str] = field(default_factory=dict)
+    on_bad: str | None = None
+
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """All functions."""
+        return (*self.begin, *self.steps)
+
+    def run(self) -> list[dict[str, Any]]:
+        """What Python says in the test run: name -> value of all results, one for each step."""
+        values = {name: as_arrays(value) for name, value in self.constants.items()}
+        # what is called once is not worth compiling
+        called = {entry.name: entry.function for entry in self.begin}
+        called |= {entry.name: jax.jit(entry.function) for entry in self.steps}
+        made = []
+
+        def call(entry: Entry) -> None:
+            results = called[entry.name](*(values[name] for name in entry.arguments))
+            several = results if len(entry.results) > 1 else (results,)
+            values.update(zip(entry.results, several, strict=True))
+
+        for entry in self.begin:
+            call(entry)
+        for step in range(STEPS):
+            values |= {n: jax.tree.map(lambda x, k=step: x[k], v) for n, v in self.inputs.items()}
+            for entry in self.steps:
+                call(entry)
+            names = dict.fromkeys(name for entry in self.steps for name in entry.results)
+            made.append({name: values[name] for name in names})
+        return made
+
+
+def _parameters(name: str, **values: Any) -> Entry:
+    def parameters() -> Any:
+        every = list(values.values())
+        return tuple(every) if len(every) > 1 else every[0]
+
+    parameters.__doc__ = "Set the parameters to the values that were identified and tuned."
+    return Entry(f"{name}_parameters", parameters, {}, tuple(values))
+
+
+def _measurements() -> TableMeasurement:
+    """A table that swings a little while its wheel goes through zero speed; three bad samples."""
+    random, step = np.random.default_rng(0), np.arange(STEPS)
+    speed = np.linspace(-3.0, 3.0, STEPS) + 0.2 * random.standard_normal(STEPS)
+    attitude = 1e-3 * np.sin(0.3 * step)
+    rate = 2e-4 * np.cos(0.3 * step) + 1e-5 * random.standard_normal(STEPS)
+    attitude[7], rate[15], speed[16] = np.nan, np.inf, -np.inf
+    return TableMeasurement(*map(jnp.asarray, (attitude, rate, speed)))
+
+
+def _loop(
+    name: str, title: str, controller: Any, period: float, limits: Limits, on_bad: str
+) -> Target:
+    measured = _measurements()
+    first = jax.tree.map(lambda x: x[0], measured)
+    guard = entries.guard_of(controller, period, first, limits, on_bad)
+    memory = as_arrays(Guarded(controller, guard).start(period))
+    return Target(
+        name=name,
+        title=title,
+        period=period,
+        begin=(
+            _parameters(name, controller=controller, guard=guard),
+            Entry(
+                f"{name}_start",
+                entries.starting(guard),
+                {"controller": controller, "period": 0.0},
+                ("memory",),
+            ),
+        ),
+        steps=(
+            Entry(
+                f"{name}_step",
+                entries.command,
+                {"controller": controller, "guard": guard, "memory": memory, "measurement": first},
+                ("memory", "command", "report"),
+            ),
+        ),
+        constants={"period": period},
+        inputs={"measurement": measured},
+        units=UNITS,
+        on_bad=on_bad,
+    )
+
+
+def compensator(
+    controller: EstimatingCompensator, period: float, limits: Limits = None, on_bad: str = "hold"
+) -> Target:
+    """Friction compensation with its Kalman filter.
+
+    Args:
+        controller: The compensator.
+        period: Control period, s.
+        limits: Of fields of the measurement, see `MeasurementGuard`.
+        on_bad: Safe command in place of one from a rejected sample: "hold" or "zero".
+    """
+    title = "Friction compensation of a reaction wheel, its speed estimated by a Kalman filter"
+    return _loop("compensator", title, controller, period, limits, on_bad)
+
+
+def controller(
+    law: CurrentMode, period: float, limits: Limits = None, on_bad: str = "hold"
+) -> Target:
+    """The attitude law alone; for the arguments see `compensator`."""
+    title = "Attitude law of one axis, a current as its command"
+    return _loop("controller", title, law, period, limits, on_bad)
+
+
+def estimator(
+    filter: FrictionScaleFilter, period: float, limits: Limits = None, on_bad: str = "hold"
+) -> Target:
+    """Speed and health of a wheel from its current and tachometer.
+
+    Args:
+        filter: The estimator.
+        period: Between its samples, s.
+        limits: Of `current` and `measured`, see `MeasurementGuard`.
+        on_bad: Current that a rejected one is replaced by: "hold" (the last accepted one) or
+            "zero". A rejected speed is left out.
+    """
+    random = np.random.default_rng(0)
+    inputs = {
+        "current": np.linspace(-0.02, 0.1, STEPS),
+        "measured": np.linspace(-1.0, 2.0, STEPS) + 0.1 * random.standard_normal(STEPS),
+    }
+    inputs["current"][7], inputs["measured"][[15, 16]] = np.nan, np.inf
+    guard = entries.EstimatorGuard.of(limits, on_bad)
+    estimate, check = as_arrays((filter.start(0.0), guard.start()))
+    known = {"filter": filter, "guard": guard, "estimate": estimate, "check": check}
+    starting = {"filter": filter, "speed": 0.0}
+    both, told = {"filter": filter, "estimate": estimate}, ("estimate", "check")
+    return Target(
+        name="estimator",
+        title="Speed and friction level of a reaction wheel from its current and tachometer",
+        period=period,
+        begin=(
+            _parameters("estimator", filter=filter, guard=guard),
+            Entry("estimator_start", entries.tracking(guard), starting, told),
+        ),
+        steps=(
+            Entry(
+                "estimator_predict",
+                entries.predict,
+                {**known, "current": 0.0, "period": 0.0},
+                (*told, "current_report"),
+            ),
+            Entry(
+                "estimator_correct",
+                entries.correct,
+                {**known, "measured": 0.0, "period": 0.0},
+                (*told, "measured_report"),
+            ),
+            Entry("estimator_friction", entries.friction, both, ("torque", "sigma")),
+        ),
+        constants={"period": period, "speed": -1.0},
+        inputs=inputs,
+        units={**UNITS, "measured": "rad/s", "torque": "N·m", "sigma": "N·m"},
+        on_bad=on_bad,
+    )
+
+
+def wheel(model: Wheel, period: float) -> Target:
+    """The wheel itself, dry friction and all, to simulate with."""
+    return Target(
+        name="wheel",
+        title="A reaction wheel with dry friction that sticks, breaks away and crosses zero speed",
+        period=period,
+        begin=(_parameters("wheel", wheel=model),),
+        steps=(
+            Entry(
+                "wheel_step",
+                entries.move,
+                {"wheel": model, "speed": 0.0, "current": 0.0, "slope": 0.0, "duration": 0.0},
+                ("speed", "resolved"),
+            ),
+        ),
+        constants={"speed": -1.0, "slope": 0.0, "duration": period},
+        inputs={"current": 0.1 * np.sin(0.2 * np.arange(STEPS))},
+        units=UNITS,
+    )
+
+
+def compensated_wheel(
+    unit: CompensatedWheel, period: float, limits: Limits = None, on_bad: str = "hold"
+) -> Target:
+    """The wheel and its compensator as one piece, to simulate with; see `compensator`."""
+    guard = MeasurementGuard.of(unit.guard.sample, limits, on_bad)
+    unit = unit if limits is None and on_bad == "hold" else replace(unit, guard=guard)
+    name, measured = "compensated_wheel", _measurements()
+    body = BodyMeasurement(measured.attitude, measured.rate)
+    known = {"unit": unit, "state": as_arrays(unit.start(0.0, period))}
+    first = jax.tree.map(lambda x: x[0], body)
+    return Target(
+        name=name,
+        title="A reaction wheel with dry friction under its compensator",
+        period=period,
+        begin=(
+            _parameters(name, unit=unit),
+            Entry(
+                f"{name}_start",
+                entries.at_speed,
+                {"unit": unit, "initial_speed": 0.0, "period": 0.0},
+                ("state",),
+            ),
+        ),
+        steps=(
+            Entry(
+                f"{name}_step",
+                entries.carry_on,
+                {**known, "measurement": first},
+                ("state", "output"),
+            ),
+        ),
+        constants={"period": period, "initial_speed": -1.0},
+        inputs={"measurement": body},
+        units=UNITS,
+        on_bad=on_bad,
+    )
+
+
+TARGETS: Mapping[str, Callable[..., Target]] = {
+    "compensated-wheel": compensated_wheel,
+    "compensator": compensator,
+    "controller": controller,
+    "estimator": estimator,
+    "wheel": wheel,
+}
+"""Name on the command line -> what makes the target."""

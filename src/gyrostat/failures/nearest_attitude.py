@@ -1,0 +1,158 @@
+"""The holdable attitude nearest to a target, or that points a boresight nearest to a direction."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.spatial.transform import Rotation
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.failures.certificate import Certificate, certificate_at
+from gyrostat.failures.momentum_envelope import TOLERANCE
+from gyrostat.failures.query import Case
+from gyrostat.failures.sky_map import angles, at_angle
+
+ROLLS = 72
+"""Roll angles tried where a boresight leaves them free."""
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A holdable attitude.
+
+    Attributes:
+        momentum: (3,) total, in body axes there, N·m·s.
+        angle: from what was wanted, rad.
+        attitude: (4,) quaternion.
+        direction: (3,) inertial, to which the boresight points; None without one.
+    """
+
+    momentum: Vector
+    angle: float
+    attitude: Vector
+    direction: Vector | None = None
+
+
+def momentum_at(case: Case, attitude: Vector) -> Vector:
+    """Total momentum in body axes (3,), N·m·s, at an attitude (4,)."""
+    return _rotation(attitude).as_matrix().T @ case.momentum if case.radius else np.zeros(3)
+
+
+def nearest_attitude(case: Case, target: Vector) -> Rest | None:
+    """The holdable attitude at the smallest angle from a target (4,); None where there is none."""
+    wanted = momentum_at(case, target)
+    points = case.held.on_sphere(case.radius, wanted) if case.radius else _zero(case)
+    if not len(points):
+        return None
+    away = angles(points, wanted)
+    point = _least_loaded(case, points[away <= np.min(away) + TOLERANCE])
+    angle = float(angles(point, wanted))
+    # the shortest turn, in body axes, that takes the point to what the target wants
+    axis = np.cross(point, wanted)
+    if np.linalg.norm(axis) <= TOLERANCE * case.radius**2:
+        axis = _across(wanted)
+    turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
+    return Rest(point, angle, _quaternion(_rotation(target) * turn))
+
+
+def nearest_direction(case: Case, body: Vector, wanted: Vector) -> Rest | None:
+    """The holdable attitude, with the most margin, at which a boresight points best.
+
+    Args:
+        case: the failure.
+        body: (3,) unit, the boresight in body axes.
+        wanted: (3,) unit, the inertial direction that it should point at.
+
+    Returns:
+        None where no attitude is holdable.
+    """
+    held, radius = case.held, case.radius
+    if not radius:
+        points = _zero(case)
+        attitude = _triad(body, _across(body), wanted, _across(wanted))
+        return Rest(points[0], 0.0, attitude, wanted) if len(points) else None
+    axis = case.momentum / radius
+    polar = reached = float(angles(wanted, axis))
+    points = at_angle(held, radius, body, polar)
+    if not len(points):
+        points = held.on_sphere(radius, body)
+        if not len(points):
+            return None
+        away = np.abs(angles(points, body) - polar)
+        points = points[away <= np.min(away) + TOLERANCE]
+        reached = float(angles(points[0], body))
+    elif held.rank == 3:
+        every = _rolls(body, radius, polar, np.arange(10 * ROLLS) * np.pi / (5 * ROLLS))
+        points = np.concatenate([points, every[held.holds(every, TOLERANCE * radius)]])
+    point = _least_loaded(case, points)
+    aside = wanted - np.cos(polar) * axis
+    if np.linalg.norm(aside) <= TOLERANCE:
+        aside = _across(axis)
+    direction = np.cos(reached) * axis + np.sin(reached) * aside / np.linalg.norm(aside)
+    attitude = _triad(body, point, direction, case.momentum)
+    return Rest(point, abs(reached - polar), attitude, direction)
+
+
+def certificate_of_roll(case: Case, body: Vector, wanted: Vector) -> Certificate:
+    """The weakest certificate over the roll, with a boresight on its direction."""
+    if not case.radius:
+        return certificate_at(case.held, case.inertia, np.zeros(3))
+    polar = float(angles(wanted, case.momentum / case.radius))
+
+    def certificate(roll: float) -> Certificate:
+        momentum = _rolls(body, case.radius, polar, np.array([roll]))[0]
+        return certificate_at(case.held, case.inertia, momentum)
+
+    def rate(roll: float) -> float:
+        return certificate(roll).rate
+
+    step = 2.0 * np.pi / ROLLS
+    best = step * int(np.argmin([rate(step * k) for k in range(ROLLS)]))
+    refined = minimize_scalar(rate, bounds=(best - step, best + step), method="bounded")
+    return certificate(float(refined.x))
+
+
+def _zero(case: Case) -> Matrix:
+    """Without momentum: b = 0, if the wheels hold it."""
+    slack = TOLERANCE * float(np.linalg.norm(case.held.frozen))
+    return np.zeros((1, 3))[case.held.holds(np.zeros((1, 3)), slack)]
+
+
+def _least_loaded(case: Case, points: Matrix) -> Vector:
+    return points[int(np.argmin(case.held.load(points)))]
+
+
+def _rolls(body: Vector, radius: float, polar: float, roll: Vector) -> Matrix:
+    """Momenta (M, 3) in body axes at an angle to the boresight, at roll angles (M,)."""
+    first = _across(body)
+    around = np.outer(np.cos(roll), first) + np.outer(np.sin(roll), np.cross(body, first))
+    return radius * (np.cos(polar) * body + np.sin(polar) * around)
+
+
+def _triad(body: Vector, body_other: Vector, inertial: Vector, inertial_other: Vector) -> Vector:
+    """The attitude that turns one direction exactly, and the other as far as it goes (TRIAD)."""
+    frames = []
+    for first, second in ((body, body_other), (inertial, inertial_other)):
+        normal = np.cross(first, second)
+        if np.linalg.norm(normal) <= TOLERANCE * np.linalg.norm(second):
+            normal = _across(first)
+        normal = normal / np.linalg.norm(normal)
+        frames.append(np.stack([first, np.cross(normal, first), normal], axis=1))
+    return _quaternion(Rotation.from_matrix(frames[1] @ frames[0].T))
+
+
+def _across(direction: Vector) -> Vector:
+    """Some unit vector orthogonal to a direction; to zero, any."""
+    other = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    normal = np.asarray(np.cross(direction, other), dtype=float)
+    length = float(np.linalg.norm(normal))
+    return normal / length if length else np.eye(3)[0]
+
+
+# scipy's rotations, not those of gyrostat.spacecraft: one question must not wait for compilation
+def _rotation(quaternion: Vector) -> Rotation:
+    return Rotation.from_quat(quaternion, scalar_first=True)
+
+
+def _quaternion(rotation: Rotation) -> Vector:
+    return np.asarray(rotation.as_quat(canonical=True, scalar_first=True), dtype=float)

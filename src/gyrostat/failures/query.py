@@ -1,0 +1,113 @@
+"""What a question about failed wheels stands on, checked."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.validation import LARGEST
+from gyrostat.failures.momentum_envelope import MomentumSet
+from gyrostat.spacecraft import Spacecraft
+
+NEGLIGIBLE_RATE = 1e-12
+"""rad/s: momentum that could not turn the body faster has no direction worth the name."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A spacecraft, its failed wheels and its momentum.
+
+    Attributes:
+        inertia: (3, 3), kg·m².
+        momentum: (3,) total, inertial axes, N·m·s.
+        radius: its magnitude; 0 where it is negligible.
+        working: numbers of the wheels that work.
+        failed: number of each other wheel -> its momentum, N·m·s.
+        torque_limits: (N,) of the working wheels, N·m.
+        held: what the wheels hold while the body rests.
+    """
+
+    inertia: Matrix
+    momentum: Vector
+    radius: float
+    working: tuple[int, ...]
+    failed: Mapping[int, float]
+    torque_limits: Vector
+    held: MomentumSet
+
+    @staticmethod
+    def of(spacecraft: Spacecraft, momentum: Any, failed: Mapping[int, float]) -> "Case":
+        """Check and collect; see `gyrostat.failures.holdable`.
+
+        Raises:
+            InputError: see there.
+        """
+        spacecraft.check()
+        axes = np.asarray(spacecraft.wheels.axes, dtype=float)
+        inertia = np.asarray(spacecraft.inertia, dtype=float)
+        if axes.ndim != 2 or inertia.ndim != 2:
+            raise InputError("spacecraft: found several, expected one")
+        count = axes.shape[1]
+        total = vector(momentum, 3, "momentum", "N·m·s")
+        for wheel, value in failed.items():
+            if wheel not in range(count):
+                raise InputError(f"failed: found wheel {wheel}, expected 0 to {count - 1}")
+            if not abs(value) <= LARGEST:
+                raise InputError(f"failed wheel {wheel}: found {value}, expected N·m·s")
+        limits = np.broadcast_to(np.asarray(spacecraft.wheels.momentum_limit, float), count)
+        torques = np.broadcast_to(np.asarray(spacecraft.wheels.torque_limit, float), count)
+        working = tuple(k for k in range(count) if k not in failed)
+        chosen = list(working)
+        frozen = sum((axes[:, k] * value for k, value in failed.items()), np.zeros(3))
+        radius = float(np.linalg.norm(total))
+        if radius < NEGLIGIBLE_RATE * np.linalg.eigvalsh(inertia)[0]:
+            radius = 0.0
+        return Case(
+            inertia=inertia,
+            momentum=total,
+            radius=radius,
+            working=working,
+            failed=dict(failed),
+            torque_limits=torques[chosen],
+            held=MomentumSet.of(axes[:, chosen], limits[chosen], frozen),
+        )
+
+    def all_wheels(self, working: Vector) -> Vector:
+        """Momenta of every wheel, N·m·s, from those of the working ones."""
+        every = np.zeros(len(self.working) + len(self.failed))
+        every[list(self.working)] = working
+        every[list(self.failed)] = list(self.failed.values())
+        return every
+
+
+def vector(value: Any, length: int, name: str, unit: str) -> Vector:
+    """An array of so many finite numbers, none larger than `gyrostat.core.validation.LARGEST`.
+
+    Raises:
+        InputError: it is not.
+    """
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    # comparisons with NaN are false
+    if found.shape != (length,) or not np.all(np.abs(found) <= LARGEST):
+        wanted = f"{length} finite numbers below {LARGEST:g} {unit}".rstrip()
+        raise InputError(f"{name}: found {value}, expected {wanted}")
+    return found
+
+
+def unit_vector(value: Any, length: int, name: str) -> Vector:
+    """An array of finite numbers at unit length.
+
+    Raises:
+        InputError: it is not, or it is zero.
+    """
+    found = vector(value, length, name, "")
+    size = float(np.linalg.norm(found))
+    if size == 0.0:
+        raise InputError(f"{name}: found zero, expected a direction")
+    return found / size

@@ -1,0 +1,161 @@
+"""Estimates and uncertainty averaged over what may act beside the friction model.
+
+Every hypothesis is a choice of scale (zero: absent) for each nuisance and of level for each random
+torque. Linearised at the least-squares fit, each has a Gaussian posterior of the parameters and a
+closed-form evidence; the result is the mixture of all of them, weighted by evidence times prior
+(Bayesian model averaging: Hoeting et al. 1999, Statistical Science 14). Each candidate is present
+with a probability that is itself unknown and common to all, so that a record that shows one effect
+makes the others more likely, and one that shows none less (Scott and Berger 2010, Annals of
+Statistics 38). The prior of a present candidate is spread evenly over its scales, which are decades
+apart.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.effects import RIPPLES, STRONG_RIPPLES, Nuisance
+from gyrostat.identification.hypotheses import Posteriors, Segment, grid, posteriors, whitened
+from gyrostat.identification.least_squares import Prior
+
+AT_THE_EDGE = 0.5
+"""Weight of the strongest torque noise (0.3 before the record is seen) from which stronger ones
+are considered."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What the records say of one candidate effect.
+
+    Attributes:
+        name: Identifier in fit.json.
+        title: What a report calls it.
+        probability: Of its presence, after the record; before it 2/3.
+        value: Posterior mean of its size given its presence, in its unit; of several coefficients
+            the one largest in size.
+        sigma: Standard deviation of that coefficient; None for a random torque.
+        unit: Of value and sigma; "1" for shares.
+    """
+
+    name: str
+    title: str
+    probability: float
+    value: float
+    sigma: float | None
+    unit: str
+
+    def to_dict(self) -> dict[str, object]:
+        """A row of the effects in fit.json."""
+        return {
+            "name": self.name,
+            "title": self.title,
+            "probability": self.probability,
+            "value": self.value,
+            "sigma": self.sigma,
+            "unit": self.unit,
+        }
+
+
+@dataclass(frozen=True)
+class Average:
+    """Mixture over all hypotheses.
+
+    Attributes:
+        shift: Mean correction of the estimates, (n,), SI.
+        covariance: Of the estimates, (n, n), SI.
+        coefficients: Mean coefficients of all nuisances, (m,).
+        effects: What the records say of each candidate.
+    """
+
+    shift: Vector
+    covariance: Matrix
+    coefficients: Vector
+    effects: tuple[Effect, ...]
+
+
+def average(
+    segments: Sequence[Segment],
+    effects: Sequence[Nuisance],
+    prior: Prior,
+    x: Vector,
+    scale: Vector,
+    *,
+    stated: bool,
+) -> Average:
+    """Average estimates over all hypotheses.
+
+    Args:
+        segments: All records, linearised at the same fit.
+        effects: Candidates of definite shape.
+        prior: A-priori knowledge of the n estimated parameters.
+        x: (n,) estimates of the fit, SI.
+        scale: (n,) sizes that the parameters could have, SI.
+        stated: Whether the user stated the noise of the speed: then it is only raised where the
+            residuals clearly exceed it.
+    """
+    rows = prior.rows() * scale
+    known = (rows.T @ rows, -rows.T @ prior.residual(x))
+    levels = grid(RIPPLES)
+    seen = posteriors(whitened(segments, effects, scale, levels), effects, known, levels, stated)
+    weight = _weights(seen)
+    if weight[np.max(seen.levels, axis=1) == RIPPLES[-1]].sum() > AT_THE_EDGE:
+        levels = grid((*RIPPLES, *STRONG_RIPPLES))
+        found = whitened(segments, effects, scale, levels)
+        seen = posteriors(found, effects, known, levels, stated)
+        weight = _weights(seen)
+    count = len(x)
+    mean = weight @ seen.mean
+    apart = seen.mean - mean
+    inside = np.einsum("h,hij->ij", weight, seen.covariance)
+    covariance = inside + np.einsum("h,hi,hj->ij", weight, apart, apart)
+    return Average(
+        shift=scale * mean[:count],
+        covariance=np.outer(scale, scale) * covariance[:count, :count],
+        coefficients=mean[count:],
+        effects=(*_found(seen, weight, effects, count), *_torques(seen, weight)),
+    )
+
+
+def _weights(seen: Posteriors) -> Vector:
+    weight = np.exp(seen.log_weight - seen.log_weight.max())
+    return weight / weight.sum()
+
+
+def _found(
+    seen: Posteriors, weight: Vector, effects: Sequence[Nuisance], count: int
+) -> list[Effect]:
+    """What the mixture says of each nuisance, given its presence."""
+    found, first = [], count
+    for place, effect in enumerate(effects):
+        last = first + effect.columns[0].shape[1]
+        own = weight * (seen.scales[:, place] > 0.0)
+        share = own / max(own.sum(), np.finfo(float).tiny)
+        mean = share @ seen.mean[:, first:last]
+        largest = int(np.argmax(np.abs(mean)))
+        at = first + largest
+        apart = seen.mean[:, at] - mean[largest]
+        variance = float(share @ (seen.covariance[:, at, at] + apart**2))
+        value, sigma = float(mean[largest]), float(np.sqrt(variance))
+        chance = float(min(own.sum(), 1.0))
+        found.append(Effect(effect.name, effect.title, chance, value, sigma, effect.unit))
+        first = last
+    return found
+
+
+def _torques(seen: Posteriors, weight: Vector) -> list[Effect]:
+    """What the mixture says of the random torques, given their presence."""
+    found = []
+    for place, (name, title) in enumerate(
+        (
+            ("crossing_ripple", "torque ripple near zero speed, share of the friction torque"),
+            ("torque_walk", "torque that wanders over the record, share of the friction torque"),
+        )
+    ):
+        level = seen.levels[:, place]
+        own = weight * (level > 0.0)
+        chance = float(min(own.sum(), 1.0))
+        value = float(own @ level / max(own.sum(), np.finfo(float).tiny))
+        found.append(Effect(name, title, chance, value, None, "1"))
+    return found

@@ -1,0 +1,207 @@
+"""Batch identification of a wheel from records of current and speed.
+
+The cost of a wheel that sticks has more than one minimum: where the result of the first start does
+not look like one that explains the records, others are tried, and the best one is kept.
+"""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.identification.checks import (
+    as_records,
+    check_excitation,
+    check_sigma,
+    check_signals,
+    place,
+)
+from gyrostat.identification.conclude import conclude
+from gyrostat.identification.fit import Fit
+from gyrostat.identification.loss import Loss, loss_named
+from gyrostat.identification.prediction import CurrentHold, SpeedPrediction, friction_model
+from gyrostat.identification.selection import Selection, select
+from gyrostat.identification.stages import Measurements, Outcome, Progress, refine, run_stages
+from gyrostat.identification.start_values import integral_regression
+from gyrostat.identification.statistics import NUMERICAL_NOISE, noise_level, whiteness
+from gyrostat.identification.tolerances import check_tolerances
+from gyrostat.identification.uncertainty import FEW, residual_levels
+from gyrostat.telemetry import Record
+
+DEFAULT_ITERATIONS = 50
+RESTARTS = ((1.0, 0.9), (1.0, 0.7), (2.0, 1.0))
+"""Factors on the motor constant and the friction torques that the records give as first values: a
+wheel that turns more easily than the right one still moves wherever the records do."""
+EXCESS = 1.25
+"""Residuals, over the noise, from which a result does not explain its records."""
+EXPLAINED = 0.7
+"""Residuals, over the noise that the records show, below which no pattern in them matters."""
+CHANCE = 1e-4
+"""Probability below which a pattern in the residuals is none of chance."""
+
+
+def _given_sigmas(
+    speed_sigma: float | Sequence[float] | None, count: int
+) -> tuple[float, ...] | None:
+    """The stated noise of each record, rad/s, or None."""
+    if speed_sigma is None:
+        return None
+    given = np.atleast_1d(np.asarray(speed_sigma, dtype=float)).tolist()
+    for sigma in given:
+        check_sigma(sigma)
+    if len(given) not in (1, count):
+        raise InputError(f"speed sigma: found {len(given)} values, expected 1 or {count}")
+    return tuple(given * count if len(given) == 1 else given)
+
+
+def _explains(outcome: Outcome, measure: Measurements, loss: Loss, noise: Sequence[float]) -> bool:
+    """Whether a result leaves nothing but noise, as the records themselves show it (rad/s)."""
+    parts = measure.by_record(outcome.solution.residual)
+    levels = residual_levels(parts, len(outcome.solution.x), loss)
+    if not outcome.solution.converged or max(levels) > EXCESS:
+        return False
+    left = [k * sigma / n for k, sigma, n in zip(levels, measure.sigmas, noise, strict=True) if n]
+    residual = outcome.solution.residual
+    if len(residual) < FEW or max(left, default=0.0) < EXPLAINED:
+        return True
+    test = whiteness(residual)
+    return min(test.runs_probability, test.ljung_box_probability) > CHANCE
+
+
+def _starts(selection: Selection, prediction: SpeedPrediction) -> Iterator[Selection]:
+    """The start asked for, the one that the records give, and others around it."""
+    yield selection
+    own = replace(selection, values=selection.fallback, told=frozenset())
+    if not np.array_equal(selection.values, own.values):
+        yield own
+    for motor, torque in RESTARTS:
+        factor = {"motor_constant": motor, "torque": torque}
+        factors = [
+            factor.get(dimension, 1.0) if name in selection.free else 1.0
+            for name, dimension in prediction.dimensions.items()
+        ]
+        yield replace(own, values=own.values * factors)
+
+
+def _search(
+    selection: Selection,
+    measure: Measurements,
+    loss: Loss,
+    max_iterations: int,
+    noise: Sequence[float],
+    on_progress: Progress | None,
+) -> Outcome | None:
+    """The best end of all starts tried, or None where the modelled wheel sticks in each."""
+    ended: list[Outcome] = []
+    for first in _starts(selection, measure.prediction):
+        outcome = run_stages(first, measure, loss, max_iterations, on_progress)
+        if outcome is not None:
+            ended.append(outcome)
+            if _explains(outcome, measure, loss, noise):
+                break
+    # of two minima that are as good as each other, the one that was reached
+    return min(ended, key=lambda o: o.solution.cost + (not o.solution.converged), default=None)
+
+
+def identify(
+    records: Record | Sequence[Record],
+    *,
+    inertia: float | None = None,
+    model: str = "stribeck",
+    hold: Mapping[str, float | None] | None = None,
+    free: Collection[str] = (),
+    prior: Mapping[str, tuple[float, float]] | None = None,
+    start: Mapping[str, float] | None = None,
+    speed_sigma: float | Sequence[float] | None = None,
+    loss: str = "quadratic",
+    current_hold: CurrentHold = "zero-order",
+    max_iterations: int | None = None,
+    on_progress: Progress | None = None,
+    tolerance: Mapping[str, float] | None = None,
+    white_noise: bool = False,
+) -> Fit:
+    """Identify a wheel from one or several records fitted together.
+
+    Carrara and Kuga, eqs. (3)-(16). By default motor_constant and the friction torques are
+    estimated, with the initial speed of each record; inertia, current_bias and the Stribeck speed
+    are held.
+
+    The least-squares fit is where the model is linearised; the estimates and their uncertainty are
+    averaged over effects that may act beside it (`gyrostat.identification.averaging`).
+
+    Args:
+        records: of one wheel.
+        inertia: kg·m²; held unless `free` names it.
+        model: name of the friction model.
+        hold: name -> value to hold it at, SI, or None for its default.
+        free: further names to estimate.
+        prior: name -> a-priori mean and sigma, SI; such a name is estimated as well. Without one
+            only a very wide a-priori keeps the problem regular.
+        start: name -> first value, SI; otherwise the a-priori mean, otherwise from the record.
+        speed_sigma: standard deviation of the measured speed, rad/s, one for all records or one for
+            each. Without it the residuals of each record give it, and all sigmas scale with it.
+        loss: "quadratic", "huber" or "student".
+        current_hold: "zero-order" or "linear": the current between samples.
+        max_iterations: corrections at most from one start, all stages together; by default
+            `DEFAULT_ITERATIONS`.
+        on_progress: called with the stage, the count and the cost after each correction.
+        tolerance: name -> one sigma, as a share of the value, of what is given: "inertia",
+            "current_scale", "speed_scale", "clock" (true over recorded time).
+        white_noise: take the friction model in white noise for the whole truth: plain least
+            squares, whose uncertainty real wheels exceed.
+
+    Returns:
+        The fit; its `converged` says whether it is one.
+
+    Raises:
+        InputError: the request or the records cannot give an estimate.
+    """
+    records = as_records(records)
+    chosen_loss = loss_named(loss)
+    given = _given_sigmas(speed_sigma, len(records))
+    prediction = SpeedPrediction(records, friction_model(model), current_hold)
+    check_signals(records)
+    deterministic = integral_regression(records)
+    selection = select(
+        prediction,
+        deterministic,
+        inertia=inertia,
+        hold=hold or {},
+        free=free,
+        prior=prior or {},
+        start=start or {},
+    )
+    tolerances = check_tolerances(tolerance or {}, selection.free)
+    noise = [noise_level(r.speed[r.valid]) for r in records]
+    check_excitation(records, prediction.model, selection.free, noise)
+    smallest = NUMERICAL_NOISE * deterministic.speed_level
+    measure = Measurements(prediction, given or [max(n, smallest) for n in noise])
+    most = DEFAULT_ITERATIONS if max_iterations is None else max_iterations
+
+    best = _search(selection, measure, chosen_loss, most, noise, on_progress)
+    if best is None:
+        raise InputError(
+            f"{place(records)}: found no start from which the modelled wheel turns as the record "
+            "does, expected start or held values closer to this wheel"
+        )
+    if given is None:
+        parts = measure.by_record(best.solution.residual)
+        levels = residual_levels(parts, len(best.solution.x), chosen_loss)
+        seen = zip(levels, measure.sigmas, strict=True)
+        shown = Measurements(prediction, [max(level * s, smallest) for level, s in seen])
+        again = refine(selection, shown, best.values, chosen_loss, most, best.solution.iterations)
+        if again is not None:
+            best, measure = again, shown
+    return conclude(
+        prediction,
+        selection,
+        best,
+        chosen_loss,
+        deterministic,
+        speed_sigmas=measure.sigmas,
+        noise=noise,
+        sigma_given=given is not None,
+        white_noise=white_noise,
+        tolerances=tolerances,
+    )

@@ -1,0 +1,157 @@
+"""What the dedicated bench experiments share: their requests, and how they end in a result.
+
+Carrara and Kuga call these "deterministic methods", after Carrara and Milani (2007): each parameter
+has an experiment of its own that makes it stand out.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.units import SI_UNIT
+from gyrostat.identification.checks import MOTION
+from gyrostat.identification.fit import Fit
+from gyrostat.identification.observability import judge
+from gyrostat.identification.plausibility import Scatter, fit_warnings, impossible
+from gyrostat.identification.prediction import check_parameter, wheel_dimensions
+from gyrostat.identification.statistics import crossing_times
+from gyrostat.identification.uncertainty import square_root, widened
+from gyrostat.telemetry import Record
+from gyrostat.wheel.friction import Friction
+
+
+def held_values(
+    model: type[Friction],
+    inertia: float | None,
+    hold: Mapping[str, float | None] | None,
+    allowed: Collection[str],
+) -> dict[str, float]:
+    """Values that an experiment is told, name -> SI.
+
+    Args:
+        model: friction model.
+        inertia: kg·m², or None.
+        hold: name -> value, SI, or None for the default of the friction model.
+        allowed: names that `hold` may have.
+
+    Raises:
+        InputError: another name, no value where the model has no default, or a value that no wheel
+            has.
+    """
+    dimensions = wheel_dimensions(model)
+    values = {} if inertia is None else {"inertia": float(inertia)}
+    for name, value in (hold or {}).items():
+        if name not in allowed:
+            raise InputError(f"hold: found {name!r}, expected one of {', '.join(allowed)}")
+        if value is None and name in model.held_by_default:
+            value = float(model.from_coulomb(0.0, 0.0).parameters()[name])
+        if value is None:
+            raise InputError(
+                f"held {name}: found no value, expected one in {SI_UNIT[dimensions[name]]}"
+            )
+        values[name] = float(value)
+    for name, value in values.items():
+        check_parameter(model, name, value, name)
+    return values
+
+
+def required(held: Mapping[str, float], name: str, why: str) -> float:
+    """A value that an experiment cannot do without.
+
+    Raises:
+        InputError: it is not held; `why` says what it is needed for.
+    """
+    if name not in held:
+        raise InputError(f"{name}: found none, expected a value to hold: {why}")
+    return held[name]
+
+
+def relaxed_time(time: Vector, viscous: float) -> tuple[Vector, Vector]:
+    """Time integral of exp(-b t/J), s, and its derivative with respect to b/J.
+
+    Args:
+        time: (m,) s, of either sign.
+        viscous: b/J, 1/s; zero leaves the time itself.
+    """
+    small = np.abs(viscous * time) < 1e-5
+    rate = viscous if viscous != 0.0 else 1.0
+    # where the decay is not yet seen the closed form cancels: its series takes over
+    value = np.where(small, time - 0.5 * viscous * time**2, -np.expm1(-rate * time) / rate)
+    bend = np.where(small, -0.5 * time**2, (time * np.exp(-rate * time) - value) / rate)
+    return value, bend
+
+
+def result(
+    model: type[Friction],
+    method: str,
+    estimates: Mapping[str, float],
+    held: Mapping[str, float],
+    cures: Mapping[str, str],
+    *,
+    covariance: Matrix,
+    records: tuple[Record, ...],
+    speed_sigma: float,
+    scatter: Sequence[Scatter],
+    reason: str,
+    serial_sigma: Vector | None = None,
+    warnings: Sequence[str] = (),
+    **rest,
+) -> Fit:
+    """The result of a dedicated experiment, which models no whole record.
+
+    Args:
+        model: friction model.
+        method: its name.
+        estimates: name -> value, SI.
+        held: name -> value that was not estimated, SI.
+        cures: name of an estimate -> what would show it better.
+        covariance: of the estimates, SI.
+        records: what was used.
+        speed_sigma: standard deviation of a measured speed, rad/s.
+        scatter: of the speeds about what was fitted.
+        reason: why the iteration did not converge; empty where it did.
+        serial_sigma: standard deviations that allow for correlated residuals; by default those of
+            `covariance`.
+        warnings: of the method itself, after those that every fit may have.
+        rest: the other fields of `Fit`.
+    """
+    names = tuple(estimates)
+    formal = np.sqrt(np.diag(covariance))
+    seen = judge(
+        model,
+        {**held, **estimates},
+        names,
+        square_root(covariance),
+        lambda name, _: f"hold it at a known value, or {cures[name]}",
+    )
+    fit = Fit(
+        model=model,
+        method=method,
+        names=names,
+        dimensions=wheel_dimensions(model),
+        values=np.array([estimates[n] for n in names]),
+        covariance=widened(covariance, formal if serial_sigma is None else serial_sigma),
+        noise_sigma=formal,
+        least_squares=np.array([estimates[n] for n in names]),
+        held=dict(held),
+        observability=seen,
+        converged=not reason,
+        crossings=sum(
+            len(crossing_times(r.time[r.valid], r.speed[r.valid], MOTION * speed_sigma))
+            for r in records
+        ),
+        speed_sigma=speed_sigma,
+        speed_sigmas=(speed_sigma,) * len(records),
+        records=records,
+        predicted=(),
+        predicted_sigma=(),
+        **rest,
+    )
+    return replace(
+        fit,
+        warnings=(*fit_warnings(fit, reason, scatter), *warnings),
+        impossible=tuple(impossible(fit)),
+    )

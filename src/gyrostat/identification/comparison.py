@@ -1,0 +1,152 @@
+"""Which friction model a record supports: candidates fitted, ranked, tried on another record."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.identification.batch import identify
+from gyrostat.identification.checks import as_records
+from gyrostat.identification.fit import Fit
+from gyrostat.identification.loss import Loss, loss_named
+from gyrostat.identification.prediction import CurrentHold, friction_model
+from gyrostat.identification.validation import validate
+from gyrostat.telemetry import Record
+from gyrostat.wheel.friction import FRICTION_MODELS
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One friction model in a comparison.
+
+    Attributes:
+        model: name of the friction model.
+        fit: of this model; None where the records or the request do not allow one.
+        aic: Akaike's information criterion, relative to the best of the comparison; None without a
+            valid fit, like the next two.
+        bic: Schwarz's, relative to the best.
+        held_out_rms: residual on the records held out, rad/s; None also without any.
+        failure: why there is no valid fit, or none of the records held out; empty otherwise.
+    """
+
+    model: str
+    fit: Fit | None
+    aic: float | None
+    bic: float | None
+    held_out_rms: float | None
+    failure: str = ""
+
+    def to_dict(self) -> dict[str, object]:
+        """A row of the comparison in fit.json."""
+        return {
+            "model": self.model,
+            "parameters": None if self.fit is None else len(self.fit.names),
+            "converged": self.fit is not None and self.fit.converged,
+            "rms_speed": None if self.fit is None else self.fit.rms_speed,
+            "aic": self.aic,
+            "bic": self.bic,
+            "held_out_rms": self.held_out_rms,
+            "failure": self.failure,
+        }
+
+
+def compare(
+    records: Record | Sequence[Record],
+    held_out: Sequence[Record] = (),
+    *,
+    models: Sequence[str] | None = None,
+    known: Fit | None = None,
+    hold: Mapping[str, float | None] | None = None,
+    free: Collection[str] = (),
+    prior: Mapping[str, tuple[float, float]] | None = None,
+    start: Mapping[str, float] | None = None,
+    loss: str = "quadratic",
+    current_hold: CurrentHold = "zero-order",
+    **options: Any,
+) -> list[Candidate]:
+    """Fit candidate friction models to the same records and rank them by BIC.
+
+    Args:
+        records: fitted together.
+        held_out: predicted by every candidate, never fitted.
+        models: names; all known ones by default.
+        known: a fit of one of the models with these very arguments, not to be made again where it
+            is plain least squares, as those that are compared.
+        hold: as for `identify`; like the next three, what a candidate does not have is left out
+            for it.
+        free: as for `identify`.
+        prior: as for `identify`.
+        start: as for `identify`.
+        loss: as for `identify`; the criteria rest on the same one.
+        current_hold: as for `identify`, also where records held out are predicted.
+        options: further arguments of `identify`, the same for all.
+
+    Returns:
+        The candidates, best BIC first, those without a valid fit last. The criteria take the noise
+        of the best fit as known, which makes them comparable.
+
+    Raises:
+        InputError: an unknown model or loss, or no record.
+    """
+    records = as_records(records)
+    chosen_loss = loss_named(loss)
+    every = {p for m in FRICTION_MODELS.values() for p in m.dimensions()}
+    ended: list[tuple[str, Fit | None, str]] = []
+    for name in models or FRICTION_MODELS:
+        absent = every - set(friction_model(name).dimensions())
+        if known is not None and known.model.name == name and not known.effects:
+            ended.append((name, known, ""))
+            continue
+        try:
+            fit = identify(
+                records,
+                model=name,
+                hold={n: v for n, v in (hold or {}).items() if n not in absent},
+                free=[n for n in free if n not in absent],
+                prior={n: v for n, v in (prior or {}).items() if n not in absent},
+                start={n: v for n, v in (start or {}).items() if n not in absent},
+                loss=loss,
+                current_hold=current_hold,
+                white_noise=True,
+                **options,
+            )
+            ended.append((name, fit, ""))
+        except InputError as error:
+            ended.append((name, None, str(error)))
+    valid = [fit for _, fit, _ in ended if fit is not None and fit.converged]
+    if not valid:
+        return [Candidate(name, fit, None, None, None, why) for name, fit, why in ended]
+    noise = min(valid, key=lambda f: f.speed_sigma).speed_sigmas
+    size = {id(f): (_deviance(f, noise, chosen_loss), len(f.names)) for f in valid}
+    aic = {key: deviance + 2.0 * count for key, (deviance, count) in size.items()}
+    bic = {key: d + count * np.log(valid[0].samples) for key, (d, count) in size.items()}
+    rows = []
+    for name, fit, why in ended:
+        if fit is None or not fit.converged:
+            rows.append(Candidate(name, fit, None, None, None, why or "did not converge"))
+            continue
+        held_out_rms = None
+        try:
+            held_out_rms = _held_out(fit, held_out, current_hold)
+        except InputError as error:
+            why = str(error)
+        relative = [float(c[id(fit)] - min(c.values())) for c in (aic, bic)]
+        rows.append(Candidate(name, fit, relative[0], relative[1], held_out_rms, why))
+    return sorted(rows, key=lambda row: np.inf if row.bic is None else row.bic)
+
+
+def _deviance(fit: Fit, noise: Sequence[float], loss: Loss) -> float:
+    """Twice the loss of all residuals: what the fit itself made small."""
+    parts = zip(fit.records, fit.residuals, noise, strict=True)
+    return 2.0 * sum(float(np.sum(loss.value(r[record.valid] / n))) for record, r, n in parts)
+
+
+def _held_out(fit: Fit, records: Sequence[Record], current_hold: CurrentHold) -> float | None:
+    if not records:
+        return None
+    wheel = {n: v for n, v in fit.parameters.items() if not n.startswith("initial_speed")}
+    seen = [validate(fit.model, wheel, r, current_hold=current_hold) for r in records]
+    total = sum(v.samples for v in seen)
+    return float(np.sqrt(sum(v.rms_speed**2 * v.samples for v in seen) / total))

@@ -1,0 +1,256 @@
+"""From the end of an iteration to a result with its uncertainty."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.averaging import Effect, average
+from gyrostat.identification.effects import nuisances, torque_noise
+from gyrostat.identification.fit import Fit
+from gyrostat.identification.hypotheses import Segment
+from gyrostat.identification.loss import Loss
+from gyrostat.identification.observability import Observability, observability
+from gyrostat.identification.plausibility import Scatter, fit_warnings, impossible
+from gyrostat.identification.prediction import Linearisation, SpeedPrediction
+from gyrostat.identification.selection import Selection
+from gyrostat.identification.stages import Outcome
+from gyrostat.identification.start_values import StartValues
+from gyrostat.identification.statistics import NUMERICAL_NOISE, crossing_times, whiteness
+from gyrostat.identification.tolerances import Propagated, propagate
+from gyrostat.identification.uncertainty import covariance, residual_levels, widened
+
+UNJUDGED = (
+    "effects beside the friction model could not be judged (the wheel that allows for them does "
+    "not follow the record): sigma is that of white noise alone"
+)
+
+
+@dataclass(frozen=True)
+class _Estimate:
+    """Estimates with their uncertainty.
+
+    Attributes:
+        values: All parameters, (p,), SI.
+        covariance: Of the n estimated ones, (n, n), SI.
+        predicted: Modelled speed of each record with the effects found, rad/s.
+        linear: Of each record at these values, without effects.
+        effects: Found beside the model.
+    """
+
+    values: Vector
+    covariance: Matrix
+    predicted: tuple[Vector, ...]
+    linear: Sequence[Linearisation]
+    effects: tuple[Effect, ...] = ()
+
+
+def _averaged(
+    prediction: SpeedPrediction,
+    selection: Selection,
+    outcome: Outcome,
+    loss: Loss,
+    linear: Sequence[Linearisation],
+    plain: _Estimate,
+    sigmas: Sequence[float],
+    stated: bool,
+) -> _Estimate:
+    """Average over the effects that may act beside the model; `plain` where that leads nowhere."""
+    index = selection.index(prediction)
+    everything = dict(zip(prediction.names, outcome.values.tolist(), strict=True))
+    formal = dict(zip(selection.free, np.sqrt(np.diag(plain.covariance)).tolist(), strict=True))
+    candidates = nuisances(prediction, linear, everything, formal)
+    segments = []
+    for record, each, sigma in zip(prediction.records, linear, sigmas, strict=True):
+        residual = np.where(record.valid, record.speed - each.speed, np.nan)
+        segments.append(
+            Segment(
+                residual=residual,
+                rows=each.jacobian[:, index],
+                linear=each,
+                noise=torque_noise(prediction, record, each, everything),
+                sigma=sigma,
+                weight=loss.weight(np.nan_to_num(residual) / sigma),
+            )
+        )
+    x = outcome.values[index]
+    try:
+        found = average(segments, candidates, selection.prior, x, selection.scale, stated=stated)
+    except np.linalg.LinAlgError:
+        return plain
+    values = outcome.values.copy()
+    values[index] = x + found.shift
+    shifted = prediction.linearise(values)
+    if shifted is None or prediction.stuck([(s.speed, s.jacobian) for s in shifted], sigmas):
+        return plain
+    speeds = []
+    for k, each in enumerate(shifted):
+        columns = [candidate.columns[k] for candidate in candidates]
+        speeds.append(each.speed + np.column_stack(columns) @ found.coefficients)
+    return _Estimate(
+        values=values,
+        covariance=found.covariance,
+        predicted=tuple(speeds),
+        linear=shifted,
+        effects=found.effects,
+    )
+
+
+def _widening(model, names: Sequence[str], honest: Matrix, formal: Matrix) -> dict[str, float]:
+    """Standard deviation of each effect over that in white noise alone; name -> factor."""
+    found = {}
+    for k, name in enumerate(names):
+        contrast = np.eye(len(names))[k]
+        reference = model.vanishing_at.get(name)
+        if reference in names:
+            contrast = contrast - np.eye(len(names))[names.index(reference)]
+        ratio = (contrast @ honest @ contrast) / max(
+            contrast @ formal @ contrast, np.finfo(float).tiny
+        )
+        found[name] = float(np.sqrt(max(ratio, 1.0)))
+    return found
+
+
+def conclude(
+    prediction: SpeedPrediction,
+    selection: Selection,
+    outcome: Outcome,
+    loss: Loss,
+    deterministic: StartValues,
+    *,
+    speed_sigmas: Sequence[float],
+    noise: Sequence[float],
+    sigma_given: bool,
+    white_noise: bool = False,
+    tolerances: Mapping[str, float] | None = None,
+) -> Fit:
+    """Turn the end of a batch iteration into a result.
+
+    Args:
+        prediction: records and friction model.
+        selection: what was estimated.
+        outcome: of the iteration.
+        loss: of the residuals.
+        deterministic: what the records show without iteration.
+        speed_sigmas: noise that the residuals of each record were whitened with, rad/s.
+        noise: of each record, as its speed alone shows it, rad/s.
+        sigma_given: whether the user stated the noise.
+        white_noise: whether the friction model in white noise is taken for the whole truth.
+        tolerances: name -> one sigma, share, of what was given.
+    """
+    records, solution = prediction.records, outcome.solution
+    linear = prediction.linearise(outcome.values)
+    assert linear is not None  # the solution was reached through admissible points
+    index = selection.index(prediction)
+    formal = covariance(solution, loss, selection.prior)
+    best = plain = _Estimate(
+        outcome.values,
+        formal,
+        tuple(each.speed for each in linear),
+        linear,
+    )
+    if solution.converged and not white_noise:
+        smallest = NUMERICAL_NOISE * deterministic.speed_level
+        sigmas = speed_sigmas if sigma_given else [max(n, smallest) for n in noise]
+        best = _averaged(prediction, selection, outcome, loss, linear, plain, sigmas, sigma_given)
+    own = widened(best.covariance, np.sqrt(np.diag(formal)))
+    counts = [int(r.valid.sum()) for r in records]
+    everything = dict(zip(prediction.names, best.values.tolist(), strict=True))
+    crossings = sum(
+        len(crossing_times(r.time, speed, sigma))
+        for r, speed, sigma in zip(records, plain.predicted, speed_sigmas, strict=True)
+    )
+    fit = Fit(
+        model=prediction.model,
+        method="batch",
+        names=selection.free,
+        dimensions=prediction.dimensions,
+        values=best.values[index],
+        covariance=own,
+        noise_sigma=np.sqrt(np.diag(formal)),
+        least_squares=outcome.values[index],
+        held={n: v for n, v in everything.items() if n not in selection.free},
+        observability=observability(
+            prediction,
+            selection,
+            everything,
+            solution,
+            deterministic,
+            crossings,
+            _widening(prediction.model, selection.free, own, formal),
+        ),
+        converged=solution.converged,
+        iterations=solution.iterations,
+        samples=sum(counts),
+        crossings=crossings,
+        speed_sigma=float(np.sqrt(np.average(np.square(speed_sigmas), weights=counts))),
+        speed_sigmas=tuple(speed_sigmas),
+        records=records,
+        predicted=best.predicted,
+        predicted_sigma=tuple(
+            np.sqrt(np.einsum("mi,ij,mj->m", rows, own, rows))
+            for rows in (each.jacobian[:, index] for each in best.linear)
+        ),
+        whiteness=whiteness(solution.residual, solution.jacobian)
+        if len(solution.residual) >= 10
+        else None,
+        effects=best.effects,
+    )
+    if tolerances:
+        information = selection.prior.information()
+        fit = with_tolerances(
+            fit,
+            propagate(
+                tolerances, prediction, best.linear, best.values, speed_sigmas, index, information
+            ),
+            tolerances,
+        )
+    left = [
+        (record.speed - speed)[record.valid]
+        for record, speed in zip(records, plain.predicted, strict=True)
+    ]
+    levels = residual_levels(left, len(selection.free), loss)
+    stated = speed_sigmas if sigma_given else [None] * len(records)
+    parts = zip(records, levels, stated, noise, strict=True)
+    scatter = [Scatter(r.name, level, given, own) for r, level, given, own in parts]
+    judged = bool(best.effects) or white_noise or not solution.converged
+    unjudged = () if judged else (UNJUDGED,)
+    return replace(
+        fit,
+        warnings=(*fit_warnings(fit, solution.reason, scatter), *unjudged),
+        impossible=tuple(impossible(fit)),
+    )
+
+
+def with_tolerances(fit: Fit, errors: Propagated, tolerances: Mapping[str, float]) -> Fit:
+    """Add what tolerances cause to the uncertainty of a fit.
+
+    An inertia with a tolerance joins the parameters, as given: its error and those of the estimates
+    are correlated, and whatever draws wheels from the fit needs both.
+
+    Args:
+        fit: without them.
+        errors: of the estimates, from the tolerances.
+        tolerances: name -> one sigma, share.
+    """
+    covariance, names = fit.covariance, fit.names
+    if "inertia" not in tolerances or "inertia" not in fit.held:
+        return replace(fit, covariance=covariance + errors.covariance(), tolerances=errors)
+    inertia = fit.held["inertia"]
+    row = np.where(np.array(errors.names) == "inertia", tolerances["inertia"] * inertia, 0.0)
+    errors = Propagated(errors.names, np.vstack([errors.roots, row]))
+    size = len(names)
+    every = errors.covariance()
+    every[:size, :size] += covariance
+    return replace(
+        fit,
+        names=(*names, "inertia"),
+        values=np.append(fit.values, inertia),
+        covariance=every,
+        noise_sigma=np.append(fit.noise_sigma, 0.0),
+        least_squares=np.append(fit.least_squares, inertia),
+        held={n: v for n, v in fit.held.items() if n != "inertia"},
+        observability={**fit.observability, "inertia": Observability(False, 0.0, given=True)},
+        tolerances=errors,
+    )

@@ -1,0 +1,199 @@
+"""Effects of real wheels and drives that the friction model leaves out.
+
+A friction model in white noise is never the whole truth: tachometers lag, lubricants warm up,
+bearings and motors have torque ripple. Each such effect is a candidate here, linearised at a fit.
+An effect with a definite shape is a column of derivatives with an unknown coefficient (`Nuisance`);
+a random torque is a process noise of the wheel's speed (`TorqueNoise`). The scale of every
+candidate comes from the wheel and the record, and spans decades: none is tuned to a wheel.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.prediction import Linearisation, SpeedPrediction
+from gyrostat.telemetry import Record
+
+LAGS = (0.1, 0.3, 1.0)
+"""Prior sigmas of a tachometer lag, in sample intervals."""
+SLOWEST_LAG = 0.1
+"""s: up to which the lags of a fast record are continued; tachometer filters reach this."""
+DRIFTS = (0.03, 0.1, 0.3)
+"""Prior sigmas of a viscous drift, share of the coefficient from mid-record to the end."""
+RIPPLES = (0.01, 0.03, 0.1)
+"""Levels of a torque noise, shares of the friction torque."""
+STRONG_RIPPLES = (0.3, 1.0, 3.0)
+"""Further levels for records that the usual ones do not explain."""
+COHERENCE = 1.0
+"""rad: angle over which the ripple at a zero crossing keeps its value."""
+FIRST_WALK = 0.5
+"""Initial sigma of a wandering torque, in units of its growth over the record."""
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """An effect with a definite shape and unknown coefficients.
+
+    Attributes:
+        name: Identifier in fit.json.
+        title: What a report calls it.
+        unit: Of its coefficients.
+        scales: Prior standard deviations considered, in this unit.
+        columns: For each record the derivative of the modelled speed at its samples with respect
+            to each of the k coefficients, (N, k).
+    """
+
+    name: str
+    title: str
+    unit: str
+    scales: tuple[float, ...]
+    columns: tuple[Matrix, ...]
+
+
+@dataclass(frozen=True)
+class TorqueNoise:
+    """Random torque on the wheel of one record, per unit of its level squared.
+
+    Attributes:
+        gain: Change of the speed at the end of each interval per torque in it, (N - 1,), rad/s
+            per N·m.
+        crossings: Variance that the ripple at zero crossings adds to the speed in each interval,
+            (N - 1,), (rad/s)².
+        walk: Variance by which a wandering torque grows in each interval, (N - 1,), (N·m)².
+        first: Variance of the wandering torque at the first sample, (N·m)².
+    """
+
+    gain: Vector
+    crossings: Vector
+    walk: Vector
+    first: float
+
+
+@jax.jit
+def _chain(transition, inputs):
+    """Accumulate local changes of the speed, (N - 1, k), over a record, (N - 1, k)."""
+
+    def interval(state, sample):
+        state = sample[0] * state + sample[1]
+        return state, state
+
+    return jax.lax.scan(interval, jnp.zeros(inputs.shape[1]), (transition, inputs))[1]
+
+
+def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
+    """Response of the speed to a change of it within each sample interval, (N, k), rad/s.
+
+    Args:
+        linear: Of the record.
+        inputs: Change of the speed at the end of each interval that arises in it, (N - 1, k).
+    """
+    size = len(padded(linear.transition)) - len(linear.transition)
+    rows = _chain(padded(linear.transition), np.pad(inputs, ((0, size), (0, 0))))
+    return np.vstack([np.zeros((1, inputs.shape[1])), np.asarray(rows)[: len(inputs)]])
+
+
+def padded(values: Vector) -> Vector:
+    """Extend with zeros up to a rounded length, so that few lengths are ever compiled."""
+    size = int(np.ceil(2.0 ** (np.ceil(4.0 * np.log2(max(len(values), 256))) / 4.0)))
+    return np.pad(values, (0, size - len(values)))
+
+
+def _lag(records: Sequence[Record], linear: Sequence[Linearisation]) -> Nuisance:
+    """Delay of the measured speed, the same in all records."""
+    intervals = [np.diff(r.time) for r in records]
+    slopes = [
+        np.append(0.0, -np.diff(f.speed) / dt) for f, dt in zip(linear, intervals, strict=True)
+    ]
+    usual = float(np.median(np.concatenate(intervals)))
+    scales = [share * usual for share in LAGS]
+    while scales[-1] < SLOWEST_LAG:
+        scales.append(scales[-1] * np.sqrt(10.0))
+    columns = tuple(slope[:, None] for slope in slopes)
+    return Nuisance("speed_lag", "lag of the measured speed", "s", tuple(scales), columns)
+
+
+def _viscous_drift(
+    prediction: SpeedPrediction,
+    linear: Sequence[Linearisation],
+    values: Mapping[str, float],
+    sigma: Mapping[str, float],
+) -> Nuisance | None:
+    """Linear change of the viscous friction over each record, with zero mean."""
+    shared = list(prediction.names)
+    names = [n for n, d in prediction.model.dimensions().items() if d == "viscous"]
+    # an estimate near zero by chance is no scale
+    size = {n: abs(values[n]) + sigma.get(n, 0.0) for n in names}
+    if not any(size.values()):
+        return None
+    columns = []
+    for k, (record, each) in enumerate(zip(prediction.records, linear, strict=True)):
+        middle = 0.5 * (record.time[1:] + record.time[:-1])
+        share = 2.0 * (middle - record.time[0]) / np.ptp(record.time) - 1.0
+        torque = sum(size[n] * each.local[:, shared.index(n)] for n in names)
+        own = np.zeros((len(record.time), len(linear)))
+        own[:, k] = accumulated(each, (share * torque)[:, None])[:, 0]
+        columns.append(own)
+    title = "drift of the viscous friction over half the record"
+    return Nuisance("viscous_drift", title, "1", DRIFTS, tuple(columns))
+
+
+def nuisances(
+    prediction: SpeedPrediction,
+    linear: Sequence[Linearisation],
+    values: Mapping[str, float],
+    sigma: Mapping[str, float],
+) -> list[Nuisance]:
+    """Candidate effects of definite shape.
+
+    Args:
+        prediction: Records and friction model.
+        linear: Of each record, at the fit.
+        values: Name -> value of all parameters, SI.
+        sigma: Name -> standard deviation of the estimated ones, SI.
+    """
+    drift = _viscous_drift(prediction, linear, values, sigma)
+    return [_lag(prediction.records, linear), *([] if drift is None else [drift])]
+
+
+def torque_noise(
+    prediction: SpeedPrediction, record: Record, linear: Linearisation, values: Mapping[str, float]
+) -> TorqueNoise:
+    """Random torque on the wheel of a record, at the level of its friction torque.
+
+    Near zero speed the ripple over the wheel's angle acts long enough to change the speed; at high
+    speed it averages out. Within a band of speeds that the wheel leaves after about `COHERENCE`,
+    the ripple is a white torque noise whose correlation time is the time in this band.
+
+    Args:
+        prediction: Records and friction model.
+        record: One of its records.
+        linear: Of this record, at the fit.
+        values: Name -> value of all parameters, SI.
+    """
+    names = [n for n, d in prediction.model.dimensions().items() if d == "torque"]
+    friction = float(np.mean([abs(values[n]) for n in names])) if names else 0.0
+    motor = abs(values["motor_constant"]) * float(np.sqrt(np.mean(record.current**2)))
+    level = friction or motor
+    duration = np.diff(record.time)
+    per_current = linear.local[:, list(prediction.names).index("current_bias")]
+    gain = per_current / values["motor_constant"] if values["motor_constant"] else per_current
+    acceleration = (friction + motor) / values["inertia"]
+    band = np.sqrt(COHERENCE * acceleration)
+    low, high = (f(linear.speed[:-1], linear.speed[1:]) for f in (np.minimum, np.maximum))
+    inside = np.clip(np.minimum(high, band) - np.maximum(low, -band), 0.0, None)
+    change = high - low
+    share = np.where(
+        change > 0.0, inside / np.where(change > 0.0, change, 1.0), np.abs(high) < band
+    )
+    correlation = band / acceleration if acceleration > 0.0 else 0.0
+    # a wheel at rest does not respond
+    moved = (gain != 0.0) / values["inertia"] ** 2
+    return TorqueNoise(
+        gain=gain,
+        crossings=level**2 * correlation * duration * share * moved,
+        walk=level**2 * duration / np.ptp(record.time),
+        first=(FIRST_WALK * level) ** 2,
+    )

@@ -1,0 +1,230 @@
+"""A friction curve through points of speed and torque that plateaus of steady speed give."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.least_squares import Prior, Solution, minimise
+from gyrostat.identification.loss import Quadratic
+from gyrostat.identification.observability import judge
+from gyrostat.identification.plateaus import MIN_SAMPLES, Plateau
+from gyrostat.identification.uncertainty import square_root
+from gyrostat.wheel.friction import Friction
+
+CLEAR_SUPPORT = 10.0
+"""Difference of the Bayesian criterion that is very strong evidence (Kass and Raftery 1995)."""
+COMMON_SCATTER = 2 * MIN_SAMPLES
+"""Samples as which the scatter common to all plateaus counts in that of each: the scatter of a
+short plateau is itself uncertain, and would give it a chance weight."""
+FINEST = 1e-6
+"""Smallest standard deviation of a torque, as a share of the largest torque."""
+WEAK = 10.0
+"""A-priori sigma, as a multiple of what the plateaus span, that keeps a silent parameter finite."""
+LOW_SPEEDS = 0.5
+"""Largest Stribeck speed, as a share of the fastest plateau: a curve that bends above it is no fall
+from the static level."""
+NEAR_ENOUGH = 1.5
+"""Slowest plateau, in Stribeck speeds, from which the static level is not extrapolated."""
+STARTS = 6
+"""First values of a Stribeck speed that is estimated."""
+
+
+@dataclass(frozen=True)
+class FrictionCurve:
+    """A friction curve fitted to points.
+
+    Attributes:
+        model: friction model.
+        names: estimated parameters.
+        values: all parameters of the model, name -> value, SI.
+        solution: of the estimated ones, whitened by `sigma`.
+        sigma: (k,) standard deviations of the torques, N·m.
+        freedom: points beyond the estimated parameters.
+    """
+
+    model: type[Friction]
+    names: tuple[str, ...]
+    values: Mapping[str, float]
+    solution: Solution
+    sigma: Vector
+    freedom: int
+
+    @property
+    def misfit(self) -> float:
+        """Sum of the squared whitened residuals."""
+        return float(self.solution.residual @ self.solution.residual)
+
+    @property
+    def excess(self) -> float:
+        """How far the points scatter about the curve beyond their own uncertainty, at least 1."""
+        return max(1.0, np.sqrt(self.misfit / self.freedom)) if self.freedom > 0 else 1.0
+
+
+@lru_cache
+def _compiled(model: type[Friction]):
+    """Compile theta, (k,) speeds -> torques, their derivatives by theta (k, n) and by speed."""
+    names = tuple(model.dimensions())
+
+    def torque(theta, speed):
+        friction = model(**dict(zip(names, theta, strict=True)))
+        return friction.torque(speed, jnp.sign(speed))
+
+    def point(theta, speed):
+        by_theta, by_speed = jax.grad(torque, (0, 1))(theta, speed)
+        return torque(theta, speed), by_theta, by_speed
+
+    return jax.jit(jax.vmap(point, (None, 0)))
+
+
+def _torques(
+    model: type[Friction], values: Mapping[str, float], speed: Vector
+) -> tuple[Vector, Matrix, Vector]:
+    """Friction torques at some speeds, with their derivatives by parameters and by speed."""
+    # few lengths are ever compiled
+    padded = np.pad(speed, (0, -len(speed) % 16), mode="edge")
+    theta = jnp.array([values[n] for n in model.dimensions()])
+    torque, by_theta, by_speed = (np.asarray(part) for part in _compiled(model)(theta, padded))
+    count = len(speed)
+    return torque[:count], by_theta[:count], by_speed[:count]
+
+
+def plateau_torques(plateaus: Sequence[Plateau], held: Mapping[str, float]) -> Vector:
+    """Friction torque at each plateau, (k,) N·m: that of the motor but for what the drift takes.
+
+    Args:
+        plateaus: k of them.
+        held: name -> value, SI, with motor_constant; without inertia the drift counts as none.
+    """
+    current, drift = np.array([[p.current, p.drift] for p in plateaus]).T
+    return held["motor_constant"] * current - held.get("inertia", 0.0) * drift
+
+
+def _own_sigma(plateaus: Sequence[Plateau], held: Mapping[str, float]) -> tuple[Vector, Vector]:
+    """Standard deviations of speeds, rad/s, and torques, N·m, that the plateaus' scatter gives."""
+    count = np.array([p.count for p in plateaus], dtype=float)
+
+    def settled(own: Vector) -> Vector:
+        one = own**2 * count
+        common = float(np.average(one, weights=count))
+        return np.sqrt((count * one + COMMON_SCATTER * common) / (count + COMMON_SCATTER) / count)
+
+    return (
+        settled(np.array([p.speed_sigma for p in plateaus])),
+        np.hypot(
+            held["motor_constant"] * settled(np.array([p.current_sigma for p in plateaus])),
+            held.get("inertia", 0.0) * np.array([p.drift_sigma for p in plateaus]),
+        ),
+    )
+
+
+def _starts(
+    model: type[Friction], held: Mapping[str, float], speed: Vector, torque: Vector, sigma: Vector
+) -> list[dict[str, float]]:
+    """First values of all parameters, SI: a straight line, and a range of Stribeck speeds."""
+    rows = np.column_stack([np.abs(speed), np.ones(len(speed))]) / sigma[:, None]
+    viscous, coulomb = np.linalg.lstsq(rows, np.sign(speed) * torque / sigma, rcond=1e-8)[0]
+    first = {k: float(v) for k, v in model.from_coulomb(viscous, coulomb).parameters().items()}
+    first |= {n: v for n, v in held.items() if n in first}
+    scales = bend_speeds(model, held)
+    if not scales:
+        return [first]
+    size = np.abs(speed)
+    reach = np.geomspace(0.5 * size.min(), 0.5 * size.max(), STARTS)
+    return [first | dict.fromkeys(scales, float(scale)) for scale in reach]
+
+
+def _fitted(
+    model: type[Friction], held: Mapping[str, float], plateaus: Sequence[Plateau]
+) -> FrictionCurve | None:
+    """Fit a friction curve to the plateaus; None where no start leads anywhere."""
+    speed = np.array([p.speed for p in plateaus])
+    torque = plateau_torques(plateaus, held)
+    speed_sigma, torque_sigma = _own_sigma(plateaus, held)
+    dimensions = model.dimensions()
+    names = tuple(n for n in dimensions if n not in held)
+    index = [list(dimensions).index(n) for n in names]
+    top, reach = float(np.max(np.abs(torque))), float(np.max(np.abs(speed)))
+    span = {"torque": top, "viscous": top / reach, "speed": reach}
+    least = FINEST * top
+    sigma = np.maximum(torque_sigma, least)
+
+    def run(start: Mapping[str, float], sigma: Vector) -> Solution | None:
+        first = np.array([start[n] for n in names])
+        prior = Prior(first, np.array([WEAK * span[dimensions[n]] for n in names]))
+
+        def evaluate(x: Vector):
+            values = dict(start) | dict(zip(names, x.tolist(), strict=True))
+            if any(values[n] <= 0.0 for n in model.held_by_default):
+                return None
+            curve, by_theta, _ = _torques(model, values, speed)
+            return (torque - curve) / sigma, by_theta[:, index] / sigma[:, None]
+
+        return minimise(evaluate, first, prior, Quadratic())
+
+    starts = _starts(model, held, speed, torque, sigma)
+    ended = [(s, solution) for s in starts if (solution := run(s, sigma)) is not None]
+    if not ended:
+        return None
+    start, solution = min(ended, key=lambda pair: pair[1].cost)
+    # where the curve is steep, an uncertain speed is an uncertain torque
+    values = dict(start) | dict(zip(names, solution.x.tolist(), strict=True))
+    steepness = _torques(model, values, speed)[2]
+    sigma = np.maximum(np.hypot(torque_sigma, steepness * speed_sigma), least)
+    last = run(values, sigma)
+    if last is None:
+        return None
+    values = values | dict(zip(names, last.x.tolist(), strict=True))
+    return FrictionCurve(model, names, values, last, sigma, len(speed) - len(names))
+
+
+def bend_speeds(model: type[Friction], held: Mapping[str, float]) -> dict[str, float]:
+    """Default values of the speeds over which a curve bends, where they are not held."""
+    default = model.from_coulomb(0.0, 0.0).parameters()
+    return {n: float(default[n]) for n in model.held_by_default if n not in held}
+
+
+def _bends(curve: FrictionCurve, held: Mapping[str, float], speed: Vector) -> bool:
+    """Whether the friction falls clearly from its static level, and at low speeds."""
+    size = np.abs(speed)
+    low = all(
+        size.min() <= NEAR_ENOUGH * curve.values[n] and curve.values[n] <= LOW_SPEEDS * size.max()
+        for n in bend_speeds(curve.model, held)
+    )
+    root = square_root(curve.excess**2 * curve.solution.covariance())
+    seen = judge(curve.model, {**held, **curve.values}, curve.names, root, lambda *_: "")
+    falls = [
+        seen[n].observable and seen[n].significance > 0.0
+        for n in curve.model.vanishing_at
+        if n in curve.names
+    ]
+    return low and curve.freedom > 0 and curve.solution.converged and any(falls)
+
+
+def fit_curve(
+    model: type[Friction], held: Mapping[str, float], plateaus: Sequence[Plateau]
+) -> tuple[FrictionCurve | None, dict[str, float]]:
+    """Fit a friction curve, its bends held at their default where the plateaus do not show them.
+
+    Returns:
+        The curve, or None where no start leads anywhere; and what was held after all.
+    """
+    default = bend_speeds(model, held)
+    if not default:
+        return _fitted(model, held, plateaus), {}
+    speed = np.array([p.speed for p in plateaus])
+    if len(speed) > len(set(model.dimensions()) - set(held)):
+        curve = _fitted(model, held, plateaus)
+        if curve is not None and _bends(curve, held, speed):
+            return curve, {}
+    return _fitted(model, {**held, **default}, plateaus), default
+
+
+def preferred(line: FrictionCurve, other: FrictionCurve, count: int) -> bool:
+    """Whether a richer curve is very clearly the better one by the Bayesian criterion."""
+    gain = (line.misfit - other.misfit) / other.excess**2
+    more = len(other.names) - len(line.names)
+    return bool(gain - more * np.log(count) > CLEAR_SUPPORT)

@@ -1,0 +1,127 @@
+"""A noisy speed as a sequence of straight lines, as many as its noise supports."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.telemetry import Record
+
+LINE_PARAMETERS = 4
+"""Level, slope, scatter and end of one line: what each costs by the Bayesian criterion."""
+LONGEST_SEARCH = 3000
+"""Points in the search for lines: a longer run is searched in means of neighbouring samples."""
+JUMP_SAMPLES = 5
+"""Samples on either side over which a jump between two lines is measured."""
+CLEAR_MOTION = 5.0
+"""Standard deviations beyond which a line rises, or two lines jump, for certain."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A stretch of a record in which the speed follows a straight line.
+
+    Attributes:
+        index: (m,) its valid samples.
+        rise: of the line from its first to its last sample, rad/s.
+        scatter: standard deviation of the speeds about the line, rad/s.
+    """
+
+    index: NDArray[np.intp]
+    rise: float
+    scatter: float
+
+
+def _line_costs(sums: Matrix, last: int, floor: float) -> Vector:
+    """Minus twice the log-likelihood of one line over the points first..last-1, for every first.
+
+    Args:
+        sums: (6, n + 1) running sums of 1, t, t², w, t w and w².
+        last: one past the last point.
+        floor: scatter below which lines are not compared, rad/s.
+
+    Returns:
+        (last,), without the constants that all share.
+    """
+    count, t, tt, w, tw, ww = sums[:, last, None] - sums[:, :last]
+    spread_t = tt - t * t / count
+    along = tw - t * w / count
+    slope_part = np.divide(along**2, spread_t, out=np.zeros_like(along), where=spread_t > 0.0)
+    misfit = np.maximum(ww - w * w / count - slope_part, 0.0)
+    return count * np.log(np.maximum(misfit / count, floor**2))
+
+
+def _cuts(time: Vector, speed: Vector, floor: float) -> list[int]:
+    """Ends of the straight lines that explain a run best: optimal partitioning, exact.
+
+    Jackson et al. (2005), "An algorithm for optimal partitioning of data on an interval", with the
+    normal likelihood of a line of unknown scatter and the Bayesian penalty.
+    """
+    size = len(time)
+    t, w = time - time.mean(), speed - speed.mean()
+    rows = np.vstack([np.ones(size), t, t * t, w, t * w, w * w])
+    sums = np.column_stack([np.zeros(6), np.cumsum(rows, axis=1)])
+    penalty = LINE_PARAMETERS * np.log(size)
+    best = np.zeros(size + 1)
+    origin = np.zeros(size + 1, dtype=int)
+    for last in range(1, size + 1):
+        totals = best[:last] + _line_costs(sums, last, floor) + penalty
+        origin[last] = int(np.argmin(totals))
+        best[last] = totals[origin[last]]
+    ends = [size]
+    while ends[-1] > 0:
+        ends.append(int(origin[ends[-1]]))
+    return ends[-2::-1]
+
+
+def straight_lines(record: Record, start: int, stop: int, floor: float) -> list[Line]:
+    """Cut a part of a record into the straight lines that explain its speed best.
+
+    Args:
+        record: missing speeds are skipped.
+        start: first sample.
+        stop: one past the last sample.
+        floor: noise of the speed, rad/s: a smaller scatter is not told apart.
+    """
+    index = start + np.flatnonzero(record.valid[start:stop])
+    if len(index) == 0:
+        return []
+    block = -(-len(index) // LONGEST_SEARCH)
+    edges = np.arange(0, len(index), block)
+    counts = np.diff(np.append(edges, len(index)))
+    time = np.add.reduceat(record.time[index], edges) / counts
+    speed = np.add.reduceat(record.speed[index], edges) / counts
+    cuts = [0, *_cuts(time, speed, floor / np.sqrt(block))]
+    return [_line(record, index[a * block : b * block]) for a, b in pairwise(cuts)]
+
+
+def _line(record: Record, index: NDArray[np.intp]) -> Line:
+    t = record.time[index] - record.time[index].mean()
+    w = record.speed[index]
+    slope = float(t @ w / (t @ t)) if len(index) > 1 else 0.0
+    misfit = w - w.mean() - slope * t
+    scatter = float(np.sqrt(misfit @ misfit / max(len(index) - 2, 1)))
+    return Line(index, slope * float(t[-1] - t[0]), scatter)
+
+
+def fastest_acceleration(record: Record, lines: list[Line], floor: float) -> float:
+    """Largest acceleration that the lines of a record show for certain, rad/s²; zero for none.
+
+    Args:
+        record: of the lines.
+        lines: in time order.
+        floor: noise of the speed, rad/s.
+    """
+    found = [0.0]
+    for line in lines:
+        if len(line.index) > 2 and abs(line.rise) > CLEAR_MOTION * max(line.scatter, floor):
+            found.append(abs(line.rise) / np.ptp(record.time[line.index]))
+    for before, after in pairwise(lines):
+        old, new = before.index[-JUMP_SAMPLES:], after.index[:JUMP_SAMPLES]
+        jump = abs(record.speed[new].mean() - record.speed[old].mean())
+        noise = max(before.scatter, after.scatter, floor)
+        if jump > CLEAR_MOTION * noise * np.sqrt(1.0 / len(old) + 1.0 / len(new)):
+            found.append(jump / (record.time[new].mean() - record.time[old].mean()))
+    return float(max(found))

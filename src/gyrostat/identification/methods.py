@@ -1,0 +1,66 @@
+"""The dedicated experiments by name."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from gyrostat.core.errors import InputError
+from gyrostat.identification.coast import identify_coast
+from gyrostat.identification.conclude import with_tolerances
+from gyrostat.identification.fit import Fit
+from gyrostat.identification.steady import identify_steady
+from gyrostat.identification.tolerances import check_tolerances, propagate_dedicated
+from gyrostat.identification.torque_step import identify_torque_step
+from gyrostat.telemetry import Record
+
+WITHOUT_MODEL: dict[str, Callable[..., Fit]] = {
+    "coast": identify_coast,
+    "torque-step": identify_torque_step,
+}
+"""Experiments that know their friction model themselves."""
+
+
+def identify_dedicated(
+    method: str,
+    records: Sequence[Record],
+    *,
+    model: str | None,
+    inertia: float | None,
+    hold: Mapping[str, float | None],
+    speed_sigma: float | None,
+    tolerance: Mapping[str, float] | None = None,
+) -> Fit:
+    """Identify by one of the dedicated experiments.
+
+    Args:
+        method: "steady", "torque-step" or "coast".
+        records: of one wheel.
+        model: friction model, with "steady" only.
+        inertia: kg·m².
+        hold: name -> value, SI, or None for its default.
+        speed_sigma: standard deviation of the measured speed, rad/s.
+        tolerance: name -> one sigma, share, of what is given, as for `identify`.
+
+    Raises:
+        InputError: a model where the experiment has its own, and as the experiments say.
+    """
+    tolerances = check_tolerances(tolerance or {})
+    if method not in WITHOUT_MODEL:
+        fit = identify_steady(
+            records, model=model, inertia=inertia, hold=hold, speed_sigma=speed_sigma
+        )
+        return _tolerant(fit, tolerances)
+    if model is not None:
+        raise InputError(
+            f"--method {method}: found --model {model}, expected no model: this method identifies "
+            "viscous and Coulomb friction or the motor constant"
+        )
+    fit = WITHOUT_MODEL[method](records, inertia=inertia, hold=hold, speed_sigma=speed_sigma)
+    return _tolerant(fit, tolerances)
+
+
+def _tolerant(fit: Fit, tolerances: Mapping[str, float]) -> Fit:
+    """Add what tolerances cause to the uncertainty of a dedicated fit."""
+    if not tolerances:
+        return fit
+    dimensions = [fit.dimensions[name] for name in fit.names]
+    errors = propagate_dedicated(tolerances, fit.method, dimensions, fit.values)
+    return with_tolerances(fit, errors, tolerances)

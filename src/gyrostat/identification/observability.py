@@ -1,0 +1,171 @@
+"""Whether a record shows a parameter at all, and what would."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.least_squares import Solution
+from gyrostat.identification.prediction import SpeedPrediction
+from gyrostat.identification.selection import Selection
+from gyrostat.identification.start_values import StartValues
+from gyrostat.wheel.friction import Friction
+
+CLEAR = 2.0
+"""Standard deviations by which an effect must differ from none to count as seen."""
+SILENT = 1e-6
+"""A-priori information, relative to the weak one, that keeps every variance finite."""
+UNSEEN = 1e-10
+"""Singular value, relative to the largest, below which a direction shows nothing but rounding."""
+DECIDED = 3.0
+"""Ratio of the sigmas without and with the a-priori from which it is the a-priori that decides."""
+
+
+@dataclass(frozen=True)
+class Observability:
+    """How clearly the measurements alone show one parameter.
+
+    Attributes:
+        observable: whether its effect exceeds `CLEAR` standard deviations.
+        significance: the effect over its standard deviation, from the measurements alone; negative
+            where a static torque lies below its Coulomb torque.
+        advice: what would show it; empty where it is observable.
+        given: whether it was stated with a tolerance, not estimated: nothing to observe.
+    """
+
+    observable: bool
+    significance: float
+    advice: str = ""
+    given: bool = False
+
+
+def judge(
+    model: type[Friction],
+    values: Mapping[str, float],
+    names: Sequence[str],
+    root: Matrix,
+    cure: Callable[[str, float], str],
+    sizes: Mapping[str, float] | None = None,
+    widening: Mapping[str, float] | None = None,
+) -> dict[str, Observability]:
+    """Judge each estimate by its effect over its standard deviation.
+
+    A static torque is judged by its difference from the Coulomb torque, everything else against
+    zero, unless `sizes` says otherwise.
+
+    Args:
+        model: friction model.
+        values: name -> value of estimated and held parameters, SI.
+        names: of the n estimates.
+        root: (n, k) square root of their covariance, SI.
+        cure: name and significance -> what would show it better.
+        sizes: name -> effect to take in place of the value, SI.
+        widening: name -> factor on the standard deviation of its effect, 1 by default.
+
+    Returns:
+        Name -> verdict.
+    """
+    judged = {}
+    for k, name in enumerate(names):
+        effect, spread, label = abs(values[name]), root[k], name
+        reference = model.vanishing_at.get(name)
+        if reference is not None:
+            effect, label = values[name] - values[reference], f"{name} - {reference}"
+            if reference in names:
+                spread = spread - root[names.index(reference)]
+        elif sizes and name in sizes:
+            effect, label = sizes[name], "its range"
+        sigma = max(float(np.linalg.norm(spread)), np.sqrt(np.finfo(float).tiny))
+        sigma *= (widening or {}).get(name, 1.0)
+        significance = float(effect / sigma)
+        clear = abs(significance) > CLEAR
+        text = f"{name}: not observable in this record ({label} is {significance:.1f} sigma)"
+        advice = "" if clear else f"{text}: {cure(name, significance)}"
+        judged[name] = Observability(clear, significance, advice)
+    return judged
+
+
+def _root(jacobian: Matrix, scale: Vector) -> Matrix:
+    """Square root of the covariance of n parameters without their a-priori, (n, n)."""
+    # not from the normal equations: they square the condition
+    _, seen, directions = np.linalg.svd(jacobian * scale, full_matrices=False)
+    seen = np.where(seen > UNSEEN * seen.max(initial=0.0), seen, 0.0)
+    return scale[:, None] * directions.T / np.hypot(seen, SILENT)
+
+
+def _measured_root(solution: Solution, selection: Selection, informed: Vector) -> Matrix:
+    """Square root of the covariance of the parameters without their a-priori, (n, n).
+
+    An inertia known beforehand only sets the scale of all torques: what the record shows of the
+    others is judged at the inertia given.
+    """
+    root = _root(solution.jacobian, selection.scale)
+    if "inertia" not in selection.free:
+        return root
+    place = selection.free.index("inertia")
+    told = selection.prior.sigma[place] < selection.scale[place]
+    if not (told and np.linalg.norm(root[place]) > DECIDED * informed[place]):
+        return root
+    others = [k for k in range(len(selection.free)) if k != place]
+    own = root[place].copy()
+    root = np.zeros_like(root)
+    root[place] = own
+    root[np.ix_(others, range(len(others)))] = _root(
+        solution.jacobian[:, others], selection.scale[others]
+    )
+    return root
+
+
+def observability(
+    prediction: SpeedPrediction,
+    selection: Selection,
+    values: Mapping[str, float],
+    solution: Solution,
+    deterministic: StartValues,
+    crossings: int,
+    widening: Mapping[str, float],
+) -> dict[str, Observability]:
+    """Judge every estimated parameter by the measurements alone.
+
+    An initial speed or a current bias is judged by its sigma against the level of the signal.
+
+    Args:
+        prediction: records and friction model.
+        selection: what was estimated.
+        values: name -> value of all parameters, SI.
+        solution: of the estimated parameters.
+        deterministic: levels of the signals.
+        crossings: zero crossings in the records.
+        widening: name -> standard deviation of its effect over that in white noise alone.
+
+    Returns:
+        Name -> verdict.
+    """
+    informed = np.sqrt(np.diag(solution.covariance()))
+    root = _measured_root(solution, selection, informed)
+    alone = np.linalg.norm(root, axis=1)
+
+    told = bool(np.any(selection.prior.sigma < selection.scale))
+
+    def cure(name: str, significance: float) -> str:
+        place = selection.free.index(name)
+        if told and alone[place] > DECIDED * informed[place]:
+            return "its value rests on what was known before, not on the record"
+        if name not in prediction.model.vanishing_at:
+            return "hold it at a known value, or record with more varied currents and speeds"
+        ramps = "slow current ramps from rest (bench --profile ramps) show the breakaway directly"
+        if crossings == 0:
+            return f"the speed never crosses zero; {ramps}"
+        times = (3.0 / max(abs(significance), 0.05)) ** 2
+        return (
+            f"for 3 sigma record about {times:.0f} times as many zero crossings or use a "
+            f"tachometer {np.sqrt(times):.1f} times quieter; {ramps}"
+        )
+
+    sizes = {
+        name: deterministic.size(name, dimension, values["inertia"], values["motor_constant"])
+        for name, dimension in prediction.dimensions.items()
+        if name == "current_bias" or name in prediction.initial_speeds
+    }
+    return judge(prediction.model, values, selection.free, root, cure, sizes, widening)

@@ -1,0 +1,203 @@
+"""Where a record shows a wheel at steady speed.
+
+The speed of a record is cut into straight lines, as many as its noise supports. A line is a plateau
+where the wheel clearly turns, and where the drift of its speed is neither significant nor able to
+take a torque that matters. Nothing here depends on what drives the wheel.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.types import Vector
+from gyrostat.identification.lines import Line, fastest_acceleration, straight_lines
+from gyrostat.identification.statistics import NORMAL_MAD, correlation_length, quantum, serial_meat
+from gyrostat.telemetry import Record
+
+MIN_SAMPLES = 16
+"""Fewest speeds of a line that may be a plateau: fewer do not show their own scatter."""
+CLEAR = 3.0
+"""Standard deviations beyond which a drift or a difference of means is significant."""
+SMALL = 0.005
+"""Share of a current below which it does not matter that a part of a line differs from the rest."""
+SMALL_DRIFT = 0.001
+"""Share of the fastest acceleration of the record below which a drift does not matter, significant
+or not: it takes about this share of the torque that the drive can give."""
+POSSIBLE_DRIFT = 0.01
+"""Largest share that a drift may have within its uncertainty: a line that is too short to tell a
+plateau from a piece of a ramp is neither."""
+PARTS = 8
+"""Parts of a line that are compared: one at an end whose mean speed or current stands out from the
+rest belongs to a transient, and is left out as long as half of the line remains."""
+CLEAR_OF_REST = 2.0
+"""Scatters by which a steady speed must differ from zero: a wheel at rest shows no curve."""
+RESOLUTION = 1e-4
+"""Scatter, as a share of the root mean square speed, below which speeds count as equal."""
+
+
+@dataclass(frozen=True)
+class Plateau:
+    """A stretch of steady speed.
+
+    Attributes:
+        start: first sample.
+        stop: one past the last sample.
+        speed: mean, rad/s.
+        speed_sigma: standard deviation of this mean, rad/s.
+        scatter: standard deviation of one measured speed about the mean, rad/s.
+        current: mean, A.
+        current_sigma: standard deviation of this mean, A.
+        drift: slope of a straight line through the speeds, rad/s².
+        drift_sigma: its standard deviation, rad/s².
+        count: valid speeds in it.
+    """
+
+    start: int
+    stop: int
+    speed: float
+    speed_sigma: float
+    scatter: float
+    current: float
+    current_sigma: float
+    drift: float
+    drift_sigma: float
+    count: int
+
+
+def _noise(speed: Vector) -> float:
+    """Noise of a speed, rad/s, also where it is correlated, if over less than a plateau.
+
+    From second differences over several strides; the median makes them deaf to motion.
+    """
+    levels = []
+    for stride in (1, MIN_SAMPLES // 2, MIN_SAMPLES):
+        second = np.diff(speed[::stride], 2)
+        if len(second) > 0:
+            levels.append(NORMAL_MAD * float(np.median(np.abs(second))) / np.sqrt(6.0))
+    return max(levels, default=0.0)
+
+
+def _hidden(misfit: Vector, step: float | None) -> float:
+    """Standard deviation of what rounding hides from the mean of some samples.
+
+    Args:
+        misfit: (m,) distance of the samples from their mean or trend.
+        step: quantum of the samples, or None. Scatter well above it makes rounding average out,
+            scatter below it leaves a mean as uncertain as one rounded sample.
+    """
+    if step is None:
+        return 0.0
+    scatter = max(float(np.mean(misfit**2)) - step**2 / 12.0, 0.0)
+    return step / np.sqrt(12.0) * float(np.exp(-2.0 * np.pi**2 * scatter / step**2))
+
+
+def mean_sigma(samples: Vector, step: float | None) -> float:
+    """Standard deviation of the mean of a stationary series.
+
+    Args:
+        samples: (m,) in time order, m >= 2; serial correlation is allowed for.
+        step: quantum of the samples, or None.
+    """
+    count = len(samples)
+    misfit = samples - samples.mean()
+    variance = serial_meat(misfit[:, None], correlation_length(misfit))[0, 0] / count**2
+    return float(np.hypot(np.sqrt(variance * count / (count - 1.0)), _hidden(misfit, step)))
+
+
+def _drift(time: Vector, speed: Vector, step: float | None, least: float) -> tuple[float, float]:
+    """Drift of a speed and its standard deviation, rad/s², as `mean_sigma` judges a mean.
+
+    The standard deviation is at least that for independent noise of level `least`, rad/s.
+    """
+    t = time - time.mean()
+    power = float(t @ t)
+    rate = float(t @ speed) / power
+    misfit = speed - speed.mean() - rate * t
+    meat = serial_meat((t * misfit)[:, None], correlation_length(misfit))[0, 0] / power**2
+    # rounding that does not average out hides a difference between the two ends
+    ends = np.sqrt(2.0) * _hidden(misfit, step) / (time[-1] - time[0])
+    return rate, float(np.hypot(np.sqrt(max(meat, least**2 / power)), ends))
+
+
+def _settled(record: Record, line: Line, least: float) -> NDArray[np.intp]:
+    """Samples of a line without the ends that stand out from the rest of it."""
+    parts = np.array_split(line.index, PARTS)
+
+    def stands_out(part: NDArray[np.intp], rest: NDArray[np.intp]) -> bool:
+        for series, small in (
+            (record.speed, least),
+            (record.current, SMALL * abs(record.current[rest].mean())),
+        ):
+            sigma = mean_sigma(series[rest], None) * np.sqrt(1.0 + len(rest) / len(part))
+            if abs(series[part].mean() - series[rest].mean()) > max(CLEAR * sigma, small):
+                return True
+        return False
+
+    while len(parts) > PARTS // 2:
+        if stands_out(parts[0], np.concatenate(parts[1:])):
+            parts = parts[1:]
+        elif stands_out(parts[-1], np.concatenate(parts[:-1])):
+            parts = parts[:-1]
+        else:
+            break
+    return np.concatenate(parts)
+
+
+def _level(drift: float, sigma: float, fastest: float) -> bool:
+    """Whether a drift does not matter in a record with some fastest acceleration, all rad/s²."""
+    level = abs(drift) <= max(CLEAR * sigma, SMALL_DRIFT * fastest)
+    return level and (fastest == 0.0 or abs(drift) + CLEAR * sigma <= POSSIBLE_DRIFT * fastest)
+
+
+def find_plateaus(record: Record, speed_sigma: float | None = None) -> list[Plateau]:
+    """Find where a wheel turned at steady speed.
+
+    Lines end where the setpoint changes, if the record has one; otherwise the speed alone tells.
+
+    Args:
+        record: of one wheel; uneven sampling, quantised and missing speeds are taken as they are.
+        speed_sigma: standard deviation of a measured speed, rad/s, otherwise from the record.
+
+    Returns:
+        Plateaus in time order, those at rest left out.
+    """
+    valid = record.speed[record.valid]
+    speed_step, current_step = quantum(valid), quantum(record.current)
+    rounding = 0.0 if speed_step is None else speed_step / np.sqrt(12.0)
+    least = max(rounding, RESOLUTION * float(np.sqrt(np.mean(valid**2))), np.finfo(float).tiny)
+    floor = max(least, _noise(valid) if speed_sigma is None else speed_sigma)
+    changes = [] if record.setpoint is None else np.flatnonzero(np.diff(record.setpoint)) + 1
+    edges = [0, *changes, len(record.time)]
+    lines = [
+        line
+        for start, stop in pairwise(edges)
+        for line in straight_lines(record, int(start), int(stop), floor)
+    ]
+    fastest = fastest_acceleration(record, lines, floor)
+    plateaus = []
+    for line in lines:
+        if len(line.index) < MIN_SAMPLES:
+            continue
+        part = _settled(record, line, least)
+        speed, current = record.speed[part], record.current[part]
+        scatter = max(float(np.std(speed)), least)
+        drift, drift_sigma = _drift(record.time[part], speed, speed_step, least)
+        turns = abs(speed.mean()) > CLEAR_OF_REST * scatter
+        if turns and _level(drift, drift_sigma, fastest):
+            plateaus.append(
+                Plateau(
+                    start=int(part[0]),
+                    stop=int(part[-1]) + 1,
+                    speed=float(speed.mean()),
+                    speed_sigma=mean_sigma(speed, speed_step),
+                    scatter=scatter,
+                    current=float(current.mean()),
+                    current_sigma=mean_sigma(current, current_step),
+                    drift=drift,
+                    drift_sigma=drift_sigma,
+                    count=len(part),
+                )
+            )
+    return plateaus

@@ -1,0 +1,252 @@
+"""Modelled speed of a record and its derivative with respect to every parameter."""
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.units import SI_UNIT
+from gyrostat.core.validation import magnitude
+from gyrostat.telemetry import Record
+from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import FRICTION_MODELS, Friction
+from gyrostat.wheel.response import advance, sample_intervals
+
+CurrentHold = Literal["zero-order", "linear"]
+
+BLOCKED_SHARE = 0.2
+"""Share of the moving samples in which a model may rest before it counts as stuck."""
+
+
+def friction_model(name: str) -> type[Friction]:
+    """Look a friction model up.
+
+    Raises:
+        InputError: no model has this name.
+    """
+    if name not in FRICTION_MODELS:
+        raise InputError(f"model: found {name!r}, expected one of {', '.join(FRICTION_MODELS)}")
+    return FRICTION_MODELS[name]
+
+
+def wheel_dimensions(model: type[Friction]) -> dict[str, str]:
+    """Names of the parameters of a wheel with this friction -> dimension, in order."""
+    return {"motor_constant": "motor_constant", "inertia": "inertia", **model.dimensions()}
+
+
+def parameter_dimension(model: type[Friction], name: str, where: str) -> str:
+    """Dimension of a parameter that a request names, before there is a prediction.
+
+    Args:
+        model: friction model.
+        name: of the parameter.
+        where: what names it, for the message.
+
+    Raises:
+        InputError: no parameter has this name.
+    """
+    known = {**wheel_dimensions(model), "current_bias": "current", "initial_speed": "speed"}
+    stem = "initial_speed" if name.startswith("initial_speed_") else name
+    if stem not in known:
+        raise InputError(f"{where}: found parameter {name!r}, expected one of {', '.join(known)}")
+    return known[stem]
+
+
+def check_parameter(model: type[Friction], name: str, value: float, where: str) -> None:
+    """Refuse a value that no wheel has, before anything is computed with it.
+
+    Args:
+        model: friction model.
+        name: of the parameter.
+        value: SI.
+        where: what gives it, for the message.
+
+    Raises:
+        InputError: it is of no physical magnitude or of the wrong sign.
+    """
+    dimension = parameter_dimension(model, name, where)
+    unit = SI_UNIT[dimension]
+    magnitude(where, value, unit)
+    of_friction = name in model.dimensions()
+    if name in ("inertia", "motor_constant") or (of_friction and dimension == "speed"):
+        if value <= 0.0:
+            raise InputError(f"{where}: found {value:g}, expected more than 0 {unit}")
+    elif of_friction and value < 0.0:
+        raise InputError(f"{where}: found {value:g}, expected 0 {unit} or more")
+
+
+def build_wheel(model: type[Friction], values: Mapping[str, float]) -> Wheel:
+    """Make a wheel from named parameters, SI; names that are not the wheel's are left aside."""
+    return Wheel(
+        inertia=values["inertia"],
+        motor_constant=values["motor_constant"],
+        friction=model(**{name: values[name] for name in model.dimensions()}),
+    )
+
+
+class Linearisation(NamedTuple):
+    """A modelled speed and its derivatives, over the record and over each sample interval.
+
+    Attributes:
+        speed: At the samples, (N,), rad/s.
+        jacobian: Derivative with respect to all n parameters of the prediction, (N, n), SI.
+        transition: Derivative of the speed at the end of each interval with respect to that at its
+            start, (N - 1,).
+        local: Derivative of the speed at the end of each interval with respect to the shared
+            parameters as they act in this interval alone, (N - 1, s), SI.
+    """
+
+    speed: Vector
+    jacobian: Matrix
+    transition: Vector
+    local: Matrix
+
+
+@lru_cache
+def _compiled(model: type[Friction], hold: CurrentHold):
+    """Compile theta -> speeds and their derivatives, for theta = wheel parameters, bias, w(0).
+
+    The derivatives of each interval are chained: S_{k+1} = (dw_{k+1}/dw_k) S_k + dw_{k+1}/dtheta.
+    """
+    names = tuple(wheel_dimensions(model))
+
+    def respond(theta, time, current):
+        duration, slope = sample_intervals(time, current, hold)
+
+        def interval(carry, sample):
+            speed, sensitivity, resolved = carry
+            start, change, length = sample
+
+            def move(at):
+                wheel = build_wheel(model, dict(zip(names, at[1:-1], strict=True)))
+                step = advance(wheel, at[0], start + at[-1], change, length)
+                return step.speed, step
+
+            at = jnp.concatenate([speed[None], theta[:-1]])
+            slopes, step = jax.jacfwd(move, has_aux=True)(at)
+            sensitivity = slopes[0] * sensitivity + jnp.append(slopes[1:], 0.0)
+            return (
+                (step.speed, sensitivity, resolved & step.resolved),
+                (step.speed, sensitivity, slopes),
+            )
+
+        own = jnp.zeros_like(theta).at[-1].set(1.0)
+        (_, _, resolved), (speeds, rows, slopes) = jax.lax.scan(
+            interval, (theta[-1], own, jnp.array(True)), (current[:-1], slope, duration)
+        )
+        speeds = jnp.concatenate([theta[-1:], speeds])
+        return speeds, jnp.concatenate([own[None], rows]), slopes, resolved
+
+    return jax.jit(respond)
+
+
+def _padded(values: Vector) -> Vector:
+    """Repeat the last value up to a rounded length, so that few lengths are ever compiled.
+
+    The repeated times make intervals of zero length, which cost nothing.
+    """
+    size = int(np.ceil(2.0 ** (np.ceil(4.0 * np.log2(max(len(values), 256))) / 4.0)))
+    return np.pad(values, (0, size - len(values)), mode="edge")
+
+
+class SpeedPrediction:
+    """The speeds that a wheel would have shown in some records.
+
+    Attributes:
+        names: every parameter in order: the wheel's, current_bias, then one initial speed a record.
+        dimensions: name -> dimension.
+    """
+
+    def __init__(self, records: Sequence[Record], model: type[Friction], hold: CurrentHold) -> None:
+        """Prepare the records for one friction model.
+
+        Args:
+            records: at least one.
+            model: friction model.
+            hold: how the current runs between samples.
+        """
+        self.records = tuple(records)
+        self.model = model
+        self._shared = len(wheel_dimensions(model)) + 1
+        self.initial_speeds = (
+            ("initial_speed",)
+            if len(records) == 1
+            else tuple(f"initial_speed_{k + 1}" for k in range(len(records)))
+        )
+        self.dimensions = {
+            **wheel_dimensions(model),
+            "current_bias": "current",
+            **dict.fromkeys(self.initial_speeds, "speed"),
+        }
+        self.names = tuple(self.dimensions)
+        self._respond = _compiled(model, hold)
+        self._inputs = [
+            (jnp.asarray(_padded(r.time - r.time[0])), jnp.asarray(_padded(r.current)))
+            for r in self.records
+        ]
+
+    def admissible(self, values: Vector) -> bool:
+        """Whether a wheel can have these parameters at all: finite, inertia and scales positive."""
+        positive = [n for n in ("inertia", *self.model.held_by_default) if n in self.names]
+        return bool(np.all(np.isfinite(values))) and all(
+            values[self.names.index(n)] > 0.0 for n in positive
+        )
+
+    def linearise(self, values: Vector) -> list[Linearisation] | None:
+        """Predict every record, with the derivatives of each sample interval.
+
+        Args:
+            values: (n,) parameters in the order of `names`, SI.
+
+        Returns:
+            One linearisation a record; None where the parameters are not admissible or the friction
+            curve cannot be resolved.
+        """
+        if not self.admissible(values):
+            return None
+        predicted = []
+        for k, (record, inputs) in enumerate(zip(self.records, self._inputs, strict=True)):
+            columns = [*range(self._shared), self._shared + k]
+            response = self._respond(jnp.asarray(values[columns]), *inputs)
+            count = len(record.time)
+            speed, slim, local = (np.asarray(part) for part in response[:3])
+            speed, local = speed[:count], local[: count - 1]
+            jacobian = np.zeros((count, len(values)))
+            jacobian[:, columns] = slim[:count]
+            if not bool(response[3]) or not np.isfinite(speed).all():
+                return None
+            if not (np.isfinite(jacobian).all() and np.isfinite(local).all()):
+                return None
+            predicted.append(Linearisation(speed, jacobian, local[:, 0], local[:, 1:]))
+        return predicted
+
+    def __call__(self, values: Vector) -> list[tuple[Vector, Matrix]] | None:
+        """Predict every record.
+
+        Args:
+            values: (n,) parameters in the order of `names`, SI.
+
+        Returns:
+            For each record the speed at its samples, rad/s, and the Jacobian (samples, n); None
+            where the parameters are not admissible or the friction curve cannot be resolved.
+        """
+        found = self.linearise(values)
+        return None if found is None else [(each.speed, each.jacobian) for each in found]
+
+    def stuck(self, predicted: Sequence[tuple[Vector, Matrix]], noise: Sequence[float]) -> bool:
+        """Whether the model rests where the wheel is seen turning: no gradient leads out of that.
+
+        Args:
+            predicted: from a call of this object.
+            noise: standard deviation of the measured speed of each record, rad/s.
+        """
+        turning = resting = 0
+        for record, (speed, _), level in zip(self.records, predicted, noise, strict=True):
+            moves = record.valid & (np.abs(np.nan_to_num(record.speed)) > 5.0 * level)
+            turning += int(moves.sum())
+            resting += int((moves & (speed == 0.0)).sum())
+        return resting > BLOCKED_SHARE * turning

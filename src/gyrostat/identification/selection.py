@@ -1,0 +1,198 @@
+"""Which parameters are estimated, from where, and with what a-priori knowledge."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Vector
+from gyrostat.core.units import SI_UNIT
+from gyrostat.core.validation import require
+from gyrostat.identification.least_squares import Prior
+from gyrostat.identification.prediction import SpeedPrediction, check_parameter
+from gyrostat.identification.start_values import StartValues
+
+SMALLEST_INERTIA, LARGEST_INERTIA = 1e-12, 1e6
+"""kg·m²: beyond any rotor; a number outside is a slip of units."""
+WEAK = 10.0
+"""A-priori sigma, as a multiple of the start value, of a parameter about which nothing is said: it
+keeps the problem regular where the record is silent and moves nothing where it is not."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The estimation problem in terms of parameter names.
+
+    Attributes:
+        free: names that are estimated, in the order of the prediction.
+        values: (n,) held values and starts of all parameters of the prediction.
+        fallback: the same with the records' own starts in place of the user's.
+        prior: of the free parameters.
+        told: free names whose start the user gave.
+        scale: (free,) weak a-priori sigmas, whatever the user knows: the size that each parameter
+            could have.
+    """
+
+    free: tuple[str, ...]
+    values: Vector
+    fallback: Vector
+    prior: Prior
+    told: frozenset[str]
+    scale: Vector
+
+    def index(self, prediction: SpeedPrediction) -> list[int]:
+        """Places of the free parameters among all of the prediction."""
+        return [prediction.names.index(name) for name in self.free]
+
+
+def _known(names: Collection[str], prediction: SpeedPrediction, what: str) -> None:
+    unknown = [name for name in names if name not in prediction.names]
+    if unknown:
+        raise InputError(
+            f"{what}: found parameter {unknown[0]!r}, expected one of {', '.join(prediction.names)}"
+        )
+
+
+def _free_names(
+    prediction: SpeedPrediction,
+    hold: Collection[str],
+    free: Collection[str],
+    prior: Collection[str],
+    start: Collection[str],
+) -> tuple[str, ...]:
+    """Names to estimate: the usual ones, those asked for, and those known beforehand."""
+    for asked, what in ((free, "free"), (prior, "with an a-priori")):
+        both = sorted(set(hold) & set(asked))
+        if both:
+            raise InputError(f"{both[0]}: found both held and {what}, expected one of the two")
+    held = {"inertia", "current_bias", *prediction.model.held_by_default, *hold}
+    held -= {*free, *prior}
+    idle = [name for name in start if name in held]
+    if idle:
+        raise InputError(
+            f"start of {idle[0]}: found a parameter that is held, expected one that is estimated "
+            f"(free {idle[0]}, or hold it at this value)"
+        )
+    return tuple(name for name in prediction.names if name not in held)
+
+
+def _held_values(
+    prediction: SpeedPrediction, hold: Mapping[str, float | None], inertia: float | None
+) -> dict[str, float]:
+    """Values that are told: name -> SI; a default is only taken where one is documented."""
+    told = {} if inertia is None else {"inertia": inertia}
+    default = {"current_bias", *prediction.model.held_by_default, *told}
+    for name, value in hold.items():
+        if value is None:
+            if name not in default:
+                unit = SI_UNIT[prediction.dimensions[name]]
+                raise InputError(f"held {name}: found no value, expected one in {unit}")
+        elif told.get(name, value) != value:
+            raise InputError(
+                f"inertia: found {told[name]:g} and, held, {value:g} kg·m², expected one of the two"
+            )
+        else:
+            told[name] = value
+    return told
+
+
+def _check_scale(
+    prediction: SpeedPrediction,
+    free: Collection[str],
+    prior: Collection[str],
+    held: Mapping[str, float],
+) -> None:
+    """Currents and speeds give torques only relative to the inertia: one of them must be known."""
+    torques = [n for n, d in prediction.model.dimensions().items() if d in ("torque", "viscous")]
+    scale = {"inertia", "motor_constant", *torques}
+    # a torque of zero stays zero at every scale
+    known = {name for name in scale - set(free) if held.get(name) != 0.0}
+    if not known and not scale & set(prior):
+        raise InputError(
+            "inertia: found free together with motor_constant and all friction torques, expected "
+            "one of them held or with an a-priori: a record of current and speed shows only their "
+            "ratios"
+        )
+
+
+def _check_values(prediction: SpeedPrediction, given: Mapping[str, float], what: str) -> None:
+    for name, value in given.items():
+        unit = SI_UNIT[prediction.dimensions[name]]
+        if name == "inertia" and value > 0.0 and not SMALLEST_INERTIA < value < LARGEST_INERTIA:
+            raise InputError(
+                f"{what} {name}: found {value:g}, expected {SMALLEST_INERTIA:g} to "
+                f"{LARGEST_INERTIA:g} {unit}"
+            )
+        check_parameter(prediction.model, name, value, f"{what} {name}")
+
+
+def select(
+    prediction: SpeedPrediction,
+    deterministic: StartValues,
+    *,
+    inertia: float | None,
+    hold: Mapping[str, float | None],
+    free: Collection[str],
+    prior: Mapping[str, tuple[float, float]],
+    start: Mapping[str, float],
+) -> Selection:
+    """Decide what is estimated.
+
+    Args:
+        prediction: the records and the friction model.
+        deterministic: start values from the records alone.
+        inertia: kg·m², held unless "inertia" is in `free`.
+        hold: name -> held value, SI, or None for the default.
+        free: names estimated in addition to the default ones.
+        prior: name -> a-priori mean and sigma, SI; names that are estimated as well.
+        start: name -> first value, SI; otherwise the a-priori mean, otherwise `deterministic`.
+
+    Raises:
+        InputError: unknown names, values that no wheel can have, requests that contradict each
+            other, no inertia, or a torque scale that is left entirely free.
+    """
+    for what, names in (("hold", hold), ("free", free), ("prior", prior), ("start", start)):
+        _known(names, prediction, what)
+    fixed = _held_values(prediction, hold, inertia)
+    _check_values(prediction, {n: v for n, v in fixed.items() if n not in hold}, "parameter")
+    _check_values(prediction, {n: v for n, v in fixed.items() if n in hold}, "held")
+    _check_values(prediction, {n: m for n, (m, _) in prior.items()}, "a-priori mean of")
+    _check_values(prediction, start, "start of")
+    for name, (_, sigma) in prior.items():
+        require(f"a-priori sigma of {name}", sigma, positive=True)
+    names = _free_names(prediction, hold, free, prior, start)
+    _check_scale(prediction, names, prior, fixed)
+
+    means = {n: mean for n, (mean, _) in prior.items()}
+    own = deterministic.parameters(prediction, {**start, **means, **fixed}) | fixed
+    if "inertia" not in own:
+        raise InputError(
+            "inertia: found none, expected the wheel's inertia in kg·m² (--inertia), or "
+            "motor_constant held and inertia free"
+        )
+    values = {**own, **means, **start}
+    mean, scale, differences = {**own, **means}, [], {}
+    for place, name in enumerate(names):
+        size = deterministic.size(
+            name, prediction.dimensions[name], own["inertia"], own["motor_constant"]
+        )
+        scale.append(WEAK * max(abs(own[name]), size))
+        reference = prediction.model.vanishing_at.get(name)
+        if reference is not None and name not in prior:
+            # where nothing shows it, it has no effect: it stays with its reference
+            mean[name] = mean[reference]
+            if reference in names:
+                differences[place] = names.index(reference)
+    return Selection(
+        free=names,
+        values=np.array([values[n] for n in prediction.names], dtype=float),
+        fallback=np.array([own[n] for n in prediction.names], dtype=float),
+        prior=Prior(
+            np.array([mean[n] for n in names], dtype=float),
+            np.array([prior[n][1] if n in prior else s for n, s in zip(names, scale, strict=True)]),
+            differences,
+        ),
+        told=frozenset(start),
+        scale=np.array(scale),
+    )

@@ -1,0 +1,179 @@
+"""Start values from records alone: the equation of motion, integrated once, is linear.
+
+w(t) - w(0) = (k_m/J) int I - (b/J) int w - (c/J) int sgn(w): no derivative of the noisy speed is
+taken, no start is needed, and no wheel can stick in it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from gyrostat.core.types import Vector
+from gyrostat.identification.prediction import SpeedPrediction
+from gyrostat.identification.statistics import noise_level
+from gyrostat.telemetry import Record
+
+SMOOTHING = 9
+"""Speeds in the running mean that tells the sense of rotation."""
+CLEAR = 2.0
+"""Standard deviations of one speed by which that mean must differ from zero."""
+MIN_SAMPLES = 10
+"""Fewest speeds of a stretch of motion."""
+
+
+@dataclass(frozen=True)
+class StartValues:
+    """Ratios that records show without knowledge of the inertia.
+
+    Attributes:
+        motor: k_m/J, rad/s²/A.
+        viscous: b/J, 1/s.
+        coulomb: c/J, rad/s².
+        initial_speeds: (records,) rad/s.
+        speed_level: root mean square of all speeds, rad/s.
+        current_level: root mean square of all currents, A.
+        span: duration of the longest record, s.
+    """
+
+    motor: float
+    viscous: float
+    coulomb: float
+    initial_speeds: Vector
+    speed_level: float
+    current_level: float
+    span: float
+
+    def inertia(self, known: Mapping[str, float]) -> float | None:
+        """Inertia, kg·m², as known, or from a known motor constant, or None."""
+        if "inertia" in known:
+            return known["inertia"]
+        if "motor_constant" in known and self.motor != 0.0:
+            return abs(known["motor_constant"] / self.motor)
+        return None
+
+    def parameters(
+        self, prediction: SpeedPrediction, known: Mapping[str, float]
+    ) -> dict[str, float]:
+        """Start values of all parameters of a prediction, SI.
+
+        Args:
+            prediction: records and friction model.
+            known: values that are given; the inertia or the motor constant sets the torque scale.
+
+        Returns:
+            Name -> value; without the wheel's parameters where the torque scale is not known.
+        """
+        speeds = dict(zip(prediction.initial_speeds, self.initial_speeds.tolist(), strict=True))
+        first: dict[str, float] = {"current_bias": 0.0, **speeds}
+        inertia = self.inertia(known)
+        if inertia is not None:
+            friction = prediction.model.from_coulomb(self.viscous * inertia, self.coulomb * inertia)
+            first |= {k: float(v) for k, v in friction.parameters().items()}
+            first |= {"inertia": inertia, "motor_constant": self.motor * inertia}
+        return first
+
+    def size(self, name: str, dimension: str, inertia: float, motor_constant: float) -> float:
+        """Size, SI, that a parameter would have if it mattered as much as the motor torque does.
+
+        Args:
+            name: of the parameter.
+            dimension: of the parameter.
+            inertia: kg·m².
+            motor_constant: N·m/A.
+        """
+        torque = inertia * max(abs(self.motor) * self.current_level, self.speed_level / self.span)
+        # without a current, one that would do what friction does
+        current = self.current_level or torque / (abs(motor_constant) or 1.0)
+        sizes = {
+            "torque": torque,
+            "viscous": torque / self.speed_level if self.speed_level > 0.0 else 0.0,
+            "motor_constant": torque / current,
+            "inertia": inertia,
+            "current": current,
+            "speed": self.speed_level if name.startswith("initial_speed") else 0.0,
+        }
+        return sizes.get(dimension, 0.0)
+
+
+def _trapezoidal(values: Vector, time: Vector) -> Vector:
+    """Running integral by straight lines, (N,); scipy's costs half a second of imports."""
+    areas = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
+    return np.concatenate([[0.0], np.cumsum(areas)])
+
+
+def _stretches(record: Record, speed: Vector, noise: float) -> list[tuple[int, int]]:
+    """Parts of a record, first and one past last sample, in which the wheel turns in one sense.
+
+    The whole record where there is none.
+    """
+    # single noisy speeds would cut a stretch: a running mean tells
+    width = min(SMOOTHING, len(speed))
+    smooth = np.convolve(speed, np.full(width, 1.0 / width), mode="same")
+    sense = np.where(np.abs(smooth) > CLEAR * noise, np.sign(smooth), 0.0)
+    edges = [0, *(np.flatnonzero(np.diff(sense)) + 1).tolist(), len(speed)]
+    turning = [
+        (first, last)
+        for first, last in pairwise(edges)
+        if sense[first] != 0.0 and np.sum(record.valid[first:last]) >= MIN_SAMPLES
+    ]
+    return turning or [(0, len(speed))]
+
+
+def integral_regression(records: Sequence[Record]) -> StartValues:
+    """Linear least squares on the integrated equation of motion, over each stretch of motion alone.
+
+    At rest friction only answers the motor, whatever its parameters: rest belongs to no stretch.
+
+    Args:
+        records: at least one; missing speeds are bridged by straight lines.
+
+    Returns:
+        Start values, with c/J kept below the largest drive so that the modelled wheel turns.
+    """
+    blocks, rights, speeds, firsts = [], [], [], []
+    for record in records:
+        time = record.time - record.time[0]
+        speed = np.interp(time, time[record.valid], record.speed[record.valid])
+        noise = noise_level(record.speed[record.valid])
+        held = np.concatenate([[0.0], np.cumsum(record.current[:-1] * np.diff(time))])
+        integrals = np.column_stack([held, -_trapezoidal(speed, time)])
+        stretches = _stretches(record, speed, noise)
+        firsts.append((len(blocks), stretches[0][0]))
+        for first, last in stretches:
+            used = first + np.flatnonzero(record.valid[first:last])
+            sense = np.sign(np.mean(speed[first:last]))
+            own = integrals[used] - integrals[first]
+            blocks.append(np.column_stack([own, -sense * (time[used] - time[first])]))
+            rights.append(speed[used])
+        speeds.append(speed)
+    # each stretch starts at a speed of its own, which its means take out
+    rows = np.vstack([block - block.mean(axis=0) for block in blocks])
+    right = np.concatenate([part - part.mean() for part in rights])
+    size = np.linalg.norm(rows, axis=0)
+    size = np.where(size > 0.0, size, 1.0)
+    ratio = np.linalg.lstsq(rows / size, right, rcond=1e-10)[0] / size
+    motor, viscous, coulomb = (float(v) for v in ratio)
+    initial = [
+        np.mean(rights[k]) - blocks[k].mean(axis=0) @ ratio
+        if first == 0
+        else np.mean(speed[: min(first, SMOOTHING)])
+        for (k, first), speed in zip(firsts, speeds, strict=True)
+    ]
+
+    currents = [record.current for record in records]
+    current_level = float(np.sqrt(np.mean(np.concatenate(currents) ** 2)))
+    speed_level = float(np.sqrt(np.mean(np.concatenate(speeds) ** 2)))
+    drive = abs(motor) * max(float(np.max(np.abs(c))) for c in currents)
+    coulomb = float(np.clip(coulomb, 0.01 * drive, 0.8 * drive)) if drive > 0.0 else abs(coulomb)
+    span = max(float(np.ptp(r.time)) for r in records)
+    return StartValues(
+        motor=motor,
+        viscous=max(viscous, 0.0),
+        coulomb=coulomb,
+        initial_speeds=np.array(initial),
+        speed_level=speed_level,
+        current_level=current_level,
+        span=span,
+    )

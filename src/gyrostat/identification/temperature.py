@@ -1,0 +1,142 @@
+"""Friction over temperature, from records taken at different temperatures."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Vector
+from gyrostat.core.units import SI_UNIT
+from gyrostat.identification.batch import identify
+from gyrostat.identification.fit import Fit
+from gyrostat.telemetry import Record
+
+DISTINCT = 2.0
+"""°C that mean temperatures must span before a trend is worth asking for."""
+
+
+@dataclass(frozen=True)
+class TemperatureTrend:
+    """One parameter at the mean temperature of each record.
+
+    Attributes:
+        name: of the parameter.
+        unit: of the parameter.
+        temperature: (records,) °C.
+        value: (records,) SI.
+        sigma: (records,) SI.
+        slope: change per °C, weighted straight line through the values, SI/°C.
+        slope_sigma: its standard deviation, scaled up where the values scatter about the line by
+            more than their own.
+    """
+
+    name: str
+    unit: str
+    temperature: Vector
+    value: Vector
+    sigma: Vector
+    slope: float
+    slope_sigma: float
+
+    def to_dict(self) -> dict[str, object]:
+        """A row of the temperature table in fit.json."""
+        return {
+            "parameter": self.name,
+            "unit": self.unit,
+            "temperature_degC": self.temperature.tolist(),
+            "value": self.value.tolist(),
+            "sigma": self.sigma.tolist(),
+            "slope_per_degC": self.slope,
+            "slope_sigma": self.slope_sigma,
+        }
+
+
+def _alone(options: Mapping[str, Any], place: int, count: int) -> dict[str, Any]:
+    """Arguments of `identify` for all records, as they read for one of them.
+
+    Args:
+        options: for all.
+        place: of the record.
+        count: of all records.
+    """
+    own, several = f"initial_speed_{place + 1}", "initial_speed_"
+    kept: dict[str, Any] = dict(options)
+    for key in ("hold", "free", "prior", "start"):
+        asked = options.get(key) or ()
+        names = {n: "initial_speed" if n == own else n for n in asked}
+        names = {n: new for n, new in names.items() if not new.startswith(several)}
+        if isinstance(asked, Mapping):
+            kept[key] = {new: asked[n] for n, new in names.items()}
+        else:
+            kept[key] = list(names.values())
+    sigma = options.get("speed_sigma")
+    if sigma is not None and np.size(sigma) == count > 1:
+        kept["speed_sigma"] = float(np.asarray(sigma)[place])
+    return kept
+
+
+def temperature_trends(
+    records: Sequence[Record], *, on_left_out: Callable[[str], None] | None = None, **options: Any
+) -> list[TemperatureTrend]:
+    """Fit each record alone and compare the friction across their mean temperatures.
+
+    Args:
+        records: of one wheel.
+        on_left_out: called with a line for each record that gives no valid fit alone.
+        options: arguments of `identify` for all records together.
+
+    Returns:
+        One trend for each estimated parameter of the wheel; empty where fewer than two records
+        have a temperature and a valid fit, or their mean temperatures lie within `DISTINCT`.
+    """
+    temperatures: list[float] = []
+    fits: list[Fit] = []
+    means = [None if r.temperature is None else float(np.mean(r.temperature)) for r in records]
+    known = [t for t in means if t is not None]
+    if len(known) < 2 or np.ptp(known) < DISTINCT:
+        return []
+    for place, (record, temperature) in enumerate(zip(records, means, strict=True)):
+        if temperature is None:
+            continue
+        try:
+            fit = identify(record, **_alone(options, place, len(records)))
+            failure = "" if fit.converged else f"{record.name}: did not converge alone"
+        except InputError as error:
+            fit, failure = None, str(error)
+        if fit is not None and not failure:
+            temperatures.append(temperature)
+            fits.append(fit)
+        elif on_left_out is not None:
+            on_left_out(f"left out of the change with temperature: {failure}")
+    if len(fits) < 2 or np.ptp(temperatures) < DISTINCT:
+        return []
+    return [
+        _trend(name, np.array(temperatures), fits)
+        for name in fits[0].names
+        if not name.startswith("initial_speed") and not fits[0].observability[name].given
+    ]
+
+
+def _trend(name: str, temperature: Vector, fits: Sequence[Fit]) -> TemperatureTrend:
+    """A weighted straight line through one parameter of several fits."""
+    value = np.array([f.parameters[name] for f in fits])
+    sigma = np.array([f.sigma[f.names.index(name)] for f in fits])
+    weight = sigma**-2.0
+    centred = temperature - np.average(temperature, weights=weight)
+    power = float(np.sum(weight * centred**2))
+    slope = float(np.sum(weight * centred * value) / power)
+    misfit = value - np.average(value, weights=weight) - slope * centred
+    freedom = len(fits) - 2
+    # a wheel differs from day to day by more than each record alone can tell
+    excess = np.sqrt(np.sum(weight * misfit**2) / freedom) if freedom > 0 else 1.0
+    return TemperatureTrend(
+        name=name,
+        unit=SI_UNIT[fits[0].dimensions[name]],
+        temperature=temperature,
+        value=value,
+        sigma=sigma,
+        slope=slope,
+        slope_sigma=float(max(excess, 1.0) * power**-0.5),
+    )

@@ -1,0 +1,161 @@
+"""Tolerances of what is given with a record: inertia, scales of current and speed, clock.
+
+The record cannot tell these errors from the parameters: they are propagated by the sensitivities of
+the fit and never estimated (consider parameters: Schmidt 1966; Tapley, Schutz and Born 2004,
+"Statistical orbit determination", section 6.2).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.prediction import Linearisation, SpeedPrediction
+
+TOLERANCES = ("inertia", "current_scale", "speed_scale", "clock")
+"""Quantities with a tolerance; each error is a share: true value over given value, minus one."""
+
+LARGEST = 0.5
+"""Largest tolerance, one sigma as a share, for which linear propagation makes sense."""
+
+
+@dataclass(frozen=True)
+class Propagated:
+    """Errors of the estimates that tolerances cause.
+
+    Attributes:
+        names: Of the tolerances, k of them.
+        roots: True value minus estimate for an error of one sigma of each tolerance, (n, k), SI.
+    """
+
+    names: tuple[str, ...]
+    roots: Matrix
+
+    def covariance(self) -> Matrix:
+        """What they add to the covariance of the estimates, (n, n)."""
+        return self.roots @ self.roots.T
+
+
+def check_tolerances(tolerances: Mapping[str, float], free: Sequence[str] = ()) -> dict[str, float]:
+    """Refuse tolerances that cannot be propagated, and leave out those of zero.
+
+    Args:
+        tolerances: Name -> one sigma, share.
+        free: Names of estimated parameters.
+
+    Raises:
+        InputError: An unknown name, a value out of range, or an inertia that is estimated.
+    """
+    for name, sigma in tolerances.items():
+        if name not in TOLERANCES:
+            expected = ", ".join(TOLERANCES)
+            raise InputError(f"tolerance: found {name!r}, expected one of {expected}")
+        if not 0.0 <= sigma <= LARGEST:
+            raise InputError(
+                f"tolerance of {name}: found {sigma:g}, expected a share from 0 to {LARGEST:g}"
+            )
+    if tolerances.get("inertia") and "inertia" in free:
+        raise InputError(
+            "inertia: found a tolerance of a parameter that is estimated, expected one of the two "
+            "(a prior takes the place of the tolerance)"
+        )
+    return {name: sigma for name, sigma in tolerances.items() if sigma > 0.0}
+
+
+def _column(
+    name: str, prediction: SpeedPrediction, linear: Linearisation, values: Vector
+) -> Vector:
+    """Change of a modelled speed for a relative error of what was given, (N,), rad/s."""
+    places = {n: k for k, n in enumerate(prediction.names)}
+
+    def scaled(parameter: str) -> Vector:
+        return values[places[parameter]] * linear.jacobian[:, places[parameter]]
+
+    if name == "inertia":
+        return scaled("inertia")
+    if name == "current_scale":
+        # the motor sees the scaled current, the bias is added after it
+        return scaled("motor_constant") - scaled("current_bias")
+    if name == "speed_scale":
+        return -linear.speed
+    # a longer interval is a smaller inertia
+    return -scaled("inertia")
+
+
+def propagate(
+    tolerances: Mapping[str, float],
+    prediction: SpeedPrediction,
+    linear: Sequence[Linearisation],
+    values: Vector,
+    sigmas: Sequence[float],
+    index: Sequence[int],
+    information: Matrix,
+) -> Propagated:
+    """Propagate tolerances to the estimates of a least-squares fit.
+
+    Args:
+        tolerances: Name -> one sigma, share.
+        prediction: Records and friction model.
+        linear: Of each record, at the fit.
+        values: All parameters of the prediction, (p,), SI.
+        sigmas: Noise of the measured speed of each record, rad/s.
+        index: Places of the n estimated parameters.
+        information: Information matrix of the a-priori knowledge, (n, n).
+    """
+    names = tuple(tolerances)
+    rows, right = [], []
+    for record, each, sigma in zip(prediction.records, linear, sigmas, strict=True):
+        columns = [tolerances[n] * _column(n, prediction, each, values) for n in names]
+        rows.append(each.jacobian[record.valid][:, index] / sigma)
+        right.append(np.column_stack(columns)[record.valid] / sigma)
+    stacked = np.vstack(rows)
+    size = np.sqrt(np.maximum(np.diag(stacked.T @ stacked + information), np.finfo(float).tiny))
+    values_, vectors = np.linalg.eigh(information / np.outer(size, size))
+    known = np.sqrt(np.maximum(values_, 0.0))[:, None] * vectors.T
+    system = np.vstack([stacked / size, known])
+    # the true parameters make up for the error in what was given
+    target = -np.vstack([*right, np.zeros((len(size), len(names)))])
+    roots = np.linalg.lstsq(system, target, rcond=1e-12)[0] / size[:, None]
+    return Propagated(names, roots)
+
+
+DEDICATED: dict[str, dict[str, dict[str, float]]] = {
+    "steady": {
+        "torque": {"current_scale": 1.0},
+        "viscous": {"current_scale": 1.0, "speed_scale": -1.0},
+        "speed": {"speed_scale": 1.0},
+    },
+    "coast": {
+        "torque": {"inertia": 1.0, "speed_scale": 1.0, "clock": -1.0},
+        "viscous": {"inertia": 1.0, "clock": -1.0},
+    },
+    "torque-step": {
+        "motor_constant": {
+            "inertia": 1.0,
+            "speed_scale": 1.0,
+            "clock": -1.0,
+            "current_scale": -1.0,
+        },
+    },
+}
+"""Method -> dimension of an estimate -> exponents with which it scales with what is given."""
+
+
+def propagate_dedicated(
+    tolerances: Mapping[str, float], method: str, dimensions: Sequence[str], values: Vector
+) -> Propagated:
+    """Propagate tolerances to the estimates of a dedicated experiment, by its scaling law.
+
+    Args:
+        tolerances: Name -> one sigma, share.
+        method: Key of `DEDICATED`.
+        dimensions: Of the n estimates.
+        values: Estimates, (n,), SI.
+    """
+    law = DEDICATED[method]
+    exponents = [[law.get(d, {}).get(name, 0.0) for name in tolerances] for d in dimensions]
+    sigmas = np.array(list(tolerances.values()))
+    roots = np.array(exponents).reshape(len(dimensions), len(sigmas)) * sigmas * values[:, None]
+    return Propagated(tuple(tolerances), roots)

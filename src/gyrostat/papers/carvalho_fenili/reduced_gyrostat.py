@@ -1,0 +1,164 @@
+"""The gyrostat with ideal wheels: momentum-exact, free of singularities, quick."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool, PRNGKeyArray
+
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.linear import inverse_definite
+from gyrostat.core.rotations import check_unit, normalised, rate_of_quaternion, to_body
+from gyrostat.spacecraft.gyrostat import FASTEST, WheelTorqueCommand
+from gyrostat.spacecraft.spacecraft import Spacecraft
+from gyrostat.spacecraft.spacecraft_sensor import SpacecraftMeasurement
+
+
+class ReducedState(NamedTuple):
+    """State of a spacecraft with ideal wheels.
+
+    Attributes:
+        attitude: (4,) quaternion of the body in inertial space, scalar first.
+        rotor_momentum: (wheels,) of each rotor about its axis in inertial space, N·m·s.
+    """
+
+    attitude: Quaternion
+    rotor_momentum: PerWheel
+
+    UNITS = {"attitude": "1", "rotor_momentum": "N·m·s"}  # noqa: RUF012
+
+
+class ReducedRecord(NamedTuple):
+    """What is worth recording.
+
+    Attributes:
+        rate: (3,) of the body, in body axes, rad/s.
+    """
+
+    rate: Vector3
+
+    UNITS = {"rate": "rad/s"}  # noqa: RUF012
+
+
+class ReducedGyrostat(eqx.Module):
+    """R' = R [w]x, w = J^-1 (R' H - A h), h_i' = u_i, with the total momentum H given.
+
+    Wheels without friction; a failed one keeps its momentum. No external torque acts, so that H is
+    a parameter. P. C. Hughes, "Spacecraft Attitude Dynamics", section 3.4, with the body rate
+    eliminated.
+
+    Attributes:
+        spacecraft: the body and its wheels.
+        working: (wheels,) whether a motor gives torque.
+        total_momentum: (3,) in inertial axes, N·m·s.
+    """
+
+    spacecraft: Spacecraft
+    working: Bool[Array, " wheels"]
+    total_momentum: Vector3
+
+    def check(self) -> None:
+        """Refuse what no spacecraft is, by `InputError`."""
+        self.spacecraft.check()
+        momentum = np.asarray(self.total_momentum, dtype=float)
+        if momentum.shape[-1:] != (3,) or not np.all(np.isfinite(momentum)):
+            raise InputError(f"total momentum: found {momentum}, expected three finite values")
+
+    def check_state(self, state: ReducedState) -> None:
+        """Refuse what is no state of this spacecraft; see `Gyrostat.check_state`."""
+        for name, value, size in zip(
+            state._fields, state, (4, self.spacecraft.wheels.count), strict=True
+        ):
+            if np.shape(value)[-1:] != (size,):
+                raise InputError(f"{name}: found shape {np.shape(value)}, expected ({size},)")
+        check_unit(state.attitude)
+
+    def rate(self, state: ReducedState) -> Vector3:
+        """Body rate in body axes, rad/s."""
+        return self._rate(state.attitude, state.rotor_momentum)
+
+    def _rate(self, attitude, momentum) -> Vector3:
+        inverse = inverse_definite(jnp.asarray(self.spacecraft.inertia))
+        rotors = jnp.asarray(self.spacecraft.wheels.axes) @ momentum
+        return inverse @ (to_body(attitude, self.total_momentum) - rotors)
+
+    def relative_momentum(self, state: ReducedState) -> PerWheel:
+        """Rotor inertia times speed relative to the body, N·m·s."""
+        wheels = self.spacecraft.wheels
+        return state.rotor_momentum - wheels.inertia * (
+            jnp.asarray(wheels.axes).T @ self.rate(state)
+        )
+
+    def __call__(
+        self, state: ReducedState, command: WheelTorqueCommand, time: Scalar, duration: Scalar
+    ) -> tuple[ReducedState, Bool[Array, ""]]:
+        """Carry the spacecraft over an interval of held command, one Runge-Kutta step of order 4.
+
+        Args:
+            state: at its start.
+            command: motor torques, limited to what the wheels give.
+            time: of no account.
+            duration: s.
+
+        Returns:
+            The state at its end, and True.
+        """
+        del time
+        wheels = self.spacecraft.wheels
+        torque = wheels.within_torque_limit(command.torque)
+        torque = wheels.within_momentum_limit(torque, self.relative_momentum(state), duration)
+        torque = jnp.where(self.working, torque, 0.0)
+
+        def slope(attitude, elapsed):
+            rate = self._rate(attitude, state.rotor_momentum + torque * elapsed)
+            return rate_of_quaternion(attitude, rate)
+
+        def stage(carry, node):
+            last, total = carry
+            length, weight = node
+            found = slope(state.attitude + length * last, length)
+            return (found, total + weight * found), None
+
+        nodes = duration * jnp.array([[0.0, 1 / 6], [0.5, 1 / 3], [0.5, 1 / 3], [1.0, 1 / 6]])
+        start = (jnp.zeros(4), jnp.zeros(4))
+        (_, change), _ = jax.lax.scan(stage, start, nodes)
+        attitude = normalised(state.attitude + change)
+        return ReducedState(attitude, state.rotor_momentum + torque * duration), jnp.array(True)
+
+    def diverged(self, state: ReducedState) -> Bool[Array, ""]:
+        """Whether the body turns faster than `FASTEST`."""
+        rate = self.rate(state)
+        return ~(rate @ rate < FASTEST**2)
+
+    def record(self, state: ReducedState, command: WheelTorqueCommand) -> ReducedRecord:
+        """Rate at the start of a control period."""
+        del command
+        return ReducedRecord(self.rate(state))
+
+
+class ReducedSensor(eqx.Module):
+    """Measures a reduced gyrostat without error.
+
+    Attributes:
+        gyrostat: that is measured.
+    """
+
+    gyrostat: ReducedGyrostat
+
+    def start(self, state: ReducedState, period: Scalar) -> None:
+        """No memory."""
+
+    def __call__(
+        self, memory: None, state: ReducedState, key: PRNGKeyArray
+    ) -> tuple[None, SpacecraftMeasurement]:
+        """Measure; the key is of no account."""
+        del memory, key
+        momentum = self.gyrostat.relative_momentum(state)
+        return None, SpacecraftMeasurement(
+            attitude=state.attitude,
+            rate=self.gyrostat.rate(state),
+            wheel_speed=momentum / self.gyrostat.spacecraft.wheels.inertia,
+            wheel_measured=jnp.ones(momentum.shape, dtype=bool),
+        )

@@ -1,0 +1,254 @@
+"""A rigid body on 3-1-3 angles that torques drive: Carvalho and Fenili's plant, corrected.
+
+C. A. de Carvalho Junior, A. Fenili, "Nonlinear attitude control of artificial satellites
+considering failure in momentum wheels", eq. (5). The torques act as if from outside: nothing takes
+up the momentum that they give the body, as wheels would.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool, Float, PRNGKeyArray
+
+from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import EulerAngles, rate_of_euler
+from gyrostat.core.validation import require
+
+LEAST_SINE = 0.005
+"""Of theta: below it the angles say nothing that a controller should act on."""
+LARGEST_SLIP = 1e-5
+"""rad/s by which the body rate may miss what the torques gave it, in one resolved step."""
+
+_REACH = np.array([0.0, 0.5, 0.5, 1.0])
+_WEIGHT = np.array([1.0, 2.0, 2.0, 1.0]) / 6.0
+
+
+class EulerState(NamedTuple):
+    """Attitude and motion on 3-1-3 angles, never reduced by whole turns.
+
+    Attributes:
+        theta: second angle, about x, rad.
+        phi: first angle, about z, rad.
+        psi: third angle, about z, rad.
+        theta_rate: rad/s.
+        phi_rate: rad/s.
+        psi_rate: rad/s.
+    """
+
+    theta: Scalar
+    phi: Scalar
+    psi: Scalar
+    theta_rate: Scalar
+    phi_rate: Scalar
+    psi_rate: Scalar
+
+    UNITS = {  # noqa: RUF012
+        "theta": "rad",
+        "phi": "rad",
+        "psi": "rad",
+        "theta_rate": "rad/s",
+        "phi_rate": "rad/s",
+        "psi_rate": "rad/s",
+    }
+
+    def body_rate(self) -> Vector3:
+        """Rate of the body in inertial space, body axes, rad/s."""
+        angles = EulerAngles(phi=self.phi, theta=self.theta, psi=self.psi)
+        return rate_of_euler(angles, EulerAngles(self.phi_rate, self.theta_rate, self.psi_rate))
+
+
+class BodyTorqueCommand(NamedTuple):
+    """Torques about the body axes, held through a control period.
+
+    Attributes:
+        torque: (3,) M_x, M_y, M_z, N·m.
+    """
+
+    torque: Vector3
+
+    UNITS = {"torque": "N·m"}  # noqa: RUF012
+
+
+class BodyRateRecord(NamedTuple):
+    """What is worth recording beside the angles.
+
+    Attributes:
+        body_rate: (3,) in body axes, rad/s.
+    """
+
+    body_rate: Vector3
+
+    UNITS = {"body_rate": "rad/s"}  # noqa: RUF012
+
+
+class TorqueDrivenBody(eqx.Module):
+    """I dw/dt = M for a body whose principal inertias are equal, on 3-1-3 angles.
+
+    Equation (5) of the paper reads, corrected,
+
+        theta'' = (M_x cos psi - M_y sin psi) / I - phi' psi' sin theta
+        phi''   = ((M_x sin psi + M_y cos psi) / I + (psi' - phi' cos theta) theta') / sin theta
+        psi''   = M_z / I - phi'' cos theta + phi' theta' sin theta
+
+    Attributes:
+        inertia: I about every axis, as of a cube or a ball, kg·m².
+        failure_time: (3,) from when the torque about each body axis is zero, s; inf where it never
+            fails. A torque acts to the end of a step that begins before.
+    """
+
+    inertia: Scalar
+    failure_time: Float[Array, "3"] | np.ndarray = eqx.field(
+        default_factory=lambda: np.full(3, np.inf)
+    )
+
+    def check(self) -> None:
+        """Refuse what is no body, or a failure that came before the start.
+
+        Raises:
+            InputError: as said.
+        """
+        require("body inertia", self.inertia, "kg·m²", positive=True)
+        times = np.asarray(self.failure_time, float)
+        if times.shape[-1:] != (3,):
+            raise InputError(f"failure time: found shape {times.shape}, expected (3,), one an axis")
+        if not np.all(times >= 0.0):
+            found = times[~(times >= 0.0)].flat[0]
+            raise InputError(
+                f"failure time: found {found:g} s, expected 0 s or later, or inf for none: a "
+                "failure before the start is a torque that fails at 0 s"
+            )
+
+    def start(self, angles: EulerAngles, rates: EulerAngles) -> EulerState:
+        """A state of one body.
+
+        Args:
+            angles: rad.
+            rates: of the angles in time, rad/s.
+
+        Raises:
+            InputError: sin(theta) is below `LEAST_SINE`, where phi and psi cannot be told apart.
+        """
+        if not np.sin(np.asarray(angles.theta, float)) >= LEAST_SINE:
+            raise InputError(
+                f"theta: found {float(angles.theta):g} rad, expected an angle whose sine is "
+                f"{LEAST_SINE:g} or more: 3-1-3 angles are singular at 0 and pi"
+            )
+        values = (angles.theta, angles.phi, angles.psi, rates.theta, rates.phi, rates.psi)
+        return EulerState(*(jnp.asarray(value, float) for value in values))
+
+    def working(self, time: Scalar) -> Float[Array, "3"]:
+        """1 for each axis whose torque acts in a step that begins at `time`, s, else 0."""
+        # a multiple of a step is not exactly the time that it stands for
+        return jnp.where(jnp.asarray(self.failure_time) > time + 1e-9, 1.0, 0.0)
+
+    def accelerations(self, state: EulerState, torque: Vector3) -> EulerAngles:
+        """Second derivatives of the angles, rad/s²; the corrected (5).
+
+        Args:
+            state: where.
+            torque: (3,) that acts, body axes, N·m.
+        """
+        sine, cosine = jnp.sin(state.theta), jnp.cos(state.theta)
+        x, y, z = torque / self.inertia
+        across, along = jnp.sin(state.psi), jnp.cos(state.psi)
+        theta = x * along - y * across - state.phi_rate * state.psi_rate * sine
+        turn = (state.psi_rate - state.phi_rate * cosine) * state.theta_rate
+        # beyond the singularity a step is not resolved; this only keeps numbers finite there
+        phi = (x * across + y * along + turn) / jnp.where(jnp.abs(sine) > 1e-9, sine, 1e-9)
+        psi = z - phi * cosine + state.phi_rate * state.theta_rate * sine
+        return EulerAngles(phi=phi, theta=theta, psi=psi)
+
+    def carry(
+        self,
+        state: EulerState,
+        law: Callable[[EulerState], Vector3],
+        time: Scalar,
+        duration: Scalar,
+    ) -> tuple[EulerState, Bool[Array, ""], Scalar]:
+        """One step of the classical fourth-order Runge-Kutta method, a law evaluated at each stage.
+
+        Args:
+            state: at its start.
+            law: state -> torque that it commands, (3,), N·m; what has failed does not act.
+            time: of its start, s.
+            duration: s.
+
+        Returns:
+            The state at its end; whether no stage came nearer to the singularity than `LEAST_SINE`;
+            and the slip: by how much, rad/s, the body rate misses what the torques of the stages
+            gave it, which is the error of the step in that rate.
+        """
+        begin = jnp.stack([jnp.asarray(value, float) for value in state])
+        working = self.working(time)
+
+        def stage(carried, coefficients):
+            slope, total, impulse, clear = carried
+            reach, weight = coefficients
+            at = begin + reach * duration * slope
+            here = EulerState(*at)
+            torque = working * law(here)
+            bend = self.accelerations(here, torque)
+            slope = jnp.concatenate([at[3:], jnp.stack([bend.theta, bend.phi, bend.psi])])
+            clear = clear & (jnp.sin(here.theta) >= LEAST_SINE)
+            return (slope, total + weight * slope, impulse + weight * torque, clear), None
+
+        # a scan compiles the law once
+        zero = (jnp.zeros(6), jnp.zeros(6), jnp.zeros(3), jnp.array(True))
+        (_, total, impulse, clear), _ = jax.lax.scan(stage, zero, (_REACH, _WEIGHT))
+        after = EulerState(*(begin + duration * total))
+        slip = after.body_rate() - EulerState(*begin).body_rate()
+        slip = slip - duration * impulse / self.inertia
+        return after, clear, jnp.max(jnp.abs(slip))
+
+    def __call__(
+        self, state: EulerState, command: BodyTorqueCommand, time: Scalar, duration: Scalar
+    ) -> tuple[EulerState, Bool[Array, ""]]:
+        """Carry the body over an interval of held torque.
+
+        Returns:
+            The state at its end, and whether it was resolved: clear of the singularity, its slip
+            within `LARGEST_SLIP`; see `carry`.
+        """
+        held = jnp.asarray(command.torque)
+        after, clear, slip = self.carry(state, lambda _: held, time, duration)
+        return after, clear & (slip <= LARGEST_SLIP)
+
+    def diverged(self, state: EulerState) -> Bool[Array, ""]:
+        """Whether the angles have come to their singularity, sin(theta) < `LEAST_SINE`."""
+        return ~(jnp.sin(state.theta) >= LEAST_SINE)
+
+    def record(self, state: EulerState, command: Any) -> BodyRateRecord:
+        """The body rate."""
+        return BodyRateRecord(state.body_rate())
+
+
+class EulerMeasurement(NamedTuple):
+    """Angles and their rates, as they are.
+
+    Attributes:
+        angles: (3,) theta, phi, psi, rad.
+        rates: (3,) of them, rad/s.
+    """
+
+    angles: Vector3
+    rates: Vector3
+
+    UNITS = {"angles": "rad", "rates": "rad/s"}  # noqa: RUF012
+
+
+class EulerSensor(eqx.Module):
+    """Reads angles and rates without error, as the paper's laws do."""
+
+    def start(self, state: Any, period: Scalar) -> tuple[()]:
+        """It has no memory."""
+        return ()
+
+    def __call__(
+        self, memory: tuple[()], state: EulerState, key: PRNGKeyArray
+    ) -> tuple[tuple[()], EulerMeasurement]:
+        """Read the state."""
+        return memory, EulerMeasurement(jnp.stack(state[:3]), jnp.stack(state[3:]))

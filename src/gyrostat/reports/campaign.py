@@ -1,0 +1,237 @@
+"""The report of a campaign: distributions, percentiles, what drives them, the worst runs."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from gyrostat.campaigns import Campaign, Scenario, Store, worst_runs
+from gyrostat.campaigns.drivers import find_drivers
+from gyrostat.campaigns.schema import RESULTS, metric_units
+from gyrostat.campaigns.summary import percentile_of
+from gyrostat.reports.campaign_run import run_page, told
+from gyrostat.reports.figures import MARK, MODEL, STYLE, svg
+from gyrostat.reports.page import render
+from gyrostat.simulation import Status
+
+if TYPE_CHECKING:
+    from gyrostat.core.types import Vector
+
+PERCENTILES = (50.0, 95.0, 99.7)
+"""Of the runs."""
+SHOWN = 5
+"""Drivers of a metric in the table, and worst runs."""
+
+
+def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) -> str:
+    """Write report.json and report.html of a finished campaign; say what they hold.
+
+    Args:
+        folder: of the campaign.
+        command: what produced it.
+        say: takes each line for a person.
+
+    Returns:
+        The text of report.json.
+
+    Raises:
+        InputError: the folder has no finished campaign, or cannot be written.
+    """
+    store = Store(folder, say)
+    known = store.known()
+    with store.locked():
+        store.mend(known)
+    scenario = Scenario.from_text(known.scenario)
+    table = store.read_table()
+    columns = {name: table[name].to_numpy() for name in table.column_names}
+    content = _content(scenario, known, columns, store)
+    page = render(
+        "campaign.html",
+        scenario=scenario,
+        known=known,
+        content=content,
+        figure=svg(distribution_figure(scenario, columns)),
+        units=metric_units(scenario.percentiles),
+        meanings={name: meaning for name, (_, meaning) in RESULTS.items()},
+        told=lambda value, unit: told(np.nan if value is None else value, unit),
+        told_percentile=told_percentile,
+        folder=folder,
+        command=command,
+    )
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+    with store.locked(), store.results(known) as scratch:
+        (scratch / "report.json").write_text(text + "\n", encoding="utf-8")
+        (scratch / "report.html").write_text(page, encoding="utf-8")
+    for line in _lines(scenario, content):
+        say(line)
+    say(f"written: {folder / 'report.html'}, {folder / 'report.json'}, {store.table}")
+    return text
+
+
+def _content(
+    scenario: Scenario, known: Campaign, columns: "dict[str, Vector]", store: Store
+) -> dict[str, Any]:
+    """Everything that the report says, SI units."""
+    status, keys = columns["status"], scenario.dispersed
+    drawn = np.stack([columns[key] for key in keys], axis=1)
+    ended = {
+        kind.name.lower(): int(np.sum(status == kind)) for kind in Status if np.any(status == kind)
+    }
+    bad = np.flatnonzero(status != Status.COMPLETE)
+    units = metric_units(scenario.percentiles)
+    driving = find_drivers(drawn, np.stack([columns[name] for name in units], axis=1))
+    metrics: dict[str, Any] = {}
+    for (name, unit), rho, level in zip(
+        units.items(), driving.rank_correlation.T, driving.chance_level, strict=True
+    ):
+        found = [percentile_of(columns[name], percent) for percent in PERCENTILES]
+        order = [k for k in np.argsort(-np.abs(rho)) if np.isfinite(rho[k])]
+        metrics[name] = {
+            "unit": unit,
+            "runs": int(np.sum(np.isfinite(columns[name]))),
+            "percentiles": [{k: _or_none(v) for k, v in vars(p).items()} for p in found],
+            "chance_level": _or_none(float(level)),
+            "drivers": [
+                {
+                    "key": keys[k],
+                    "rank_correlation": float(rho[k]),
+                    "beyond_chance": bool(abs(rho[k]) > level),
+                }
+                for k in order
+            ],
+        }
+    ranked = f"error_p{scenario.percentiles[-1]:g}"
+    kept = store.histories(known)
+    return {
+        "scenario": scenario.name,
+        "digest": known.digest,
+        "seed": known.seed,
+        "runs": known.runs,
+        "ended": ended,
+        "not_complete": [
+            {
+                "run": int(k),
+                "status": Status(status[k]).name.lower(),
+                "ended": float(columns["ended"][k]),
+            }
+            for k in bad[:100]
+        ],
+        "chance_level": metrics[ranked]["chance_level"],
+        "metrics": metrics,
+        "worst_by": ranked,
+        "worst": [
+            {
+                "run": run,
+                "value": _or_none(float(columns[ranked][run])),
+                "kept": run in kept,
+            }
+            for run in worst_runs(store, SHOWN, ranked)
+        ],
+        "engine": dict(known.engine),
+    }
+
+
+def _or_none(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def told_percentile(entry: dict[str, Any], unit: str) -> tuple[str, ...]:
+    """Value and ends of the interval for a person, with digits that tell unequal ones apart.
+
+    Args:
+        entry: Percentile as report.json has it.
+        unit: Unit of the metric.
+    """
+    names = ("value", "low", "high")
+    parts = [float("nan" if entry[name] is None else entry[name]) for name in names]
+    different = len({part for part in parts if np.isfinite(part)})
+
+    def texts(digits: int) -> tuple[str, ...]:
+        return tuple(told(part, unit, digits) for part in parts)
+
+    enough = (d for d in range(4, 17) if len({*texts(d)} - {"none"}) == different)
+    return texts(next(enough, 17))
+
+
+def _lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
+    """The outcome for a terminal."""
+    ended = ", ".join(
+        f"{count} {kind.replace('_', ' ')}" for kind, count in content["ended"].items()
+    )
+    lines = [f"{content['runs']} runs of {scenario.name}: {ended}"]
+    own = content["metrics"][content["worst_by"]]
+    for entry in own["percentiles"]:
+        value, low, high = told_percentile(entry, own["unit"])
+        lines.append(
+            f"  {content['worst_by']}: {entry['percent']:g} % of the runs stay below {value} "
+            f"(95 % confidence: {low} to {high})"
+        )
+    driving = [driver for driver in own["drivers"] if driver["beyond_chance"]]
+    if driving:
+        told_of = ", ".join(f"{d['key']} ({d['rank_correlation']:+.2f})" for d in driving[:3])
+        lines.append(f"  driven by {told_of}, by rank correlation")
+    return lines
+
+
+def distribution_figure(scenario: Scenario, columns: "dict[str, Vector]") -> Figure:
+    """A histogram of every metric that differs between runs, its 99.7 % percentile marked.
+
+    Args:
+        scenario: that was flown.
+        columns: of the table of runs.
+    """
+    units = metric_units(scenario.percentiles)
+    finite = {name: columns[name][np.isfinite(columns[name])] for name in units}
+    shown = [name for name, values in finite.items() if len(values) and np.ptp(values) > 0.0]
+    count = max(len(shown), 1)
+    with mpl.rc_context(STYLE):
+        height = -(-count // 3)
+        figure = Figure(figsize=(9.0, 1.9 * height + 0.2))
+        grid = np.atleast_1d(figure.subplots(height, 3)).ravel()
+        for axes, name in zip(grid, shown, strict=False):
+            degrees = units[name] == "rad"
+            values = np.degrees(finite[name]) if degrees else finite[name]
+            axes.stairs(
+                *np.histogram(values, bins=min(50, 5 + len(values) // 10)), fill=True, color=MODEL
+            )
+            mark = percentile_of(values, PERCENTILES[-1]).value
+            axes.axvline(mark, color=MARK, lw=0.9, ls="--")
+            unit = "deg" if degrees else units[name]
+            axes.set_xlabel(name if unit == "1" else f"{name} ({unit})")
+        for axes in grid[len(shown) :]:
+            axes.set_visible(False)
+        figure.tight_layout()
+    return figure
+
+
+def write_replay(
+    known: Campaign, path: Path, run: int, *, command: str, say: Callable[[str], None]
+) -> None:
+    """Write the page of a run that was flown again, beside its history.
+
+    Args:
+        known: the campaign.
+        path: of the history.
+        run: number of the run.
+        command: what produced it.
+        say: takes each line for a person.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    import xarray as xr
+
+    scenario = Scenario.from_text(known.scenario)
+    store = Store(path.parents[1], say)
+    table = store.read_table()
+    values = {name: table[name][run].as_py() for name in table.column_names}
+    with xr.open_dataset(path, engine="h5netcdf") as history:
+        page = run_page(scenario, values, history, f"{scenario.name}, run {run}", command)
+    with store.locked(), store.results(known) as scratch:
+        (scratch / "runs" / path.with_suffix(".html").name).write_text(page, encoding="utf-8")
+    say(f"run {run} flown again: every number is that of the table, bit for bit")
+    say(f"written: {path}, {path.with_suffix('.html')}")

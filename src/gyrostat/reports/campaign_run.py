@@ -1,0 +1,166 @@
+"""The report of one run of a scenario."""
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from gyrostat.campaigns.scenario import Scenario
+from gyrostat.campaigns.schema import metric_units
+from gyrostat.core.outputs import new_files
+from gyrostat.core.units import RPM
+from gyrostat.reports.figures import MARK, STYLE, literal, svg
+from gyrostat.reports.page import render
+from gyrostat.reports.replay import replay_data
+from gyrostat.reports.text import plain
+from gyrostat.simulation import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gyrostat.campaigns.engine import Flown
+
+LEAST_SHOWN = 1e-5
+"""deg: what lies below is noise of the arithmetic."""
+
+
+def write_run(
+    scenario: Scenario,
+    flown: "Flown",
+    out: Path,
+    *,
+    command: str,
+    say: Callable[[str], None],
+    force: bool = False,
+) -> str:
+    """Write the histories of a run and, beside them, its page; say what they hold.
+
+    Args:
+        scenario: that was flown.
+        flown: one run with its histories.
+        out: netCDF file; the page has the same name with .html.
+        command: what produced it.
+        say: takes each line for a person.
+        force: whether to replace files that `simulate` did not write; see `gyrostat.core.outputs`.
+
+    Returns:
+        Status, end and metrics as JSON, SI units.
+
+    Raises:
+        InputError: a file is in the way or cannot be written.
+    """
+    values = {name: column[0].item() for name, column in flown.columns.items()}
+    assert flown.histories is not None
+    history = flown.histories.isel(run=0)
+    page = out.with_suffix(".html")
+    text = run_page(scenario, values, history, scenario.name, command)
+    with new_files(out.parent, by="simulate", force=force) as folder:
+        history.to_netcdf(folder / out.name, engine="h5netcdf")
+        (folder / page.name).write_text(text, encoding="utf-8")
+    say(_verdict(values))
+    for name, entry in metric_rows(scenario, values):
+        say(f"  {name}: {entry}")
+    say(f"written: {out}, {page}")
+    told = {
+        "scenario": scenario.name,
+        "status": Status(values["status"]).name.lower(),
+        "ended": values["ended"],
+        "metrics": {n: _or_none(values[n]) for n in metric_units(scenario.percentiles)},
+    }
+    return json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False)
+
+
+def run_page(
+    scenario: Scenario, values: Mapping[str, Any], history: "xr.Dataset", title: str, command: str
+) -> str:
+    """The page of a run.
+
+    Args:
+        scenario: that was flown.
+        values: its row of the table of runs.
+        history: of the run.
+        title: of the page.
+        command: what produced it.
+    """
+    return render(
+        "campaign_run.html",
+        title=title,
+        verdict=_verdict(values),
+        fine=values["status"] == 0,
+        rows=metric_rows(scenario, values),
+        drawn=[(key, f"{values[key]:.9g}") for key in scenario.dispersed],
+        figure=svg(run_figure(scenario, history)),
+        motion=replay_data(scenario, values, history),
+        command=command,
+    )
+
+
+def _verdict(values: Mapping[str, Any]) -> str:
+    status = Status(values["status"])
+    if status == Status.COMPLETE:
+        return f"complete, {values['ended']:g} s"
+    return f"NOT complete: {status.name.lower().replace('_', ' ')} after {values['ended']:g} s"
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def told(value: float, unit: str, digits: int = 4) -> str:
+    """A value for a person with so many significant digits: angles in degrees."""
+    if not math.isfinite(value):
+        return "none"
+    if unit == "rad":
+        return f"{plain(math.degrees(value), digits)} deg"
+    return plain(value, digits) if unit == "1" else f"{plain(value, digits)} {unit}"
+
+
+def metric_rows(scenario: Scenario, values: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Metrics as names and entries."""
+    units = metric_units(scenario.percentiles)
+    return [(name, told(float(values[name]), unit)) for name, unit in units.items()]
+
+
+def run_figure(scenario: Scenario, history: "xr.Dataset") -> Figure:
+    """Pointing error, body rate, wheel speeds and motor torques over time, events marked.
+
+    Args:
+        scenario: that was flown.
+        history: of one run.
+    """
+    time = history.time.values
+    every = slice(None, None, max(1, len(time) // 6000))
+    time = time[every]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(9.0, 7.4))
+        figure.subplots_adjust(left=0.1, right=0.98, bottom=0.065, top=0.985, hspace=0.14)
+        rows = figure.subplots(4, 1, sharex=True, height_ratios=[1.3, 1.0, 1.4, 1.0])
+        error = np.maximum(np.degrees(history.error.values[every]), LEAST_SHOWN)
+        rate = np.degrees(np.linalg.norm(history.rate.values[every], axis=1))
+        rows[0].semilogy(time, error, lw=1.2)
+        rows[1].semilogy(time, np.maximum(rate, LEAST_SHOWN), lw=1.2)
+        for k, name in enumerate(map(literal, scenario.wheels)):
+            rows[2].plot(time, history.wheel_speed.values[every, k] / RPM, lw=1.2, label=name)
+            rows[3].step(time, history.torque.values[every, k] * 1e3, where="post", lw=0.8)
+        rows[2].axhline(0.0, lw=0.6, color="#6b7077")
+        rows[2].legend(loc="upper right", ncols=len(scenario.wheels), title="wheel")
+        labels = ("pointing error (deg)", "body rate (deg/s)", "wheel speed (rpm)", "torque (mN·m)")
+        for axes, label in zip(rows, labels, strict=True):
+            axes.set_ylabel(label)
+            for event in scenario.events:
+                axes.axvline(
+                    scenario.values[f"event.{event.name}.time"], color=MARK, lw=0.9, ls=":"
+                )
+        for event in scenario.events:
+            at = scenario.values[f"event.{event.name}.time"]
+            place = (at, 0.97), ("data", "axes fraction")
+            name = f" {literal(event.name)}"
+            rows[0].annotate(name, place[0], xycoords=place[1], color=MARK, va="top")
+        rows[3].set_xlabel("time (s)")
+        figure.align_ylabels(rows)
+    return figure

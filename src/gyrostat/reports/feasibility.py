@@ -1,0 +1,217 @@
+"""The files on what a spacecraft can still hold, and what a person reads of them."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.outputs import new_files
+from gyrostat.core.types import Vector
+from gyrostat.failures import Holdable, SkyMap
+from gyrostat.reports.figures import svg
+from gyrostat.reports.page import render
+from gyrostat.reports.sky_map import sky_figure
+from gyrostat.reports.text import plain
+from gyrostat.spacecraft import SpacecraftFile
+
+FILES = ("holdable.json", "report.html")
+
+Row = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Question:
+    """What was asked of a spacecraft.
+
+    Attributes:
+        file: the spacecraft.
+        momentum: (3,) total, inertial axes, N·m·s.
+        failed: number of each failed wheel -> its momentum, N·m·s.
+        target: (4,) attitude, or None where `towards` was asked.
+        towards: (3,) inertial direction for the boresight of the one map, or None.
+        tolerance: of pointing, rad, or None.
+    """
+
+    file: SpacecraftFile
+    momentum: Vector
+    failed: Mapping[int, float]
+    target: Vector | None
+    towards: Vector | None
+    tolerance: float | None
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A sky map with what is marked on it: inertial directions (3,) or None."""
+
+    sky: SkyMap
+    target: Vector | None
+    nearest: Vector | None
+
+
+def write_holdable(
+    question: Question,
+    answer: Holdable,
+    maps: Sequence[Drawn],
+    out: Path,
+    *,
+    command: str,
+    say: Callable[[str], None],
+    force: bool = False,
+) -> str:
+    """Write holdable.json and report.html, and say what they hold.
+
+    Args:
+        question: what was asked.
+        answer: to it.
+        maps: at least the one of the boresight that was asked for.
+        out: folder for the files.
+        command: what produced it.
+        say: takes each line for a person.
+        force: whether to replace files that `holdable` did not write; see `gyrostat.core.outputs`.
+
+    Returns:
+        The text of holdable.json.
+
+    Raises:
+        InputError: a file is in the way, or the folder cannot be written.
+    """
+    text = json.dumps(
+        _content(question, answer, maps), indent=1, ensure_ascii=False, allow_nan=False
+    )
+    verdict, rows = verdict_of(question, answer), rows_of(question, answer)
+    page = render(
+        "holdable.html",
+        question=question,
+        answer=answer,
+        verdict=verdict,
+        rows=rows,
+        wheels=_wheels(question, answer),
+        maps=[
+            (
+                triple(drawn.sky.boresight),
+                svg(sky_figure(drawn.sky, target=drawn.target, nearest=drawn.nearest)),
+                share(drawn.sky.fraction),
+            )
+            for drawn in maps
+        ],
+        command=command,
+    )
+    with new_files(out, by="holdable", force=force) as folder:
+        (folder / "report.html").write_text(page, encoding="utf-8")
+        (folder / "holdable.json").write_text(text + "\n", encoding="utf-8")
+    say(verdict)
+    for name, entry in rows:
+        say(f"  {name}: {entry}")
+    for name, entry, limit in _wheels(question, answer):
+        say(f"  wheel {name}: {entry}{limit and f', {limit}'}")
+    for drawn in maps:
+        boresight = triple(drawn.sky.boresight)
+        say(f"  body direction {boresight} can hold {share(drawn.sky.fraction)} of the sky")
+    say(f"written: {out / 'report.html'}, {out / 'holdable.json'}")
+    return text
+
+
+def verdict_of(question: Question, answer: Holdable) -> str:
+    """The answer in one sentence."""
+    what = "the target" if question.towards is None else "the direction"
+    if answer.reason is not None:
+        return f"NOTHING can be held: {answer.reason}"
+    if answer.holdable:
+        return f"{what} can be held"
+    near = "attitude" if question.towards is None else "direction"
+    return f"{what} CANNOT be held: the nearest {near} that can is {degrees(answer.angle)} away"
+
+
+def rows_of(question: Question, answer: Holdable) -> list[Row]:
+    """The answer as names and entries."""
+    names = question.file.wheel_names
+    working = [name for k, name in enumerate(names) if k not in question.failed]
+    rows = [
+        ("working wheels", f"{', '.join(working) or 'none'}; their axes span {answer.rank} of 3"),
+        ("total momentum", f"{triple(question.momentum)} N·m·s, inertial"),
+    ]
+    if answer.dimension is not None:
+        free = "" if answer.dimension == 3 else ": a turn about the total momentum is always free"
+        rows.append(("attitudes that can be held", f"a set of dimension {answer.dimension}{free}"))
+    if answer.attitude is not None:
+        rows.append(("attitude there (scalar first)", triple(answer.attitude, 9)))
+    if answer.direction is not None:
+        rows.append(("direction there, inertial", triple(answer.direction, 6)))
+    if answer.margin is not None:
+        rows.append(("margin of the most loaded wheel", share(answer.margin)))
+    if answer.controllable is not None:
+        told = "yes" if answer.controllable else "NO: not to first order"
+        rows.append(("attitude controllable about there", told))
+    for name, proof in (
+        ("least rate at the target", answer.at_target),
+        ("least rate for ever", answer.for_ever),
+    ):
+        if proof.rate > 0.0:
+            along = f" along body {triple(proof.direction)}" if np.any(proof.direction) else ""
+            left = f"{plain(proof.excess)} N·m·s that no wheel can take{along}"
+            rows.append((name, f"{plain(proof.rate)} rad/s ({degrees(proof.rate)}/s): {left}"))
+    if question.tolerance is not None and not answer.holdable:
+        kept = f"at most {plain(answer.dwell)} s" if answer.dwell is not None else "no bound known"
+        rows.append((f"stays within {degrees(question.tolerance)} of the target", kept))
+    return rows
+
+
+def _wheels(question: Question, answer: Holdable) -> list[tuple[str, str, str]]:
+    """Name, momentum and what it means, of every wheel at the nearest attitude."""
+    if answer.wheel_momentum is None:
+        return []
+    array = question.file.spacecraft.wheels
+    limits = np.broadcast_to(np.asarray(array.momentum_limit), len(question.file.wheel_names))
+    rows = []
+    for k, (name, value) in enumerate(
+        zip(question.file.wheel_names, answer.wheel_momentum, strict=True)
+    ):
+        note = f"{share(abs(value) / limits[k])} of its limit" if np.isfinite(limits[k]) else ""
+        rows.append((name, f"{value:.4f} N·m·s", "failed" if k in question.failed else note))
+    return rows
+
+
+def _content(question: Question, answer: Holdable, maps: Sequence[Drawn]) -> dict[str, Any]:
+    """The content of holdable.json, SI units and radians."""
+    names = question.file.wheel_names
+    found = answer.to_dict()
+    if answer.wheel_momentum is not None:
+        found["wheel_momentum"] = dict(zip(names, answer.wheel_momentum.tolist(), strict=True))
+    found["sky"] = [
+        {
+            "boresight": drawn.sky.boresight.tolist(),
+            "momentum_direction": drawn.sky.momentum_direction.tolist(),
+            "bands": drawn.sky.bands.tolist(),
+            "fraction": drawn.sky.fraction,
+        }
+        for drawn in maps
+    ]
+    return {
+        "spacecraft": question.file.name,
+        "momentum": question.momentum.tolist(),
+        "failed": {names[k]: value for k, value in question.failed.items()},
+        "target": None if question.target is None else question.target.tolist(),
+        "towards": None if question.towards is None else question.towards.tolist(),
+        "tolerance": question.tolerance,
+        **found,
+    }
+
+
+def degrees(angle: float | None) -> str:
+    """An angle in rad, as a person reads it."""
+    return "–" if angle is None else f"{plain(float(np.degrees(angle)))} deg"
+
+
+def share(value: float) -> str:
+    """A share in per cent."""
+    return f"{100.0 * value:.1f} %"
+
+
+def triple(values: Vector, digits: int = 4) -> str:
+    """Numbers separated by commas, as the command line takes them."""
+    # what is zero but for rounding is meant as zero
+    return ", ".join(f"{value:.{digits}g}" for value in np.round(values, 12) + 0.0)

@@ -1,0 +1,93 @@
+"""Self-contained HTML pages: nothing in them is fetched from anywhere."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from importlib.metadata import version
+
+import jinja2
+
+from gyrostat.core.units import RPM
+from gyrostat.identification import Fit
+from gyrostat.identification.comparison import Candidate
+from gyrostat.identification.temperature import TemperatureTrend
+from gyrostat.identification.validation import Validation
+from gyrostat.reports import figures
+from gyrostat.reports.text import effect_rows, measured, parameter_rows, plain, share_rows, summary
+
+
+@lru_cache
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("gyrostat.reports"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"plain": plain, "rpm": lambda v: plain(v / RPM)}
+    return environment
+
+
+def render(template: str, **content: object) -> str:
+    """Fill a template of this package.
+
+    Args:
+        template: file name under templates/.
+        content: its variables.
+    """
+    return _environment().get_template(template).render(version=version("gyrostat"), **content)
+
+
+def fit_page(
+    fit: Fit,
+    *,
+    command: str,
+    comparison: Sequence[Candidate] = (),
+    temperatures: Sequence[TemperatureTrend] = (),
+) -> str:
+    """The report of an identification.
+
+    Args:
+        fit: the result.
+        command: what produced it, to run it again.
+        comparison: candidates, best first; may be empty.
+        temperatures: trends over temperature; may be empty.
+    """
+    drawn = [
+        (record.name, figures.svg(figures.record_figure(record, speed, sigma, noise)))
+        for record, speed, sigma, noise in zip(
+            fit.records, fit.predicted, fit.predicted_sigma, fit.speed_sigmas, strict=False
+        )
+    ]
+    friction_known = all(n in fit.parameters for n in fit.model.dimensions())
+    return render(
+        "fit.html",
+        fit=fit,
+        command=command,
+        summary=summary(fit),
+        rows=list(parameter_rows(fit)),
+        shares=list(share_rows(fit)),
+        effects=list(effect_rows(fit)),
+        records=drawn,
+        friction=figures.svg(figures.friction_figure(fit)) if friction_known else None,
+        residuals=figures.svg(figures.residual_figure(fit)) if fit.predicted else None,
+        correlation=list(zip(fit.names, fit.correlation.tolist(), strict=True)),
+        comparison=comparison,
+        temperatures=[
+            (t, measured(t.slope, t.slope_sigma), abs(t.slope) > 2.0 * t.slope_sigma)
+            for t in temperatures
+        ],
+    )
+
+
+def validation_page(validation: Validation, *, command: str) -> str:
+    """The report of a validation.
+
+    Args:
+        validation: the result.
+        command: what produced it.
+    """
+    figure = figures.record_figure(validation.record, validation.predicted, None, validation.noise)
+    return render(
+        "validation.html", validation=validation, command=command, figure=figures.svg(figure)
+    )

@@ -1,0 +1,52 @@
+"""What the page of a run needs to show the motion: a few hundred attitudes and wheel speeds."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gyrostat.campaigns.build import phase_starts, phases_of
+from gyrostat.campaigns.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_FRAMES = 900
+"""Samples in the page."""
+
+
+def replay_data(
+    scenario: Scenario, values: Mapping[str, Any], history: "xr.Dataset"
+) -> dict[str, Any] | None:
+    """The motion of a run for the script of its page; None where it ended at once.
+
+    Args:
+        scenario: that was flown.
+        values: its row of the table of runs.
+        history: of the run.
+    """
+    fine = np.flatnonzero(np.isfinite(history.error.values))
+    if len(fine) < 2:
+        return None
+    frames = fine[:: max(1, -(-len(fine) // MOST_FRAMES))]
+    own = {**scenario.values, **values}
+    targets = [scenario.target]
+    for event in phases_of(scenario):
+        targets.append(event.target or targets[-1])
+    time = history.time.values[frames]
+    starts = np.array(phase_starts(scenario, own), dtype=float)
+    phase = np.searchsorted(starts, time + 1e-9, side="right") - 1
+    xx, yy, zz = (own[f"body.inertia.{end}"] for end in ("xx", "yy", "zz"))
+    # sides of the cuboid of even density that has these moments of inertia
+    sides = np.sqrt(np.maximum([yy + zz - xx, zz + xx - yy, xx + yy - zz], 1e-3 * (xx + yy + zz)))
+    return {
+        "time": time.tolist(),
+        "attitude": np.round(history.attitude.values[frames], 6).tolist(),
+        "error": np.degrees(history.error.values[frames]).tolist(),
+        "speed": np.round(history.wheel_speed.values[frames], 3).tolist(),
+        "target": [targets[k] for k in phase],
+        "sides": (sides / np.max(sides)).tolist(),
+        "axes": scenario.axes,
+        "wheels": scenario.wheels,
+        "boresight": scenario.boresight or (0.0, 0.0, 1.0),
+    }

@@ -1,0 +1,35 @@
+"""Running models: the closed loop, and the virtual bench."""
+
+from gyrostat.simulation.bench import CurrentRange, Telemetry, bench_record, default_range
+from gyrostat.simulation.loop import (
+    Controller,
+    Histories,
+    Plant,
+    Sensor,
+    Status,
+    loop_parts,
+    run,
+    run_folded,
+    stretch,
+)
+from gyrostat.simulation.simulation import Batch, labelled, simulate, stack
+
+__all__ = [
+    "Batch",
+    "Controller",
+    "CurrentRange",
+    "Histories",
+    "Plant",
+    "Sensor",
+    "Status",
+    "Telemetry",
+    "bench_record",
+    "default_range",
+    "labelled",
+    "loop_parts",
+    "run",
+    "run_folded",
+    "simulate",
+    "stack",
+    "stretch",
+]

@@ -1,0 +1,228 @@
+"""A virtual bench: what a test bench would have recorded of a known wheel."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Vector
+from gyrostat.core.validation import check_seed, require_period
+from gyrostat.telemetry import Record
+from gyrostat.wheel import Wheel, speed_response
+from gyrostat.wheel.friction import static_curve
+
+MOST_SAMPLES = 2_000_000
+"""As `gyrostat.telemetry.read_record` reads."""
+BYTES_A_SAMPLE = 72
+"""At the peak: time, current, speed, noise and validity, and copies of them."""
+
+
+@dataclass(frozen=True)
+class CurrentRange:
+    """Smallest and largest amplitude of a commanded current, A."""
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        """Refuse an empty range."""
+        if not 0.0 <= self.low <= self.high < np.inf:
+            raise InputError(
+                f"current range: found {self.low:g} to {self.high:g} A, expected 0 <= low <= high"
+            )
+
+    def draw(self, random: np.random.Generator, count: int) -> Vector:
+        """Draw amplitudes, (count,)."""
+        return random.uniform(self.low, self.high, count)
+
+
+def default_range(wheel: Wheel) -> CurrentRange:
+    """Amplitudes that turn this wheel at low speed: 1.5 to 4 times its breakaway current."""
+    levels = [static_curve(wheel.friction).breakaway_torque(sense) for sense in (1.0, -1.0)]
+    breakaway = float(max(levels)) / abs(float(wheel.motor_constant))
+    return CurrentRange(1.5 * breakaway, 4.0 * breakaway)
+
+
+def steps(
+    time: Vector, amplitudes: CurrentRange, random: np.random.Generator, period: float = 30.0
+) -> Vector:
+    """Constant currents of random amplitude and alternating sign, A.
+
+    Profile 2 of Carrara and Kuga: a step every 30 s.
+
+    Args:
+        time: (N,) s, from zero.
+        amplitudes: of the steps.
+        random: source of the amplitudes.
+        period: of one step, s.
+    """
+    # sample times are multiples of a rounded interval: one that should open a step must not miss it
+    step = np.floor(time / period + 1e-9).astype(int)
+    # a last sample at the end of a step opens no new one: nothing would come of its current
+    step[-1] = step[-2]
+    signed = amplitudes.draw(random, step[-1] + 1) * (-1.0) ** np.arange(step[-1] + 1)
+    return signed[step]
+
+
+def sines(
+    time: Vector, amplitudes: CurrentRange, random: np.random.Generator, period: float = 24.0
+) -> Vector:
+    """Sine cycles, each of random amplitude and of a random period within 25 % of the mean, A.
+
+    Profile 1 of Carrara and Kuga. The periods are scaled to fill the record with whole half cycles.
+
+    Args:
+        time: (N,) s, from zero.
+        amplitudes: of the cycles.
+        random: source of amplitudes and periods.
+        period: mean period, s.
+    """
+    halves = max(1, round(2.0 * time[-1] / period))
+    cycles = -(-halves // 2)
+    lengths = random.uniform(0.75, 1.25, cycles)
+    lengths *= time[-1] / (lengths.sum() - 0.5 * (halves % 2) * lengths[-1])
+    starts = np.concatenate([[0.0], np.cumsum(lengths)])
+    cycle = np.clip(np.searchsorted(starts, time, side="right") - 1, 0, cycles - 1)
+    phase = (time - starts[cycle]) / lengths[cycle]
+    return amplitudes.draw(random, cycles)[cycle] * np.sin(2.0 * np.pi * phase)
+
+
+def ramps(
+    time: Vector, amplitudes: CurrentRange, random: np.random.Generator, period: float = 60.0
+) -> Vector:
+    """Slow ramps from zero current, alternating in sign, each followed by a coast to rest, A.
+
+    The current at which the wheel breaks away is the static torque over the motor constant.
+
+    Args:
+        time: (N,) s, from zero.
+        amplitudes: peaks of the ramps.
+        random: source of the peaks.
+        period: of one ramp with its coast, s; the ramp takes half of it.
+    """
+    step = np.floor(time / period + 1e-9).astype(int)
+    peaks = amplitudes.draw(random, step[-1] + 1) * (-1.0) ** np.arange(step[-1] + 1)
+    share = 2.0 * (time / period - step)
+    return np.where(share < 1.0, peaks[step] * share, 0.0)
+
+
+PROFILES: dict[str, Callable[..., Vector]] = {"steps": steps, "sines": sines, "ramps": ramps}
+"""Current profiles by name."""
+
+
+@dataclass(frozen=True)
+class Telemetry:
+    """What stands between a wheel and its record.
+
+    Attributes:
+        rate: samples per second, Hz.
+        speed_sigma: white noise of the tachometer, rad/s.
+        speed_quantum: of the tachometer, rad/s; zero for none.
+        jitter: standard deviation of the sample times, as a share of the sample interval.
+        dropouts: share of speed samples that are missing.
+    """
+
+    rate: float = 10.0
+    speed_sigma: float = 0.0
+    speed_quantum: float = 0.0
+    jitter: float = 0.0
+    dropouts: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse values that no telemetry has."""
+        for name, low, high in (
+            ("rate", 1e-9, 1e6),
+            ("speed_sigma", 0.0, np.inf),
+            ("speed_quantum", 0.0, np.inf),
+            ("jitter", 0.0, 0.3),
+            ("dropouts", 0.0, 0.9),
+        ):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and low <= value <= high):
+                raise InputError(f"{name}: found {value:g}, expected {low:g} to {high:g}")
+
+    def sample_times(self, duration: float, random: np.random.Generator) -> Vector:
+        """Sample times, s, strictly increasing, from zero up to `duration`."""
+        count = int(np.floor(duration * self.rate * (1.0 + 1e-12))) + 1
+        # within 0.45 of an interval no two samples can change places
+        shift = np.clip(self.jitter * random.standard_normal(count), -0.45, 0.45)
+        shift[0] = 0.0
+        return (np.arange(count) + shift) / self.rate
+
+
+def bench_record(
+    wheel: Wheel,
+    profile: str,
+    *,
+    duration: float,
+    telemetry: Telemetry,
+    amplitudes: CurrentRange | None = None,
+    initial_speed: float = 0.0,
+    period: float | None = None,
+    seed: int = 0,
+    name: str = "bench",
+) -> Record:
+    """Record a wheel on the virtual bench.
+
+    The drive holds each commanded current until the next sample.
+
+    Args:
+        wheel: the true wheel.
+        profile: "steps", "sines" or "ramps".
+        duration: s.
+        telemetry: sampling and noise.
+        amplitudes: of the current, A; by default from the wheel's breakaway.
+        initial_speed: rad/s.
+        period: of the profile, s; each has its own default.
+        seed: of profile and noise; the same seed gives the same record.
+        name: of the record.
+
+    Raises:
+        InputError: an unknown profile, too short a duration, a period that is out of range, or
+            parameters that no wheel has.
+    """
+    if profile not in PROFILES:
+        raise InputError(f"profile: found {profile!r}, expected one of {', '.join(PROFILES)}")
+    if not (np.isfinite(duration) and duration * telemetry.rate >= 1.0):
+        raise InputError(f"duration: found {duration:g} s, expected at least one sample interval")
+    wheel.check()
+    samples = duration * telemetry.rate
+    if samples > MOST_SAMPLES:
+        size = MOST_SAMPLES * BYTES_A_SAMPLE / 1e9
+        raise InputError(
+            f"duration: found {duration:g} s at {telemetry.rate:g} Hz, {samples:.3g} samples, "
+            f"expected at most {MOST_SAMPLES} ({size:.2g} GB in memory), which a record may have"
+        )
+    if period is not None:
+        require_period("period", period)
+        if period * telemetry.rate < 1.0:
+            raise InputError(f"period: found {period:g} s, expected at least one sample interval")
+    command_random, noise_random = (np.random.default_rng(s) for s in _streams(seed))
+    time = telemetry.sample_times(duration, noise_random)
+    shape = {} if period is None else {"period": period}
+    current = PROFILES[profile](time, amplitudes or default_range(wheel), command_random, **shape)
+    speed, resolved = jax.jit(speed_response)(
+        wheel, jnp.asarray(time), jnp.asarray(current), initial_speed
+    )
+    if not bool(resolved):
+        raise InputError(
+            f"rate: found {telemetry.rate:g} Hz, expected more for so sharp a friction curve"
+        )
+    measured = np.asarray(speed) + telemetry.speed_sigma * noise_random.standard_normal(len(time))
+    if telemetry.speed_quantum > 0.0:
+        measured = telemetry.speed_quantum * np.round(measured / telemetry.speed_quantum)
+    valid = noise_random.random(len(time)) >= telemetry.dropouts
+    return Record(
+        name=name,
+        time=time,
+        current=current,
+        speed=np.where(valid, measured, np.nan),
+        valid=valid,
+    )
+
+
+def _streams(seed: int) -> list[np.random.SeedSequence]:
+    check_seed(seed)
+    return np.random.SeedSequence(seed).spawn(2)

@@ -1,0 +1,58 @@
+"""Delay line between a controller and the actuators."""
+
+from typing import Any
+
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import dce_jaxpr, jax, jnp
+
+DelayLine = tuple[Any, ...]
+"""For each leaf of a command: (delay, ...) the last values, the oldest first; None: no delay."""
+
+
+def delay_line(plant: Any, state: Any, command: Any, period: Scalar, delay: int) -> DelayLine:
+    """The delay line before the first command; it gives zeros until that command arrives.
+
+    Args:
+        plant: Plant, see `gyrostat.simulation.Plant`.
+        state: State of the plant, or its shapes.
+        command: Command of the controller, or its shapes.
+        period: Control period, s.
+        delay: Control periods from a sample to the start of the command made from it.
+    """
+    leaves = jax.tree.leaves(command)
+    if delay == 0:
+        return (None,) * len(leaves)
+    return tuple(
+        jnp.zeros((delay, *leaf.shape), leaf.dtype) if moves else None
+        for leaf, moves in zip(leaves, _moves(plant, state, command, period), strict=True)
+    )
+
+
+def _moves(plant: Any, state: Any, command: Any, period: Scalar) -> list[bool]:
+    """Whether the plant's motion depends on each leaf of a command.
+
+    The answer comes from the traced plant, so that no plant or controller has to declare it. It is
+    True, too, for a leaf that the plant hands through a `jax.lax.while_loop` unused.
+    """
+    traced = jax.make_jaxpr(lambda given: plant(state, given, jnp.zeros(()), period))(command)
+    return dce_jaxpr(traced.jaxpr, [True] * len(traced.jaxpr.outvars))[1]
+
+
+def delayed(line: DelayLine, command: Any) -> tuple[DelayLine, Any]:
+    """Put a command into the delay line.
+
+    Args:
+        line: The delay line.
+        command: Command made at this sample.
+
+    Returns:
+        The line with the command in it; the command of this period, whose delayed leaves were made
+        `delay` samples before.
+    """
+    leaves, tree = jax.tree.flatten(command)
+    after, acting = [], []
+    for values, leaf in zip(line, leaves, strict=True):
+        queue = None if values is None else jnp.concatenate([values, leaf[None]])
+        after.append(None if queue is None else queue[1:])
+        acting.append(leaf if queue is None else queue[0])
+    return tuple(after), jax.tree.unflatten(tree, acting)

@@ -1,0 +1,123 @@
+"""What carries the wheels, and how its motion is measured."""
+
+from gyrostat.core import rotations
+from gyrostat.core.rotations import EulerAngles
+from gyrostat.papers.carvalho_fenili.reduced_gyrostat import (
+    ReducedGyrostat,
+    ReducedRecord,
+    ReducedSensor,
+    ReducedState,
+)
+from gyrostat.papers.carvalho_fenili.torque_driven import (
+    BodyRateRecord,
+    BodyTorqueCommand,
+    EulerMeasurement,
+    EulerSensor,
+    EulerState,
+    TorqueDrivenBody,
+)
+from gyrostat.papers.moreira_lopes_kuga.bench_wheel import (
+    BenchRecord,
+    BenchWheel,
+    BenchWheelState,
+    MomentumMeasurement,
+    MomentumSensor,
+    TorqueCommand,
+)
+from gyrostat.spacecraft.attitude_sensors import (
+    StarTracker,
+    TrackerGyroMeasurement,
+    TrackerGyroSensors,
+)
+from gyrostat.spacecraft.driven_gyrostat import DrivenGyrostat
+from gyrostat.spacecraft.environment import CircularOrbit, GravityGradient, HarmonicTorque
+from gyrostat.spacecraft.failures import WheelFailures
+from gyrostat.spacecraft.friction_steps import FrictionSteps
+from gyrostat.spacecraft.gyro import Gyro, TableMeasurement, TableSensors, TrueTurn, Turn
+from gyrostat.spacecraft.gyrostat import Gyrostat, GyrostatRecord, GyrostatState, WheelTorqueCommand
+from gyrostat.spacecraft.imbalance import (
+    Imbalance,
+    ImbalancedGyrostat,
+    ImbalancedRecord,
+    ImbalancedState,
+)
+from gyrostat.spacecraft.rate_gyro import BodyMotion, RateGyro, integrated_rate
+from gyrostat.spacecraft.sensor_faults import FaultySensor, SensorFault
+from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia
+from gyrostat.spacecraft.spacecraft_file import SpacecraftFile, read_spacecraft
+from gyrostat.spacecraft.spacecraft_sensor import SpacecraftMeasurement, SpacecraftSensor
+from gyrostat.spacecraft.speed_driven import (
+    SinusoidalMomentum,
+    SpeedDrivenRecord,
+    SpeedDrivenSpacecraft,
+    WheelSpeedCommand,
+    unit_quaternion,
+)
+from gyrostat.spacecraft.speed_loop import SpeedLoopRecord, SpeedLoopSpacecraft, SpeedLoopState
+from gyrostat.spacecraft.table import AirBearingTable, DriveRecord, TableCommand, TableState
+
+__all__ = [
+    "AirBearingTable",
+    "BenchRecord",
+    "BenchWheel",
+    "BenchWheelState",
+    "BodyMotion",
+    "BodyRateRecord",
+    "BodyTorqueCommand",
+    "CircularOrbit",
+    "DriveRecord",
+    "DrivenGyrostat",
+    "EulerAngles",
+    "EulerMeasurement",
+    "EulerSensor",
+    "EulerState",
+    "FaultySensor",
+    "FrictionSteps",
+    "GravityGradient",
+    "Gyro",
+    "Gyrostat",
+    "GyrostatRecord",
+    "GyrostatState",
+    "HarmonicTorque",
+    "Imbalance",
+    "ImbalancedGyrostat",
+    "ImbalancedRecord",
+    "ImbalancedState",
+    "MomentumMeasurement",
+    "MomentumSensor",
+    "RateGyro",
+    "ReducedGyrostat",
+    "ReducedRecord",
+    "ReducedSensor",
+    "ReducedState",
+    "SensorFault",
+    "SinusoidalMomentum",
+    "Spacecraft",
+    "SpacecraftFile",
+    "SpacecraftMeasurement",
+    "SpacecraftSensor",
+    "SpeedDrivenRecord",
+    "SpeedDrivenSpacecraft",
+    "SpeedLoopRecord",
+    "SpeedLoopSpacecraft",
+    "SpeedLoopState",
+    "StarTracker",
+    "TableCommand",
+    "TableMeasurement",
+    "TableSensors",
+    "TableState",
+    "TorqueCommand",
+    "TorqueDrivenBody",
+    "TrackerGyroMeasurement",
+    "TrackerGyroSensors",
+    "TrueTurn",
+    "Turn",
+    "WheelFailures",
+    "WheelSpeedCommand",
+    "WheelTorqueCommand",
+    "check_inertia",
+    "integrated_rate",
+    "read_spacecraft",
+    "rotations",
+    "unit_quaternion",
+]

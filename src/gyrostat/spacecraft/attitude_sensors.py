@@ -1,0 +1,139 @@
+"""Star tracker, gyro and tachometers of a spacecraft, as they are sampled in the loop."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool, PRNGKeyArray
+
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import from_rotation_vector, product
+from gyrostat.core.validation import check_parts, require
+from gyrostat.spacecraft.rate_gyro import BodyMotion, RateGyro
+from gyrostat.spacecraft.spacecraft_sensor import SpacecraftSensor
+from gyrostat.wheel.array import listed
+
+
+class StarTracker(eqx.Module):
+    """The attitude with white noise about each body axis, in every so many control periods.
+
+    Attributes:
+        sigma: (3,) of a sample about each body axis, or one for all, rad; about its boresight a
+            tracker sees worst.
+        periods: control periods from one sample to the next, a whole number; the first sample is
+            that at time 0.
+    """
+
+    sigma: Vector3 | float = eqx.field(converter=listed)
+    periods: Scalar = 1
+
+    def check(self) -> None:
+        """Refuse what is no noise or no number of periods.
+
+        Raises:
+            InputError: as said.
+        """
+        require("star tracker sigma", self.sigma, "rad")
+        every = np.asarray(self.periods)
+        if not np.all((every >= 1) & (every == np.round(every))):
+            raise InputError(
+                f"star tracker periods: found {self.periods}, expected whole numbers of 1 or more"
+            )
+
+    def __call__(
+        self, attitude: Quaternion, samples: Scalar, key: PRNGKeyArray
+    ) -> tuple[Quaternion, Bool[Array, ""]]:
+        """Measure.
+
+        Args:
+            attitude: (4,) as it is.
+            samples: control periods since the start.
+            key: of the noise.
+
+        Returns:
+            The attitude (4,), and whether this is a sample.
+        """
+        noise = jnp.asarray(self.sigma) * jax.random.normal(key, (3,))
+        seen = product(attitude, from_rotation_vector(noise))
+        return seen, jnp.mod(samples, self.periods) == 0.0
+
+
+class TrackerGyroMeasurement(NamedTuple):
+    """What star tracker, gyro and tachometers say.
+
+    Attributes:
+        attitude: (4,) of the star tracker, scalar first; to be used where it is measured.
+        attitude_measured: whether it is.
+        rate: (3,) of the gyro: the mean over the last control period with its bias, rad/s.
+        wheel_speed: (wheels,) relative to the body, rad/s; where a tachometer is lost, the last
+            speed that it measured.
+        wheel_measured: (wheels,) whether the tachometer works.
+    """
+
+    attitude: Quaternion
+    attitude_measured: Bool[Array, ""]
+    rate: Vector3
+    wheel_speed: PerWheel
+    wheel_measured: Bool[Array, " wheels"]
+
+    UNITS = {"attitude": "1", "rate": "rad/s", "wheel_speed": "rad/s"}  # noqa: RUF012
+
+
+class _Memory(NamedTuple):
+    truth: Any
+    samples: Scalar
+    period: Scalar
+    motion: BodyMotion
+    bias: Vector3
+
+
+class TrackerGyroSensors(eqx.Module):
+    """Star tracker, gyro and tachometers of a spacecraft.
+
+    Attributes:
+        truth: reads the state of the spacecraft: exact but for its tachometers.
+        tracker: of the attitude.
+        gyro: of the rate.
+    """
+
+    truth: SpacecraftSensor
+    tracker: StarTracker
+    gyro: RateGyro
+
+    def check(self) -> None:
+        """Refuse what a part refuses, by `InputError`."""
+        check_parts(self.truth, self.tracker, self.gyro)
+
+    def start(self, state: Any, period: Scalar) -> _Memory:
+        """Memory before the first sample, as if the body had turned evenly before."""
+        rate = self._rate(state)
+        turned = product(state.attitude, from_rotation_vector(-period * rate))
+        return _Memory(
+            self.truth.start(state, period),
+            jnp.zeros(()),
+            jnp.asarray(period, dtype=float),
+            BodyMotion(turned, rate),
+            jnp.asarray(self.gyro.bias, dtype=float),
+        )
+
+    def __call__(
+        self, memory: _Memory, state: Any, key: PRNGKeyArray
+    ) -> tuple[_Memory, TrackerGyroMeasurement]:
+        """Measure."""
+        first, second, third = jax.random.split(key, 3)
+        truth, seen = self.truth(memory.truth, state, first)
+        attitude, measured = self.tracker(seen.attitude, memory.samples, second)
+        motion = BodyMotion(seen.attitude, self._rate(state))
+        rate, bias = self.gyro(memory.motion, motion, memory.bias, memory.period, third)
+        measurement = TrackerGyroMeasurement(
+            attitude, measured, rate, seen.wheel_speed, seen.wheel_measured
+        )
+        after = _Memory(truth, memory.samples + 1.0, memory.period, motion, bias)
+        return after, measurement
+
+    def _rate(self, state: Any) -> Vector3:
+        plant = self.truth.gyrostat
+        # only wheels out of balance have a jitter to be left out
+        return getattr(plant, "balanced_rate", plant.rate)(state)

@@ -1,0 +1,112 @@
+"""Sensors of the attitude and rate of a table, and all of its sensors together."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float, PRNGKeyArray
+
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.validation import check_parts, require
+from gyrostat.wheel import Tachometer
+
+
+class Turn(NamedTuple):
+    """What a gyro says of a table.
+
+    Attributes:
+        attitude: rad.
+        rate: rad/s.
+    """
+
+    attitude: Float[Array, ""]
+    rate: Float[Array, ""]
+
+
+class TrueTurn(eqx.Module):
+    """Attitude and rate as they are."""
+
+    def start(self, state: Any, period: Scalar) -> tuple[()]:
+        """It has no memory."""
+        return ()
+
+    def __call__(self, memory: tuple[()], state: Any, key: PRNGKeyArray) -> tuple[tuple[()], Turn]:
+        """Read the state."""
+        return memory, Turn(state.attitude, state.rate)
+
+
+class Gyro(eqx.Module):
+    """The angle turned since the last sample over the period, with noise and bias, and its sum.
+
+    Attributes:
+        sigma: white noise of a sample, rad/s.
+        bias: rad/s.
+    """
+
+    sigma: Scalar = 0.0
+    bias: Scalar = 0.0
+
+    def check(self) -> None:
+        """Refuse a noise or bias that is no number, by `InputError`."""
+        require("gyro sigma", self.sigma, "rad/s")
+        require("gyro bias", np.abs(self.bias), "rad/s")
+
+    def start(self, state: Any, period: Scalar) -> tuple[Array, Array, Scalar]:
+        """True attitude a period before, integrated attitude, period."""
+        return state.attitude - period * state.rate, state.attitude - period * state.rate, period
+
+    def __call__(
+        self, memory: tuple[Array, Array, Scalar], state: Any, key: PRNGKeyArray
+    ) -> tuple[tuple[Array, Array, Scalar], Turn]:
+        """Measure the rate, rad/s, and integrate it to the attitude, rad."""
+        before, integrated, period = memory
+        noise = self.sigma * jax.random.normal(key, jnp.shape(state.attitude))
+        rate = (state.attitude - before) / period + self.bias + noise
+        integrated = integrated + period * rate
+        return (state.attitude, integrated, period), Turn(integrated, rate)
+
+
+class TableMeasurement(NamedTuple):
+    """What the controller of an air-bearing table is given.
+
+    Attributes:
+        attitude: of the table, rad.
+        rate: of the table, rad/s.
+        speed: of the wheel relative to the table, rad/s.
+    """
+
+    attitude: Float[Array, ""]
+    rate: Float[Array, ""]
+    speed: Float[Array, ""]
+
+    UNITS = {"attitude": "rad", "rate": "rad/s", "speed": "rad/s"}  # noqa: RUF012
+
+
+class TableSensors(eqx.Module):
+    """The gyro of a table and the tachometer of its wheel.
+
+    Attributes:
+        gyro: gives a `Turn`.
+        tachometer: gives the wheel speed, rad/s.
+    """
+
+    gyro: Any = TrueTurn()
+    tachometer: Any = Tachometer()
+
+    def check(self) -> None:
+        """Refuse what either refuses, by `InputError`."""
+        check_parts(self.gyro, self.tachometer)
+
+    def start(self, state: Any, period: Scalar) -> tuple[Any, Any]:
+        """Memories of both."""
+        return self.gyro.start(state, period), self.tachometer.start(state, period)
+
+    def __call__(
+        self, memory: tuple[Any, Any], state: Any, key: PRNGKeyArray
+    ) -> tuple[tuple[Any, Any], TableMeasurement]:
+        """Measure with both."""
+        first, second = jax.random.split(key)
+        gyro, turn = self.gyro(memory[0], state, first)
+        tachometer, speed = self.tachometer(memory[1], state, second)
+        return (gyro, tachometer), TableMeasurement(turn.attitude, turn.rate, speed)

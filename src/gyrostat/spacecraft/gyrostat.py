@@ -1,0 +1,289 @@
+"""A rigid body with reaction wheels that exchange momentum with it: the gyrostat."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool
+
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.linear import inverse_definite
+from gyrostat.core.rotations import check_unit, normalised, to_body, to_inertial
+from gyrostat.core.validation import check_parts, require
+from gyrostat.spacecraft.failures import WheelFailures
+from gyrostat.spacecraft.friction_steps import FrictionSteps
+from gyrostat.spacecraft.spacecraft import Spacecraft
+from gyrostat.spacecraft.wheels_on_body import Carrier, WheelsOnBody
+from gyrostat.wheel import Motion, slide_together
+from gyrostat.wheel.array import listed
+
+FASTEST = 10.0
+"""rad/s: beyond this body rate no controller means what it does."""
+
+
+class GyrostatState(NamedTuple):
+    """State of a spacecraft with wheels.
+
+    Attributes:
+        attitude: (4,) quaternion of the body in inertial space, scalar first.
+        momentum: (3,) of everything, in inertial axes, N·m·s.
+        wheel_speed: (wheels,) relative to the body, rad/s; exactly zero is at rest.
+    """
+
+    attitude: Quaternion
+    momentum: Vector3
+    wheel_speed: PerWheel
+
+    UNITS = {"attitude": "1", "momentum": "N·m·s", "wheel_speed": "rad/s"}  # noqa: RUF012
+
+
+class WheelTorqueCommand(NamedTuple):
+    """Motor torque of each wheel.
+
+    Attributes:
+        torque: (wheels,) N·m; positive speeds the wheel up and pushes the body back.
+    """
+
+    torque: PerWheel
+
+    UNITS = {"torque": "N·m"}  # noqa: RUF012
+
+
+class GyrostatRecord(NamedTuple):
+    """What is worth recording.
+
+    Attributes:
+        rate: (3,) of the body, in body axes, rad/s.
+        wheel_momentum: (wheels,) rotor inertia times speed relative to the body, N·m·s.
+        saturated: (wheels,) whether the torque limit cuts the command.
+    """
+
+    rate: Vector3
+    wheel_momentum: PerWheel
+    saturated: Bool[Array, " wheels"]
+
+    UNITS = {"rate": "rad/s", "wheel_momentum": "N·m·s"}  # noqa: RUF012
+
+
+class Gyrostat(eqx.Module):
+    """H = R (J w + sum a_i h_i), dH/dt = R T, dh_i/dt = m_i - F_i, h_i = J_i (W_i + a_i w).
+
+    J is the inertia of the spacecraft without that of the rotors about their axes a_i, W_i the
+    speed of wheel i relative to the body, m_i its motor torque, F_i its friction, T the external
+    torque in body axes. The state holds the total momentum H in inertial axes and the body rate w
+    follows from it, so that without external torque H is conserved to the last bit. P. C. Hughes,
+    "Spacecraft Attitude Dynamics", section 3.4. Wheels stick, break away and pass zero at their
+    times (`gyrostat.wheel.slide_together`).
+
+    Attributes:
+        spacecraft: the body and its wheels.
+        failures: of the wheels; None for none.
+        external_torque: (3,) constant in body axes, N·m.
+        torque_history: external torque in body axes over attitude and time, (quaternion, s) ->
+            (3,) N·m, added to the constant; smooth and slow against the control period.
+        environment: further external torques, each called with (spacecraft, attitude, time) for
+            (3,) N·m in body axes, as smooth and slow.
+        external_torque_limit: (3,) what an ideal actuator beside the wheels, as magnetorquers, may
+            add of the `external_torque` of a command along each body axis, N·m; None: there is no
+            such actuator, and what is commanded to it is not given.
+        friction_steps: changes of the friction of wheels; None for none.
+    """
+
+    spacecraft: Spacecraft
+    failures: WheelFailures | None = None
+    external_torque: Vector3 = eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
+    torque_history: Callable[[Quaternion, Scalar], Vector3] | None = eqx.field(
+        static=True, default=None
+    )
+    environment: tuple[Any, ...] = ()
+    external_torque_limit: Vector3 | None = eqx.field(converter=listed, default=None)
+    friction_steps: FrictionSteps | None = None
+
+    def torque(self, attitude: Quaternion, time: Scalar) -> Vector3:
+        """External torque in body axes, N·m, at a time, s."""
+        torque = jnp.asarray(self.external_torque)
+        if self.torque_history is not None:
+            torque = torque + self.torque_history(attitude, time)
+        for item in self.environment:
+            torque = torque + item(self.spacecraft, attitude, time)
+        return torque
+
+    def check(self) -> None:
+        """Refuse what no spacecraft is.
+
+        Raises:
+            InputError: see `Spacecraft.check` and `WheelFailures.check`; an external torque that is
+                not finite or not (3,), failures of another number of wheels.
+        """
+        self.spacecraft.check()
+        torque = np.asarray(self.external_torque, dtype=float)
+        if torque.shape[-1:] != (3,) or not np.all(np.isfinite(torque)):
+            raise InputError(f"external torque: found {torque}, expected three finite values, N·m")
+        check_parts(*self.environment)
+        if self.external_torque_limit is not None:
+            require("external torque limit", self.external_torque_limit, "N·m")
+            shape = np.shape(self.external_torque_limit)
+            if shape[-1:] != (3,):
+                raise InputError(f"external torque limit: found shape {shape}, expected (3,)")
+        if self.failures is not None:
+            self.failures.check()
+            told, count = np.shape(self.failures.time)[-1], self.spacecraft.wheels.count
+            if told != count:
+                raise InputError(f"wheel failures: found {told} wheels, expected {count}")
+        if self.friction_steps is not None:
+            self.friction_steps.check()
+            self.friction_steps.check_wheels(self.spacecraft.wheels)
+
+    def start(
+        self,
+        *,
+        attitude: Any = (1.0, 0.0, 0.0, 0.0),
+        rate: Any = (0.0, 0.0, 0.0),
+        wheel_speed: Any = 0.0,
+    ) -> GyrostatState:
+        """A state from what is measured.
+
+        Args:
+            attitude: (4,) quaternion, scalar first; brought to unit length.
+            rate: (3,) of the body, in body axes, rad/s.
+            wheel_speed: (wheels,) or one for all, rad/s.
+        """
+        wheels = self.spacecraft.wheels
+        quaternion = normalised(jnp.asarray(attitude, dtype=float))
+        speed = jnp.broadcast_to(jnp.asarray(wheel_speed, dtype=float), (wheels.count,))
+        rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * speed)
+        momentum = self.spacecraft.inertia_locked() @ jnp.asarray(rate, dtype=float) + rotors
+        return GyrostatState(quaternion, to_inertial(quaternion, momentum), speed)
+
+    def check_state(self, state: GyrostatState) -> None:
+        """Refuse what is no state of this spacecraft.
+
+        Args:
+            state: one, or several with a leading axis of runs.
+
+        Raises:
+            InputError: shapes that do not fit, a quaternion that is not of unit length, or a wheel
+                beyond its momentum limit.
+        """
+        wheels = self.spacecraft.wheels
+        sizes = (4, 3, wheels.count)
+        for name, value, size in zip(state._fields, state, sizes, strict=True):
+            if np.shape(value)[-1:] != (size,):
+                raise InputError(f"{name}: found shape {np.shape(value)}, expected ({size},)")
+        check_unit(state.attitude)
+        wheels.check_speed(state.wheel_speed)
+
+    def rate(self, state: GyrostatState) -> Vector3:
+        """Body rate in body axes, rad/s."""
+        wheels = self.spacecraft.wheels
+        rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * state.wheel_speed)
+        inverse = inverse_definite(self.spacecraft.inertia_locked())
+        return inverse @ (to_body(state.attitude, state.momentum) - rotors)
+
+    def __call__(
+        self, state: GyrostatState, command: Any, time: Scalar, duration: Scalar
+    ) -> tuple[GyrostatState, Bool[Array, ""]]:
+        """Carry the spacecraft over an interval of held command.
+
+        Args:
+            state: at its start.
+            command: has the motor torques `torque` (wheels,), N·m, and, where there is an actuator
+                for it, `external_torque` (3,), N·m.
+            time: of its start, s.
+            duration: s.
+
+        Returns:
+            The state at its end, and whether it was resolved. A failure or a friction step inside
+            the interval acts from its own time on.
+        """
+        craft = self
+        if self.external_torque_limit is not None:
+            if not hasattr(command, "external_torque"):
+                raise InputError(
+                    f"{type(command).__name__}: found no external_torque, expected one: the "
+                    "spacecraft has an actuator for it"
+                )
+            limit = jnp.asarray(self.external_torque_limit)
+            given = self.external_torque + jnp.clip(command.external_torque, -limit, limit)
+            craft = eqx.tree_at(lambda plant: plant.external_torque, self, given)
+        return craft._under(state, command.torque, time, duration)
+
+    def _under(self, state, torque, time, duration):
+        torque = self.spacecraft.wheels.within_torque_limit(torque)
+        friction, steps = self.spacecraft.wheels.friction, self.friction_steps
+        changes = [part for part in (self.failures, steps) if part is not None]
+        if not changes:
+            none = jnp.zeros(torque.shape)
+            torque = self._within_momentum_limit(state, torque, duration)
+            return self._carry(state, torque, friction, none > 0.0, none, time, duration)
+        failures = self.failures or WheelFailures.none(len(torque))
+        times = jnp.concatenate([jnp.asarray(part.time) for part in changes])
+        cuts = jnp.sort(jnp.clip(times - time, 0.0, duration))
+        starts = jnp.concatenate([jnp.zeros(1), cuts])
+        lengths = jnp.diff(starts, append=jnp.asarray(duration)[None])
+
+        def part(carried, piece):
+            state, fine = carried
+            start, length = piece
+            failed = failures.failed(time + start)
+            given = failures.motor_torque(torque, failed)
+            drag = jnp.where(failed, failures.added_viscous, 0.0)
+            seized = failed & failures.seized
+            # the body takes over at once what a rotor that stops had
+            state = state._replace(wheel_speed=jnp.where(seized, 0.0, state.wheel_speed))
+            given = self._within_momentum_limit(state, given, length)
+            rubs = friction if steps is None else steps.at(time + start, friction)
+            state, resolved = self._carry(state, given, rubs, seized, drag, time + start, length)
+            return (state, fine & resolved), None
+
+        return jax.lax.scan(part, (state, jnp.array(True)), (starts, lengths))[0]
+
+    def _within_momentum_limit(self, state, torque, duration):
+        wheels = self.spacecraft.wheels
+        return wheels.within_momentum_limit(torque, wheels.inertia * state.wheel_speed, duration)
+
+    def _carry(self, state, torque, friction, seized, drag, time, duration):
+        wheels = self.spacecraft.wheels
+        axes = jnp.asarray(wheels.axes)
+        inverse = inverse_definite(jnp.asarray(self.spacecraft.inertia))
+        contacts = WheelsOnBody(
+            friction=friction,
+            body=self,
+            torque=torque,
+            seized=seized,
+            added_viscous=drag,
+            started=time,
+            mobility=jnp.diag(1.0 / (jnp.ones(wheels.count) * wheels.inertia))
+            + axes.T @ inverse @ axes,
+            inverse=inverse,
+            inverse_locked=inverse_definite(self.spacecraft.inertia_locked()),
+        )
+        motion = Motion(state.wheel_speed, Carrier(state.attitude, state.momentum))
+        motion, resolved = slide_together(contacts, motion, duration)
+        attitude = normalised(motion.carrier.attitude)
+        return GyrostatState(attitude, motion.carrier.momentum, motion.speed), resolved
+
+    def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
+        """Whether the body turns faster than `FASTEST`."""
+        rate = self.rate(state)
+        return ~(rate @ rate < FASTEST**2)
+
+    def record(self, state: GyrostatState, command: WheelTorqueCommand) -> GyrostatRecord:
+        """Rate and wheel momentum at the start of a control period."""
+        wheels = self.spacecraft.wheels
+        return GyrostatRecord(
+            rate=self.rate(state),
+            wheel_momentum=wheels.inertia * state.wheel_speed,
+            saturated=jnp.abs(command.torque) > wheels.torque_limit,
+        )
+
+    def kinetic_energy(self, state: GyrostatState) -> Scalar:
+        """Of body and rotors, J."""
+        wheels = self.spacecraft.wheels
+        rate = self.rate(state)
+        rotor = state.wheel_speed + jnp.asarray(wheels.axes).T @ rate
+        body = rate @ jnp.asarray(self.spacecraft.inertia) @ rate
+        return 0.5 * (body + jnp.sum(wheels.inertia * rotor**2))

@@ -1,0 +1,130 @@
+"""Sensors whose samples are lost, hit by spikes or stuck for a time."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import PRNGKeyArray
+
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.validation import check_parts, check_period
+
+DROPOUT, SPIKE, STUCK = "dropout", "spike", "stuck"
+KINDS = (DROPOUT, SPIKE, STUCK)
+
+
+class SensorFault(eqx.Module):
+    """Fault of one field of a measurement.
+
+    Attributes:
+        field: Name of the field.
+        kind: "dropout": samples are missing, NaN; "spike": `magnitude` is added; "stuck": the last
+            value before the fault stays.
+        time: Start, s.
+        until: End, s; infinite: for good.
+        magnitude: Size of a spike, in the unit of the field.
+        share: Share of the samples in this time that are hit, at random, 0 to 1; a stuck sensor
+            is stuck for the whole time.
+        element: Number of the element that is hit, from 0; None for all.
+    """
+
+    field: str = eqx.field(static=True)
+    kind: str = eqx.field(static=True)
+    time: Scalar
+    until: Scalar = np.inf
+    magnitude: Scalar = 0.0
+    share: Scalar = 1.0
+    element: int | None = eqx.field(static=True, default=None)
+
+    def check(self) -> None:
+        """Refuse faults that cannot happen.
+
+        Raises:
+            InputError: another kind, an end that is not after the start, a share outside 0 to 1, a
+                magnitude that is not finite.
+        """
+        if self.kind not in KINDS:
+            raise InputError(f"sensor fault: found kind {self.kind!r}, expected {', '.join(KINDS)}")
+        time, until, share = (np.asarray(v, float) for v in (self.time, self.until, self.share))
+        if not np.all((time >= 0.0) & (until > time)):
+            raise InputError(
+                f"sensor fault of {self.field}: found {time} s to {until} s, expected a start of "
+                "0 s or later and an end after it"
+            )
+        if not np.all((share >= 0.0) & (share <= 1.0)):
+            raise InputError(f"sensor fault of {self.field}: found share {share}, expected 0 to 1")
+        if not np.all(np.isfinite(np.asarray(self.magnitude, float))):
+            raise InputError(
+                f"sensor fault of {self.field}: found magnitude {self.magnitude}, expected a "
+                "finite number"
+            )
+
+    def __call__(self, value: Any, before: Any, time: Scalar, key: PRNGKeyArray) -> Any:
+        """The value that is measured.
+
+        Args:
+            value: Without the fault.
+            before: Last value before the fault.
+            time: Of the sample, s.
+            key: Of the draws.
+        """
+        # a multiple of the period is not exactly the time that it stands for
+        acts = (self.time <= time + 1e-9) & (time + 1e-9 < self.until)
+        if self.kind != STUCK:
+            acts &= jax.random.uniform(key) < self.share
+        wrong = {DROPOUT: jnp.nan, SPIKE: value + self.magnitude, STUCK: before}[self.kind]
+        hit = jnp.ones(jnp.shape(value), bool)
+        if self.element is not None:
+            hit = jnp.arange(len(value)) == self.element
+        return jnp.where(acts & hit, wrong, value)
+
+
+class _Memory(NamedTuple):
+    sensor: Any
+    samples: Scalar
+    period: Scalar
+    before: tuple[Any, ...]
+
+
+class FaultySensor(eqx.Module):
+    """A sensor of the loop with faults of its fields, in the order in which they are given.
+
+    Attributes:
+        sensor: Any sensor whose measurement is a named tuple.
+        faults: Of its fields.
+    """
+
+    sensor: Any
+    faults: tuple[SensorFault, ...]
+
+    def check(self) -> None:
+        """Refuse what the sensor or a fault refuses, by `InputError`."""
+        check_parts(self.sensor, *self.faults)
+
+    def check_period(self, period: float) -> None:
+        """Refuse a control period, s, that the sensor refuses, by `InputError`."""
+        check_period(period, self.sensor)
+
+    def start(self, state: Any, period: Scalar) -> _Memory:
+        """Memory before the first sample."""
+        inner = self.sensor.start(state, period)
+        _, seen = jax.eval_shape(self.sensor, inner, state, jax.random.key(0))
+        before = tuple(jnp.zeros(getattr(seen, fault.field).shape) for fault in self.faults)
+        return _Memory(inner, jnp.zeros(()), jnp.asarray(period, dtype=float), before)
+
+    def __call__(self, memory: _Memory, state: Any, key: PRNGKeyArray) -> tuple[_Memory, Any]:
+        """Measure."""
+        time = memory.samples * memory.period
+        inner, seen = self.sensor(memory.sensor, state, key)
+        before = []
+        for number, (fault, last) in enumerate(zip(self.faults, memory.before, strict=True)):
+            value = getattr(seen, fault.field)
+            last = jnp.where(memory.samples == 0.0, value, last)
+            # the noise of the sensor is drawn from the key itself
+            own = jax.random.fold_in(jax.random.fold_in(key, 0x5EED), number)
+            made = fault(value, last, time, own)
+            before.append(jnp.where(fault.time <= time + 1e-9, last, value))
+            seen = seen._replace(**{fault.field: made})
+        return _Memory(inner, memory.samples + 1.0, memory.period, tuple(before)), seen

@@ -1,0 +1,73 @@
+"""A spacecraft as a rigid body with wheels."""
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.wheel import WheelArray
+from gyrostat.wheel.array import listed
+
+SYMMETRY = 1e-9
+"""Largest difference of products of inertia that should be equal, over the largest inertia."""
+
+
+class Spacecraft(eqx.Module):
+    """A rigid body and the wheels that it carries.
+
+    Attributes:
+        inertia: (3, 3) of everything about the centre of mass in body axes, but for the inertia of
+            each rotor about its own spin axis, kg·m².
+        wheels: that it carries.
+    """
+
+    inertia: Float[Array, "3 3"] = eqx.field(converter=listed)
+    wheels: WheelArray
+
+    def inertia_locked(self) -> Float[Array, "3 3"]:
+        """Inertia of the body with every rotor locked to it, kg·m²."""
+        axes = jnp.asarray(self.wheels.axes)
+        return self.inertia + (axes * self.wheels.inertia) @ axes.T
+
+    def check(self) -> None:
+        """Refuse what no spacecraft is.
+
+        Raises:
+            InputError: see `check_inertia` and `WheelArray.check`.
+        """
+        check_inertia(self.inertia)
+        self.wheels.check()
+
+
+def check_inertia(inertia: Float[Array, "... 3 3"]) -> None:
+    """Refuse a matrix that is no inertia of a rigid body.
+
+    Args:
+        inertia: (..., 3, 3), kg·m².
+
+    Raises:
+        InputError: not 3 by 3, not finite, not symmetric, not positive definite, or one principal
+            inertia larger than the sum of the others.
+    """
+    every = np.asarray(inertia, dtype=float)
+    if every.shape[-2:] != (3, 3):
+        raise InputError(f"body inertia: found shape {every.shape}, expected (3, 3)")
+    for matrix in every.reshape(-1, 3, 3):
+        if not np.all(np.isfinite(matrix)):
+            raise InputError("body inertia: found a value that is not finite, expected kg·m²")
+        if np.max(np.abs(matrix - matrix.T)) > SYMMETRY * np.max(np.abs(matrix)):
+            raise InputError(
+                "body inertia: found a matrix that is not symmetric, expected equal products of "
+                "inertia on both sides of the diagonal"
+            )
+        least, middle, most = np.linalg.eigvalsh(matrix)
+        if least <= 0.0:
+            raise InputError(
+                f"body inertia: found the principal inertia {least:g} kg·m², expected above 0"
+            )
+        if most > (least + middle) * (1.0 + SYMMETRY):
+            raise InputError(
+                f"body inertia: found principal inertias {least:g}, {middle:g}, {most:g} kg·m², "
+                "expected none larger than the sum of the others"
+            )

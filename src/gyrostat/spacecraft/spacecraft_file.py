@@ -1,0 +1,252 @@
+"""spacecraft.toml: a body and its wheels, in SI units or with units, in body axes.
+
+[body]
+name = "cube"                     # optional
+inertia = [12.0, 12.0, 12.0]      # kg·m²: principal values, or three rows of the matrix
+
+[[wheel]]                         # one for each wheel
+name = "x"
+axis = [1.0, 0.0, 0.0]            # of any length
+inertia = "0.015 kg·m²"           # of the rotor; may be left out where the model has it
+torque_limit = 0.1                # N·m, optional
+momentum_limit = "3 N·m·s"        # optional
+model = "x/model.toml"            # as `gyrostat identify` writes it, optional: friction
+sheet = "bct-rwp015"              # a data sheet, optional: what the lines above leave out
+"""
+
+import difflib
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.toml_file import name_text, number, quantity, read_toml, refuse_unknown
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia
+from gyrostat.wheel import WheelArray, WheelModel, read_model, read_wheel_sheet
+
+SAME = 1e-3
+"""Largest relative difference of two inertias that are meant to be one."""
+_LIMITS = {"torque_limit": "torque", "momentum_limit": "momentum"}
+_WHEEL = ("name", "axis", "inertia", *_LIMITS, "model", "sheet")
+
+
+@dataclass(frozen=True)
+class SpacecraftFile:
+    """The content of a spacecraft file.
+
+    Attributes:
+        name: of the spacecraft; empty where the file gives none.
+        wheel_names: of the wheels, in their order.
+        spacecraft: the body with its wheels.
+        wheel_values: of each wheel, all that its model and its data sheet say, SI.
+    """
+
+    name: str
+    wheel_names: tuple[str, ...]
+    spacecraft: Spacecraft
+    wheel_values: tuple[Mapping[str, float], ...]
+
+    def wheel_number(self, name: str, where: str) -> int:
+        """The number of a wheel, from 0.
+
+        Args:
+            name: as in the file.
+            where: the place to name in an error.
+
+        Raises:
+            InputError: no wheel has this name.
+        """
+        if name in self.wheel_names:
+            return self.wheel_names.index(name)
+        near = difflib.get_close_matches(name, self.wheel_names, n=1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        raise InputError(
+            f"{where}: found no wheel {name!r}{hint}, expected one of {', '.join(self.wheel_names)}"
+        )
+
+
+def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> SpacecraftFile:
+    """Read a spacecraft file.
+
+    Args:
+        path: of the file.
+        force: take wheel models that are marked as impossible.
+
+    Raises:
+        InputError: the file cannot be read, is not TOML, a key is unknown, missing or has a value
+            that no spacecraft has, or a model file is bad.
+    """
+    path = Path(path)
+    table = read_toml(path, "a spacecraft file")
+    refuse_unknown(path, "", table, ("body", "wheel"))
+    body = table.get("body")
+    if not isinstance(body, dict):
+        raise InputError(f"{path}: key body: found {_kind(body)}, expected a table [body]")
+    refuse_unknown(path, "body.", body, ("name", "inertia"))
+    rows = table.get("wheel")
+    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+        raise InputError(f"{path}: key wheel: found {_kind(rows)}, expected tables [[wheel]]")
+    inertia = _body_inertia(path, body)
+    names = _names(path, rows)
+    wheels = [
+        _wheel(path, f"wheel[{name}].", row, force) for name, row in zip(names, rows, strict=True)
+    ]
+    array = WheelArray(
+        axes=jnp.stack([wheel["axis"] for wheel in wheels], axis=1),
+        inertia=jnp.array([wheel["inertia"] for wheel in wheels]),
+        **{limit: np.array([wheel[limit] for wheel in wheels]) for limit in _LIMITS},
+        **_friction(path, names, [wheel["model"] for wheel in wheels]),
+    )
+    spacecraft = Spacecraft(jnp.asarray(inertia), array)
+    spacecraft.check()
+    return SpacecraftFile(
+        name_text(path, "body.name", body.get("name", "")),
+        names,
+        spacecraft,
+        tuple(wheel["known"] for wheel in wheels),
+    )
+
+
+def _body_inertia(path: Path, body: dict[str, Any]) -> Matrix:
+    found = body.get("inertia")
+    if not isinstance(found, list) or len(found) != 3:
+        raise InputError(
+            f"{path}: key body.inertia: found {_kind(found)}, expected three principal values or "
+            "three rows of three, kg·m²"
+        )
+    if any(isinstance(row, list) for row in found):
+        inertia = np.stack(
+            [_three(path, f"body.inertia[{k}]", row, "inertia") for k, row in enumerate(found)]
+        )
+    else:
+        inertia = np.diag(_three(path, "body.inertia", found, "inertia"))
+    try:
+        check_inertia(jnp.asarray(inertia))
+    except InputError as error:
+        raise InputError(f"{path}: key body.inertia: {error}") from None
+    return inertia
+
+
+def _names(path: Path, rows: list[dict[str, Any]]) -> tuple[str, ...]:
+    names: list[str] = []
+    for k, row in enumerate(rows):
+        name = name_text(path, f"wheel[{k}].name", row.get("name", ""))
+        if not name or not set(name).isdisjoint("=, \t\n"):
+            found = repr(name) if name else "none"
+            raise InputError(
+                f"{path}: key wheel[{k}].name: found {found}, expected a name without blanks, "
+                "commas and equals signs"
+            )
+        if name in names:
+            raise InputError(f"{path}: key wheel[{k}].name: found {name!r} twice, expected it once")
+        names.append(name)
+    return tuple(names)
+
+
+def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[str, Any]:
+    """What a wheel's table says, in SI units."""
+    refuse_unknown(path, prefix, row, _WHEEL)
+    axis = _three(path, f"{prefix}axis", row.get("axis"), None)
+    length = float(np.linalg.norm(axis))
+    if length == 0.0:
+        raise InputError(f"{path}: key {prefix}axis: found zero, expected a direction")
+    sheet = _sheet(path, prefix, row)
+    known = {} if sheet is None else sheet.values
+    found: dict[str, Any] = {"axis": axis / length, "model": sheet}
+    for name, dimension in _LIMITS.items():
+        found[name] = known.get(name, np.inf)
+        if name in row:
+            key = f"{prefix}{name}"
+            found[name] = quantity(path, key, row[name], dimension, positive=True)
+    inertia = None
+    if "inertia" in row:
+        key = f"{prefix}inertia"
+        inertia = quantity(path, key, row["inertia"], "inertia", positive=True)
+    if "model" in row:
+        found["model"] = model = read_model(
+            path.parent / _text(path, f"{prefix}model", row["model"]), force=force
+        )
+        own = model.values.get("inertia", inertia)
+        if inertia is not None and own is not None and abs(own - inertia) > SAME * inertia:
+            raise InputError(
+                f"{path}: key {prefix}inertia: found {inertia:g} kg·m², expected the {own:g} "
+                f"kg·m² of {row['model']}"
+            )
+        inertia = own if inertia is None else inertia
+    inertia = known.get("inertia") if inertia is None else inertia
+    if inertia is None:
+        raise InputError(f"{path}: key {prefix}inertia: found none, expected it in kg·m²")
+    model = found["model"]
+    return {**found, "inertia": inertia, "known": {**known, **(model.values if model else {})}}
+
+
+def _sheet(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel | None:
+    """The data sheet of a wheel as a model; None where none is named."""
+    if "sheet" not in row:
+        return None
+    name = _text(path, f"{prefix}sheet", row["sheet"])
+    try:
+        sheet = read_wheel_sheet(path.parent / name if name.endswith(".toml") else name)
+    except InputError as error:
+        raise InputError(f"{path}: key {prefix}sheet: {error}") from None
+    return WheelModel(type(sheet.friction()), sheet.values)
+
+
+def _friction(
+    path: Path, names: tuple[str, ...], models: list[WheelModel | None]
+) -> dict[str, Any]:
+    """The friction of an array: one kind, with the parameters of every wheel."""
+    known = [model for model in models if model is not None]
+    if not known:
+        return {}
+    if len(known) < len(models):
+        name = names[models.index(None)]
+        raise InputError(
+            f"{path}: key wheel[{name}].model: found none, expected one for every wheel or for "
+            "none; a sheet will do"
+        )
+    kind = known[0].friction
+    for name, model in zip(names, known, strict=True):
+        if model.friction is not kind:
+            raise InputError(
+                f"{path}: key wheel[{name}].model: found {model.friction.name} friction, expected "
+                f"{kind.name} as wheel {names[0]} has"
+            )
+    dimensions = kind.dimensions()
+    return {
+        "friction": kind(**{n: np.array([model.values[n] for model in known]) for n in dimensions})
+    }
+
+
+def _three(path: Path, key: str, value: object, dimension: str | None) -> Vector:
+    """Three numbers, with a dimension or plain."""
+    if not isinstance(value, list) or len(value) != 3:
+        raise InputError(f"{path}: key {key}: found {_kind(value)}, expected three numbers")
+    entries = [
+        quantity(path, f"{key}[{k}]", entry, dimension, positive=False)
+        if dimension
+        else number(path, f"{key}[{k}]", entry, positive=False)
+        for k, entry in enumerate(value)
+    ]
+    return np.array(entries)
+
+
+def _text(path: Path, key: str, value: object) -> str:
+    if not isinstance(value, str):
+        raise InputError(f"{path}: key {key}: found {value!r}, expected a text")
+    return value
+
+
+def _kind(value: object) -> str:
+    """What was found, for a message."""
+    if value is None:
+        return "none"
+    if isinstance(value, dict):
+        return "a table"
+    return f"{len(value)} values" if isinstance(value, list) else repr(value)

@@ -1,0 +1,142 @@
+"""Attitude, rate and wheel speeds of a spacecraft as they are measured."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool, PRNGKeyArray
+
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import from_rotation_vector, product
+from gyrostat.core.validation import check_parts, require
+from gyrostat.spacecraft.failures import WheelFailures
+from gyrostat.spacecraft.gyrostat import Gyrostat, GyrostatState
+from gyrostat.wheel import Tachometer
+
+
+class SpacecraftMeasurement(NamedTuple):
+    """Measured attitude, rate and wheel speeds.
+
+    A controller that needs momentum multiplies the speeds by the rotor inertia that it knows.
+
+    Attributes:
+        attitude: (4,) quaternion of the body in inertial space, scalar first.
+        rate: (3,) body rate in body axes, rad/s.
+        wheel_speed: (wheels,) relative to the body, rad/s; where a tachometer is lost, the last
+            speed that it measured.
+        wheel_measured: (wheels,) whether the tachometer works.
+    """
+
+    attitude: Quaternion
+    rate: Vector3
+    wheel_speed: PerWheel
+    wheel_measured: Bool[Array, " wheels"]
+
+    UNITS = {"attitude": "1", "rate": "rad/s", "wheel_speed": "rad/s"}  # noqa: RUF012
+
+
+class WheelMotion(NamedTuple):
+    """Motion of the wheels as a tachometer sees it.
+
+    Attributes:
+        speed: (wheels,) relative to the body, rad/s.
+        wheel_angle: (wheels,) turned relative to the body, rad.
+    """
+
+    speed: PerWheel
+    wheel_angle: PerWheel
+
+
+class _Memory(NamedTuple):
+    samples: Scalar
+    period: Scalar
+    wheels: WheelMotion
+    tachometer: Any
+    measured: PerWheel
+
+
+class SpacecraftSensor(eqx.Module):
+    """Attitude and body rate with white noise, and wheel speeds from tachometers.
+
+    Where the plant does not carry the angles of the rotors, which pulses are counted of, they are
+    integrated here by the trapezoidal rule over control periods. It is exact while the wheel's
+    acceleration is constant; one that changes by a within a period T shifts pulses by at most
+    a T^2 / 8.
+
+    Attributes:
+        gyrostat: plant that is measured; its failures say which tachometers are lost, and when.
+        attitude_sigma: noise of a sample about each body axis, rad.
+        rate_sigma: noise of a sample of each component, rad/s.
+        wheel_sigma: noise of a sample of each wheel's momentum, N·m·s: an older way to give the
+            noise of the tachometers. It is divided by the rotor inertias of `gyrostat`.
+        rate_bias: (3,) or one for all, rad/s.
+        tachometer: of all wheels, any of `gyrostat.wheel`; None: white noise of `wheel_sigma`.
+    """
+
+    gyrostat: Gyrostat
+    attitude_sigma: Scalar = 0.0
+    rate_sigma: Scalar = 0.0
+    wheel_sigma: Scalar = 0.0
+    rate_bias: Vector3 | Scalar = 0.0
+    tachometer: Any = None
+
+    def check(self) -> None:
+        """Refuse noise that is negative or not finite.
+
+        Raises:
+            InputError: as said, or both `wheel_sigma` and a tachometer are given.
+        """
+        require("attitude sigma", self.attitude_sigma, "rad")
+        require("rate sigma", self.rate_sigma, "rad/s")
+        require("wheel momentum sigma", self.wheel_sigma, "N·m·s")
+        require("rate bias", np.abs(self.rate_bias), "rad/s")
+        if self.tachometer is not None and np.any(np.asarray(self.wheel_sigma) != 0.0):
+            raise InputError("spacecraft sensor: found wheel_sigma and a tachometer, expected one")
+        check_parts(self.gyrostat, self.tachometer)
+
+    def _tachometer(self) -> Any:
+        if self.tachometer is not None:
+            return self.tachometer
+        return Tachometer(self.wheel_sigma / self.gyrostat.spacecraft.wheels.inertia)
+
+    def start(self, state: GyrostatState, period: Scalar) -> _Memory:
+        """Memory before the first sample."""
+        speed = jnp.asarray(state.wheel_speed)
+        wheels = WheelMotion(speed, getattr(state, "wheel_angle", jnp.zeros_like(speed)))
+        tachometer = self._tachometer().start(wheels, period)
+        period = jnp.asarray(period, dtype=float)
+        # no time passes before the first sample
+        return _Memory(jnp.zeros(()), period, wheels, tachometer, speed)
+
+    def __call__(
+        self, memory: _Memory, state: GyrostatState, key: PRNGKeyArray
+    ) -> tuple[_Memory, SpacecraftMeasurement]:
+        """Measure."""
+        turn, rate, wheel = jax.random.split(key, 3)
+        failures = self.gyrostat.failures or WheelFailures.none(state.wheel_speed.shape[-1])
+        # a sum of periods would drift, and a multiple is not exactly the time that it stands for
+        time = memory.samples * memory.period + 1e-9
+        measured = ~(failures.failed(time) & failures.sensor_lost)
+        wheels = self._motion(memory, state)
+        tachometer, speed = self._tachometer()(memory.tachometer, wheels, wheel)
+        speed = jnp.where(measured, speed, memory.measured)
+        small = self.attitude_sigma * jax.random.normal(turn, (3,))
+        noise = self.rate_sigma * jax.random.normal(rate, (3,))
+        measurement = SpacecraftMeasurement(
+            attitude=product(state.attitude, from_rotation_vector(small)),
+            rate=self.gyrostat.rate(state) + self.rate_bias + noise,
+            wheel_speed=speed,
+            wheel_measured=measured,
+        )
+        samples = memory.samples + 1.0
+        return _Memory(samples, memory.period, wheels, tachometer, speed), measurement
+
+    def _motion(self, memory: _Memory, state: GyrostatState) -> WheelMotion:
+        angle = getattr(state, "wheel_angle", None)
+        if angle is None:
+            passed = jnp.where(memory.samples > 0.0, memory.period, 0.0)
+            mean = 0.5 * (memory.wheels.speed + state.wheel_speed)
+            angle = memory.wheels.wheel_angle + passed * mean
+        return WheelMotion(state.wheel_speed, angle)

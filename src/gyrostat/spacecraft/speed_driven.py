@@ -1,0 +1,197 @@
+"""A spacecraft whose wheel speeds are the input, its total momentum given over time."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.linear import inverse_definite
+from gyrostat.core.rotations import normalised, rate_of_quaternion, to_body
+from gyrostat.core.validation import check_parts, require
+from gyrostat.spacecraft.gyrostat import FASTEST, Gyrostat, GyrostatState
+from gyrostat.spacecraft.spacecraft import Spacecraft
+
+PerWheel = Float[Array, " wheels"]
+
+UNIT_LENGTH = 1e-6
+"""Largest distance of a quaternion's length from 1 that is rounding."""
+
+
+def unit_quaternion(name: str, quaternion: Any) -> Quaternion:
+    """A quaternion at unit length.
+
+    Args:
+        name: for the message.
+        quaternion: (4,), scalar first.
+
+    Raises:
+        InputError: not four finite numbers, or a length that is not 1 within `UNIT_LENGTH`.
+    """
+    values = np.asarray(quaternion, dtype=float)
+    if values.shape != (4,) or not np.all(np.isfinite(values)):
+        raise InputError(f"{name}: found {values}, expected a quaternion of four finite numbers")
+    length = float(np.linalg.norm(values))
+    if abs(length - 1.0) > UNIT_LENGTH:
+        raise InputError(f"{name}: found a quaternion of length {length:.9g}, expected length 1")
+    return jnp.asarray(values / length)
+
+
+class WheelSpeedCommand(NamedTuple):
+    """Speed of each wheel.
+
+    Attributes:
+        speed: (wheels,) relative to the body, rad/s.
+    """
+
+    speed: PerWheel
+
+    UNITS = {"speed": "rad/s"}  # noqa: RUF012
+
+
+class SpeedDrivenRecord(NamedTuple):
+    """What is worth recording.
+
+    Attributes:
+        rate: (3,) of the body while the command acts, in body axes, rad/s.
+    """
+
+    rate: Vector3
+
+    UNITS = {"rate": "rad/s"}  # noqa: RUF012
+
+
+class SinusoidalMomentum(eqx.Module):
+    """H_k(t) = offset_k + amplitude_k sin(2 pi frequency t + phase_k), inertial axes.
+
+    Attributes:
+        amplitude: (3,) N·m·s.
+        frequency: Hz.
+        phase: (3,) at time zero, rad.
+        offset: (3,) N·m·s.
+    """
+
+    amplitude: Vector3
+    frequency: Scalar
+    phase: Vector3
+    offset: Vector3 = eqx.field(default_factory=lambda: np.zeros(3))
+
+    def check(self) -> None:
+        """Refuse a frequency that is none, and what is not three finite values."""
+        require("momentum frequency", self.frequency, "Hz")
+        for name in ("amplitude", "phase", "offset"):
+            value = np.asarray(getattr(self, name), dtype=float)
+            if value.shape[-1:] != (3,) or not np.all(np.isfinite(value)):
+                raise InputError(f"momentum {name}: found {value}, expected three finite values")
+
+    def __call__(self, time: Scalar) -> Vector3:
+        """Total momentum at a time, s; N·m·s."""
+        turn = 2.0 * jnp.pi * self.frequency * time
+        return self.offset + jnp.asarray(self.amplitude) * jnp.sin(turn + jnp.asarray(self.phase))
+
+
+def _finite(limit: Array) -> Array:
+    return jnp.where(jnp.isinf(limit), 0.0, limit)
+
+
+class SpeedDrivenSpacecraft(eqx.Module):
+    """dR/dt = R [w]x, J_t w = R^T H(t) - sum J_i a_i u_i: the wheel speeds u are the input.
+
+    H. Endo, K. Sekiguchi, K. Nonaka, "Model error compensator for attitude control of 2-wheel
+    spacecraft with on-line FRIT based tuning", (1)-(8), for any number of wheels. Its momentum H
+    varies in inertial space as slow disturbance torques make it. A wheel takes its commanded speed
+    at once, or as fast as its torque limit lets a rotor on a body at rest: what the body's own
+    acceleration asks of the motor is smaller by the ratio of the inertias. `Gyrostat` has wheels
+    that are driven by torque.
+
+    Attributes:
+        spacecraft: the body and its wheels; their friction is of no account here.
+        momentum: (time) -> (3,) total momentum in inertial axes, N·m·s. A module whose parameters
+            are arrays can be stacked in a batch.
+    """
+
+    spacecraft: Spacecraft
+    momentum: Callable[[Scalar], Vector3]
+
+    def check(self) -> None:
+        """Refuse what no spacecraft is, and what the momentum refuses, by `InputError`."""
+        check_parts(self.spacecraft, self.momentum)
+
+    def start(
+        self, *, attitude: Any = (1.0, 0.0, 0.0, 0.0), wheel_speed: Any = 0.0
+    ) -> GyrostatState:
+        """A state at time zero.
+
+        Args:
+            attitude: (4,) unit quaternion, scalar first.
+            wheel_speed: (wheels,) or one for all, rad/s.
+
+        Raises:
+            InputError: a quaternion that is not of unit length.
+        """
+        count = self.spacecraft.wheels.count
+        speed = jnp.broadcast_to(jnp.asarray(wheel_speed, dtype=float), (count,))
+        quaternion = unit_quaternion("attitude", attitude)
+        return GyrostatState(quaternion, jnp.asarray(self.momentum(jnp.zeros(()))), speed)
+
+    def rate(self, state: GyrostatState) -> Vector3:
+        """Body rate in body axes, rad/s."""
+        return Gyrostat(self.spacecraft).rate(state)
+
+    def _speed_at(self, state: GyrostatState, command: Any, elapsed: Scalar) -> PerWheel:
+        wheels = self.spacecraft.wheels
+        fastest = wheels.momentum_limit / wheels.inertia
+        step = jnp.clip(command.speed, -fastest, fastest) - state.wheel_speed
+        limit = jnp.asarray(wheels.torque_limit)
+        # infinity times zero is no number: without a limit a wheel jumps at the very start
+        reach = jnp.where(jnp.isinf(limit), jnp.inf, _finite(limit) * elapsed / wheels.inertia)
+        return state.wheel_speed + jnp.clip(step, -reach, reach)
+
+    def __call__(
+        self, state: GyrostatState, command: Any, time: Scalar, duration: Scalar
+    ) -> tuple[GyrostatState, Bool[Array, ""]]:
+        """Carry the spacecraft over an interval, one Runge-Kutta step of order 4.
+
+        Args:
+            state: at its start; its momentum is of no account.
+            command: has `speed`, (wheels,) rad/s, held.
+            time: of its start, s.
+            duration: s.
+
+        Returns:
+            The state at its end, and True.
+        """
+        wheels = self.spacecraft.wheels
+        inverse = inverse_definite(self.spacecraft.inertia_locked())
+        rotors = inverse @ (jnp.asarray(wheels.axes) * wheels.inertia)
+
+        def forcing(elapsed):
+            return self.momentum(time + elapsed), rotors @ self._speed_at(state, command, elapsed)
+
+        def slope(attitude, forced):
+            momentum, turned = forced
+            return rate_of_quaternion(attitude, inverse @ to_body(attitude, momentum) - turned)
+
+        first, middle, last = (forcing(part * duration) for part in (0.0, 0.5, 1.0))
+        start = state.attitude
+        one = slope(start, first)
+        two = slope(start + 0.5 * duration * one, middle)
+        three = slope(start + 0.5 * duration * two, middle)
+        four = slope(start + duration * three, last)
+        attitude = normalised(start + duration / 6.0 * (one + 2.0 * (two + three) + four))
+        speed = self._speed_at(state, command, duration)
+        return GyrostatState(attitude, last[0], speed), jnp.array(True)
+
+    def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
+        """Whether the body turns faster than `FASTEST`."""
+        rate = self.rate(state)
+        return ~(rate @ rate < FASTEST**2)
+
+    def record(self, state: GyrostatState, command: Any) -> SpeedDrivenRecord:
+        """Rate at the start of a control period, the wheels at what they reach without delay."""
+        acting = self._speed_at(state, command, jnp.zeros(()))
+        return SpeedDrivenRecord(self.rate(state._replace(wheel_speed=acting)))

@@ -1,0 +1,106 @@
+"""The wheels of a spacecraft as dry contacts between rotors and body."""
+
+from typing import Any, NamedTuple
+
+from jaxtyping import Array, Bool, Float
+
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import rate_of_quaternion, to_body, to_inertial
+from gyrostat.wheel import Changes, Contacts, Motion
+
+FIXED = 1e12
+"""N·m: what holds a seized rotor."""
+
+
+class Carrier(NamedTuple):
+    """Attitude of the body, and total momentum in inertial axes, N·m·s."""
+
+    attitude: Quaternion
+    momentum: Vector3
+
+
+class WheelsOnBody(Contacts):
+    """The wheels of a spacecraft over one interval; see `Gyrostat`.
+
+    Attributes:
+        friction: of the wheels.
+        body: has `spacecraft`, and `torque`: external, in body axes, over attitude and time, N·m.
+        torque: (wheels,) of the motors, N·m.
+        seized: (wheels,) which rotors are fixed to the body.
+        added_viscous: (wheels,) drag beside the friction, N·m·s/rad.
+        started: time of the start of the interval, s.
+        mobility: see `Contacts`.
+        inverse: (3, 3) of the body's inertia without that of the rotors about their axes,
+            1/(kg·m²).
+        inverse_locked: (3, 3) of the inertia with all rotors locked, 1/(kg·m²).
+    """
+
+    friction: Any
+    body: Any
+    torque: PerWheel
+    seized: Bool[Array, " wheels"]
+    added_viscous: PerWheel
+    started: Scalar
+    mobility: Float[Array, "wheels wheels"]
+    inverse: Float[Array, "3 3"]
+    inverse_locked: Float[Array, "3 3"]
+
+    def rate_of_body(self, motion: Motion) -> tuple[Vector3, Vector3]:
+        """Body rate, and total momentum in body axes."""
+        momentum = to_body(motion.carrier.attitude, motion.carrier.momentum)
+        return self.inverse_locked @ (momentum - self._of_rotors(motion.speed)), momentum
+
+    def _of_rotors(self, speed: PerWheel) -> Vector3:
+        """Momentum of the rotors by their speeds, or torque by their accelerations."""
+        wheels = self.body.spacecraft.wheels
+        return jnp.asarray(wheels.axes) @ (wheels.inertia * speed)
+
+    def _felt(self, torque: Vector3) -> PerWheel:
+        """What the wheels feel of a torque on the body, which turns under them, rad/s²."""
+        return -jnp.asarray(self.body.spacecraft.wheels.axes).T @ (self.inverse @ torque)
+
+    def drive(self, motion: Motion, time: Scalar) -> tuple[PerWheel, PerWheel]:
+        """See `Contacts.drive`."""
+        rate, momentum = self.rate_of_body(motion)
+        # J dw/dt = N - A (m - F)
+        torque = self.body.torque(motion.carrier.attitude, self.started + time) - jnp.cross(
+            rate, momentum
+        )
+        return self.torque - self.added_viscous * motion.speed, self._felt(torque)
+
+    def carrier_rate(self, motion: Motion, friction: PerWheel, time: Scalar) -> Carrier:
+        """See `Contacts.carrier_rate`."""
+        attitude = motion.carrier.attitude
+        rate, _ = self.rate_of_body(motion)
+        torque = to_inertial(
+            attitude, self.body.torque(motion.carrier.attitude, self.started + time)
+        )
+        return Carrier(rate_of_quaternion(attitude, rate), torque)
+
+    def breakaway_torque(self, direction: PerWheel) -> PerWheel:
+        """See `Contacts.breakaway_torque`."""
+        return jnp.where(self.seized, FIXED, self.friction.breakaway_torque(direction))
+
+    def changes(self, motion: Motion, rate: Motion, time: Scalar) -> Changes:
+        """See `Contacts.changes`."""
+        turning, momentum = self.rate_of_body(motion)
+
+        def outside(attitude, time):
+            return self.body.torque(attitude, self.started + time)
+
+        along = (rate.carrier.attitude, jnp.ones_like(time))
+        torque, torque_change = jax.jvp(outside, (motion.carrier.attitude, time), along)
+        gained = torque - jnp.cross(turning, momentum)
+        change = self.inverse_locked @ (gained - self._of_rotors(rate.speed))
+        torque_change = torque_change - jnp.cross(change, momentum) - jnp.cross(turning, gained)
+        drag_change = -self.added_viscous * rate.speed
+        nutation = self.inverse @ momentum
+        drag = jnp.max(self.added_viscous * jnp.diagonal(self.mobility))
+        fastest = jnp.maximum(turning @ turning, nutation @ nutation)
+        return Changes(
+            drive=drag_change,
+            pull=self.mobility @ drag_change + self._felt(torque_change),
+            turn_squared=jnp.maximum(fastest, drag**2),
+            turn_change_squared=change @ change,
+        )

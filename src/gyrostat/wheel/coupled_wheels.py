@@ -1,0 +1,291 @@
+"""Exact stepping of several wheels with dry friction on one carrier.
+
+The scheme is that of one wheel (`gyrostat.wheel.stepping`): between events every wheel rests or
+turns in one sense. What is new is that the wheels feel each other through the carrier: the torques
+that hold the resting ones solve one small symmetric system, the earliest of several events ends a
+segment, and of several overloaded wheels the worst is released first.
+"""
+
+from typing import NamedTuple
+
+from jaxtyping import Array, Bool, Float, Int
+
+from gyrostat.core.arrays import PerWheel, Scalar
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.wheel.contact import Motion
+from gyrostat.wheel.contacts import Contacts, Modes
+from gyrostat.wheel.segment import (
+    MAX_SEGMENTS,
+    NEWTON_STEPS,
+    ends,
+    falls_through_zero,
+    narrowed,
+    within,
+)
+from gyrostat.wheel.step_bounds import outlook, stays
+
+EVENT_TOLERANCE = 1e-9
+"""Share of a height that may be left where it only dips to zero."""
+POLISH = 1e-6
+"""Share of a segment that the last step towards an event may move: its square is lost."""
+STAGES, WEIGHTS = jnp.array([0.5, 0.5, 1.0]), jnp.array([2.0, 2.0, 1.0]) / 6.0
+
+
+@jax.jit
+def _runge_kutta(contacts: Contacts, motion: Motion, modes: Modes, start, rate, duration):
+    """One classical fourth-order step of frozen modes; later stages a loop, compiled sooner."""
+
+    def stage(carry, share):
+        rate, total = carry
+        place, weight = share
+        there = jax.tree.map(lambda y, k: y + place * duration * k, motion, rate)
+        rate = contacts.rate(there, modes, start + place * duration)
+        return (rate, jax.tree.map(lambda y, k: y + weight * duration * k, total, rate)), None
+
+    total = jax.tree.map(lambda y, k: y + duration / 6.0 * k, motion, rate)
+    return jax.lax.scan(stage, (rate, total), (STAGES, WEIGHTS))[0][1]
+
+
+class _Segment(NamedTuple):
+    motion: Motion
+    elapsed: Float[Array, ""]
+    released: PerWheel
+    """Sense (±1) in which a load has just reached the breakaway level, else 0."""
+    landed: Bool[Array, ""]
+    """Whether a speed has just come to zero."""
+    number: Int[Array, ""]
+
+
+def _modes(contacts: Contacts, motion: Motion, released: PerWheel, time: Scalar) -> Modes:
+    """Mode of each wheel: turning ones keep their sense, resting ones hold if they can."""
+    start = jnp.where(motion.speed == 0.0, released, jnp.sign(motion.speed))
+
+    def release_worst(carry):
+        direction, _, _, number = carry
+        modes = contacts.modes(direction)
+        torque = contacts.torques(motion, modes, time)
+        sense = jnp.sign(torque)
+        excess = jnp.abs(torque) - contacts.breakaway_torque(sense)
+        excess = jnp.where(direction == 0.0, excess, -1.0)
+        worst = jnp.argmax(excess)
+        free = (jnp.arange(len(excess)) == worst) & (excess > 0.0)
+        return jnp.where(free, sense, direction), modes, jnp.any(free), number + 1
+
+    nothing = Modes(start, jnp.zeros_like(contacts.mobility))
+    rests = jnp.any(start == 0.0)  # else no wheel holds, and none is released
+
+    def goes_on(carry):
+        # each pass but the last releases a wheel; flight code needs the bound to be stated
+        return carry[2] & (carry[3] < len(start) + 2)
+
+    return jax.lax.while_loop(goes_on, release_worst, (start, nothing, rests, 0))[1]
+
+
+class _Loads(NamedTuple):
+    """Friction torques, N·m, how fast they change, N·m/s, and the derivative of the motion."""
+
+    torque: PerWheel
+    change: PerWheel
+    rate: Motion
+
+
+@jax.jit
+def _loads(contacts: Contacts, motion: Motion, modes: Modes, time) -> _Loads:
+    """What the wheels rub against while the modes of motion are frozen."""
+    torque, along = jax.linearize(
+        lambda motion, time: contacts.torques(motion, modes, time), motion, time
+    )
+    rate = contacts.rate_under(motion, torque, modes, time)
+    return _Loads(torque, along(rate, jnp.ones_like(time)), rate)
+
+
+class _Search(NamedTuple):
+    """The earliest event so far, and the wheels that may have had an earlier one."""
+
+    time: Float[Array, ""]
+    wheel: Int[Array, ""]
+    found: Bool[Array, ""]
+    suspects: Bool[Array, " wheels"]
+
+
+class _Trial(NamedTuple):
+    """Where the event of one suspect is looked for."""
+
+    wheel: Int[Array, ""]
+    bracket: tuple[Float[Array, ""], Float[Array, ""], Float[Array, ""]]
+    steps: Int[Array, ""]
+
+
+def _travel(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
+    """Move in frozen modes until the interval, the segment limit or one of the modes runs out.
+
+    Returns:
+        Motion and time at its end, whether that is the end of the interval, the wheels whose mode
+        ran out, and the sense in which the torque on each resting wheel grows.
+    """
+    torque = contacts.torques(motion, modes, start)
+    rate = contacts.rate_under(motion, torque, modes, start)
+    frozen = jax.lax.stop_gradient((contacts, motion, modes, start, torque, rate, remaining))
+    begin, limit = outlook(*frozen)
+    last = limit >= remaining
+    duration = jnp.where(last, remaining, limit)
+    direction = modes.direction
+    end = _runge_kutta(contacts, motion, modes, start, rate, duration)
+    # far from zero and not on the way there: `ends` could find nothing
+    first, final = direction * motion.speed, direction * end.speed
+    heads_for = first + 0.5 * duration * jnp.minimum(direction * rate.speed, 0.0)
+    turns_on = (first > 0.0) & (final > 0.0) & (heads_for > 0.0)
+    rests_on = stays(contacts, modes, begin, end, start + duration, duration)
+    calm = jnp.all(jnp.where(direction == 0.0, rests_on, turns_on))
+    whole = (end, duration, last)
+
+    def look_closer(_):
+        return _look_closer(contacts, motion, modes, start, remaining, rate, whole)
+
+    nothing = (jnp.zeros(direction.shape, dtype=bool), jnp.zeros_like(direction))
+    return jax.lax.cond(calm, lambda _: (*whole, *nothing), look_closer, None)
+
+
+def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
+    """`_travel` where a mode may run out."""
+    (end, duration, last), direction, held = whole, modes.direction, modes.direction == 0.0
+
+    def flow(duration):
+        return _runge_kutta(contacts, motion, modes, start, begins, duration)
+
+    def loads(motion, duration):
+        return _loads(contacts, motion, modes, start + duration)
+
+    # what happens is decided on values alone
+    length = jax.lax.stop_gradient(duration)
+    both = jax.tree.map(lambda a, b: jnp.stack([a, b]), motion, end)
+    # one call for both ends, which compiles once
+    at_both = jax.lax.stop_gradient(jax.vmap(loads)(both, jnp.stack([jnp.zeros(()), length])))
+    rising = jnp.sign(at_both.torque[1] - at_both.torque[0])
+
+    def heights(motion, loads):
+        """What is left before each mode of motion ends, and how fast it changes.
+
+        For a turning wheel the speed in its sense; for a wheel at rest what the torque that holds
+        it lacks to the breakaway torque in the sense in which it grows.
+        """
+        lacks = contacts.breakaway_torque(rising) - rising * loads.torque
+        at_rest = jnp.where(rising == 0.0, 1.0, lacks)
+        return (
+            jnp.where(held, at_rest, direction * motion.speed),
+            jnp.where(held, -rising * loads.change, direction * loads.rate.speed),
+        )
+
+    values = jax.lax.stop_gradient(jax.vmap(heights)(both, at_both))
+    (first, final), (start_rate, end_rate) = values
+    turning, from_zero, rises, past_zero, dips = ends(
+        held, first, start_rate, final, end_rate, length
+    )
+    guess = falls_through_zero(first, start_rate, end_rate, length)
+
+    def go_on(_):
+        # just at the breakaway level, rounding may turn a wheel back: it stays at zero
+        stays = from_zero & ~rises & (final < 0.0)
+        speed = jnp.where(stays, 0.0, end.speed)
+        return end._replace(speed=speed), duration, last, jnp.zeros_like(held)
+
+    def next_trial(search: _Search) -> _Trial:
+        wheel = jnp.argmin(jnp.where(search.suspects, guess, jnp.inf))
+        low = jnp.where(rises[wheel] & from_zero[wheel], turning[wheel], 0.0)
+        high = jnp.where(past_zero[wheel], search.time, turning[wheel])
+        return _Trial(wheel, (low, high, jnp.clip(guess[wheel], low, high)), jnp.array(0))
+
+    def locate(_):
+        def look(carry: tuple[_Search, _Trial, Array]) -> tuple[_Search, _Trial, Array]:
+            # narrowing a bracket and judging its end are one step, so that a flow compiles once
+            search, trial, number = carry
+            wheel, time = trial.wheel, trial.bracket[2]
+            there = flow(time)
+            left, rate = heights(there, loads(there, time))
+            closer = trial._replace(
+                bracket=narrowed(trial.bracket, left[wheel], rate[wheel]), steps=trial.steps + 1
+            )
+            # the parabola that found a dip is only an estimate: the flow itself decides
+            happens = past_zero[wheel] | (left[wheel] <= EVENT_TOLERANCE * first[wheel])
+            earliest = jnp.where(happens, time, search.time)
+            earlier = jnp.where(past_zero, left <= 0.0, turning < earliest)
+            others = search.suspects & (jnp.arange(len(held)) != wheel)
+            others &= jnp.where(happens, earlier, True)
+            judged = _Search(
+                earliest, jnp.where(happens, wheel, search.wheel), search.found | happens, others
+            )
+            over = trial.steps == NEWTON_STEPS
+            return *jax.tree.map(
+                lambda a, b: jnp.where(over, a, b), (judged, next_trial(judged)), (search, closer)
+            ), number + 1
+
+        # flight code needs a constant bound, and reports when that is reached
+        bound = len(held) * (NEWTON_STEPS + 1)
+        none = _Search(length, jnp.array(0), jnp.array(False), past_zero | dips)
+        search, *_ = jax.lax.stop_gradient(
+            jax.lax.while_loop(
+                lambda s: jnp.any(s[0].suspects) & (s[2] <= bound),
+                look,
+                (none, next_trial(none), jnp.array(0)),
+            )
+        )
+        there = flow(search.time)
+        at = loads(there, search.time)
+        left, rate = (value[search.wheel] for value in heights(there, at))
+        # one more step of Newton: it carries the derivative, and hardly moves
+        move = -left / jax.lax.stop_gradient(jnp.where(rate == 0.0, -1.0, rate))
+        move += jax.lax.stop_gradient(jnp.where(jnp.abs(move) < POLISH * length, 0.0, -move))
+        time = within(search.time + move, remaining)
+        hit = jnp.arange(len(held)) == search.wheel
+        move = time - search.time
+        there = jax.tree.map(lambda y, k: y + move * jax.lax.stop_gradient(k), there, at.rate)
+        there = there._replace(speed=jnp.where(hit, 0.0, there.speed))
+        stops = (there, time, jnp.array(False), hit)
+        return jax.tree.map(lambda a, b: jnp.where(search.found, a, b), stops, go_on(None))
+
+    return *jax.lax.cond(jnp.any(past_zero | dips), locate, go_on, None), rising
+
+
+def slide_together(
+    contacts: Contacts, motion: Motion, duration: Scalar
+) -> tuple[Motion, Bool[Array, ""]]:
+    """Carry several wheels and their carrier over one interval.
+
+    Args:
+        contacts: the equations of motion.
+        motion: at the start; its speed is (wheels,).
+        duration: s.
+
+    Returns:
+        The motion at the end, and whether the interval was resolved: False when it needed more than
+        `MAX_SEGMENTS` segments. Differentiable in forward mode in every argument and parameter.
+    """
+    motion = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), motion)
+    duration = jnp.asarray(duration, dtype=float)
+
+    def unfinished(segment: _Segment):
+        # wheels that come to zero at the very end have still to stick or to go through, in no time
+        more = (segment.elapsed < duration) | segment.landed
+        return more & (segment.number < MAX_SEGMENTS)
+
+    def go(segment: _Segment) -> _Segment:
+        motion, elapsed = segment.motion, segment.elapsed
+        modes = _modes(contacts, motion, segment.released, elapsed)
+        after, time, finished, hit, rising = _travel(
+            contacts, motion, modes, elapsed, duration - elapsed
+        )
+        held = modes.direction == 0.0
+        breaks_away = hit & held
+        return _Segment(
+            motion=after,
+            elapsed=jnp.where(finished, duration, elapsed + time),
+            released=jnp.where(breaks_away, rising, 0.0),
+            landed=jnp.any(hit & ~held),
+            number=segment.number + 1,
+        )
+
+    start = _Segment(
+        motion, jnp.zeros(()), jnp.zeros_like(motion.speed), jnp.array(False), jnp.array(0)
+    )
+    last = jax.lax.while_loop(unfinished, go, start)
+    return last.motion, (last.elapsed >= duration) & ~last.landed

@@ -1,0 +1,33 @@
+"""Friction models, one short file each; a new static model is known everywhere by its file."""
+
+import importlib
+import pkgutil
+
+from gyrostat.core.arrays import Scalar
+from gyrostat.wheel.friction.base import Friction, parameter
+from gyrostat.wheel.friction.directional import DirectionalStribeck
+from gyrostat.wheel.friction.lugre import LuGre, static_curve
+from gyrostat.wheel.friction.stribeck import DEFAULT_STRIBECK_SPEED, Stribeck, stribeck_torque
+from gyrostat.wheel.friction.viscous_coulomb import ViscousCoulomb
+
+for _module in pkgutil.iter_modules(__path__):
+    importlib.import_module(f"{__name__}.{_module.name}")
+
+FRICTION_MODELS: dict[str, type[Friction]] = {
+    model.name: model for model in sorted(Friction.__subclasses__(), key=lambda m: m.name)
+}
+"""Every friction model by its name."""
+
+__all__ = [
+    "DEFAULT_STRIBECK_SPEED",
+    "FRICTION_MODELS",
+    "DirectionalStribeck",
+    "Friction",
+    "LuGre",
+    "Scalar",
+    "Stribeck",
+    "ViscousCoulomb",
+    "parameter",
+    "static_curve",
+    "stribeck_torque",
+]

@@ -1,0 +1,67 @@
+"""What is known of a segment of several wheels at its start: how long it may be, who stays held."""
+
+from typing import NamedTuple
+
+from gyrostat.core.arrays import PerWheel
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.wheel.contact import Motion
+from gyrostat.wheel.contacts import Changes, Contacts, Modes
+from gyrostat.wheel.segment import TURN_STEP, friction_limit, is_resolved, steepness
+
+
+class Begin(NamedTuple):
+    """What is known at the start of a segment; the torques are those of friction, N·m."""
+
+    torque: PerWheel
+    rate: Motion
+    changes: Changes
+    steep: tuple[PerWheel, PerWheel]
+    """See `steepness`."""
+
+
+def _segment_limit(contacts: Contacts, motion: Motion, modes: Modes, begin: Begin, remaining):
+    """Longest segment that resolves every friction curve, the carrier and the drive."""
+    held, friction = modes.direction == 0.0, contacts.friction
+    rate, change = jnp.abs(begin.rate.speed), jnp.abs(begin.changes.pull)
+    turn, turn_change = begin.changes.turn_squared, begin.changes.turn_change_squared
+
+    def limit(_):
+        # root of turn t + turn_change t²/2 = TURN_STEP: a carrier at rest may be set turning
+        frequency = jnp.sqrt(turn) / TURN_STEP
+        frequency += jnp.sqrt(turn / TURN_STEP**2 + 2.0 * jnp.sqrt(turn_change) / TURN_STEP)
+        inertia = 1.0 / jnp.diagonal(contacts.mobility)
+        each = friction_limit(
+            friction, inertia, motion.speed, modes.direction, rate, change, remaining
+        )
+        longest = jnp.min(jnp.where(held, remaining, each))
+        return jnp.minimum(longest, 2.0 / jnp.maximum(frequency, 1e-9))
+
+    # most segments are far from any limit, which takes less to see than to find the limit
+    turned = remaining**2 * (2.0 * turn + 0.5 * remaining**2 * turn_change)
+    resolved = is_resolved(friction, begin.steep, motion.speed, rate, change, remaining)
+    whole = jnp.all(held | resolved) & (turned <= TURN_STEP**2)
+    return jax.lax.cond(whole, lambda _: remaining, limit, None)
+
+
+@jax.jit
+def outlook(contacts: Contacts, motion: Motion, modes: Modes, start, torque, rate, remaining):
+    """What is known at the start of a segment, and the limit of its length."""
+    steep = steepness(
+        contacts.friction, 1.0 / jnp.diagonal(contacts.mobility), motion.speed, modes.direction
+    )
+    begin = Begin(torque, rate, contacts.changes(motion, rate, start), steep)
+    return begin, _segment_limit(contacts, motion, modes, begin, remaining)
+
+
+def stays(contacts: Contacts, modes: Modes, begin: Begin, end: Motion, time, duration):
+    """Whether each held wheel surely rests up to the end of a segment, at this time."""
+    held, steep = modes.direction == 0.0, begin.steep[0]
+    # what holds a wheel changes with the drive, and with the friction of those that turn
+    rubs = steep / jnp.diagonal(contacts.mobility) * begin.rate.speed
+    lost = contacts.mobility @ jnp.where(held, begin.changes.drive, rubs)
+    change = begin.changes.drive + modes.holding @ (begin.changes.pull - lost)
+    ones = jnp.ones_like(modes.direction)
+    least = jnp.minimum(contacts.breakaway_torque(ones), contacts.breakaway_torque(-ones))
+    # no parabola with this slope that ends below the level passes it before
+    first = jnp.abs(begin.torque) + 0.5 * duration * jnp.abs(change)
+    return (first < least) & (jnp.abs(contacts.torques(end, modes, time)) < least)

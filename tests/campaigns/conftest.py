@@ -1,0 +1,154 @@
+"""A small campaign with everything in it, flown once by one worker for all tests of this folder."""
+
+import contextlib
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
+SCENARIO = """
+name = "small"
+[run]
+duration = "30 s"
+control_period = "0.25 s"
+[spacecraft]
+file = "cubesat.toml"
+[start]
+attitude_error = ["0.2 deg", 0.0, "-0.1 deg"]
+wheel_speed = ["30 rpm", "-200 rpm", "200 rpm", "-30 rpm"]
+[imbalance]
+static_imbalance = "0.5 g·mm"
+dynamic_imbalance = ["1 g·mm²", "2 g·mm²", 1e-9, 1e-9]
+position = [[0.05, 0.05, 0.05], [-0.05, 0.05, 0.05], [-0.05, -0.05, 0.05], [0.05, -0.05, 0.05]]
+[driver]
+time_constant = "40 ms"
+current_limit = ["10 mA", "150 mA", "150 mA", "150 mA"]
+current_quantum = "0.1 mA"
+[controller]
+kind = "three_axis"
+turn_gain = 0.4
+[compensator]
+kind = "friction_model"
+[sensors]
+attitude_sigma = "0.003 deg"
+rate_sigma = "0.002 deg/s"
+wheel_sigma = "2 µN·m·s"
+[environment]
+external_torque = ["1 µN·m", 0.0, 0.0]
+[[event]]
+name = "turn"
+kind = "slew"
+time = "18 s"
+target = [1.0, 0.0, 0.0, 0.002]
+[[event]]
+name = "loss"
+kind = "torque_lost"
+wheel = "c"
+time = "8 s"
+detected_after = "1 s"
+[[event]]
+name = "worn"
+kind = "friction_step"
+wheel = "b"
+time = "12.1 s"
+factor = 3.0
+coulomb = "50 µN·m"
+[metrics]
+after = "2 s"
+boresight = [1.0, 0.0, 0.0]
+crossing_window = "3 s"
+[[dispersion]]
+key = "wheel.*.coulomb"
+distribution = "log_normal"
+sigma = "30 %"
+[[dispersion]]
+key = "environment.external_torque.x"
+distribution = "log_normal"
+sigma = 4.0                # so wide that one in a hundred spins up beyond all bounds
+[[dispersion]]
+key = "event.loss.time"
+distribution = "uniform"
+low = "6 s"
+high = "10 s"
+[[dispersion]]
+key = "wheel.a.speed"
+distribution = "normal"
+sigma = "20 rpm"
+[[dispersion]]
+key = "wheel.*.static_imbalance"
+distribution = "log_normal"
+sigma = 0.5
+[[dispersion]]
+key = "wheel.b.motor_constant"
+distribution = "normal"
+sigma = "2 %"
+[[dispersion]]
+key = "event.worn.coulomb"
+distribution = "uniform"
+low = "-20 %"
+high = "20 %"
+[[dispersion]]
+key = "wheel.b.position.z"
+distribution = "normal"
+sigma = 0.01
+"""
+RUNS, SEED = 100, 16
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory):
+    """The small scenario and what it names: scenario.toml, cubesat.toml, cubesat_wheel.toml."""
+    made = tmp_path_factory.mktemp("scenario")
+    for name in ("cubesat.toml", "cubesat_wheel.toml"):
+        (made / name).write_text((EXAMPLES / name).read_text())
+    (made / "scenario.toml").write_text(SCENARIO)
+    return made
+
+
+@pytest.fixture(scope="session")
+def scenario(folder):
+    """The small scenario."""
+    from gyrostat.campaigns.scenario_file import read_scenario
+
+    return read_scenario(folder / "scenario.toml")
+
+
+@pytest.fixture(scope="session")
+def small(scenario, folder, tmp_path_factory):
+    """Its campaign, flown; the worker that has the compiled program; how to fly more with it."""
+    from gyrostat.campaigns import Campaign, Job, Store, run_campaign
+    from gyrostat.campaigns.execute import work
+    from gyrostat.campaigns.fingerprint import FLAGS, engine_record
+    from gyrostat.codegen.simd import compiler
+
+    out = tmp_path_factory.mktemp("campaign")
+    own = "lanes" if compiler() else "jax"
+
+    def campaign(engine):
+        record = engine_record("cpu", FLAGS["cpu"], engine)
+        return Campaign(scenario.text(), scenario.digest(), SEED, RUNS, 64, record)
+
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+
+        def fly(*runs, keep=(), engine=own):
+            runs = None if runs == (None,) else runs
+            return pool.submit(work, Job(campaign(engine), runs, keep, -1)).result()
+
+        def opener():
+            return contextlib.nullcontext(pool)
+
+        run_campaign(scenario, out, runs=RUNS, seed=SEED, opener=opener, keep=[5], worst=1)
+        yield SimpleNamespace(
+            out=out,
+            store=Store(out),
+            campaign=campaign(own),
+            fly=fly,
+            pool=pool,
+            opener=opener,
+            runs=RUNS,
+            seed=SEED,
+            engine=own,
+        )

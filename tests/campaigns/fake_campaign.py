@@ -1,0 +1,107 @@
+"""A campaign whose runs cost nothing: python fake_campaign.py OUT RUNS PAUSE [SCHEDULER].
+
+Store, executor and order of work are the real ones; only what a worker computes is made up.
+"""
+
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from gyrostat.campaigns import Scenario, cluster, run_campaign
+from gyrostat.campaigns.schema import metric_units
+
+if __name__ == "__main__":  # what is started in the background is told to ignore Ctrl-C
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+PAUSE = float(sys.argv[3]) if __name__ in ("__main__", "__mp_main__") else 0.0
+SCENARIO = Scenario(
+    name="fake",
+    wheels=(),
+    axes=(),
+    friction="stribeck",
+    controller="three_axis",
+    compensator="none",
+    sensors="white_noise",
+    estimator="none",
+    environment="constant",
+    attitude=(1.0, 0.0, 0.0, 0.0),
+    target=(1.0, 0.0, 0.0, 0.0),
+    boresight=None,
+    count=10,
+    substeps=1,
+    command_delay=0,
+    percentiles=(99.7,),
+    events=(),
+    dispersions=(),
+    values={"run.control_period": 1.0},
+)
+
+
+class Flown(NamedTuple):
+    """As the engine gives it."""
+
+    columns: dict
+    histories: object = None
+
+
+class History:
+    """Stands for the history of a run."""
+
+    def __init__(self, run=None):
+        self.run = run
+
+    def sel(self, run):
+        return History(run)
+
+    def to_netcdf(self, path, engine):
+        Path(path).write_text(f"{engine} {self.run}")
+
+
+def fly(job):
+    """Made-up numbers that depend on the run alone."""
+    time.sleep(PAUSE)
+    runs = np.array(job.runs)
+    if int(os.environ.get("FAKE_DIES_AT", -1)) in job.runs:
+        once = os.environ.get("FAKE_DIES_ONCE")
+        if once is None or not Path(once).exists():
+            if once is not None:
+                Path(once).touch()
+            os.kill(os.getpid(), 9)
+    columns = {
+        "run": runs,
+        "status": np.zeros(len(runs), np.int8),
+        "ended": np.full(len(runs), 10.0),
+    }
+    metrics = {name: np.sin(runs + k) for k, name in enumerate(metric_units(SCENARIO.percentiles))}
+    return Flown(columns | metrics, History())
+
+
+def main():
+    """Fly."""
+    done = run_campaign(
+        SCENARIO,
+        Path(sys.argv[1]),
+        runs=int(sys.argv[2]),
+        opener=cluster(sys.argv[4]) if len(sys.argv) > 4 else None,
+        workers=1,
+        block=4,
+        engine="jax",
+        fly_job=fly,
+        say=lambda text: print(text, file=sys.stderr),
+    )
+    print(done)
+
+
+if __name__ == "__main__":
+    from gyrostat.core.errors import InputError
+
+    try:
+        main()
+    except InputError as error:
+        sys.exit(f"error: {error}")
+    except KeyboardInterrupt:
+        sys.exit(130)

@@ -1,0 +1,145 @@
+"""The verbs as an engineer meets them, on the small campaign."""
+
+import dataclasses
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gyrostat.campaigns import engine, fingerprint
+from gyrostat.core.units import RPM
+
+
+def test_a_finished_campaign_flies_nothing_and_reports(run, small, folder):
+    words = ("--runs", small.runs, "--seed", small.seed, "--keep", "5", "--worst", "1")
+    code, out, err = run("campaign", folder / "scenario.toml", *words, "--out", small.out)
+    assert (code, out) == (0, "")
+    assert f"{small.runs} of {small.runs} runs are there already" in err
+    assert "99 complete, 1 diverged" in err
+    page = (small.out / "report.html").read_text()
+    assert page.count("<svg") == 1
+    assert "diverged after" in page
+    assert not re.findall(r"""(?:src|href)=["']?(?:http|//)|url\(http|@import""", page)
+
+
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        (("--runs", 99, "--seed", 16), "found a campaign with another number of runs, 100"),
+        (("--runs", 100, "--seed", 1), "found a campaign with another seed, 16"),
+        (("--runs", 100, "--seed", 16, "--keep", "100"), "kept run: found 100, expected 0 to 99"),
+        (("--runs", 100, "--seed", 16, "--keep", "a"), "--keep: found 'a'"),
+        (("--runs", 100, "--seed", 16, "--worst-by", "luck"), "worst by: found 'luck', expected"),
+        (("--runs", 100, "--seed", 16, "--device", "tpu"), "--device: found 'tpu', expected one"),
+    ],
+)
+def test_another_campaign_in_the_folder_is_refused(run, small, folder, words, found):
+    code, _, err = run("campaign", folder / "scenario.toml", *words, "--out", small.out)
+    assert code == 2
+    assert found in err
+
+
+def test_the_report_says_what_drives_the_error(run, small):
+    code, out, _ = run("report", small.out, "--json")
+    assert code == 0
+    told = json.loads(out)
+    assert told == json.loads((small.out / "report.json").read_text())
+    assert told["ended"] == {"complete": 99, "diverged": 1}
+    table = small.store.read_table()
+    (bad,) = told["not_complete"]
+    assert table["status"][bad["run"]].as_py() == 1
+    own = told["metrics"]["error_end"]
+    median = own["percentiles"][0]
+    values = np.sort(table["error_end"].to_numpy())[:99]
+    assert median["value"] == values[49]
+    assert median["low"] < median["value"] < median["high"]
+    ended = table["status"].to_numpy() == 0
+    for driver in (own["drivers"][0], own["drivers"][-1]):
+        rank = table[driver["key"]].to_numpy()[ended].argsort().argsort()
+        error = table["error_end"].to_numpy()[ended].argsort().argsort()
+        assert driver["rank_correlation"] == pytest.approx(np.corrcoef(rank, error)[0, 1])
+    sizes = [abs(driver["rank_correlation"]) for driver in own["drivers"]]
+    assert sizes == sorted(sizes, reverse=True)
+    assert len(sizes) == 14  # one for each dispersed value
+
+
+def test_a_run_is_flown_again_bit_for_bit_by_another_process(run, small):
+    with xr.open_dataset(small.store.history(5), engine="h5netcdf") as found:
+        before = found.load()
+    small.store.history(5).unlink()
+    code, _, err = run("replay", small.out, 5)
+    assert code == 0
+    assert "bit for bit" in err
+    with xr.open_dataset(small.store.history(5), engine="h5netcdf") as found:
+        assert found.identical(before)
+    assert (small.out / "runs" / "run_000005.html").read_text().count("<svg") == 1
+
+
+def test_a_replay_that_differs_is_refused(run, small, tmp_path):
+    shutil.copytree(small.out, tmp_path / "copy")
+    other = {**small.campaign.engine, "instructions": "x86_64 sse2"}
+    text = dataclasses.replace(small.campaign, engine=other).text()
+    (tmp_path / "copy" / "campaign.json").write_text(text)
+    code, _, err = run("replay", tmp_path / "copy", 5)
+    assert code == 2
+    assert "expected x86_64 sse2, as recorded" in err
+    assert run("replay", tmp_path, 5)[0] == 2
+    assert run("replay", small.out, 100)[0] == 2
+
+
+def test_a_single_run_is_written_with_its_page(run, small, folder, tmp_path, monkeypatch):
+    flown = small.fly(None, keep=(0,))
+    # this process has computed already, with other flags: a worker has flown for it
+    monkeypatch.setattr(fingerprint, "use_engine", lambda record: None)
+    monkeypatch.setattr(engine, "fly", lambda text, seed, runs, keep, engine: flown)
+    words = ("--engine", "jax", "--out", tmp_path / "a.nc", "--json")
+    code, out, err = run("simulate", folder / "scenario.toml", *words)
+    assert code == 0
+    assert "complete, 30 s" in err
+    told = json.loads(out)
+    assert told["status"] == "complete"
+    assert told["metrics"]["error_end"] == flown.columns["error_end"][0]
+    with xr.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as found:
+        assert found.error.attrs["units"] == "rad"
+        assert found.sizes["time"] == 121
+        assert float(found.wheel_speed[0, 1]) == pytest.approx(-200.0 * RPM)  # nothing is drawn
+    assert (tmp_path / "a.html").read_text().count("<svg") == 1
+
+
+def test_bad_words_are_one_line(run, folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(fingerprint, "use_engine", lambda record: None)
+    path = folder / "scenario.toml"
+    for words, found in (
+        (("simulate", path, "--out", tmp_path / "run.csv"), "expected a name that ends in .nc"),
+        (("simulate", tmp_path / "no.toml", "--out", tmp_path / "a.nc"), "found no such file"),
+        (
+            ("simulate", path, "--out", tmp_path / "a.nc", "--device", "tpu"),
+            "--device: found 'tpu'",
+        ),
+        (
+            ("simulate", path, "--out", tmp_path / "a.nc", "--engine", "c"),
+            "--engine: found 'c', expected one of auto, lanes, jax",
+        ),
+        (("report", tmp_path), "found no campaign.json"),
+    ):
+        code, out, err = run(*words)
+        assert (code, out) == (2, "")
+        assert len(err.splitlines()) == 1
+        assert found in err
+    assert list(Path(tmp_path).iterdir()) == []
+
+
+def test_a_scheduler_needs_dask(run, folder, tmp_path):
+    try:
+        import distributed  # noqa: F401
+    except ImportError:
+        words = ("--runs", 3, "--scheduler", "tcp://127.0.0.1:1", "--out", tmp_path / "x")
+        code, _, err = run("campaign", folder / "scenario.toml", *words)
+        assert code == 2
+        assert "gyrostat[cluster]" in err
+    else:
+        pytest.skip("dask[distributed] is installed")

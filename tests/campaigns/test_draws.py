@@ -1,0 +1,95 @@
+"""Draws: distributed as asked, and dependent on nothing but seed, run and key."""
+
+import dataclasses
+import zlib
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from gyrostat.campaigns import Dispersion
+from gyrostat.campaigns.draws import check_draws, draw
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax
+
+RUNS = np.arange(4096)
+SPREAD = ((3e-9, 0.0), (-4e-7, 3e-7))
+
+
+@pytest.fixture(scope="module")
+def wide(scenario):
+    """The small scenario with one dispersion of each kind."""
+    return dataclasses.replace(
+        scenario,
+        dispersions=(
+            Dispersion(("start.rate.x",), "normal", ((0.01,),)),
+            Dispersion(("event.loss.time",), "uniform", ((6.0, 10.0),)),
+            Dispersion(("controller.turn_gain",), "log_normal", ((0.5,),)),
+            Dispersion(("wheel.a.viscous", "wheel.a.coulomb"), "normal", SPREAD),
+        ),
+    )
+
+
+@pytest.fixture(scope="module")
+def values(wide):
+    return draw(wide, 3, RUNS)[0]
+
+
+def test_distributions_are_those_asked_for(values):
+    for column, expected in (
+        (values[:, 0], stats.norm(0.0, 0.01)),
+        (values[:, 1], stats.uniform(6.0, 4.0)),
+        (values[:, 2], stats.lognorm(0.5, scale=0.4)),
+        (values[:, 3], stats.norm(1e-7, 3e-9)),
+        (values[:, 4], stats.norm(2e-5, 5e-7)),
+    ):
+        assert stats.kstest(column, expected.cdf).pvalue > 1e-3
+
+
+def test_the_correlation_is_that_of_the_covariance(values):
+    spread = np.array(SPREAD)
+    covariance = spread @ spread.T
+    expected = covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
+    assert expected == pytest.approx(-0.8)
+    rho = np.corrcoef(values.T)
+    assert rho[3, 4] == pytest.approx(expected, abs=0.03)
+    others = rho - np.eye(5)
+    others[3, 4] = others[4, 3] = 0.0
+    assert np.max(np.abs(others)) < 5.0 / np.sqrt(len(RUNS))
+
+
+def test_a_run_draws_the_same_whoever_else_is_drawn(wide, values):
+    some, noise = draw(wide, 3, [4000, 7, 7])
+    np.testing.assert_array_equal(some, values[[4000, 7, 7]])
+    same, other = jax.random.key_data(noise[1]), jax.random.key_data(noise[0])
+    np.testing.assert_array_equal(same, jax.random.key_data(noise[2]))
+    assert np.any(same != other)
+    assert np.all(draw(wide, 4, [7])[0] != values[7])
+
+
+def test_one_more_dispersion_changes_no_other(wide, values):
+    fewer = dataclasses.replace(wide, dispersions=wide.dispersions[1:])
+    np.testing.assert_array_equal(draw(fewer, 3, RUNS[:9])[0], values[:9, 1:])
+
+
+def test_names_with_equal_checksums_do_not_share_their_draws(wide):
+    """CRC-32 cannot tell these names apart."""
+    first, second = "wheel.gnyijstj.coulomb", "wheel.etislvlf.coulomb"
+    assert zlib.crc32(first.encode()) == zlib.crc32(second.encode())
+    alike = tuple(Dispersion((key,), "log_normal", ((0.1,),)) for key in (first, second))
+    both = dataclasses.replace(wide, dispersions=alike, values={first: 1.0, second: 1.0})
+    drawn = draw(both, 3, RUNS)[0]
+    assert abs(np.corrcoef(drawn.T)[0, 1]) < 5.0 / np.sqrt(len(RUNS))
+
+
+def test_a_value_that_makes_no_sense_is_refused_before_anything_flies(wide):
+    bad = (Dispersion(("wheel.b.coulomb",), "normal", ((7e-6,),)),)
+    with pytest.raises(InputError, match=r"dispersion of wheel\.b\.coulomb: found -.* in run \d+"):
+        check_draws(dataclasses.replace(wide, dispersions=bad), 0, 5000)
+    flat = (Dispersion(("body.inertia.zz",), "uniform", ((0.1, 0.5),)),)
+    with pytest.raises(InputError, match=r"dispersion of body\.inertia in run \d+: body inertia"):
+        check_draws(dataclasses.replace(wide, dispersions=flat), 0, 50)
+    late = (Dispersion(("event.loss.time",), "uniform", ((6.0, 20.0),)),)
+    with pytest.raises(InputError, match=r"found events in another order in run \d+"):
+        check_draws(dataclasses.replace(wide, dispersions=late), 0, 50)
+    check_draws(wide, 3, 50)

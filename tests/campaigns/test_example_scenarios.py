@@ -1,0 +1,57 @@
+"""The ready scenarios: each is whole, is traced with every number free, and is listed."""
+
+from pathlib import Path
+
+import pytest
+
+from gyrostat.campaigns import Scenario
+from gyrostat.campaigns.build import build, plan
+from gyrostat.campaigns.metrics import observer
+from gyrostat.campaigns.scenario_file import read_scenario
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.simulation import loop_parts
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted(
+    p for p in (ROOT / "examples" / "scenarios").glob("*.toml") if "[run]" in p.read_text()
+)
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_every_example_is_read_and_traced(path):
+    """One control period with all its numbers, dispersed or not, as unknowns."""
+    scenario = read_scenario(path)
+    assert scenario.dispersions
+    assert Scenario.from_text(scenario.text()).digest() == scenario.digest()
+    plans = plan(scenario)
+
+    def period(numbers, key):
+        values = dict(zip(scenario.values, numbers, strict=True))
+        setup = build(scenario, values, plans)
+        begin, tick = loop_parts(
+            setup.plant,
+            setup.controller,
+            setup.sensor,
+            key,
+            values["run.control_period"],
+            substeps=scenario.substeps,
+            command_delay=scenario.command_delay,
+        )
+        seeing = observer(scenario, setup, values)
+        carry, row = tick(begin(setup.start), jnp.array(0))
+        return carry, begin(setup.start), seeing(seeing.start(), row, jnp.array(0))[1].error
+
+    after, before, error = jax.eval_shape(
+        period, jnp.zeros(len(scenario.values)), jax.random.key(0)
+    )
+    shapes = [[leaf.shape for leaf in jax.tree.leaves(carry)] for carry in (after, before)]
+    assert shapes[0] == shapes[1]
+    assert error.shape == ()
+
+
+@pytest.mark.parametrize("page", ["docs/scenario.md", "examples/README.md"])
+def test_every_example_is_listed(page):
+    text = (ROOT / page).read_text()
+    assert len(EXAMPLES) >= 6
+    for path in EXAMPLES:
+        assert f"`{path.name}`" in text

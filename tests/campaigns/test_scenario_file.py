@@ -1,0 +1,280 @@
+"""The scenario file: read, compared, refused by the path of its key and never by a traceback."""
+
+import json
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from gyrostat.campaigns import Scenario
+from gyrostat.campaigns.scenario_file import read_scenario
+from gyrostat.core.errors import InputError
+from gyrostat.core.units import RPM
+from gyrostat.wheel import read_wheel_sheet
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
+
+
+@pytest.fixture
+def variant(folder, tmp_path):
+    """Write the small scenario with lines replaced, and read it."""
+
+    def make(*changes, more=""):
+        for name in ("cubesat.toml", "cubesat_wheel.toml"):
+            (tmp_path / name).write_text((folder / name).read_text())
+        text = (folder / "scenario.toml").read_text()
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new, 1)
+        path = tmp_path / "scenario.toml"
+        path.write_text(text + more)
+        return path
+
+    return make
+
+
+def test_values_are_in_si(scenario):
+    values = scenario.values
+    assert scenario.count == 120
+    assert scenario.substeps == 1
+    assert values["start.attitude_error.x"] == pytest.approx(math.radians(0.2))
+    assert values["wheel.b.speed"] == pytest.approx(-200.0 * RPM)
+    assert values["wheel.d.torque_limit"] == 1e-3
+    assert values["wheel.a.coulomb"] == 2e-5
+    assert values["body.inertia.yy"] == 0.12
+    assert values["sensors.wheel_sigma"] == pytest.approx(2e-6)
+    assert values["compensator.share"] == 1.0
+    assert values["wheel.c.static_imbalance"] == pytest.approx(5e-7)  # one for all
+    assert values["wheel.b.dynamic_imbalance"] == pytest.approx(2e-9)
+    assert values["wheel.b.position.x"] == -0.05
+    assert values["wheel.d.angle"] == 0.0
+    assert values["wheel.a.current_limit"] == pytest.approx(0.01)
+    assert values["wheel.a.motor_constant"] == 5e-3  # of its model file
+    assert [event.name for event in scenario.events] == ["loss", "worn", "turn"]  # by time
+    assert np.linalg.norm(scenario.axes, axis=1) == pytest.approx(1.0)
+    assert scenario.dispersed[:2] == ("wheel.a.coulomb", "wheel.b.coulomb")
+
+
+def test_the_text_gives_the_same_scenario(scenario):
+    again = Scenario.from_text(scenario.text())
+    assert vars(again) == vars(scenario)
+    assert again.digest() == scenario.digest()
+
+
+def test_the_digest_looks_at_the_content_alone(scenario, variant):
+    path = variant(('"30 s"', "30.0 # seconds"), ('"0.25 s"', '"250 ms"'))
+    assert read_scenario(path).digest() == scenario.digest()
+    assert read_scenario(variant(("turn_gain = 0.4", ""))).digest() != scenario.digest()
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        (
+            ("duration =", "durration ="),
+            "key run.durration: found an unknown key (did you mean run.d",
+        ),
+        (("[sensors]", "[sensor]"), "key sensor: found an unknown key (did you mean sensors?)"),
+        (
+            ("turn_gain", "turn_gian"),
+            "key controller.turn_gian: found an unknown key (did you mean",
+        ),
+        (('"30 s"', '"30 kg"'), "key run.duration '30 kg': found unit 'kg'"),
+        (('"30 s"', '"-30 s"'), "key run.duration: found '-30 s', expected above 0, in s"),
+        (('"30 s"', "30.1"), "key run.duration: found 30.1, expected a whole multiple"),
+        (('"0.25 s"', "1e-300"), "key run.duration: found 30.0, expected a whole multiple"),
+        (('"three_axis"', '"two_axis"'), "key controller.kind: found 'two_axis', expected one of"),
+        (('"cubesat.toml"', '"cube.toml"'), "cube.toml: found no such file"),
+        (('"cubesat.toml"', "3"), "key spacecraft.file: found 3, expected a text"),
+        (('["1 µN·m", 0.0, 0.0]', "[1.0, 2.0]"), "key environment.external_torque: found"),
+        (('["1 µN·m", 0.0, 0.0]', "[nan, 0, 0]"), "key environment.external_torque[0]: found nan"),
+        (('"30 rpm", ', ""), "key start.wheel_speed: found 3 values, expected one or 4"),
+        (('kind = "slew"', 'kind = "slow"'), "key event[turn].kind: found 'slow', expected one of"),
+        (('wheel = "c"', 'wheel = "e"'), "key event[loss].wheel: found no wheel 'e'"),
+        (
+            ('detected_after = "1 s"', 'torque = "1 N·m"'),
+            "key event[loss].torque: found an unknown",
+        ),
+        (('time = "8 s"', ""), "key event[loss].time: found none, expected 0 or more, in s"),
+        (
+            ("0.0, 0.002]", "0.0, 0.2]"),
+            "key event[turn].target: found [1.0, 0.0, 0.0, 0.2], expected",
+        ),
+        (
+            ("[1.0, 0.0, 0.0]", "[0, 0, 0]"),
+            "key metrics.boresight: found [0, 0, 0], expected a dir",
+        ),
+        (
+            ("wheel.*.coulomb", "wheel.*.colomb"),
+            "dispersion[0].key: found 'wheel.*.colomb', expected",
+        ),
+        (("wheel.*.coulomb", "wheel.a.speed"), "key dispersion[3].key: found 'wheel.a.speed'"),
+        (('"log_normal"', '"cauchy"'), "key dispersion[0].distribution: found 'cauchy', expected"),
+        (('"30 %"', '"a %"'), "key dispersion[0].sigma: found 'a %', expected a share"),
+        (('"30 %"', "-1"), "key dispersion[0].sigma: found -1, expected above 0"),
+        (
+            ('low = "6 s"', 'low = "60 s"'),
+            "key dispersion[2].high: found '10 s', expected more than",
+        ),
+        (
+            ('low = "6 s"', 'low = "-6 s"'),
+            "key dispersion[2].low: found '-6 s', expected event.loss",
+        ),
+        (('time = "8 s"', "time = 30"), "key event[loss].time: found 30.0, expected a time before"),
+        (('after = "2 s"', "after = 31"), "key metrics.after: found 31.0, expected a time before"),
+        (('"0.5 g·mm"', '"-1 g·mm"'), "key imbalance.static_imbalance: found '-1 g·mm', expected"),
+        (('"0.5 g·mm"', '"1 g·mm²"'), "key imbalance.static_imbalance '1 g·mm²': found unit"),
+        (('"2 g·mm²", ', ""), "key imbalance.dynamic_imbalance: found 3 values, expected one or 4"),
+        (("1e-9, 1e-9", "1e-9, true"), "key imbalance.dynamic_imbalance[3]: found True, expected"),
+        (("[[0.05, 0.05, 0.05]", "[[0.05]"), "key imbalance.position[0]: found [0.05], expected 3"),
+        (("[driver]", "[driver]\nresistance = 1\nbus = 5"), "key driver.bus: found an unknown key"),
+        (("[driver]", "[driver]\nbus_voltage = 5"), "driver resistance: found 0 Ω, expected more"),
+        (('"10 mA"', '"0 mA"'), "key driver.current_limit[0]: found '0 mA', expected above 0"),
+        (('factor = 3.0\ncoulomb = "50 µN·m"', ""), "key event[worn].factor: found none, expected"),
+        (("factor = 3.0", "factor = -3.0"), "key event[worn].factor: found -3.0, expected 0 or"),
+        (("factor = 3.0", "stribek = 1"), "key event[worn].stribek: found an unknown key (did you"),
+        (("factor = 3.0", "stribeck_speed = 0"), "key event[worn].stribeck_speed: found 0"),
+        (('wheel = "b"', 'wheel = "f"'), "key event[worn].wheel: found no wheel 'f'"),
+        (("[imbalance]", "[inbalance]"), "did you mean imbalance?"),
+        (('"20 rpm"', '"0 %"'), "key dispersion[3].sigma: found '0 %', expected above 0"),
+        (("turn_gain = 0.4", "turn_gain = 1e308"), "turn_gain: found 1e+308, expected a size of"),
+        (('["30 rpm",', '["90000 rpm",'), "speed of wheel 0: found 9424.78 rad/s"),
+        (('"2 µN·m·s"', '"2 µN·m·s"\ntachometer_lag = -1'), "tachometer_lag: found -1, expected 0"),
+    ],
+)
+def test_bad_input_names_the_key(variant, change, found):
+    path = variant(change)
+    with pytest.raises(InputError) as refused:
+        read_scenario(path)
+    message = str(refused.value)
+    assert found in message
+    assert "\n" not in message
+
+
+def test_a_second_loss_leaves_too_few_wheels(variant):
+    more = "".join(
+        f'[[event]]\nname = "{w}"\nkind = "seized"\nwheel = "{w}"\ntime = 20\n' for w in "ab"
+    )
+    with pytest.raises(InputError, match=r"key event\[a\]: found working wheels that do not span"):
+        read_scenario(variant(more=more))
+
+
+def test_what_a_data_sheet_says_of_its_wheel_need_not_be_given_again(tmp_path):
+    wheels = "".join(
+        f'[[wheel]]\nname = "{name}"\naxis = {axis}\nsheet = "bct-rwp015"\n'
+        for name, axis in zip("xyz", np.eye(3).tolist(), strict=True)
+    )
+    (tmp_path / "craft.toml").write_text(f"[body]\ninertia = [0.06, 0.12, 0.14]\n{wheels}")
+    path = tmp_path / "scenario.toml"
+    text = (
+        "[run]\nduration = 10\ncontrol_period = 0.25\n[spacecraft]\nfile = 'craft.toml'\n"
+        "[controller]\nkind = 'wheel_array'\n[imbalance]\ndynamic_imbalance = 3e-9\n"
+    )
+    path.write_text(text)
+    values = read_scenario(path).values
+    sheet = read_wheel_sheet("bct-rwp015").values
+    assert values["wheel.y.static_imbalance"] == sheet["static_imbalance"] > 0.0
+    assert values["wheel.y.dynamic_imbalance"] == 3e-9
+    path.write_text(f"{text}[driver]\n")
+    with pytest.raises(InputError, match=r"key driver\.motor_constant: found none, expected above"):
+        read_scenario(path)
+
+
+def test_a_wheel_may_fail_and_wear_once_each(variant):
+    worn = '[[event]]\nname = "more"\nkind = "friction_step"\nwheel = "{}"\nfactor = 2\ntime = 20\n'
+    assert len(read_scenario(variant(more=worn.format("c"))).events) == 4
+    with pytest.raises(InputError, match="expected one failure and one friction step a wheel"):
+        read_scenario(variant(more=worn.format("b")))
+
+
+def test_the_covariance_of_a_fit_is_taken_over(variant, tmp_path):
+    names = ["motor_constant", "viscous", "coulomb"]
+    sigma, rho = [1e-4, 1e-8, 2e-6], [[1.0, 0.1, 0.2], [0.1, 1.0, -0.8], [0.2, -0.8, 1.0]]
+    fit = {
+        "parameters": {n: {"value": 1.0, "sigma": s} for n, s in zip(names, sigma, strict=True)},
+        "correlation": {"names": names, "matrix": rho},
+    }
+    path = variant(("wheel.*.coulomb", "wheel.b.coulomb"))
+    (tmp_path / "fit.json").write_text(json.dumps(fit))
+    path.write_text(path.read_text() + '[[dispersion]]\nfit = "fit.json"\nwheel = "a"\n')
+    found = read_scenario(path).dispersions[-1]
+    assert found.keys == tuple(f"wheel.a.{name}" for name in names)
+    spread = np.array(found.spread)
+    expected = np.outer(sigma, sigma) * np.array(rho)
+    np.testing.assert_allclose(spread @ spread.T, expected, rtol=1e-12)
+    fit["correlation"]["matrix"] = "none"
+    (tmp_path / "fit.json").write_text(json.dumps(fit))
+    with pytest.raises(InputError, match=r"fit\.json: found no parameters with sigma"):
+        read_scenario(path)
+
+
+def leaves(table, path=()):
+    """Paths of every value of a scenario."""
+    for key, value in table.items() if isinstance(table, dict) else enumerate(table):
+        yield (*path, key)
+        if isinstance(value, dict | list):
+            yield from leaves(value, (*path, key))
+
+
+ODD = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-(10**400), 10**400),
+    st.floats(),
+    st.sampled_from(
+        [1e300, -1e300, 5e-324, "", "20 %", "1e999 s", "-1 rpm", "1 parsec", "\0", "../.."]
+    ),
+    st.text(max_size=8),
+    st.lists(st.floats(), max_size=4),
+    st.dictionaries(st.text(max_size=4), st.integers(), max_size=2),
+)
+
+
+def written(value):
+    """A TOML value."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=True)
+    if isinstance(value, list):
+        return f"[{', '.join(map(written, value))}]"
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{written(k)} = {written(v)}" for k, v in value.items()) + "}"
+    return repr(value)
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_odd_scenarios_are_read_or_refused_in_one_line(folder, data):
+    table = tomllib.loads((folder / "scenario.toml").read_text())
+    where = data.draw(st.sampled_from(sorted(leaves(table), key=str)))
+    value = data.draw(ODD)
+    inner = table
+    for key in where[:-1]:
+        inner = inner[key]
+    if value is None and isinstance(inner, dict):
+        inner[data.draw(st.text(max_size=6))] = inner.pop(where[-1])  # under another name
+    elif value is not None:
+        inner[where[-1]] = value
+    path = folder / "odd.toml"
+    try:
+        path.write_text("\n".join(f"{written(k)} = {written(v)}" for k, v in table.items()))
+    except UnicodeEncodeError:
+        return
+    try:
+        read_scenario(path)
+    except InputError as error:
+        message = str(error)
+        assert len(message.splitlines()) == 1
+        assert "found" in message
+        assert "expected" in message
+        assert message.startswith(str(folder))
+
+
+def test_the_page_lists_every_key_as_the_schema_has_it(module_at):
+    docs = EXAMPLES.parents[1] / "docs"
+    assert module_at(docs / "make_scenario.py").page() == (docs / "scenario.md").read_text()

@@ -1,0 +1,188 @@
+"""What JAX computes, SIMD lanes of both widths and flight C compute too.
+
+Indices are within 32 bits: JAX cuts longer ones off, flight C does not.
+"""
+
+import platform
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gyrostat.codegen.flight import Entry, emit
+from gyrostat.codegen.simd import compiler
+from gyrostat.codegen.simd.batch import lanes
+from gyrostat.core.jax64 import jax, jnp
+
+if compiler() is None:
+    pytest.skip("needs a C compiler", allow_module_level=True)
+
+RUNS = 37
+RANDOM = np.random.default_rng(2)
+VECTOR, MATRIX = RANDOM.standard_normal((RUNS, 3)), RANDOM.standard_normal((RUNS, 2, 3))
+MATRIX[3, 1, 2] = MATRIX[3, 0, 2] = VECTOR[5, 1] = np.nan
+INDEX = RANDOM.integers(-5, 6, RUNS)
+COUNT = np.append(RANDOM.integers(-9, 10, RUNS - 2), [-(2**63), 2**62])
+INSTRUCTIONS = [()]
+if platform.machine() in ("x86_64", "AMD64"):
+    INSTRUCTIONS.append(("-mno-avx512f",))
+
+
+def replaced(x, m, k, n):
+    """`.at`, at places that are known and at computed ones, within the array and beyond it."""
+    return (
+        x.at[2].set(0.0),
+        x.at[k].set(7.0),
+        x.at[jnp.array([0, 2])].add(x[:2]),
+        x.at[jnp.stack([k, n % 9, k])].multiply(2.0),
+        x.at[k].min(-0.2),
+        x.at[k].max(n * 1.0),
+        x.at[k].set(3.0, mode="clip"),
+        x.at[1].apply(jnp.exp),
+        m.at[1].set(x),
+        m.at[:, 2].set(0.0),
+        m.at[k].add(x),
+        m.at[:, k].set(m[0, :2]),
+        m.at[k, n % 9].set(5.0),
+        m.at[k % 2, 1:3].subtract(x[:2]),
+        jnp.arange(3).at[k].set(n),
+        (x > 0.0).at[k].set(True),
+        jax.lax.dynamic_update_slice(m, m[:1, :2] * 3.0, (k, n % 9)),
+        jax.vmap(lambda row, place: row.at[place].set(9.0))(m, jnp.array([0, 2]) + k % 2),
+    )
+
+
+def picked(x, m, k, n):
+    """Elements at computed places, within the array and beyond it."""
+    return (
+        x[k],
+        m[k],
+        m[k, n % 9 - 4],
+        jnp.take(x, k),
+        jnp.take(m, jnp.stack([k, n % 9]), axis=1),
+        jnp.take(jnp.arange(3), k, mode="fill"),
+        jnp.take(x > 0.0, k, mode="fill"),
+        x.at[k].get(mode="fill", fill_value=-1.0),
+        jax.vmap(lambda row, place: row[place])(m, jnp.array([0, 2]) + k % 2),
+        jax.lax.select_n((k % 3).astype(jnp.int32), x[0], x[1], x[2]),
+        jnp.select([k > 2, k > 0, k > -3], [x, 2.0 * x, 3.0 * x]),
+        jnp.stack([*x]) + [*m][1],
+    )
+
+
+def ordered(x, m, k, n):
+    """The largest, sorted arrays with what belongs to them, running sums."""
+    return (
+        jnp.sort(m, axis=0),
+        jnp.argsort(x),
+        jnp.argsort(jnp.round(m)),
+        jax.lax.sort((jnp.round(x), x), num_keys=1)[1],
+        jnp.argmax(m, axis=1),
+        jnp.argmin(m),
+        jnp.median(jnp.nan_to_num(x)),
+        jnp.cumsum(x),
+        jnp.cumprod(m, axis=0),
+        jax.lax.cummax(x, reverse=True),
+        jax.lax.cummin(jnp.arange(3) * k),
+    )
+
+
+def whole(x, m, k, n):
+    """Whole numbers: divided as in C and as in Python, bit by bit, made of real ones."""
+    return (
+        jax.lax.div(n, k),
+        jax.lax.rem(n, k),
+        n // 3,
+        n % 4,
+        n % k,
+        abs(k),
+        jnp.sign(k),
+        jnp.maximum(k, n),
+        jnp.minimum(k, 2),
+        jnp.clip(n, -3, 3),
+        jnp.max(jnp.stack([k, n, 1])),
+        (k & 6) | (n ^ 3),
+        ~k,
+        k << 3,
+        jax.lax.shift_right_logical(n, 5),
+        (1e3 * x).astype(int),
+        (1e19 * x).astype(int),
+        (1e10 * x).astype(jnp.int32),
+        k.astype(bool),
+        jnp.maximum(k > 0, n > 0),
+        jnp.any(jnp.stack([k, n]) == 3),
+    )
+
+
+def elementary(x, m, k, n):
+    """Functions that C has and lanes take one by one; tolerated to rounding."""
+    return (
+        jnp.arcsinh(x),
+        jnp.arccosh(1.0 + x * x),
+        jnp.arctanh(0.1 * x),
+        jax.scipy.special.erf(x),
+        jax.scipy.special.erfc(x),
+    )
+
+
+CASES = [replaced, picked, ordered, whole, elementary]
+ARGUMENTS = (VECTOR, MATRIX, INDEX, COUNT)
+
+
+def alike(found, expected):
+    assert len(found) == len(expected)
+    for number, (ours, theirs) in enumerate(zip(found, expected, strict=True)):
+        np.testing.assert_allclose(ours, theirs, rtol=2e-15, atol=1e-15, err_msg=str(number))
+
+
+@pytest.fixture(scope="module")
+def expected():
+    """By JAX, all in one program."""
+
+    def every(*arguments):
+        return [function(*arguments) for function in CASES]
+
+    found = jax.jit(jax.vmap(every))(*ARGUMENTS)
+    return dict(zip(CASES, jax.tree.map(np.asarray, found), strict=True))
+
+
+@pytest.fixture(
+    scope="module", params=INSTRUCTIONS, ids=["all lanes", "four lanes"][: len(INSTRUCTIONS)]
+)
+def in_lanes(request):
+    def every(*arguments):
+        return [function(*arguments) for function in CASES]
+
+    program = lanes(every, (True,) * 4, ARGUMENTS, more_flags=request.param)
+    return dict(zip(CASES, program(*ARGUMENTS), strict=True))
+
+
+@pytest.fixture(scope="module")
+def in_flight(module_at, tmp_path_factory):
+    compiled = module_at(Path(__file__).parents[1] / "export" / "compiled.py")
+    names = ("x", "m", "first", "second")
+    entries = []
+    for function in CASES:
+        example = [array[0] for array in ARGUMENTS]
+        results = tuple(f"result_{k}" for k in range(len(function(*map(jnp.asarray, example)))))
+        entries.append(
+            Entry(function.__name__, function, dict(zip(names, example, strict=True)), results)
+        )
+    program = compiled.Compiled(emit("primitives", entries), tmp_path_factory.mktemp("primitives"))
+    given = dict(zip(names, ARGUMENTS, strict=True))
+    found = {}
+    for function in CASES:
+        status, results = program(function.__name__, given)
+        assert not status.any()
+        found[function] = [leaves[0] for leaves in results.values()]
+    return found
+
+
+@pytest.mark.parametrize("function", CASES, ids=lambda f: f.__name__)
+def test_lanes_are_as_jax(function, in_lanes, expected):
+    alike(in_lanes[function], expected[function])
+
+
+@pytest.mark.parametrize("function", CASES, ids=lambda f: f.__name__)
+def test_flight_c_is_as_jax(function, in_flight, expected):
+    alike(in_flight[function], expected[function])

@@ -1,0 +1,148 @@
+"""Averaging over effects beside the friction model: its parts against dense algebra."""
+
+import numpy as np
+import pytest
+from scipy.special import beta
+from scipy.stats import multivariate_normal
+
+from gyrostat.core.units import RPM
+from gyrostat.identification import identify
+from gyrostat.identification.averaging import average
+from gyrostat.identification.effects import RIPPLES, Nuisance, TorqueNoise, accumulated
+from gyrostat.identification.hypotheses import Segment
+from gyrostat.identification.innovations import innovations
+from gyrostat.identification.least_squares import Prior
+from gyrostat.identification.prediction import Linearisation, SpeedPrediction, friction_model
+
+INERTIA = 1.5e-3
+
+
+def linear_record(count=40, seed=0):
+    """A small linearisation with a wheel that sticks once, and its torque noise."""
+    random = np.random.default_rng(seed)
+    transition = random.uniform(0.8, 1.0, count - 1)
+    transition[count // 2] = 0.0
+    linear = Linearisation(
+        speed=random.standard_normal(count),
+        jacobian=random.standard_normal((count, 2)),
+        transition=transition,
+        local=random.standard_normal((count - 1, 2)),
+    )
+    noise = TorqueNoise(
+        gain=random.uniform(0.5, 1.0, count - 1),
+        crossings=random.uniform(0.0, 4.0, count - 1),
+        walk=random.uniform(0.0, 2.0, count - 1),
+        first=3.0,
+    )
+    return linear, noise
+
+
+def dense_covariance(linear, noise, levels, variance):
+    """Covariance of the residuals, from the equations of the state written out in full."""
+    count = len(variance)
+    sources = 2 * (count - 1) + 1
+    x, u = np.zeros((count, sources)), np.zeros((count, sources))
+    u[0, -1] = levels[1] * np.sqrt(noise.first)
+    for k in range(count - 1):
+        x[k + 1] = linear.transition[k] * x[k] + noise.gain[k] * u[k]
+        x[k + 1, k] += levels[0] * np.sqrt(noise.crossings[k])
+        u[k + 1] = u[k]
+        u[k + 1, count - 1 + k] += levels[1] * np.sqrt(noise.walk[k])
+    return x @ x.T + np.diag(variance)
+
+
+def test_prediction_errors_are_those_of_the_dense_covariance():
+    linear, noise = linear_record()
+    random = np.random.default_rng(1)
+    columns = random.standard_normal((40, 3))
+    variance = random.uniform(0.5, 2.0, 40)
+    variance[7] = np.inf
+    levels = np.array([[0.0, 0.0], [0.3, 0.0], [0.1, 0.2]])
+    found = innovations(columns, variance, linear.transition, noise, levels)
+    seen = np.isfinite(variance)
+    assert found.samples == 39
+    for level, products, logs in zip(levels, *found[:2], strict=True):
+        full = dense_covariance(linear, noise, level, np.where(seen, variance, 0.0))
+        full = full[np.ix_(seen, seen)]
+        np.testing.assert_allclose(
+            products, columns[seen].T @ np.linalg.solve(full, columns[seen]), rtol=1e-10, atol=1e-10
+        )
+        assert logs == pytest.approx(np.linalg.slogdet(full)[1], rel=1e-10)
+
+
+def test_the_average_is_the_mixture_of_all_hypotheses_computed_densely():
+    linear, noise = linear_record(seed=3)
+    random = np.random.default_rng(4)
+    effect = Nuisance("lag", "lag", "s", (0.5, 2.0), (random.standard_normal((40, 1)),))
+    residual = random.standard_normal(40) + 1.5 * effect.columns[0][:, 0]
+    prior = Prior(np.array([0.2, -0.1]), np.array([0.7, 3.0]))
+    x = np.array([0.5, 0.4])
+    segment = Segment(residual, linear.jacobian, linear, noise, 1.0, np.ones(40))
+    scale = np.array([2.0, 5.0])
+    found = average([segment], [effect], prior, x, scale, stated=True)
+
+    weights, means, covariances = [], [], []
+    for ripple in (0.0, *RIPPLES):
+        for walk in (0.0, *RIPPLES):
+            base = dense_covariance(linear, noise, (ripple, walk), np.ones(40))
+            for spread in (0.0, 0.5, 2.0):
+                full = base + spread**2 * effect.columns[0] @ effect.columns[0].T
+                shape = linear.jacobian
+                before = np.diag(prior.sigma**2)
+                offset = prior.mean - x
+                marginal = full + shape @ before @ shape.T
+                present = (ripple > 0.0, walk > 0.0, spread > 0.0)
+                chance = beta(sum(present) + 0.5, 3 - sum(present) + 0.25)
+                chance *= np.prod(np.where(present, (1 / 3, 1 / 3, 1 / 2), 1.0))
+                normal = multivariate_normal(shape @ offset, marginal)
+                weights.append(np.log(chance) + normal.logpdf(residual))
+                inverse = np.linalg.inv(before) + shape.T @ np.linalg.solve(full, shape)
+                right = np.linalg.solve(before, offset)
+                right += shape.T @ np.linalg.solve(full, residual)
+                means.append(np.linalg.solve(inverse, right))
+                covariances.append(np.linalg.inv(inverse))
+    weight = np.exp(np.array(weights) - max(weights))
+    weight /= weight.sum()
+    mean = weight @ np.array(means)
+    apart = np.array(means) - mean
+    covariance = np.einsum("h,hij->ij", weight, np.array(covariances))
+    covariance += np.einsum("h,hi,hj->ij", weight, apart, apart)
+    np.testing.assert_allclose(found.shift, mean, rtol=1e-8)
+    np.testing.assert_allclose(found.covariance, covariance, rtol=1e-8)
+    absent = np.tile([True, False, False], len(weight) // 3)
+    assert found.effects[0].probability == pytest.approx(weight[~absent].sum(), rel=1e-8)
+
+
+def test_local_derivatives_accumulate_to_those_of_the_record(record):
+    """The sensitivity of a parameter is the sum of its effects in all intervals, carried on."""
+    steps = record("sticky", "ramps")
+    prediction = SpeedPrediction([steps], friction_model("stribeck"), "zero-order")
+    values = np.array([0.0228, INERTIA, 4.83e-6, 0.8795e-3, 1.4e-3, 2.0, 0.0, 0.0])
+    linear = prediction.linearise(values)
+    assert linear is not None
+    rows = accumulated(linear[0], linear[0].local)
+    np.testing.assert_allclose(rows, linear[0].jacobian[:, :-1], rtol=1e-9, atol=1e-9)
+
+
+def test_a_lag_of_the_tachometer_is_found_and_its_bias_removed(record, changed):
+    """A lag of 80 ms moves least squares by several sigma; the average stays with the truth."""
+    steps = record("stribeck", seed=6, sigma_rpm=2.0)
+    clean = record("stribeck", seed=6, sigma_rpm=0.0)
+    late = np.interp(clean.time - 0.08, clean.time, clean.speed)
+    fit = identify(changed(steps, speed=steps.speed - clean.speed + late), inertia=INERTIA)
+    lag = next(e for e in fit.effects if e.name == "speed_lag")
+    assert lag.probability > 0.999
+    assert abs(lag.value - 0.08) < 4.0 * lag.sigma
+    motor = fit.names.index("motor_constant")
+    assert abs(fit.least_squares[motor] - 0.0228) > 4.0 * fit.noise_sigma[motor]
+    assert abs(fit.values[motor] - 0.0228) < 3.0 * fit.sigma[motor]
+    assert fit.whiteness is not None
+    assert not fit.whiteness.white
+    assert any("lag of the measured speed" in w for w in fit.warnings)
+
+
+def test_plain_least_squares_is_at_hand(record):
+    fit = identify(record(), inertia=INERTIA, speed_sigma=5.0 * RPM, white_noise=True)
+    np.testing.assert_array_equal(fit.values, fit.least_squares)
+    np.testing.assert_allclose(fit.sigma, fit.noise_sigma, rtol=1e-12)
+    assert fit.effects == ()

@@ -1,0 +1,95 @@
+"""Residual tests: their size under independence and their power against correlation."""
+
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+from gyrostat.identification.statistics import (
+    block_tests,
+    correlation_length,
+    noise_level,
+    quantum,
+    serial_meat,
+    whiteness,
+)
+
+
+def test_probabilities_are_uniform_for_white_residuals():
+    random = np.random.default_rng(0)
+    tests = [whiteness(random.standard_normal(400)) for _ in range(300)]
+    assert kstest([t.ljung_box_probability for t in tests], "uniform").pvalue > 0.01
+    # the run count is discrete, so its probabilities are only nearly uniform
+    assert np.mean([t.runs_probability < 0.05 for t in tests]) == pytest.approx(0.05, abs=0.04)
+
+
+@pytest.mark.parametrize("rho", [0.2, -0.2])
+def test_correlated_residuals_are_not_white(rho):
+    random = np.random.default_rng(1)
+    noise = random.standard_normal(2000)
+    for k in range(1, len(noise)):
+        noise[k] += rho * noise[k - 1]
+    assert not whiteness(noise).white
+
+
+def test_constant_residuals_have_one_run_and_no_crash():
+    test = whiteness(np.zeros(50))
+    assert test.runs == 1
+    assert np.isfinite(test.ljung_box_probability)
+
+
+def test_noise_level_ignores_steps_and_slopes():
+    random = np.random.default_rng(2)
+    time = np.arange(5000) * 0.1
+    speed = 3.0 * time + 40.0 * (time > 200.0) + 0.7 * random.standard_normal(5000)
+    assert noise_level(speed) == pytest.approx(0.7, rel=0.05)
+
+
+def test_noise_level_of_a_coarse_tachometer_is_not_zero():
+    speed = 2.83 * np.round(np.linspace(0.0, 100.0, 3000) / 2.83)
+    assert 0.0 < noise_level(speed) < 2.83
+
+
+def test_quantum_is_found_only_where_there_is_one():
+    random = np.random.default_rng(3)
+    smooth = random.standard_normal(3000)
+    assert quantum(smooth) is None
+    assert quantum(0.25 * np.round(4.0 * smooth)) == pytest.approx(0.25)
+
+
+def test_serial_covariance_matches_the_long_run_variance_of_an_autoregression():
+    rho, count = 0.6, 200_000
+    random = np.random.default_rng(4)
+    series = random.standard_normal(count)
+    for k in range(1, count):
+        series[k] += rho * series[k - 1]
+    lags = correlation_length(series)
+    estimate = serial_meat(series[:, None], 4 * lags)[0, 0] / count
+    assert estimate == pytest.approx(1.0 / (1.0 - rho) ** 2, rel=0.1)
+
+
+def test_all_tests_together_reject_white_residuals_in_one_record_of_twenty():
+    """Residuals of a linear fit, whose parameters take away slow variation."""
+    random = np.random.default_rng(5)
+    time = np.linspace(-1.0, 1.0, 400)
+    rows = np.column_stack([np.ones(400), time, time**2, np.sign(np.sin(20.0 * time))])
+    basis = np.linalg.qr(rows)[0]
+    rejected = 0
+    for _ in range(600):
+        noise = random.standard_normal(400)
+        rejected += not whiteness(noise - basis @ (basis.T @ noise), 7.0 * rows).white
+    assert 0.025 < rejected / 600 < 0.075
+
+
+def test_probabilities_of_block_means_are_uniform_for_white_residuals():
+    random = np.random.default_rng(6)
+    found = [block_tests(random.standard_normal(500)) for _ in range(300)]
+    for length in (2, 8, 32):
+        assert kstest([each[length] for each in found], "uniform").pvalue > 0.01
+
+
+def test_block_means_see_what_twenty_lags_do_not():
+    random = np.random.default_rng(7)
+    slow = 0.2 * np.sin(np.arange(3000) / 150.0)
+    tests = [whiteness(random.standard_normal(3000) + slow) for _ in range(20)]
+    assert sum(not test.white for test in tests) >= 19
+    assert sum(test.ljung_box_probability < 0.01 for test in tests) < 15

@@ -1,0 +1,36 @@
+"""Friction steps: which are refused, and when they count; flights are in the tests of campaigns."""
+
+import numpy as np
+import pytest
+
+from gyrostat.core.errors import InputError
+from gyrostat.spacecraft import FrictionSteps, Gyrostat, Spacecraft
+from gyrostat.wheel import WheelArray, pyramid_axes
+from gyrostat.wheel.friction import Stribeck, ViscousCoulomb
+
+BEFORE = ViscousCoulomb(viscous=1e-7, coulomb=np.full(4, 2e-5))
+AFTER = ViscousCoulomb(viscous=np.full(4, 3e-7), coulomb=np.full(4, 9e-5))
+CRAFT = Spacecraft(0.1 * np.eye(3), WheelArray(pyramid_axes(4), np.full(4, 2e-5), friction=BEFORE))
+TIME = np.array([np.inf, 5.0, 0.0, np.inf])
+
+
+@pytest.mark.parametrize(("now", "done"), [(0.0, [0, 0, 1, 0]), (5.0, [0, 1, 1, 0])])
+def test_each_wheel_has_its_new_friction_from_its_time_on(now, done):
+    found = FrictionSteps(TIME, AFTER).at(now, BEFORE)
+    np.testing.assert_array_equal(found.coulomb, np.where(done, 9e-5, 2e-5))
+    np.testing.assert_array_equal(found.viscous, np.where(done, 3e-7, 1e-7))
+
+
+@pytest.mark.parametrize(
+    ("steps", "message"),
+    [
+        (FrictionSteps(-TIME, AFTER), "found -inf s, expected 0 s"),
+        (FrictionSteps(TIME + np.nan, AFTER), "found nan s, expected 0 s"),
+        (FrictionSteps(TIME[:3], AFTER), r"shape \(3,\), expected \(4,\)"),
+        (FrictionSteps(TIME, ViscousCoulomb(-1.0, 0.0)), "viscous: found -1"),
+        (FrictionSteps(TIME, Stribeck(0.0, 0.0, 0.0, 1.0)), "found stribeck friction, expected"),
+    ],
+)
+def test_steps_that_are_none_are_refused(steps, message):
+    with pytest.raises(InputError, match=message):
+        Gyrostat(CRAFT, friction_steps=steps).check()

@@ -1,0 +1,182 @@
+"""spacecraft.toml: what it says is what is built, and a wrong key is named."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gyrostat.wheel
+from gyrostat.core.errors import InputError
+from gyrostat.spacecraft import read_spacecraft
+from gyrostat.wheel import WheelModel, write_model
+from gyrostat.wheel.friction import FRICTION_MODELS
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "three_wheels.toml"
+SHIPPED = Path(gyrostat.wheel.__file__).with_name("data_sheets")
+GOOD = """
+[body]
+inertia = [[8.0, 0.5, 0.0], [0.5, "12 kg·m²", 0.0], [0.0, 0.0, "160000 kg·cm²"]]
+[[wheel]]
+name = "a"
+axis = [0, 3, 4]
+inertia = "15 g·m²"
+torque_limit = "100 mN·m"
+[[wheel]]
+name = "b"
+axis = [1, 1, 1]
+inertia = 0.02
+momentum_limit = "3 Nms"
+"""
+
+
+def written(folder, text):
+    path = folder / "craft.toml"
+    path.write_text(text)
+    return path
+
+
+def test_the_example():
+    found = read_spacecraft(EXAMPLE)
+    assert (found.name, found.wheel_names) == ("three wheels", ("x", "y", "z"))
+    craft = found.spacecraft
+    np.testing.assert_array_equal(craft.inertia, np.diag([12.0, 12.0, 12.0]))
+    np.testing.assert_array_equal(craft.wheels.axes, np.eye(3))
+    np.testing.assert_array_equal(craft.wheels.torque_limit, np.full(3, 0.1))
+    np.testing.assert_array_equal(craft.wheels.momentum_limit, np.full(3, 3.0))
+    assert found.wheel_number("z", "--failed") == 2
+    with pytest.raises(InputError, match=r"--failed: found no wheel 'w', expected one of x, y, z"):
+        found.wheel_number("w", "--failed")
+
+
+def test_units_matrix_and_directions(tmp_path):
+    craft = read_spacecraft(written(tmp_path, GOOD)).spacecraft
+    expected = [[8.0, 0.5, 0.0], [0.5, 12.0, 0.0], [0.0, 0.0, 16.0]]
+    np.testing.assert_allclose(craft.inertia, expected, rtol=1e-15)
+    np.testing.assert_allclose(craft.wheels.axes.T, [[0.0, 0.6, 0.8], np.ones(3) / np.sqrt(3.0)])
+    np.testing.assert_allclose(craft.wheels.inertia, [0.015, 0.02])
+    np.testing.assert_allclose(craft.wheels.torque_limit, [0.1, np.inf])
+    np.testing.assert_allclose(craft.wheels.momentum_limit, [np.inf, 3.0])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("[body]", "[bodi]", r"key bodi: .*did you mean body\?"),
+        ("[body]", "[wheels]\n[body]", r"key wheels: .*did you mean wheel\?"),
+        ("torque_limit", "torque_limits", r"key wheel\[a\].torque_limits: .*did you mean"),
+        ("inertia = [[", "inertias = [[", r"key body.inertias: .*did you mean body.inertia\?"),
+        ('inertia = "15 g·m²"', "", r"key wheel\[a\].inertia: found none, expected it in kg·m²"),
+        ('"15 g·m²"', '"15 rpm"', r"wheel\[a\].inertia .*found unit 'rpm', expected a unit of"),
+        ('"15 g·m²"', "0.0", r"wheel\[a\].inertia: found 0.0, expected a number above 0"),
+        ('"15 g·m²"', "true", r"wheel\[a\].inertia: found True"),
+        ("[0, 3, 4]", "[0, 0, 0]", r"wheel\[a\].axis: found zero, expected a direction"),
+        ("[0, 3, 4]", "[0, 3]", r"wheel\[a\].axis: found 2 values, expected three numbers"),
+        ("[0, 3, 4]", '[0, 3, "up"]', r"wheel\[a\].axis\[2\]: found 'up'"),
+        ("[0, 3, 4]", "[0, nan, 4]", r"wheel\[a\].axis\[1\]: found nan"),
+        ("[[8.0, 0.5, 0.0]", "[[8.0, 0.4, 0.0]", "body.inertia: .*not symmetric"),
+        ("[[8.0, 0.5, 0.0]", "[[8.0, 0.5]", r"body.inertia\[0\]: found 2 values"),
+        ("[[8.0, 0.5, 0.0]", "[[2.0, 0.5, 0.0]", "body.inertia: .*none larger than the sum"),
+        ('name = "b"', 'name = "a"', r"wheel\[1\].name: found 'a' twice"),
+        ('name = "b"', "", r"wheel\[1\].name: found none"),
+        ('name = "b"', 'name = "b=1"', r"wheel\[1\].name: found 'b=1'"),
+        ('name = "b"', "name = 3", r"wheel\[1\].name: found 3, expected a text"),
+        ('"3 Nms"', '"3 Nm"', r"wheel\[b\].momentum_limit .*expected a unit of momentum"),
+        ('"3 Nms"', "-3", r"wheel\[b\].momentum_limit: found -3"),
+        ('"3 Nms"', '3\nmodel = "no.toml"', "no.toml: found no such file"),
+        ("[body]", "body = 3\n[body]", "invalid TOML"),
+    ],
+)
+def test_bad_content_is_named(tmp_path, old, new, complaint):
+    assert old in GOOD
+    path = written(tmp_path, GOOD.replace(old, new, 1))
+    with pytest.raises(InputError, match=complaint) as raised:
+        read_spacecraft(path)
+    assert str(raised.value).startswith(str(tmp_path))
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("text", ["", "[body]\ninertia = [1, 1, 1]", "wheel = 3\n[body]\n"])
+def test_what_has_no_body_or_no_wheels(tmp_path, text):
+    with pytest.raises(InputError, match=r"key (body|wheel): found .*, expected"):
+        read_spacecraft(written(tmp_path, text))
+
+
+def with_models(folder, *kinds, inertia=0.015):
+    """A file whose wheels have a model of each kind, and no inertia of their own."""
+    text = ["[body]", "inertia = [12, 12, 12]"]
+    for k, kind in enumerate(kinds):
+        text += ["[[wheel]]", f'name = "w{k}"', "axis = [0, 0, 1]"]
+        if kind is None:
+            text.append("inertia = 0.015")
+            continue
+        friction = FRICTION_MODELS[kind]
+        values = dict.fromkeys(friction.dimensions(), 0.001 * (k + 1))
+        (folder / f"{k}").mkdir(exist_ok=True)
+        known = {"motor_constant": 0.02, "inertia": inertia, **values}
+        write_model(folder / f"{k}" / "model.toml", WheelModel(friction, known))
+        text.append(f'model = "{k}/model.toml"')
+    return "\n".join(text) + "\n"
+
+
+def test_identified_wheels_bring_their_friction_and_inertia(tmp_path):
+    text = with_models(tmp_path, "stribeck", "stribeck")
+    wheels = read_spacecraft(written(tmp_path, text)).spacecraft.wheels
+    np.testing.assert_array_equal(wheels.inertia, [0.015, 0.015])
+    assert wheels.friction.name == "stribeck"
+    np.testing.assert_array_equal(wheels.friction.coulomb, [0.001, 0.002])
+
+
+def test_models_that_do_not_fit_together(tmp_path):
+    for kinds, complaint in (
+        (("stribeck", None), r"wheel\[w1\].model: found none, expected one for every wheel"),
+        (("stribeck", "viscous-coulomb"), "found viscous-coulomb friction, expected stribeck"),
+    ):
+        with pytest.raises(InputError, match=complaint):
+            read_spacecraft(written(tmp_path, with_models(tmp_path, *kinds)))
+    text = with_models(tmp_path, "stribeck").replace("axis", "inertia = 0.0015\naxis")
+    with pytest.raises(
+        InputError, match=r"found 0.0015 kg·m², expected the 0.015 kg·m² of 0/model"
+    ):
+        read_spacecraft(written(tmp_path, text))
+
+
+SHEETS = """
+[body]
+inertia = [0.12, 0.10, 0.06]
+[[wheel]]
+name = "a"
+axis = [1, 0, 0]
+sheet = "bct-rwp015"
+[[wheel]]
+name = "b"
+axis = [0, 1, 0]
+sheet = "own.toml"
+torque_limit = "2 mN·m"
+"""
+
+
+def test_a_data_sheet_gives_what_the_file_leaves_out(tmp_path):
+    own = (SHIPPED / "bct-rwp015.toml").read_text(encoding="utf-8")
+    text = own.replace('"0.05 mN·m"', '"0.07 mN·m"')
+    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
+    wheels = read_spacecraft(written(tmp_path, SHEETS)).spacecraft.wheels
+    np.testing.assert_allclose(wheels.torque_limit, [0.004, 0.002])
+    np.testing.assert_allclose(wheels.momentum_limit, [0.015, 0.015])
+    np.testing.assert_allclose(wheels.inertia, 2.38732e-5)
+    assert wheels.friction.name == "viscous-coulomb"
+    np.testing.assert_allclose(wheels.friction.coulomb, [5e-5, 7e-5])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ('"bct-rwp015"', '"bct-rwp15"', r"wheel\[a\].sheet: .*did you mean bct-rwp015"),
+        ('"bct-rwp015"', "15", r"wheel\[a\].sheet: found 15"),
+        ('"own.toml"', '"sunspace-0.65"', r"wheel\[b\].model: found stribeck friction"),
+        ('sheet = "own.toml"', "inertia = 1.0", r"wheel\[b\].model: found none"),
+        ('"own.toml"', '"none.toml"', r"wheel\[b\].sheet: .*none.toml"),
+    ],
+)
+def test_a_sheet_that_does_not_fit_is_refused(tmp_path, old, new, complaint):
+    with pytest.raises(InputError, match=complaint):
+        read_spacecraft(written(tmp_path, SHEETS.replace(old, new)))
