@@ -61,7 +61,7 @@ soak: $(VENV)/.test
 	done; test -z "$$failed" || { echo "failed:$$failed" >&2; exit 1; }
 
 peers: $(VENV)/.peers
-	$(BIN)/python -m pytest -q tests/export
+	$(BIN)/python -m pytest -q tests/exports
 
 lint: $(VENV)/.check
 	$(BIN)/ruff check .

@@ -1,10 +1,10 @@
-"""Damage to the folder of a finished campaigns: is each repaired or refused, and none passed over?
+"""Damage to the folder of a finished campaign: is each repaired or refused, and none passed over?
 
 python benchmarks/soak_files.py [--flips 2000] [--others 500] [--workers 2] [--seed 1]
 
 Single bits are flipped; files are truncated, extended, deleted, swapped, and replaced by those of
-another campaigns, by links and by folders; foreign files are added. After each damage `gyrostat
-campaigns`, `report` and `replay` are asked, each on a damaged copy of its own. An answer counts as
+another campaign, by links and by folders; foreign files are added. After each damage `gyrostat
+campaign`, `report` and `replay` are asked, each on a damaged copy of its own. An answer counts as
 
 repaired    exit 0, and every file is byte for byte that of the same command on an undamaged copy,
             but for what a message names: histories and pages that were set aside, damaged blocks
@@ -94,7 +94,7 @@ def work_once(put=setattr):
     """Keep each figure, and each history as a file: the same numbers come a thousand times."""
     import xarray as xr
 
-    from gyrostat.reports import campaign_run, campaigns
+    from gyrostat.reports import campaign, campaign_run
 
     def of_table(scenario, columns):
         parts = (
@@ -125,9 +125,9 @@ def work_once(put=setattr):
     put(os, "fsync", lambda handle: None)  # no power is cut here
     put(xr, "open_dataset", once(read, of_file))
     put(xr.Dataset, "to_netcdf", written)
-    put(campaigns, "distribution_figure", once(campaigns.distribution_figure, of_table))
+    put(campaign, "distribution_figure", once(campaign.distribution_figure, of_table))
     put(campaign_run, "run_figure", once(campaign_run.run_figure, of_history))
-    for module in (campaigns, campaign_run):
+    for module in (campaign, campaign_run):
         put(module, "svg", once(module.svg, id))
 
 
@@ -156,8 +156,8 @@ class Attack:
     """Damages and what came of them.
 
     Args:
-        pristine: folder of a finished campaigns.
-        other: folder of another finished campaigns of as many runs.
+        pristine: folder of a finished campaign.
+        other: folder of another finished campaign of as many runs.
         work: folder for the damaged copy.
         verbs: name -> words of the command on that copy.
     """
@@ -276,9 +276,9 @@ class Attack:
         return first
 
     def _exchange(self, folder, choice):
-        """Files of another campaigns, one or all but the description."""
+        """Files of another campaign, one or all but the description."""
         names = sorted(files_of(self.other))
-        file = choice.choice([*names, "everything but campaigns.json", "campaign.json"])
+        file = choice.choice([*names, "everything but campaign.json", "campaign.json"])
         if file in names:
             shutil.copy(self.other / file, folder / file)
             return file

@@ -313,7 +313,10 @@ def test_a_wheel_that_cannot_exist_exits_1_and_is_refused_without_force(run, tmp
         code, _, err = run(*words)
         assert code == 2
         assert "--force" in err
-        assert run(*words, "--force")[0] == 0
+    assert run(*words, "--force")[0] == 0
+    code, _, err = run("bench", model, "--duration", "5", "--out", tmp_path / "b.csv", "--force")
+    assert code == 2, "no wheel turns against its current"
+    assert "motor constant" in err.replace("_", " ")
 
 
 def test_tolerances_on_the_command_line(run, tmp_path):

@@ -20,9 +20,12 @@ import gyrostat
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src" / "gyrostat"
 SOURCE_FILES = sorted(SOURCE.rglob("*.py"))
-MODULES = sorted(
+ROOMS = sorted(
     module.name for module in pkgutil.iter_modules(gyrostat.__path__) if module.name[0] != "_"
 )
+INNER = ("core.errors", "core.linear", "core.units", "wheel.friction", "codegen.flight")
+"""Modules below a room that users name too."""
+MODULES = [*ROOMS, *INNER, "codegen.simd"]
 LONGEST_FILE = 300  # lines
 
 # A home or mount point of somebody's machine, and an address that packages are fetched from.
@@ -81,6 +84,16 @@ def test_types_are_announced():
 def test_the_sources_are_what_is_tested():
     assert Path(gyrostat.__file__).resolve().parent == SOURCE
     assert SOURCE / "__init__.py" in SOURCE_FILES
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_the_page_of_a_room_names_files_that_exist(room):
+    page = (SOURCE / room / "README.md").read_text(encoding="utf-8")
+    named = re.findall(r"`([\w/.]+\.py)`", page)
+    assert named, "it says where to start"
+    above = (SOURCE / room, SOURCE, ROOT)
+    assert [n for n in named if not any((folder / n).is_file() for folder in above)] == []
+    assert len(page.splitlines()) <= 40, "one screen"
 
 
 @pytest.mark.parametrize("name", ["", *MODULES])

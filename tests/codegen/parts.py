@@ -7,8 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gyrostat import control, estimation, spacecraft
+from gyrostat.core import rotations
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.papers.carvalho_fenili import reduced_gyrostat, torque_driven
 from gyrostat.papers.endo_sekiguchi_nonaka import printed
+from gyrostat.papers.moreira_lopes_kuga import bench_wheel
 from gyrostat.wheel import (
     Delayed,
     Driver,
@@ -98,10 +101,10 @@ def examples():
     measured = spacecraft.TableMeasurement(0.01, 0.001, -3.0)
     torque = spacecraft.WheelTorqueCommand(jnp.full(4, 1e-4))
     truth = spacecraft.SpacecraftSensor(GYROSTAT, 1e-4, 1e-5, 1e-6)
-    bench = spacecraft.BenchWheel(WHEEL)
-    reduced = spacecraft.ReducedGyrostat(THREE, jnp.array([True, True, False]), MOMENTUM)
+    bench = bench_wheel.BenchWheel(WHEEL)
+    reduced = reduced_gyrostat.ReducedGyrostat(THREE, jnp.array([True, True, False]), MOMENTUM)
     three = spacecraft.WheelTorqueCommand(jnp.full(3, 0.01))
-    reduced_state = spacecraft.ReducedState(TARGET, jnp.full(3, 0.1))
+    reduced_state = reduced_gyrostat.ReducedState(TARGET, jnp.full(3, 0.1))
     array = control.WheelArrayControl(
         CRAFT,
         control.AttitudeTargets(jnp.array([0.0, 10.0]), jnp.stack([TARGET, TARGET])),
@@ -112,7 +115,7 @@ def examples():
     limits = (WHEELS.inertia, WHEELS.torque_limit)
     weight, effort = np.diag([50.0, 50.0, 10.0, 10.0, 10.0, 10.0]), np.eye(3)
     euler = control.StateDependentRiccati(control.EulerCube(12.0), weight, effort)
-    momentum = spacecraft.MomentumMeasurement(0.1)
+    momentum = bench_wheel.MomentumMeasurement(0.1)
     torque_filter = estimation.FrictionTorqueFilter(1e-3, 1e-3, 0.1)
     scale_filter = estimation.FrictionScaleFilter(WHEEL, 0.5, 1e-4)
     attitude_filter = estimation.AttitudeFilter(1e-4, 1e-5, 1e-7, 1e-3)
@@ -175,7 +178,7 @@ def examples():
     return {
         # plants
         "AirBearingTable": plant(lugre, spacecraft.TableCommand(0.01), speed=-3.0),
-        "BenchWheel": plant(bench, spacecraft.TorqueCommand(0.01)),
+        "BenchWheel": plant(bench, bench_wheel.TorqueCommand(0.01)),
         "DrivenGyrostat, ImbalancedGyrostat, Gyrostat": plant(
             spacecraft.DrivenGyrostat(
                 spacecraft.ImbalancedGyrostat(harsh, imbalance), Driver(0.05), 5e-3
@@ -191,10 +194,10 @@ def examples():
             spacecraft.SpeedLoopSpacecraft(TWO, STILL), speeds
         ),
         "TorqueDrivenBody": plant(
-            spacecraft.TorqueDrivenBody(12.0),
-            spacecraft.BodyTorqueCommand(jnp.full(3, 0.1)),
-            angles=spacecraft.EulerAngles(0.1, 0.5, 0.2),
-            rates=spacecraft.EulerAngles(0.0, 0.0, 0.0),
+            torque_driven.TorqueDrivenBody(12.0),
+            torque_driven.BodyTorqueCommand(jnp.full(3, 0.1)),
+            angles=rotations.EulerAngles(0.1, 0.5, 0.2),
+            rates=rotations.EulerAngles(0.0, 0.0, 0.0),
         ),
         # sensors
         "TableSensors, Gyro": sensor(
@@ -204,16 +207,16 @@ def examples():
             spacecraft.TableSensors(tachometer=Delayed(LowPass(PulseTachometer(64), 1.0), 2)),
             TABLE.start,
         ),
-        "MomentumSensor": sensor(spacecraft.MomentumSensor(1.5e-3, 1e-3), bench.start),
+        "MomentumSensor": sensor(bench_wheel.MomentumSensor(1.5e-3, 1e-3), bench.start),
         "TrackerGyroSensors, SpacecraftSensor, StarTracker, RateGyro": sensor(
             spacecraft.TrackerGyroSensors(
                 truth, spacecraft.StarTracker(1e-4, 4), spacecraft.RateGyro(1e-5, 1e-7)
             ),
             GYROSTAT.start,
         ),
-        "ReducedSensor": sensor(spacecraft.ReducedSensor(reduced), lambda: reduced_state),
+        "ReducedSensor": sensor(reduced_gyrostat.ReducedSensor(reduced), lambda: reduced_state),
         "EulerSensor": sensor(
-            spacecraft.EulerSensor(), lambda: spacecraft.EulerState(*jnp.full(6, 0.1))
+            torque_driven.EulerSensor(), lambda: torque_driven.EulerState(*jnp.full(6, 0.1))
         ),
         # controllers
         "CurrentMode": controller(control.CurrentMode(PID, 0.0228), measured),
@@ -268,6 +271,6 @@ def examples():
             SENSED_TWO,
         ),
         # what controllers are made with
-        "rotations.from_matrix": Step(spacecraft.rotations.from_matrix, (jnp.eye(3),)),
-        "rotations.to_euler": Step(spacecraft.rotations.to_euler, (TARGET,)),
+        "rotations.from_matrix": Step(rotations.from_matrix, (jnp.eye(3),)),
+        "rotations.to_euler": Step(rotations.to_euler, (TARGET,)),
     }

@@ -3,9 +3,9 @@
 import equinox as eqx
 import numpy as np
 import pytest
-from gyrostat.core.arrays import Scalar
 
 from gyrostat.control import FrictionScaleControl, FrictionTorqueControl
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.estimation import FrictionScaleFilter
 from gyrostat.papers.moreira_lopes_kuga.bench_wheel import BenchWheel

@@ -1,4 +1,4 @@
-"""A scenario as what flies: plant, controller, sensor and start, from one run's values."""
+"""Build the plant, controller, sensor and initial state of a run from a scenario."""
 
 from collections.abc import Mapping
 from dataclasses import fields

@@ -1,4 +1,4 @@
-"""What a scenario can name beside controllers: each part of the loop, one entry each.
+"""Plants, sensors and environments that a scenario can name, one entry each.
 
 To add a component is to add an entry: its keys, and how it is made of their values.
 """
@@ -208,7 +208,8 @@ ESTIMATORS: dict[str, Component] = {
     "none": Component("None.", {}, lambda options, controller, sensors: controller),
     "kalman": Component(
         "Attitude and gyro bias by the multiplicative Kalman filter "
-        "(`gyrostat.estimation.AttitudeFilter`), which takes the noise of the sensors to be nominal.",
+        "(`gyrostat.estimation.AttitudeFilter`), which takes the noise of the sensors to be "
+        "nominal.",
         {"bias_sigma": positive("speed", 1e-4, "Of the gyro's bias before anything is measured.")},
         _kalman,
     ),
@@ -219,8 +220,10 @@ _EXTERNAL = {"external_torque": vector("torque", "Constant torque from outside, 
 ENVIRONMENTS: dict[str, Component] = {
     "constant": Component("A torque that stays.", _EXTERNAL, _constant_torque),
     "orbit": Component(
-        "A circular orbit of the Earth: gravity gradient (`gyrostat.spacecraft.GravityGradient`), a "
-        "constant torque and one with the period of the orbit (`gyrostat.spacecraft.HarmonicTorque`).",
+        "A circular orbit of the Earth: gravity gradient "
+        "(`gyrostat.spacecraft.GravityGradient`), a "
+        "constant torque and one with the period of the orbit "
+        "(`gyrostat.spacecraft.HarmonicTorque`).",
         {
             **_EXTERNAL,
             "altitude": positive("m", None, "Above the equator's radius."),

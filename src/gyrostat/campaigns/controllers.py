@@ -1,4 +1,4 @@
-"""The controllers that a scenario can name, one entry each."""
+"""Controllers that a scenario can name, one entry each."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""The values of each run: drawn by its number, whoever draws them and in whatever order.
+"""Random draws of each run: functions of seed and run number alone.
 
 Random bits come from a counter-based generator keyed by seed, run and dispersion (Salmon et al.,
 "Parallel random numbers: as easy as 1, 2, 3", 2011; JAX's threefry). So a run's values depend on

@@ -1,4 +1,4 @@
-"""Flying runs: 64 at a time, in segments of one fixed length, by one program.
+"""Simulate runs of a scenario in blocks of 64 by one compiled program.
 
 XLA's vectorised code does not treat every lane alike: the last ones may pass through other
 instructions and end with another last bit. So run n always begins, and with the engine "jax"

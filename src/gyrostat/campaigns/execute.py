@@ -1,4 +1,4 @@
-"""A campaign from its first run to its table, and on from wherever it was stopped."""
+"""Run a campaign from its first run to its table, and resume it after a stop."""
 
 import os
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""Who works: processes of this machine, or a Dask cluster, behind one interface."""
+"""Executors: local processes or a Dask cluster behind one interface."""
 
 import contextlib
 import multiprocessing

@@ -1,4 +1,4 @@
-"""What computes: versions, flags and instructions that the last bit of a number depends on."""
+"""Software and hardware fingerprint, needed for exact replay."""
 
 import hashlib
 import os

@@ -1,4 +1,4 @@
-"""What a run is judged by, computed while it flies: no history is kept for it."""
+"""Metrics of a run, computed while it is simulated, at constant memory."""
 
 from typing import Any, NamedTuple
 

@@ -1,4 +1,4 @@
-"""A controller that is planned anew when the target changes or a wheel is lost."""
+"""Controller that is designed anew when the target changes or a wheel fails."""
 
 from typing import Any, NamedTuple
 

@@ -1,4 +1,4 @@
-"""[[dispersion]]: what scatters from run to run, by a distribution or by an identification."""
+"""Read [[dispersion]] tables: distributions, or the covariance of an identification."""
 
 import difflib
 import json

@@ -1,4 +1,4 @@
-"""A scenario as plain data: what is flown, what is uncertain of it, what is measured of the flight.
+"""A scenario as plain data: parts, values, events, dispersions and metrics.
 
 Every number stands in one mapping of keys to SI values ("wheel.a.coulomb"); a dispersion replaces
 some of them in each run. So a scenario is compared, kept and sent to other processes as text.

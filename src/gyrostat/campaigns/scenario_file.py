@@ -1,7 +1,7 @@
-"""scenario.toml: what flies, what happens to it, what is uncertain of it, what is measured.
+"""Read scenario.toml.
 
-docs/scenario.md lists every key; `gyrostat.campaigns.schema` and `gyrostat.campaigns.components` hold
-them.
+docs/scenario.md lists every key; `gyrostat.campaigns.schema` and `gyrostat.campaigns.components`
+hold them.
 """
 
 import os

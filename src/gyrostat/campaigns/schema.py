@@ -1,4 +1,4 @@
-"""Every key of a scenario file: its dimension, its default and what it means."""
+"""Keys of a scenario file: dimension, default and meaning of each."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -181,7 +181,8 @@ WHEEL: dict[str, Key] = {
 """Numbers of each wheel beside its friction; all but the speed from the spacecraft file."""
 WHEEL_PARTS: dict[str, tuple[str, dict[str, Key]]] = {
     "imbalance": (
-        "Wheels out of balance shake the body (`gyrostat.spacecraft.ImbalancedGyrostat`). Leave the "
+        "Wheels out of balance shake the body (`gyrostat.spacecraft.ImbalancedGyrostat`). Leave "
+        "the "
         "section out for balanced wheels.",
         {
             "static_imbalance": size("imbalance", 0.0, "Mass of the rotor times its eccentricity."),
@@ -191,7 +192,8 @@ WHEEL_PARTS: dict[str, tuple[str, dict[str, Key]]] = {
         },
     ),
     "driver": (
-        "Electronics between commanded torque and motor (`gyrostat.spacecraft.DrivenGyrostat`). Leave "
+        "Electronics between commanded torque and motor (`gyrostat.spacecraft.DrivenGyrostat`). "
+        "Leave "
         "the section out for motors that give their torque at once. For a delay see "
         "`run.command_delay`; within a control period the lag is resolved to `run.step`.",
         {

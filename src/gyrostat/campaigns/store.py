@@ -1,4 +1,4 @@
-"""The folder of a campaign: its description, a file for each block of runs, the table of all runs.
+"""Folder of a campaign: manifest, blocks of runs, table of all runs, histories.
 
 campaign.json                    scenario, seed, engine; with the digest of its own content
 blocks/000012.<digest>.parquet   one block; the digest is that of campaign, number and content

@@ -1,4 +1,4 @@
-"""Percentiles of a metric over the runs, with their confidence."""
+"""Statistics over runs: percentiles with confidence intervals, and drivers of each metric."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Tables of a scenario file, refused by the full path of the key that is wrong."""
+"""Read tables of a scenario file; errors name the full path of the key."""
 
 import math
 from collections.abc import Collection, Mapping

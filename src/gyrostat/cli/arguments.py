@@ -1,4 +1,4 @@
-"""What the words of a command line mean: quantities, NAME=VALUE pairs, records."""
+"""Parse command-line arguments: quantities, NAME=VALUE pairs, records."""
 
 import shlex
 import sys

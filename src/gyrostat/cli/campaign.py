@@ -1,4 +1,4 @@
-"""Verbs that fly scenarios: once, many times, again; and what came of it."""
+"""Verbs on scenarios: simulate, campaign, replay, report."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

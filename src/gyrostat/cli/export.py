@@ -1,4 +1,4 @@
-"""The verb that hands a wheel, or what controls it, to other programs."""
+"""Verb `export`: flight C, FMU, Basilisk module or data sheet."""
 
 from enum import StrEnum
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Verbs about a spacecraft with several wheels."""
+"""Verb `holdable`: attitudes that remain feasible after wheel failures."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

@@ -1,4 +1,4 @@
-"""Options that several verbs take."""
+"""Options shared by several verbs."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""The verb that rebuilds a paper."""
+"""Verb `reproduce`: rebuild a paper and judge its claims."""
 
 import json
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""The verb that flies a spacecraft after wheels have failed."""
+"""Verb `recover`: fly a spacecraft to a feasible attitude after wheel failures."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

@@ -1,4 +1,4 @@
-"""Verbs about one wheel: from its bench record to its model, and back."""
+"""Verbs on one wheel: identify, validate, bench."""
 
 import json
 from enum import StrEnum

@@ -1,4 +1,4 @@
-"""Loops and branches of a jaxpr, lowered as loops and branches."""
+"""Lower loops and branches of a jaxpr to loops and branches."""
 
 import re
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""What is made from what."""
+"""Data-dependency graph."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any

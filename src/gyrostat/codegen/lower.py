@@ -1,4 +1,4 @@
-"""From a jaxpr to a program of scalars: arrays are taken apart, functions and loops stay."""
+"""Lower a jaxpr to a program of scalars: arrays become scalars, functions and loops stay."""
 
 from collections.abc import Sequence
 from typing import Any

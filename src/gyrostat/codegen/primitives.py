@@ -1,4 +1,4 @@
-"""What may stand in flight code: the primitives that the emitter knows, and nothing else."""
+"""JAX primitives that flight code may contain."""
 
 import operator
 from collections.abc import Callable, Sequence

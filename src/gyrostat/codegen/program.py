@@ -1,4 +1,4 @@
-"""The program between jaxpr and C: statements on scalars, in blocks.
+"""Intermediate representation between jaxpr and C: statements on scalars, in blocks.
 
 A scalar is a `Name` that is given a value once, or a `Number`. Only a loop's carried names change,
 at the end of each pass.

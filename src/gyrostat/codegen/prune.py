@@ -1,4 +1,4 @@
-"""What no result needs is left out: derivatives of constants, elements that nobody reads."""
+"""Remove statements that no result depends on."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""What may be lowered: flight code, or more."""
+"""What may be lowered: flight code, or a larger set."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Primitives that become more than one operation on each element."""
+"""Lower primitives that need more than one operation for each element."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any

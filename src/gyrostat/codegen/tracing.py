@@ -1,4 +1,4 @@
-"""From a function to its jaxpr and the Python lines it comes from.
+"""Trace a function to its jaxpr, with the Python line of each operation.
 
 Whatever JAX does not promise to keep is used in this module and in no other: the primitives' names
 and parameters are met in `primitives`, `lower` and `control_flow`, and are only read there.

@@ -1,4 +1,4 @@
-"""The one error that a user's input can cause, and how text becomes one line of a message."""
+"""The error raised for unusable user input."""
 
 LONGEST = 900
 """Bytes of a message: a file's own text in it may be of any length."""

@@ -1,4 +1,4 @@
-"""Files that appear under their final name only when whole, and reading without following links."""
+"""Atomic file writing: a file appears under its name only when complete."""
 
 import hashlib
 import os

@@ -1,4 +1,4 @@
-"""JAX as the whole package imports it, so that float64 is on before any array exists."""
+"""JAX with float64 enabled."""
 
 import jax
 import jax.numpy as jnp

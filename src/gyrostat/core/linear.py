@@ -1,4 +1,4 @@
-"""Dense algebra on small matrices, made of few elementwise operations that a batch runs as one.
+"""Dense linear algebra on small matrices, written for batching.
 
 A library's call for each 6×6 matrix costs more than the arithmetic in it, and a batch would pay it
 for each lane. Sizes are small and known beforehand here: loops have fixed counts, pivots are

@@ -10,14 +10,11 @@ whose [BN] is the transpose of R here.
 from typing import NamedTuple
 
 import numpy as np
-from gyrostat.core.arrays import Scalar
 from jaxtyping import Array, Bool, Float
 
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
-
-Vector = Float[Array, "3"]
-Quaternion = Float[Array, "4"]
 
 SMALL_ANGLE = 1e-4
 """rad: below it series stand for sin(x)/x and its kin; their next terms are below 1e-17."""
@@ -41,7 +38,7 @@ class EulerAngles(NamedTuple):
     psi: Scalar
 
 
-def cross_matrix(vector: Vector) -> Float[Array, "3 3"]:
+def cross_matrix(vector: Vector3) -> Float[Array, "3 3"]:
     """[v]x, so that [v]x u = v x u."""
     x, y, z = vector
     zero = jnp.zeros_like(x)
@@ -79,14 +76,14 @@ def check_unit(quaternion: Float[Array, "... 4"]) -> None:
         )
 
 
-def to_inertial(quaternion: Quaternion, vector: Vector) -> Vector:
+def to_inertial(quaternion: Quaternion, vector: Vector3) -> Vector3:
     """A vector in body axes, in inertial axes: R v."""
     scalar, axis = quaternion[0], quaternion[1:]
     twice = 2.0 * jnp.cross(axis, vector)
     return vector + scalar * twice + jnp.cross(axis, twice)
 
 
-def to_body(quaternion: Quaternion, vector: Vector) -> Vector:
+def to_body(quaternion: Quaternion, vector: Vector3) -> Vector3:
     """A vector in inertial axes, in body axes: R' v."""
     return to_inertial(conjugate(quaternion), vector)
 
@@ -119,7 +116,7 @@ def from_matrix(matrix: Float[Array, "3 3"]) -> Quaternion:
     return jnp.where(best[0] < 0.0, -best, best)
 
 
-def from_rotation_vector(vector: Vector) -> Quaternion:
+def from_rotation_vector(vector: Vector3) -> Quaternion:
     """Quaternion of a turn about `vector` by its length, rad."""
     squared = vector @ vector
     small = squared < SMALL_ANGLE**2
@@ -129,7 +126,7 @@ def from_rotation_vector(vector: Vector) -> Quaternion:
     return jnp.concatenate([scalar[None], scale * vector])
 
 
-def rotation_vector(quaternion: Quaternion) -> Vector:
+def rotation_vector(quaternion: Quaternion) -> Vector3:
     """Axis times angle of the shortest turn, rad, at most pi long."""
     shortest = jnp.where(quaternion[0] < 0.0, -quaternion, quaternion)
     scalar, axis = shortest[0], shortest[1:]
@@ -140,7 +137,7 @@ def rotation_vector(quaternion: Quaternion) -> Vector:
     return scale * axis
 
 
-def rate_of_quaternion(quaternion: Quaternion, rate: Vector) -> Quaternion:
+def rate_of_quaternion(quaternion: Quaternion, rate: Vector3) -> Quaternion:
     """dq/dt at a body rate, 1/s."""
     return 0.5 * product(quaternion, jnp.concatenate([jnp.zeros(1), rate]))
 
@@ -157,25 +154,25 @@ def error_angle(quaternion: Quaternion, target: Quaternion) -> Scalar:
     return 2.0 * jnp.arctan2(jnp.sqrt(turn[1:] @ turn[1:]), turn[0])
 
 
-def angle_between(first: Vector, second: Vector) -> Scalar:
+def angle_between(first: Vector3, second: Vector3) -> Scalar:
     """Angle between two directions, rad, exact for small angles too; 0 where one has no length."""
     normal = jnp.cross(first, second)
     return jnp.arctan2(jnp.sqrt(normal @ normal), first @ second)
 
 
-def to_mrp(quaternion: Quaternion) -> Vector:
+def to_mrp(quaternion: Quaternion) -> Vector3:
     """Modified Rodrigues parameters axis tan(angle / 4), of length 1 or less."""
     shortest = jnp.where(quaternion[0] < 0.0, -quaternion, quaternion)
     return shortest[1:] / (1.0 + shortest[0])
 
 
-def from_mrp(mrp: Vector) -> Quaternion:
+def from_mrp(mrp: Vector3) -> Quaternion:
     """Quaternion of modified Rodrigues parameters."""
     squared = mrp @ mrp
     return jnp.concatenate([(1.0 - squared)[None], 2.0 * mrp]) / (1.0 + squared)
 
 
-def mrp_rate_matrix(mrp: Vector) -> Float[Array, "3 3"]:
+def mrp_rate_matrix(mrp: Vector3) -> Float[Array, "3 3"]:
     """G, so that d(mrp)/dt = G w at a body rate w."""
     eye = jnp.eye(3)
     return 0.25 * ((1.0 - mrp @ mrp) * eye + 2.0 * cross_matrix(mrp) + 2.0 * jnp.outer(mrp, mrp))
@@ -222,7 +219,7 @@ def to_euler(quaternion: Quaternion) -> tuple[EulerAngles, Bool[Array, ""]]:
     return angles, valid
 
 
-def rate_of_euler(angles: EulerAngles, rates: EulerAngles) -> Vector:
+def rate_of_euler(angles: EulerAngles, rates: EulerAngles) -> Vector3:
     """Body rate of 3-1-3 angles that change at `rates`, rad/s.
 
     Carvalho and Fenili, "Nonlinear attitude control of artificial satellites considering failure in
@@ -239,7 +236,7 @@ def rate_of_euler(angles: EulerAngles, rates: EulerAngles) -> Vector:
     )
 
 
-def euler_rates(angles: EulerAngles, rate: Vector) -> tuple[EulerAngles, Bool[Array, ""]]:
+def euler_rates(angles: EulerAngles, rate: Vector3) -> tuple[EulerAngles, Bool[Array, ""]]:
     """Rates of 3-1-3 angles at a body rate.
 
     Returns:

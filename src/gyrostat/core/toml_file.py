@@ -1,4 +1,4 @@
-"""TOML files that users write: read, and refused by the key that is wrong."""
+"""Read TOML files; errors name the key."""
 
 import difflib
 import math

@@ -1,4 +1,4 @@
-"""Array types that every module names alike."""
+"""Types of NumPy arrays; `gyrostat.core.arrays` has those of traced arrays."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Units of the quantities that enter and leave: conversion to SI and reading from text."""
+"""Units: conversion to SI and parsing of quantities."""
 
 import difflib
 import math

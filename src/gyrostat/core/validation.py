@@ -1,4 +1,4 @@
-"""Checks that many parts share: magnitudes and signs, seeds, and the checks of the parts."""
+"""Parameter validation shared by all parts."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""Extended Kalman filter on a wheel whose friction model may be wrong by a slow factor."""
+"""Extended Kalman filter for a wheel whose friction model is scaled by a slowly varying factor."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Extended state observer of a turning body: its rate, and the torque that the model misses."""
+"""Extended state observer of body rate and disturbance torque."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Kalman filter for a momentum that an unknown torque changes: the torque is a random walk.
+"""Kalman filter for momentum under an unknown torque modelled as a random walk.
 
 The kernel of the filters here. Two states, one scalar measurement of the momentum; everything in
 closed form.

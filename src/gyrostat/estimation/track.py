@@ -1,4 +1,4 @@
-"""Friction of a wheel along its telemetry: the health signal of its bearing."""
+"""Track wheel friction along telemetry: a health signal of the bearing."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Speed of a wheel from the momentum of wheel and table: what friction cannot disturb."""
+"""Estimate wheel speed from the momentum of wheel and table, independent of friction."""
 
 from typing import NamedTuple
 

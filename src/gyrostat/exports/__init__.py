@@ -1,7 +1,5 @@
-"""What leaves for other programs: C for flight, co-simulation units, Basilisk, data sheets."""
+"""Flight folders in C, FMI co-simulation units, Basilisk modules and data sheets."""
 
-from gyrostat.codegen.flight.c import emit
-from gyrostat.codegen.flight.module import Entry, Module, Port
 from gyrostat.exports.basilisk import basilisk
 from gyrostat.exports.compensated_wheel import CompensatedWheel
 from gyrostat.exports.fmu import write_fmu
@@ -12,12 +10,8 @@ from gyrostat.exports.targets import TARGETS, Target
 __all__ = [
     "TARGETS",
     "CompensatedWheel",
-    "Entry",
-    "Module",
-    "Port",
     "Target",
     "basilisk",
-    "emit",
     "files",
     "sheet",
     "write_fmu",

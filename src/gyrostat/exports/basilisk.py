@@ -1,4 +1,4 @@
-"""A wheel for Basilisk: a Python module that sets up its reaction wheel as identified."""
+"""Basilisk module that sets up the identified reaction wheel."""
 
 import math
 

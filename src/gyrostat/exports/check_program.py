@@ -1,4 +1,4 @@
-"""The test program that goes with emitted C: a run, step by step, against what Python says."""
+"""Check program for emitted C: compares a run, step by step, with Python."""
 
 from collections.abc import Sequence
 from typing import Any

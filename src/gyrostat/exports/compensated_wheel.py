@@ -1,4 +1,4 @@
-"""A wheel with its compensator as one piece, for a simulator that moves the body."""
+"""A wheel with its compensator as one unit, for simulators that move the body."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""The functions of FMI 2.0 for co-simulation around an emitted module, as a template of C.
+"""C template of the FMI 2.0 co-simulation functions around an emitted module.
 
 Modelica Association, "Functional Mock-up Interface for Model Exchange and Co-Simulation 2.0.4".
 """

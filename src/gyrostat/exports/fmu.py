@@ -1,4 +1,4 @@
-"""A co-simulation unit (FMI 2.0) from an emitted module."""
+"""Co-simulation unit (FMI 2.0) from an emitted module."""
 
 import hashlib
 import platform

@@ -1,4 +1,4 @@
-"""The folder that goes to flight: header, source, test program, Makefile and README."""
+"""Flight folder: header, source, check program, Makefile and README."""
 
 from gyrostat.codegen.flight.c import emit
 from gyrostat.codegen.flight.expressions import Dialect

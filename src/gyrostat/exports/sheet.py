@@ -1,4 +1,4 @@
-"""The data sheet of a wheel: every number with its unit and how well it is known."""
+"""Data sheet of a wheel as JSON: each value with unit and uncertainty."""
 
 import json
 

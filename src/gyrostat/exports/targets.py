@@ -1,4 +1,4 @@
-"""What of a wheel model can fly: the functions, their state and a run to test them with."""
+"""Flight modules: functions, state and check run of each part that can be exported."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace

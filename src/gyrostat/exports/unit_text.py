@@ -1,4 +1,4 @@
-"""Units as docstrings write them, and what they are made of."""
+"""Parse units as written in docstrings."""
 
 import re
 from collections import Counter

@@ -1,15 +1,23 @@
-"""What a spacecraft can still hold at rest when wheels have failed, and proof of what it cannot."""
+"""Attitudes that remain feasible after wheel failures, infeasibility certificates and recovery."""
 
 from gyrostat.failures.certificate import Certificate
 from gyrostat.failures.controllability import controllability_matrix
 from gyrostat.failures.feasibility import Holdable, holdable, holdable_sky
+from gyrostat.failures.recovery import Recovery, recover, settling_time
+from gyrostat.failures.recovery_plan import Loss, RecoveryPlan, plan_recovery
 from gyrostat.failures.sky_map import SkyMap
 
 __all__ = [
     "Certificate",
     "Holdable",
+    "Loss",
+    "Recovery",
+    "RecoveryPlan",
     "SkyMap",
     "controllability_matrix",
     "holdable",
     "holdable_sky",
+    "plan_recovery",
+    "recover",
+    "settling_time",
 ]

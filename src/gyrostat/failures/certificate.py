@@ -1,4 +1,4 @@
-"""Why a body cannot rest: rates that no law of control can avoid, and how long a target is kept.
+"""Infeasibility certificate: a lower bound on the body rate, and the dwell time.
 
 With the momentum b = R'H0 in body axes and z what the wheels hold, the body turns at
 w = J^-1 (b - z). A direction v that the set of all z does not exceed, v.z <= s(v), is a

@@ -1,4 +1,4 @@
-"""Whether the wheels that work control the attitude about a point of rest.
+"""Local controllability of attitude by the working wheels about an equilibrium.
 
 About rest with the momentum b = R'H0 in body axes, small turns t and changes k of the momenta of
 the working wheels obey, with the motor torques u on the body,

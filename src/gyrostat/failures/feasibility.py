@@ -1,4 +1,4 @@
-"""What a spacecraft whose wheels failed can still hold: the question and its answer."""
+"""Feasible rest attitudes of a spacecraft with failed wheels: query and answer."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass

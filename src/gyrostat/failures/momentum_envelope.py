@@ -1,4 +1,4 @@
-"""The total momentum that wheels can hold while the body rests, and where it meets a sphere."""
+"""Momentum envelope of the working wheels at rest, and its intersection with a sphere."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""The holdable attitude nearest to a target, or that points a boresight nearest to a direction."""
+"""The feasible attitude nearest to a target attitude or boresight direction."""
 
 from dataclasses import dataclass
 

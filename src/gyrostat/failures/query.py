@@ -1,4 +1,4 @@
-"""What a question about failed wheels stands on, checked."""
+"""Validated query inputs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A recovery, flown on the gyrostat."""
+"""Simulate a recovery after wheel failures."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

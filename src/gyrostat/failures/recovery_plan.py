@@ -1,4 +1,4 @@
-"""The attitude to aim at after a failure, and the controller that gets there."""
+"""Choose the target attitude and the controller after wheel failures."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

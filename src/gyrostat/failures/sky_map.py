@@ -1,4 +1,4 @@
-"""Which directions of the sky a body axis can point at for good."""
+"""Map of inertial directions that a body axis can point at permanently."""
 
 from dataclasses import dataclass
 

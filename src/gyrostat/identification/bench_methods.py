@@ -1,4 +1,4 @@
-"""What the dedicated bench experiments share: their requests, and how they end in a result.
+"""Inputs and results shared by the bench methods (steady, torque step, coast-down).
 
 Carrara and Kuga call these "deterministic methods", after Carrara and Milani (2007): each parameter
 has an experiment of its own that makes it stand out.

@@ -1,4 +1,4 @@
-"""Requests and records that no estimate can come from, refused with the reason."""
+"""Reject requests and records that no estimate can come from."""
 
 from collections.abc import Collection, Sequence
 

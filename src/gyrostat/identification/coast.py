@@ -1,4 +1,4 @@
-"""Friction from a wheel that coasts: without current only friction slows it."""
+"""Friction from coast-down records."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Which friction model a record supports: candidates fitted, ranked, tried on another record."""
+"""Model comparison: fit, rank and cross-validate candidate friction models."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass

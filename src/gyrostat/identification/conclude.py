@@ -1,4 +1,4 @@
-"""From the end of an iteration to a result with its uncertainty."""
+"""Build the result and its uncertainty from a finished iteration."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

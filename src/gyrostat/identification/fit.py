@@ -1,4 +1,4 @@
-"""The result of an identification, with its uncertainty."""
+"""Result of an identification, with its uncertainty."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field

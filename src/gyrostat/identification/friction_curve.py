@@ -1,4 +1,4 @@
-"""A friction curve through points of speed and torque that plateaus of steady speed give."""
+"""Fit a friction curve to points of speed and torque at steady speed."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A noisy speed as a sequence of straight lines, as many as its noise supports."""
+"""Segment a noisy speed signal into straight lines."""
 
 from dataclasses import dataclass
 from itertools import pairwise

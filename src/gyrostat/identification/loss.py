@@ -1,4 +1,4 @@
-"""Losses of one whitened residual: quadratic, and two that forgive outliers."""
+"""Loss functions of one whitened residual: quadratic and robust."""
 
 import abc
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The dedicated experiments by name."""
+"""Bench methods by name."""
 
 from collections.abc import Callable, Mapping, Sequence
 

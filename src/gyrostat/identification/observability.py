@@ -1,4 +1,4 @@
-"""Whether a record shows a parameter at all, and what would."""
+"""Observability of each parameter in a record, and how to improve it."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Where a record shows a wheel at steady speed.
+"""Find plateaus of steady speed in a record.
 
 The speed of a record is cut into straight lines, as many as its noise supports. A line is a plateau
 where the wheel clearly turns, and where the drift of its speed is neither significant nor able to

@@ -1,4 +1,4 @@
-"""What a reader must know before using a fit, from statistics and from the physics of wheels."""
+"""Warnings about a fit from statistics and from the physics of wheels."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

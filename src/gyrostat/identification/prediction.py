@@ -1,4 +1,4 @@
-"""Modelled speed of a record and its derivative with respect to every parameter."""
+"""Predict the speed of a record and its derivatives with respect to each parameter."""
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache

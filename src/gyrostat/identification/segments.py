@@ -1,4 +1,4 @@
-"""Stretches of speed that share some parameters and have others of their own."""
+"""Segments of a speed signal with shared and separate parameters."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

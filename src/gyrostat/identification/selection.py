@@ -1,4 +1,4 @@
-"""Which parameters are estimated, from where, and with what a-priori knowledge."""
+"""Select estimated parameters, start values and a-priori information."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass

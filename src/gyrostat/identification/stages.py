@@ -1,4 +1,4 @@
-"""One start of a batch identification, in two stages.
+"""Two-stage iteration of a batch identification from one start.
 
 First viscous and Coulomb friction with T_s = c, which has no trap to fall into; then everything.
 A trial in which the modelled wheel rests while the real one turns is refused: from there no

@@ -1,4 +1,4 @@
-"""Start values from records alone: the equation of motion, integrated once, is linear.
+"""Start values from the integrated equation of motion, which is linear.
 
 w(t) - w(0) = (k_m/J) int I - (b/J) int w - (c/J) int sgn(w): no derivative of the noisy speed is
 taken, no start is needed, and no wheel can stick in it.

@@ -1,4 +1,4 @@
-"""What residuals say about a fit: noise level, whiteness, serial correlation."""
+"""Residual statistics: noise level, whiteness, serial correlation."""
 
 import math
 from dataclasses import dataclass

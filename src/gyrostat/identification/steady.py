@@ -1,4 +1,4 @@
-"""Friction curve from steady speeds: what holds a speed is the friction at that speed."""
+"""Friction curve from steady speeds."""
 
 from collections.abc import Mapping, Sequence
 

@@ -1,4 +1,4 @@
-"""Motor constant from steps of current: across a step the friction is the same on both sides."""
+"""Motor constant from current steps, across which friction is continuous."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

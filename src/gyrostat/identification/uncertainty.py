@@ -1,4 +1,4 @@
-"""How far an estimate may be off: formal, under a robust loss, and with correlated residuals."""
+"""Uncertainty of an estimate: formal, with robust loss, with correlated residuals."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""How well a known wheel predicts a record that it was not fitted to."""
+"""Prediction of an independent record by a known wheel."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The report of a campaign: distributions, percentiles, what drives them, the worst runs."""
+"""Report of a campaign: distributions, percentiles, drivers and worst runs."""
 
 import json
 from collections.abc import Callable

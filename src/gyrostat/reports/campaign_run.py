@@ -1,4 +1,4 @@
-"""The report of one run of a scenario."""
+"""Report of one run of a scenario."""
 
 import json
 import math

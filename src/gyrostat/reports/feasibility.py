@@ -1,4 +1,4 @@
-"""The files on what a spacecraft can still hold, and what a person reads of them."""
+"""Files and text of a feasibility answer."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Self-contained HTML pages: nothing in them is fetched from anywhere."""
+"""Self-contained HTML pages."""
 
 from collections.abc import Sequence
 from functools import lru_cache

@@ -1,4 +1,4 @@
-"""The files on a recovery, and what a person reads of them."""
+"""Files and text of a recovery."""
 
 import json
 from collections.abc import Callable, Mapping

@@ -1,4 +1,4 @@
-"""What the page of a run needs to show the motion: a few hundred attitudes and wheel speeds."""
+"""Data of the 3D replay of a run."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any

@@ -1,4 +1,4 @@
-"""Maps of the inertial directions that a boresight can hold."""
+"""Figures of sky maps."""
 
 import matplotlib as mpl
 import numpy as np

@@ -1,4 +1,4 @@
-"""Numbers and tables as a person reads them."""
+"""Numbers and tables as text."""
 
 import math
 from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""The files of an identification, and what a person reads of it in the terminal."""
+"""Files and text of an identification."""
 
 import json
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""A virtual bench: what a test bench would have recorded of a known wheel."""
+"""Virtual bench: the record that a test bench would take of a known wheel."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The one loop: a continuous plant, a sampled sensor and a sampled controller, as one scan."""
+"""The control loop: continuous plant, sampled sensor and sampled controller, as one scan."""
 
 from collections.abc import Callable
 from enum import IntEnum

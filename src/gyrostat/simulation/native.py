@@ -1,4 +1,4 @@
-"""The loop in lanes of compiled C: the same histories, sooner."""
+"""The control loop in compiled C with SIMD lanes."""
 
 from collections.abc import Mapping
 from typing import Any

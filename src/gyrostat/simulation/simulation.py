@@ -1,4 +1,4 @@
-"""Runs of the loop as labelled histories."""
+"""Simulate one run or a batch; labelled histories."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any

@@ -1,29 +1,5 @@
-"""What carries the wheels, and how its motion is measured."""
+"""Bodies with reaction wheels, their sensors, failures and environment."""
 
-from gyrostat.core import rotations
-from gyrostat.core.rotations import EulerAngles
-from gyrostat.papers.carvalho_fenili.reduced_gyrostat import (
-    ReducedGyrostat,
-    ReducedRecord,
-    ReducedSensor,
-    ReducedState,
-)
-from gyrostat.papers.carvalho_fenili.torque_driven import (
-    BodyRateRecord,
-    BodyTorqueCommand,
-    EulerMeasurement,
-    EulerSensor,
-    EulerState,
-    TorqueDrivenBody,
-)
-from gyrostat.papers.moreira_lopes_kuga.bench_wheel import (
-    BenchRecord,
-    BenchWheel,
-    BenchWheelState,
-    MomentumMeasurement,
-    MomentumSensor,
-    TorqueCommand,
-)
 from gyrostat.spacecraft.attitude_sensors import (
     StarTracker,
     TrackerGyroMeasurement,
@@ -58,19 +34,10 @@ from gyrostat.spacecraft.table import AirBearingTable, DriveRecord, TableCommand
 
 __all__ = [
     "AirBearingTable",
-    "BenchRecord",
-    "BenchWheel",
-    "BenchWheelState",
     "BodyMotion",
-    "BodyRateRecord",
-    "BodyTorqueCommand",
     "CircularOrbit",
     "DriveRecord",
     "DrivenGyrostat",
-    "EulerAngles",
-    "EulerMeasurement",
-    "EulerSensor",
-    "EulerState",
     "FaultySensor",
     "FrictionSteps",
     "GravityGradient",
@@ -83,13 +50,7 @@ __all__ = [
     "ImbalancedGyrostat",
     "ImbalancedRecord",
     "ImbalancedState",
-    "MomentumMeasurement",
-    "MomentumSensor",
     "RateGyro",
-    "ReducedGyrostat",
-    "ReducedRecord",
-    "ReducedSensor",
-    "ReducedState",
     "SensorFault",
     "SinusoidalMomentum",
     "Spacecraft",
@@ -106,8 +67,6 @@ __all__ = [
     "TableMeasurement",
     "TableSensors",
     "TableState",
-    "TorqueCommand",
-    "TorqueDrivenBody",
     "TrackerGyroMeasurement",
     "TrackerGyroSensors",
     "TrueTurn",
@@ -118,6 +77,5 @@ __all__ = [
     "check_inertia",
     "integrated_rate",
     "read_spacecraft",
-    "rotations",
     "unit_quaternion",
 ]

@@ -1,4 +1,4 @@
-"""Star tracker, gyro and tachometers of a spacecraft, as they are sampled in the loop."""
+"""Star tracker and gyro of a spacecraft."""
 
 from typing import Any, NamedTuple
 

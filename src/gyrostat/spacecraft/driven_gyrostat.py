@@ -1,4 +1,4 @@
-"""A gyrostat whose wheels are commanded through the electronics of their motors."""
+"""Gyrostat with motor electronics between command and wheel."""
 
 from collections import namedtuple
 from functools import cache

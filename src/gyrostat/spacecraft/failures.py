@@ -1,4 +1,4 @@
-"""Wheels that fail during a run."""
+"""Wheel failures during a run."""
 
 from typing import Self
 

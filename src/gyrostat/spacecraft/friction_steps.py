@@ -1,4 +1,4 @@
-"""Wheels whose bearings change during a run."""
+"""Step changes of bearing friction during a run."""
 
 from typing import Any
 

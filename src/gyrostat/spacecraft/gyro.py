@@ -1,4 +1,4 @@
-"""Sensors of the attitude and rate of a table, and all of its sensors together."""
+"""Gyro and combined sensors of an air-bearing table."""
 
 from typing import Any, NamedTuple
 

@@ -1,4 +1,4 @@
-"""A rigid body with reaction wheels that exchange momentum with it: the gyrostat."""
+"""Gyrostat: a rigid body with reaction wheels."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple

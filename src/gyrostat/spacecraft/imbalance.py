@@ -1,4 +1,4 @@
-"""Static and dynamic imbalance of the wheels, and the jitter that the body has of them."""
+"""Static and dynamic wheel imbalance, and the jitter that it causes."""
 
 from typing import Any, NamedTuple
 

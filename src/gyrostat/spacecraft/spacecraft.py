@@ -1,4 +1,4 @@
-"""A spacecraft as a rigid body with wheels."""
+"""Parameters of a rigid body with wheels."""
 
 import equinox as eqx
 import numpy as np

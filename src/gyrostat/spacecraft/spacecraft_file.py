@@ -1,4 +1,4 @@
-"""spacecraft.toml: a body and its wheels, in SI units or with units, in body axes.
+"""Read spacecraft.toml: a body and its wheels.
 
 [body]
 name = "cube"                     # optional

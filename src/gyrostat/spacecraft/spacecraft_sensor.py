@@ -1,4 +1,4 @@
-"""Attitude, rate and wheel speeds of a spacecraft as they are measured."""
+"""Attitude, rate and wheel measurements of a spacecraft."""
 
 from typing import Any, NamedTuple
 

@@ -1,4 +1,4 @@
-"""A spacecraft whose wheel speeds are the input, its total momentum given over time."""
+"""Spacecraft with wheel speeds as input and prescribed total momentum."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""A spacecraft whose wheels follow commanded speeds as well as motor, bearing and loop let them."""
+"""Spacecraft with closed wheel-speed loops, including motor limits and bearing friction."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple

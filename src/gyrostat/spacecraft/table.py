@@ -1,4 +1,4 @@
-"""A one-axis air-bearing table that carries a reaction wheel."""
+"""One-axis air-bearing table with a reaction wheel."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple

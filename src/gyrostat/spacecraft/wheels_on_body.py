@@ -1,4 +1,4 @@
-"""The wheels of a spacecraft as dry contacts between rotors and body."""
+"""Coupled bearing equations of wheels on a free body."""
 
 from typing import Any, NamedTuple
 

@@ -1,4 +1,4 @@
-"""From the columns of a file, whatever its format, to a checked record."""
+"""Build a checked record from the columns of a file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

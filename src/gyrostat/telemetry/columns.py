@@ -1,4 +1,4 @@
-"""Which column of a file plays which role, and in which unit."""
+"""Roles and units of the columns of a file."""
 
 import difflib
 import re

@@ -1,4 +1,4 @@
-"""Wording of messages: the one line that says what is wrong with a file."""
+"""Error messages of the record readers."""
 
 from collections.abc import Iterable
 from pathlib import Path

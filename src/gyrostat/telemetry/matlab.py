@@ -1,4 +1,4 @@
-"""MATLAB files of version 5 to 7: the variables that are vectors of numbers.
+"""Read MATLAB files of version 5 to 7.
 
 Read here rather than by scipy.io.loadmat, which ends the whole process on some damaged files.
 The format is that of "MAT-File Format" (MathWorks), chapter 1.

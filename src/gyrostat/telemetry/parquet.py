@@ -1,4 +1,4 @@
-"""Parquet files: what the file says, read only where it is wanted."""
+"""Read Parquet files."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Reading a bench record from a file."""
+"""Read a bench record from a file."""
 
 import os
 import stat

@@ -1,4 +1,4 @@
-"""A bench record: what was measured on a wheel."""
+"""Bench record of a wheel."""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,4 @@
-"""Delimited text: what the file says, read line by line in bounded memory."""
+"""Read delimited text line by line in bounded memory."""
 
 import csv
 import math

@@ -1,4 +1,4 @@
-"""Writing a record to a file that `read_record` reads back without loss."""
+"""Write a record so that `read_record` reads it back without loss."""
 
 import os
 from pathlib import Path

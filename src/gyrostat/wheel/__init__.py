@@ -1,6 +1,5 @@
 """A reaction wheel with true dry friction, how it answers a current, and its model file."""
 
-from gyrostat.core.arrays import PerWheel
 from gyrostat.wheel.array import WheelArray
 from gyrostat.wheel.axes import orthogonal_axes, pyramid_axes
 from gyrostat.wheel.bristles import bend, carry
@@ -23,7 +22,6 @@ __all__ = [
     "Driver",
     "LowPass",
     "Motion",
-    "PerWheel",
     "PulseTachometer",
     "Tachometer",
     "Wheel",

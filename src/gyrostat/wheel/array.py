@@ -1,4 +1,4 @@
-"""Several wheels on one body."""
+"""Array of wheels on one body."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat.core.arrays import Scalar
+from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import check_parts, require
@@ -17,8 +17,6 @@ UNIT_TOLERANCE = 1e-6
 
 LIMIT_TOLERANCE = 1e-9
 """Of a momentum limit: speeds are converted and rounded."""
-
-PerWheel = Float[Array, " wheels"]
 
 
 def listed(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Usual arrangements of wheels."""
+"""Common wheel arrangements: orthogonal, pyramid."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Stepping of a wheel whose friction is that of bristles: stiff, smooth, with no stick rule."""
+"""Step a wheel with bristle friction (LuGre, Dahl) by a stiff integrator."""
 
 from typing import Any
 

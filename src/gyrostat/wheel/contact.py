@@ -1,4 +1,4 @@
-"""What a wheel rubs against: the equations of motion around one dry contact."""
+"""Equation of motion at the bearing of one wheel."""
 
 import abc
 from typing import Any, NamedTuple

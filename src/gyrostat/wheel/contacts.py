@@ -1,4 +1,4 @@
-"""What several wheels on one carrier rub against: their coupled equations of motion."""
+"""Coupled equations of motion at the bearings of several wheels on one carrier."""
 
 import abc
 from typing import Any, NamedTuple

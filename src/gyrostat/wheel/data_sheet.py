@@ -1,4 +1,4 @@
-"""Data sheets of wheels: published numbers, each with its source.
+"""Data sheets of commercial wheels: published values with their sources.
 
 A sheet is a TOML file: `name`, and for each quantity a table with its `value`, a number in SI units
 or a text with a unit, and its `source`, where it comes from or why it is what it is:

@@ -1,4 +1,4 @@
-"""The electronics between a commanded current and the motor of a wheel."""
+"""Motor electronics: lag, limits, quantisation, back-EMF."""
 
 import equinox as eqx
 import numpy as np

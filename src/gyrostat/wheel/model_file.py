@@ -1,4 +1,4 @@
-"""model.toml: one wheel with its friction, in SI units, for everything that comes after.
+"""Read and write model.toml: one wheel with its friction.
 
 [wheel]
 inertia = 0.0015          # kg·m²
@@ -132,7 +132,7 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
     if impossible and not force:
         raise InputError(
             f"{path}: key validity.impossible: found a wheel that cannot exist ({impossible}), "
-            "expected one that can; bench, simulate, campaign and export take it with --force"
+            "expected one that can; --force takes it where it can be computed with"
         )
     refuse_unknown(path, "wheel.", wheel, _WHEEL)
     refuse_unknown(path, "friction.", friction, model.dimensions())
@@ -144,7 +144,8 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
     for key, section in required.items():
         if key.split(".")[1] not in section:
             raise InputError(f"{path}: key {key}: found none, expected its value in SI units")
-    positive = {*_WHEEL, *model.held_by_default}
+    # what is marked as impossible keeps its signs: a prediction shows whether the mark is right
+    positive = set() if impossible else {*_WHEEL, *model.held_by_default}
     values = {
         n: number(path, f"{section}.{n}", v, positive=n in positive)
         for section, entries in (("wheel", wheel), ("friction", friction))

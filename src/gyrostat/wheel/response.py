@@ -1,4 +1,4 @@
-"""The speed of a wheel on a fixed bench, driven by a sampled current."""
+"""Speed response of a wheel on a fixed bench to a sampled current."""
 
 from typing import Any, Literal, NamedTuple
 

@@ -1,4 +1,4 @@
-"""A stiff integrator for small systems: Rosenbrock steps that choose their own length.
+"""Rosenbrock integrator for small stiff systems.
 
 RODAS, six stages, fourth order with an embedded third-order error estimate, stiffly accurate.
 E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", section IV.7 and table of the

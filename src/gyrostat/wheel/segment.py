@@ -1,4 +1,4 @@
-"""Pieces of exact stepping with dry friction that one wheel and several share.
+"""Event location shared by the stepping of one wheel and of several.
 
 Between two events every wheel rests or turns in one sense, so that the right-hand side is smooth:
 a segment is one Runge-Kutta step of it, short enough to resolve the friction curve, and its end may

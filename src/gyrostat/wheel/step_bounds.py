@@ -1,4 +1,4 @@
-"""What is known of a segment of several wheels at its start: how long it may be, who stays held."""
+"""Step bounds at the start of a segment: its length, and wheels certain to stay at rest."""
 
 from typing import NamedTuple
 

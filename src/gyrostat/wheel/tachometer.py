@@ -1,4 +1,4 @@
-"""Sensors of the speed of wheels, and what may stand behind any sensor.
+"""Tachometers: noise, counted pulses, low pass, delay.
 
 A sensor has `start(state, period) -> memory` and `sensor(memory, state, key) -> memory, value`. It
 is sampled once in each control period.

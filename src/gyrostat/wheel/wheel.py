@@ -1,4 +1,4 @@
-"""One reaction wheel: rotor, motor and bearing friction."""
+"""Parameters of one reaction wheel: rotor, motor, bearing friction."""
 
 import equinox as eqx
 

@@ -1,4 +1,4 @@
-"""From Python functions to a C module: `emit`."""
+"""Emit a C module from Python functions."""
 
 import re
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Operations as expressions of C, with no more brackets than they need."""
+"""C expressions for operations, with the fewest brackets."""
 
 import math
 import re

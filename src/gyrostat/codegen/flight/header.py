@@ -1,4 +1,4 @@
-"""The header of an emitted module: structs with what their fields mean, and prototypes."""
+"""Header of an emitted module: documented structs and prototypes."""
 
 import inspect
 import re

@@ -1,4 +1,4 @@
-"""Names and comments of C."""
+"""C identifiers and comments."""
 
 import re
 

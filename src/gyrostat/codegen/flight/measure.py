@@ -1,4 +1,4 @@
-"""What the user's own compiler makes of emitted C: size, stack, and what single precision costs."""
+"""Code size, stack use and single-precision error of emitted C, as compiled here."""
 
 import re
 import shutil

@@ -1,4 +1,4 @@
-"""What is emitted, and what is emitted from."""
+"""Inputs and output of the C emitter: entry points, ports and the module."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

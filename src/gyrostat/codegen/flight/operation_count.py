@@ -1,4 +1,4 @@
-"""How many operations a function of the emitted program takes."""
+"""Operation count of an emitted function."""
 
 from collections import Counter
 from collections.abc import Mapping

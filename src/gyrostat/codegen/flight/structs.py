@@ -1,4 +1,4 @@
-"""From a tree of Python objects to C structs with the same names, and back to its leaves."""
+"""C structs for trees of Python objects, with the same names."""
 
 import dataclasses
 import inspect

@@ -1,4 +1,4 @@
-"""From a program of scalars to the text of C functions."""
+"""Write the C text of a program of scalars."""
 
 import textwrap
 from collections import Counter

@@ -1,4 +1,4 @@
-"""Rules by which an operation on numbers is a simpler one, or none."""
+"""Algebraic simplifications of single operations."""
 
 import math
 import sys

@@ -1,4 +1,4 @@
-"""A function of one run, compiled for many."""
+"""Compile a function of one run for many runs, one in each SIMD lane."""
 
 import ctypes
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""What a campaign may compute beyond flight code: noise, more kinds of numbers, any loop."""
+"""Primitives allowed in batches beyond flight code: random numbers, more types, any loop."""
 
 from typing import Any
 

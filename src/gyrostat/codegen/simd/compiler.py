@@ -1,4 +1,4 @@
-"""The user's C compiler, and the libraries that it makes."""
+"""The user's C compiler and a cache of compiled libraries."""
 
 import ctypes
 import hashlib

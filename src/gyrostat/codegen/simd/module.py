@@ -1,4 +1,4 @@
-"""A C module from a function of scalars."""
+"""C module for SIMD lanes from a function of scalars."""
 
 from collections.abc import Sequence
 

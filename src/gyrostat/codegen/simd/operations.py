@@ -1,4 +1,4 @@
-"""Operations as expressions of C: on one number, and on one in each lane."""
+"""C expressions for operations on one number and on one number in each lane."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What is seldom needed is computed only where some lane needs it.
+"""Rarely taken branches: values needed by few lanes are computed only when one needs them.
 
 A select computes both of its sides. Where its test asks whether two real numbers are equal, as a
 wheel's speed and zero, few lanes take the one side: all that leads to it alone becomes a branch,

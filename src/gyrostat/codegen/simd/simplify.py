@@ -1,4 +1,4 @@
-"""Arithmetic that a program of lanes can do without.
+"""Remove redundant arithmetic from a program for SIMD lanes.
 
 What is computed twice is computed once, products with constant zeros and ones go, divisions by
 constants and by what does not change in a loop become products. Results may move by roundings, but

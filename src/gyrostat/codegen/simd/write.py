@@ -1,4 +1,4 @@
-"""From a program of scalars to C in which each scalar is a vector of lanes.
+"""Write C in which each scalar of a program is a vector with one run in each lane.
 
 What does not depend on a run stays one number. A branch whose lanes differ does both of its
 blocks and selects; a loop goes on while any lane does and changes only those.

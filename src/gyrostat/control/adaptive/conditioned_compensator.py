@@ -1,12 +1,12 @@
-"""A model error compensator for actuators with limits."""
+"""Model error compensator with anti-windup for actuators with limits."""
 
 from typing import Any, NamedTuple
 
 import equinox as eqx
-from gyrostat.core.arrays import Scalar
 from jaxtyping import Array, Float
 
 from gyrostat.control.adaptive.frit import SampledModel, Signal
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jnp
 
 

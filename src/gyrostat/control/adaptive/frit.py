@@ -10,9 +10,9 @@ from typing import Any, NamedTuple, Protocol
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Scalar
 from jaxtyping import Array, Bool, Float
 
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.validation import check_parts, require

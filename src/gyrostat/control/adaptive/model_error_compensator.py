@@ -1,14 +1,14 @@
-"""The model error compensator (MEC): keeps a plant beside a nominal model of it."""
+"""Model error compensator (MEC): makes a plant follow its nominal model."""
 
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Scalar
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.adaptive.frit import FritMemory, Gain, OnlineFrit, SampledModel, Signal
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp, ravel_pytree
 from gyrostat.core.validation import check_parts

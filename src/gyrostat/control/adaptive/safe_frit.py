@@ -1,10 +1,9 @@
-"""On-line FRIT that may be left alone: a bounded gain for each channel, heeded when it can be."""
+"""FRIT with bounded gains, adapted only while excitation suffices."""
 
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Scalar
 from jaxtyping import Array, Bool
 
 from gyrostat.control.adaptive.frit import (
@@ -15,6 +14,7 @@ from gyrostat.control.adaptive.frit import (
     recursive_least_squares,
     regression,
 )
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.validation import check_parts, require

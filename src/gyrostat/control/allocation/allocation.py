@@ -1,4 +1,4 @@
-"""Sharing a torque among wheels: the least sum of squares, or the least of the largest.
+"""Torque allocation over wheels: pseudo-inverse (least squares) and minimax.
 
 An allocation is called with the axes (3, wheels), the torque limits (wheels,), N·m, which wheels
 work (wheels,), and the torque (3,), N·m, that they shall take up together; it gives the motor
@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import PerWheel, Scalar, Vector3
 from jaxtyping import Array, Bool, Float
 
+from gyrostat.core.arrays import PerWheel, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import inverse_definite
 

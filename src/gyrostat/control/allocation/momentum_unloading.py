@@ -1,9 +1,9 @@
-"""External torque that takes momentum from the wheels."""
+"""Momentum unloading (desaturation) by an external torque."""
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Scalar, Vector3
 
+from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import require
 from gyrostat.wheel.array import listed

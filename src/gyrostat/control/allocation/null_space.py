@@ -1,14 +1,14 @@
-"""Wheel speeds chosen by torques that the body does not feel."""
+"""Null-space control: wheel speeds shaped by torques that cancel on the body."""
 
 from itertools import product
 from typing import Self
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import PerWheel, Scalar
 from numpy.typing import ArrayLike
 
 from gyrostat.control.allocation.allocation import Axes, Working, spread
+from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.types import Matrix

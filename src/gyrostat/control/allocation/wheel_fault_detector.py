@@ -1,14 +1,14 @@
-"""What the wheels lose of their commanded torque: drag to make up for, or a failure."""
+"""Wheel fault detector: estimates drag on each wheel and declares failures."""
 
 from typing import NamedTuple
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import PerWheel, Scalar
 from jaxtyping import Array, Bool
 
 from gyrostat.control.allocation.allocation import Working
 from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
+from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import require

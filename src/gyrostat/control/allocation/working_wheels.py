@@ -1,4 +1,4 @@
-"""What is left of an array of wheels after a failure, for laws that are planned on it."""
+"""The subset of working wheels, for laws designed on it."""
 
 from typing import NamedTuple, Self
 

@@ -1,13 +1,13 @@
-"""Proportional, integral and derivative action on the attitude of one axis."""
+"""PID control of the attitude about one axis."""
 
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Scalar
 from jaxtyping import Array, Float
 
 from gyrostat.control.attitude.command import CurrentCommand
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import check_parts, require
 

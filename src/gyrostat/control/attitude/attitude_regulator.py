@@ -1,16 +1,16 @@
-"""State feedback of attitude and rate, linear or state-dependent, by any number of wheels."""
+"""State feedback of attitude and rate, LQR or SDRE, on any number of wheels."""
 
 from dataclasses import replace
 from typing import Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import PerWheel, Quaternion, Scalar
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.allocation.working_wheels import SPAN
 from gyrostat.control.design.factorisations import MRPBody
 from gyrostat.control.design.riccati import RiccatiSolution, riccati
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite

@@ -1,4 +1,4 @@
-"""What a controller of a wheel's current commands."""
+"""Current command of a wheel."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What a controller has commanded at the last samples, where commands take time to act."""
+"""Delay line of past commands, for controllers that account for command delay."""
 
 from typing import Any
 

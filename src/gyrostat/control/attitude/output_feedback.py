@@ -1,13 +1,13 @@
-"""A loop closed on estimates: any controller of a spacecraft behind an attitude filter."""
+"""Output feedback: a state-feedback controller behind an attitude filter."""
 
 from collections import namedtuple
 from functools import cache
 from typing import Any, NamedTuple
 
 import equinox as eqx
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 
 from gyrostat.control.missing_sample import predicted
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import check_parts, check_period
 from gyrostat.estimation import AttitudeEstimate, AttitudeFilter

@@ -1,7 +1,6 @@
-"""The body rate that brings a spacecraft with working wheels about every axis to an attitude."""
+"""Body-rate command that turns a spacecraft with three-axis control to an attitude."""
 
 import equinox as eqx
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 
 from gyrostat.control.attitude.wheel_rate_loop import PerWheel, WheelRateLoop
 from gyrostat.control.underactuated.two_wheel_law import (
@@ -12,6 +11,7 @@ from gyrostat.control.underactuated.two_wheel_law import (
     largest_inertia,
 )
 from gyrostat.core import rotations
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import check_parts, require
 

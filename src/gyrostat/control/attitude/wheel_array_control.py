@@ -1,10 +1,9 @@
-"""Attitude control by an array of wheels: from attitude and rate to the torque of every wheel."""
+"""Attitude control by an array of wheels: attitude and rate to wheel torques."""
 
 from typing import Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
@@ -15,6 +14,7 @@ from gyrostat.control.allocation.wheel_fault_detector import WheelWatch, WheelWa
 from gyrostat.control.attitude.commands_sent import Sent, nothing_sent, sent_too
 from gyrostat.control.underactuated.two_wheel_law import brake
 from gyrostat.core import rotations
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.validation import check_parts, require

@@ -1,12 +1,12 @@
-"""From a wanted body rate to the torques of wheels that carry momentum."""
+"""Rate loop: commanded body rate to torques of wheels that carry momentum."""
 
 from typing import Any, NamedTuple
 
 import equinox as eqx
-from gyrostat.core.arrays import Scalar, Vector3
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
+from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import require
 from gyrostat.spacecraft import WheelTorqueCommand

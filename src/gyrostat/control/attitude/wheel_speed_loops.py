@@ -1,13 +1,13 @@
-"""A controller that commands wheel speeds, as one that commands motor torques."""
+"""Adapts speed commands to torque-commanded wheels."""
 
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import PerWheel, Scalar
 from jaxtyping import Array, Bool
 
 from gyrostat.control.missing_sample import predicted
+from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import check_parts, check_period, require
@@ -50,9 +50,9 @@ class WheelSpeedMemory(NamedTuple):
 class WheelSpeedLoops(eqx.Module):
     """m = w_n² J integral(r - W) + 2 w_n J (r / 2 - W) on each wheel, within its torque.
 
-    The loop of `gyrostat.spacecraft.SpeedLoopSpacecraft`, sampled with the controller: r is the commanded
-    and W the measured speed. What drives further beyond the limit is not summed up. At the first
-    sample the loop is at rest where the wheel is.
+    The loop of `gyrostat.spacecraft.SpeedLoopSpacecraft`, sampled with the controller: r is the
+    commanded and W the measured speed. What drives further beyond the limit is not summed up. At
+    the first sample the loop is at rest where the wheel is.
 
     Attributes:
         controller: commands `speed` (wheels,), rad/s.

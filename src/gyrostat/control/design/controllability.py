@@ -1,4 +1,4 @@
-"""What an input cannot reach: rank, and the directions that nothing stops."""
+"""Controllability of a linear system: rank, and uncontrollable directions."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple

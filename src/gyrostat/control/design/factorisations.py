@@ -1,10 +1,10 @@
-"""State-dependent factorisations of a rigid body under torque: x' = A(x) x + B(x) u, exactly."""
+"""State-dependent factorisations x' = A(x) x + B(x) u of a rigid body under torque."""
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from jaxtyping import Array, Float
 
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import product, solve

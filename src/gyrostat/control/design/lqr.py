@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Scalar
 from jaxtyping import Array, Bool, Float
 from numpy.typing import ArrayLike
 
 from gyrostat.control.design.controllability import uncontrollable
 from gyrostat.control.design.riccati import RiccatiSolution, riccati
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix

@@ -5,11 +5,11 @@ from typing import Any
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Scalar
 from jaxtyping import Array, Float
 
 from gyrostat.control.design.lqr import FeedbackCommand, check_weight
 from gyrostat.control.design.riccati import DOUBLINGS, RiccatiSolution, riccati
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import check_parts

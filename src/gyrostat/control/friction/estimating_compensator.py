@@ -1,13 +1,13 @@
-"""Friction compensation that works from a noisy tachometer and a friction model that is wrong."""
+"""Friction compensation with on-line estimation of speed and friction."""
 
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Scalar
 from jaxtyping import Array, Float
 
 from gyrostat.control.attitude.attitude_pid import AttitudePID, PIDMemory
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import check_parts, require
 from gyrostat.estimation import MomentumEstimate, RateEstimate, RateObserver, WheelMomentumFilter

@@ -1,11 +1,11 @@
-"""Friction of a model, added to the wheel torques that another controller commands."""
+"""Friction feed-forward: adds modelled friction to the wheel torques of another controller."""
 
 from typing import Any
 
 import equinox as eqx
-from gyrostat.core.arrays import PerWheel, Scalar
 
 from gyrostat.control.missing_sample import predicted
+from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import check_parts, check_period, require
 from gyrostat.wheel.friction import Friction

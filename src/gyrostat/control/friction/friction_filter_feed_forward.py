@@ -1,13 +1,13 @@
-"""Friction that a Kalman filter finds on each wheel, added to what another controller commands."""
+"""Friction feed-forward from a Kalman filter on each wheel."""
 
 from typing import Any, NamedTuple
 
 import equinox as eqx
-from gyrostat.core.arrays import PerWheel, Scalar
 from jaxtyping import Array, Float
 
 from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
 from gyrostat.control.missing_sample import predicted
+from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.validation import check_parts, check_period
 from gyrostat.estimation import FrictionTorqueEstimate, FrictionTorqueFilter

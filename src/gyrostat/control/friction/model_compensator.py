@@ -1,13 +1,13 @@
-"""The dynamic model compensator: the friction of the model, added to the demanded torque."""
+"""Dynamic model compensator: adds modelled friction to the commanded torque."""
 
 from typing import Any
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Scalar
 
 from gyrostat.control.attitude.attitude_pid import AttitudePID, PIDMemory
 from gyrostat.control.attitude.command import CurrentCommand
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import check_parts, require
 from gyrostat.wheel.friction import Friction

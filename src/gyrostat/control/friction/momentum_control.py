@@ -1,12 +1,12 @@
-"""Control of a wheel's momentum, with and without an estimate of its friction."""
+"""Wheel momentum control, with and without a friction estimate."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import equinox as eqx
-from gyrostat.core.arrays import Scalar
 from jaxtyping import Array, Int
 
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import require
 from gyrostat.estimation import (

@@ -1,14 +1,14 @@
-"""Speed mode: the attitude law sets the speed of the wheel, a loop of its own holds it there."""
+"""Speed mode: the attitude law commands wheel speed, an inner loop tracks it."""
 
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Scalar
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.attitude.attitude_pid import AttitudePID, PIDMemory
 from gyrostat.control.attitude.command import CurrentCommand
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import check_parts, require
 

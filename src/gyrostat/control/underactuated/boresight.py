@@ -1,12 +1,12 @@
-"""Pointing a body axis: how fast to turn towards a direction, and what two wheels do for it."""
+"""Boresight pointing with two wheels: turn rate towards a direction, and wheel torques for it."""
 
 from typing import NamedTuple
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Scalar, Vector3
 from jaxtyping import Array, Float
 
+from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import inverse_definite

@@ -1,10 +1,9 @@
-"""Attitude as roll about the total momentum, spin about a body axis, and the angle between them."""
+"""Attitude as angles relative to the total angular momentum."""
 
 from typing import NamedTuple
 
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
-
 from gyrostat.core import rotations
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 
 

@@ -1,13 +1,13 @@
-"""Pointing with two wheels by input-output linearisation: zeroing of two quaternion components."""
+"""Two-wheel pointing by input-output linearisation of two quaternion components."""
 
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.adaptive.model_error_compensator import Compensation
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import inverse_definite

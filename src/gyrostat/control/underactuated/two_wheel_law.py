@@ -1,11 +1,10 @@
-"""The body rate that brings a spacecraft with two working wheels to a holdable attitude."""
+"""Body-rate command that brings a spacecraft with two working wheels to a feasible attitude."""
 
 from itertools import product
 from typing import NamedTuple
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 
 from gyrostat.control.attitude.wheel_rate_loop import PerWheel, WheelRateLoop
 from gyrostat.control.underactuated.momentum_angles import (
@@ -14,6 +13,7 @@ from gyrostat.control.underactuated.momentum_angles import (
     momentum_frame,
 )
 from gyrostat.core import rotations
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import check_parts, require
 

@@ -1,10 +1,9 @@
-"""Pointing with two wheels, as it would be flown: limits, momentum, a compensator for the rest."""
+"""Two-wheel pointing with torque limits, momentum and error compensation."""
 
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from jaxtyping import Array, Bool
 
 from gyrostat.control.adaptive.conditioned_compensator import (
@@ -15,6 +14,7 @@ from gyrostat.control.adaptive.model_error_compensator import Integrators
 from gyrostat.control.adaptive.safe_frit import SafeFrit, SafeFritMemory
 from gyrostat.control.underactuated.boresight import BoresightLaw, Pair, WheelMap, governed
 from gyrostat.control.underactuated.output_zeroing import check_two_wheels
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import error, rotation_vector, to_body, to_inertial

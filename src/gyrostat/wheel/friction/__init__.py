@@ -3,7 +3,6 @@
 import importlib
 import pkgutil
 
-from gyrostat.core.arrays import Scalar
 from gyrostat.wheel.friction.base import Friction, parameter
 from gyrostat.wheel.friction.directional import DirectionalStribeck
 from gyrostat.wheel.friction.lugre import LuGre, static_curve
@@ -24,7 +23,6 @@ __all__ = [
     "DirectionalStribeck",
     "Friction",
     "LuGre",
-    "Scalar",
     "Stribeck",
     "ViscousCoulomb",
     "parameter",

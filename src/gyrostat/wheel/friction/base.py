@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
 import equinox as eqx
-from jaxtyping import Array, Float
 
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.units import SI_UNIT
 from gyrostat.core.validation import require
-
-Scalar = float | Float[Array, ""]
 
 
 def parameter(dimension: str) -> Any:

@@ -1,10 +1,9 @@
-"""Recovery after wheels have failed, where the others and the momentum suffice."""
+"""Recovery law for working wheels that suffice together with the total momentum."""
 
 from typing import Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Scalar, Vector3
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
@@ -14,6 +13,7 @@ from gyrostat.control.attitude.wheel_rate_loop import RateLoopMemory, WheelRateL
 from gyrostat.control.underactuated.momentum_angles import momentum_frame
 from gyrostat.control.underactuated.two_wheel_law import NO_WAY, TwoWheelLaw, Way
 from gyrostat.core import rotations
+from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft, WheelTorqueCommand

@@ -1,15 +1,15 @@
-"""Recovery with one working wheel, where the momentum lends it the other two directions."""
+"""Recovery law for one working wheel and nonzero total momentum."""
 
 from typing import Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from gyrostat.control.allocation.working_wheels import SPAN, WorkingWheels
 from gyrostat.control.design.lqr import lqr
 from gyrostat.core import rotations, types
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite

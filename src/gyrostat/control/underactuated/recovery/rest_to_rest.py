@@ -1,4 +1,4 @@
-"""Rest-to-rest turns of a body that can only turn about axes of one plane.
+"""Rest-to-rest turns of a body that can only turn about axes in one plane.
 
 Two wheels without momentum leave the body rate orthogonal to one axis z of the body, z along J n
 with n the normal of the two wheel axes: the rolling of a ball without twist. Every attitude is in
@@ -18,9 +18,8 @@ only; one turn for each call, `vmap` gives many.
 
 from typing import NamedTuple
 
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
-
 from gyrostat.core import rotations
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax, jnp
 
 HALVINGS = 64

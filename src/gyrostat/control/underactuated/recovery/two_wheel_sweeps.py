@@ -1,10 +1,9 @@
-"""Sweeps of a spacecraft with two working wheels, the drift on their way included."""
+"""Sweeps of a spacecraft with two working wheels, including drift during the sweep."""
 
 from typing import Any, Self
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.allocation.working_wheels import SPAN, WorkingWheels
@@ -16,6 +15,7 @@ from gyrostat.control.underactuated.recovery.rest_to_rest import (
     turned,
 )
 from gyrostat.core import rotations
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft

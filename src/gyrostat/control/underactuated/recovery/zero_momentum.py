@@ -1,15 +1,15 @@
-"""Pointing with two wheels when there is next to no momentum."""
+"""Recovery law for two working wheels and almost zero total momentum."""
 
 from typing import Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.underactuated.recovery.rest_to_rest import Sweep, progress, rate_axis, turned
 from gyrostat.control.underactuated.recovery.two_wheel_sweeps import TwoWheelSweeps
 from gyrostat.core import rotations
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import require
 from gyrostat.spacecraft import Spacecraft

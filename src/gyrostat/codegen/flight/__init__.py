@@ -1,0 +1,6 @@
+"""C99 for flight: a traced function as a module with structs, a header and a check program."""
+
+from gyrostat.codegen.flight.c import emit
+from gyrostat.codegen.flight.module import Entry, Module, Port
+
+__all__ = ["Entry", "Module", "Port", "emit"]

@@ -1,0 +1,3 @@
+"""Distribution of torque over wheels: allocation, null space, unloading, fault detection."""
+
+__all__: list[str] = []

@@ -1,0 +1,3 @@
+"""Attitude control laws for three axes, their wheel loops and their commands."""
+
+__all__: list[str] = []

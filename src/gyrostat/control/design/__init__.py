@@ -1,0 +1,3 @@
+"""Riccati equations, LQR, SDRE factorisations and controllability."""
+
+__all__: list[str] = []

@@ -1,0 +1,3 @@
+"""Controllers that cancel or estimate the bearing friction of a wheel."""
+
+__all__: list[str] = []

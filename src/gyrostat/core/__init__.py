@@ -1,0 +1,3 @@
+"""Array types, units, errors, small linear algebra, rotations, validation and files."""
+
+__all__: list[str] = []
