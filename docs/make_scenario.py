@@ -165,8 +165,8 @@ that is not finite then ends the run."""
 METRICS_OUT = """## What is measured
 
 The columns of the table of runs, beside `run`, the drawn values, `status` (0: complete) and `ended`
-(s). They are computed while a run flies. Percentiles come from a histogram of the error with bins
-2 % wide, so they are good to 1 % of their value.
+(s). They are computed while a run flies. Percentiles are exact, by rank, but for very long runs
+([campaign](campaign.md#read-the-report)).
 
 | metric | unit | meaning |
 |---|---|---|
@@ -269,8 +269,8 @@ def page():
         "",
         "Each has a `name` of its own, a `kind`, a `wheel` (by name) unless it is a slew, and a "
         "wheel has one friction step and one other event. `target` is a quaternion, scalar first. "
-        "`sensor` is a measured field: `attitude`, `rate` or `wheel_momentum`; an `axis` (`x`, "
-        "`y`, `z`) of `rate` or a `wheel` of `wheel_momentum` may be named, or all elements are "
+        "`sensor` is a measured field: `attitude`, `rate` or `wheel_speed`; an `axis` (`x`, `y`, "
+        "`z`) of `rate` or a `wheel` of `wheel_speed` may be named, or all elements are "
         "hit. A sensor may have several faults. `magnitude` of a spike is in the unit of the "
         "field.",
         "",

@@ -1,5 +1,6 @@
 """The ready scenarios: each is whole, is traced with every number free, and is listed."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from gyrostat.campaigns import Scenario
 from gyrostat.campaigns.build import build, plan
 from gyrostat.campaigns.metrics import observer
 from gyrostat.campaigns.scenario_file import read_scenario
+from gyrostat.campaigns.schema import GUARD
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.simulation import loop_parts
 
@@ -47,6 +49,19 @@ def test_every_example_is_read_and_traced(path):
     shapes = [[leaf.shape for leaf in jax.tree.leaves(carry)] for carry in (after, before)]
     assert shapes[0] == shapes[1]
     assert error.shape == ()
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_every_example_may_be_guarded(path):
+    """The guard keeps no memory that is not finite: it must be finite from the start."""
+    scenario = replace(read_scenario(path), guard="hold")
+    limits = {f"guard.{name}": key.default for name, key in GUARD.items()}
+    values = {**scenario.values, **limits}
+    setup = build(replace(scenario, values=values), values, plan(scenario))
+    period = values["run.control_period"]
+    setup.controller.check_period(period)
+    for leaf in jax.tree.leaves(setup.controller.start(period)):
+        assert jnp.all(jnp.isfinite(leaf))
 
 
 @pytest.mark.parametrize("page", ["docs/scenario.md", "examples/README.md"])

@@ -129,6 +129,18 @@ def test_a_command_that_is_not_finite_does_not_leave():
     assert (float(third.torque), float(after.controller)) == (0.25, 0.75)
 
 
+class Unset(Reciprocal):
+    """Its memory is infinite at the start, for "nothing measured yet"."""
+
+    def start(self, period):
+        return jnp.array(jnp.inf)
+
+
+def test_a_memory_that_the_guard_would_never_keep_is_refused():
+    with pytest.raises(InputError, match="Unset: found a memory that is not finite at the start"):
+        Guarded(Unset(), MeasurementGuard.of(GOOD)).check_period(PERIOD)
+
+
 class Flagged(NamedTuple):
     """A measurement whose wheels have flags."""
 

@@ -66,8 +66,18 @@ class Guarded(eqx.Module):
         check_parts(self.controller, self.guard)
 
     def check_period(self, period: float) -> None:
-        """Refuse a control period, s, that the controller refuses, by `InputError`."""
+        """Refuse a control period, s, that the controller refuses.
+
+        Raises:
+            InputError: the controller refuses it, or its memory is not finite at the start, so that
+                it would never give a command.
+        """
         check_period(period, self.controller)
+        if not finite(self.controller.start(period)):
+            raise InputError(
+                f"{type(self.controller).__name__}: found a memory that is not finite at the "
+                "start, expected finite numbers behind a guard"
+            )
 
     def start(self, period: Scalar) -> GuardedMemory:
         """Memory before the first sample; the safe command is zero until one was accepted.

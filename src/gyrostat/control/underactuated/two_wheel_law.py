@@ -47,8 +47,9 @@ class Way(NamedTuple):
     spin: Scalar
 
 
-NO_WAY = Way(np.inf, np.inf)
-"""Before the first sample."""
+NO_WAY = Way(100.0, 100.0)
+"""Before the first sample: far from every way, all within 3 pi, and finite, because a guarded
+controller keeps no other memory."""
 
 
 class _Geometry(NamedTuple):
