@@ -9,6 +9,8 @@ from scipy import stats
 
 from gyrostat.campaigns import Dispersion
 from gyrostat.campaigns.draws import check_draws, draw
+from gyrostat.campaigns.scenario import Event
+from gyrostat.campaigns.schema import GUARD
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 
@@ -93,3 +95,26 @@ def test_a_value_that_makes_no_sense_is_refused_before_anything_flies(wide):
     with pytest.raises(InputError, match=r"found events in another order in run \d+"):
         check_draws(dataclasses.replace(wide, dispersions=late), 0, 50)
     check_draws(wide, 3, 50)
+
+
+def test_sensor_faults_and_limits_without_extent_are_refused_before_anything_flies(scenario):
+    """The bounds of each are drawn apart, so that each value alone makes sense."""
+    event = Event("gap", "sensor_dropout", sensor="rate", element=None)
+    fault = {f"event.gap.{k}": v for k, v in {"time": 3.0, "until": 5.0, "share": 1.0}.items()}
+    limits = {f"guard.{name}": key.default for name, key in GUARD.items()}
+    limits |= {"guard.rate_lower": -0.1, "guard.rate_upper": 0.1}
+
+    def spread(key, low, high):
+        return dataclasses.replace(
+            scenario,
+            events=(*scenario.events, event),
+            guard="hold",
+            values={**scenario.values, **fault, **limits},
+            dispersions=(Dispersion((key,), "uniform", ((low, high),)),),
+        )
+
+    with pytest.raises(InputError, match=r"dispersion of event\.gap: found an end before the st.*"):
+        check_draws(spread("event.gap.until", 1.0, 5.0), 0, 50)
+    with pytest.raises(InputError, match=r"dispersion of guard\.rate: found an upper limit below"):
+        check_draws(spread("guard.rate_upper", -0.2, 0.2), 0, 50)
+    check_draws(spread("guard.rate_upper", 0.0, 0.2), 0, 50)

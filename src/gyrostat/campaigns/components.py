@@ -188,12 +188,17 @@ SENSORS: dict[str, Component] = {
         {
             "attitude_sigma": positive("angle", None, "Of a sample of the star tracker."),
             "tracker_periods": Key(
-                "1", 1.0, "Control periods between its samples, a whole number.", least=1.0
+                "1",
+                1.0,
+                "Control periods between its samples, rounded to a whole number.",
+                least=1.0,
             ),
             "angle_walk": positive("rad/√s", None, "Of the gyro: its integrated noise."),
             "bias_walk": size("rad/s/√s", 0.0, "Of the gyro: how its bias walks."),
             "bias": vector("speed", "Of the gyro, at the start."),
-            "scale_factor": vector("1", "Relative error of each gyro axis."),
+            "scale_factor": Key(
+                "1", 0.0, "Relative error of each gyro axis.", least=-1.0, positive=True, size=3
+            ),
             "misalignment": vector("angle", "Rotation vector from body to gyro axes."),
             "rate_limit": positive("speed", inf, "Largest rate that a gyro axis measures."),
             "coning_compensation": Key(

@@ -7,7 +7,9 @@ enters by 128 bits of the SHA-256 digest of its first key, so that no two share 
 """
 
 import hashlib
+from collections.abc import Mapping
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from jaxtyping import Array, PRNGKeyArray
@@ -16,10 +18,10 @@ from scipy.special import ndtri
 
 from gyrostat.campaigns.build import parts_of, phase_starts
 from gyrostat.campaigns.scenario import INERTIA, Dispersion, Scenario
-from gyrostat.campaigns.schema import key_of
+from gyrostat.campaigns.schema import MEASURED, key_of
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.types import Matrix
+from gyrostat.core.types import Matrix, Vector
 from gyrostat.spacecraft import check_inertia
 from gyrostat.wheel.array import LIMIT_TOLERANCE
 
@@ -114,7 +116,9 @@ def check_draws(scenario: Scenario, seed: int, runs: int) -> None:
 
 
 def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:
-    _check_speeds(scenario, numbers, values)
+    drawn = dict(zip(scenario.dispersed, values.T, strict=True))
+    _check_speeds(scenario, numbers, drawn)
+    _check_sensing(scenario, numbers, drawn)
     inertia = any(key.startswith("body.inertia.") for key in scenario.dispersed)
     events = any(key.startswith("event.") for key in scenario.dispersed)
     if not inertia and not events:
@@ -135,18 +139,32 @@ def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:
             )
 
 
-def _check_speeds(scenario: Scenario, numbers: range, values: Matrix) -> None:
+def _check_speeds(scenario: Scenario, numbers: range, drawn: Mapping[str, Vector]) -> None:
     """Refuse runs in which a wheel starts beyond its momentum limit, by `InputError`."""
-    drawn = dict(zip(scenario.dispersed, values.T, strict=True))
     for wheel in scenario.wheels:
         speed, inertia, limit = (
-            np.asarray(drawn.get(key, scenario.values[key]))
+            drawn.get(key, scenario.values[key])
             for key in (f"wheel.{wheel}.{n}" for n in ("speed", "inertia", "momentum_limit"))
         )
         beyond = np.abs(inertia * speed) > limit * (1.0 + LIMIT_TOLERANCE)
-        if np.any(beyond):
-            run = int(np.argmax(np.broadcast_to(beyond, len(numbers))))
-            raise InputError(
-                f"dispersion of wheel.{wheel}: found a start beyond its momentum limit in run "
-                f"{numbers[run]}, expected less spread"
-            )
+        _refuse(beyond, numbers, f"wheel.{wheel}", "a start beyond its momentum limit")
+
+
+def _check_sensing(scenario: Scenario, numbers: range, drawn: Mapping[str, Vector]) -> None:
+    """Refuse runs in which a sensor fault ends before it begins, or a guard accepts nothing."""
+    faults = [f"event.{event.name}" for event in scenario.events if event.sensor is not None]
+    pairs = {key: (f"{key}.time", f"{key}.until", "an end before the start") for key in faults}
+    if scenario.guard is not None:
+        for name in MEASURED:
+            key = f"guard.{name}"
+            pairs[key] = (f"{key}_lower", f"{key}_upper", "an upper limit below the lower one")
+    for key, (low, high, found) in pairs.items():
+        least, most = (drawn.get(end, scenario.values[end]) for end in (low, high))
+        _refuse(least >= most, numbers, key, found)
+
+
+def _refuse(wrong: Any, numbers: range, key: str, found: str) -> None:
+    """Refuse a dispersion that is wrong in a run, by `InputError`."""
+    if np.any(wrong):
+        run = numbers[int(np.argmax(np.broadcast_to(wrong, len(numbers))))]
+        raise InputError(f"dispersion of {key}: found {found} in run {run}, expected less spread")

@@ -43,12 +43,13 @@ class Key:
 
     def range(self, found: float = nan) -> str:
         """What it allows, for a message about a value that was found."""
+        unit = "" if self.unit == "1" else f", in {self.unit}"
         if abs(found) > LARGEST:
-            return f"a size of {LARGEST:g} or less, in {self.unit}"
+            return f"a size of {LARGEST:g} or less{unit}"
         if self.least == -inf:
-            return f"a finite number in {self.unit}"
+            return f"a finite number{unit}"
         bound = f"above {self.least:g}" if self.positive else f"{self.least:g} or more"
-        return f"{bound}{'' if self.most == inf else f', at most {self.most:g}'}, in {self.unit}"
+        return f"{bound}{'' if self.most == inf else f', at most {self.most:g}'}{unit}"
 
 
 def positive(dimension: str, default: float | None, meaning: str) -> Key:
