@@ -209,6 +209,14 @@ def test_the_covariance_of_a_fit_is_taken_over(variant, tmp_path):
     spread = np.array(found.spread)
     expected = np.outer(sigma, sigma) * np.array(rho)
     np.testing.assert_allclose(spread @ spread.T, expected, rtol=1e-12)
+    for mark, why in (
+        ({"converged": False}, "did not converge"),
+        ({"impossible": ["b < 0"]}, "b < 0"),
+    ):
+        (tmp_path / "fit.json").write_text(json.dumps({**fit, **mark}))
+        with pytest.raises(InputError, match=why):
+            read_scenario(path)
+    assert read_scenario(path, force=True).dispersions[-1] == found
     fit["correlation"]["matrix"] = "none"
     (tmp_path / "fit.json").write_text(json.dumps(fit))
     with pytest.raises(InputError, match=r"fit\.json: found no parameters with sigma"):

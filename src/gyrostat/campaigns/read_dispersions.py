@@ -18,21 +18,25 @@ from gyrostat.identification.uncertainty import square_root
 Parts = Mapping[str, Mapping[str, Key]]
 
 
-def read_dispersions(top: Table, scenario: Scenario, parts: Parts) -> tuple[Dispersion, ...]:
+def read_dispersions(
+    top: Table, scenario: Scenario, parts: Parts, *, force: bool = False
+) -> tuple[Dispersion, ...]:
     """The dispersions of a scenario file.
 
     Args:
         top: the file.
         scenario: what it says otherwise.
         parts: see `gyrostat.campaigns.schema.key_of`.
+        force: take fits that are marked as impossible.
 
     Raises:
-        InputError: a key that is none or is dispersed twice, or a distribution that makes no sense.
+        InputError: a fit that did not converge or is impossible, a key that is none or is dispersed
+            twice, or a distribution that makes no sense.
     """
     found: list[Dispersion] = []
     for row in top.tables("dispersion"):
         if "fit" in row.row:
-            made = [_from_fit(row.known(("fit", "wheel")), scenario)]
+            made = [_from_fit(row.known(("fit", "wheel")), scenario, force)]
         else:
             kind = one_of(row, "", "distribution", DISTRIBUTIONS, None)
             row.known(("key", "distribution", *DISTRIBUTIONS[kind]))
@@ -113,7 +117,7 @@ def _amount(row: Table, name: str, entry: Key, nominal: float) -> float:
     return row.quantity(name, entry.dimension, positive=False)
 
 
-def _from_fit(row: Table, scenario: Scenario) -> Dispersion:
+def _from_fit(row: Table, scenario: Scenario, force: bool) -> Dispersion:
     """The covariance that an identification found of a wheel's parameters, about its model."""
     path = row.path.parent / row.text("fit", None).replace("\0", "")
     wheel = row.text("wheel", None)
@@ -133,6 +137,13 @@ def _from_fit(row: Table, scenario: Scenario) -> Dispersion:
             f"{path}: found no parameters with sigma and correlation ({type(error).__name__}: "
             f"{error}), expected a fit.json of gyrostat identify"
         ) from None
+    if content.get("converged") is False:
+        raise InputError(f"{path}: found a fit that did not converge, expected one that did")
+    if content.get("impossible") and not force:
+        raise InputError(
+            f"{path}: found a wheel that cannot exist ({content['impossible'][0]}), expected one "
+            "that can, or --force"
+        )
     if not names:
         raise InputError(f"{path}: found no parameter of wheel {wheel}, expected friction")
     if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(sigma)) and np.all(sigma >= 0.0)):

@@ -99,7 +99,7 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
         values=values,
         guard=guard,
     )
-    found = read_dispersions(top, scenario, parts_of(scenario))
+    found = read_dispersions(top, scenario, parts_of(scenario), force=force)
     scenario = Scenario(**{**vars(scenario), "dispersions": found})
     try:
         setup = build(scenario, values, plan(scenario))
