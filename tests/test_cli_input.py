@@ -115,7 +115,7 @@ def test_a_message_is_one_line_of_less_than_a_kilobyte(run, place):
     assert code == 2
     assert len(err.encode()) < 1000
     assert err.count("\n") == 1
-    assert err.rstrip().endswith("sigma, origin")  # what is expected stays
+    assert err.rstrip().endswith("validity, origin")  # what is expected stays
     for text in ("a\nb\x1b[31m\u2028", "\ud800" * 2000, "𝄞" * 2000):
         assert one_line(text).isprintable()
         assert len(one_line(text).encode(errors="backslashreplace")) <= LONGEST

@@ -37,10 +37,10 @@ def test_impossible_starts_and_periods_are_refused_before_the_flight(run, tmp_pa
     code, _, err = run("recover", CRAFT, *lost, *fast, *WANTED, *out)
     assert code == 2
     assert "speed of wheel 2: found 942.478 rad/s, 14.1372 N·m·s" in err
-    for periods in (("--period", "1e-300"), ("--period", "1e-300", "--duration", "1e-300")):
+    for periods in (("--period", "1e-20"), ("--period", "1e-20", "--duration", "1e-20")):
         code, _, err = run("recover", CRAFT, *lost, *NOW, *WANTED, *out, *periods)
         assert code == 2
-        assert "control period: found 1e-300 s, expected 1e-09 to 1e+09 s" in err
+        assert "control period: found 1e-20 s, expected 1e-09 to 1e+09 s" in err
 
 
 def test_what_does_not_settle_is_no_valid_result(run, tmp_path):

@@ -10,7 +10,7 @@ from gyrostat import control, estimation, spacecraft
 from gyrostat.core import rotations
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.papers.carvalho_fenili import reduced_gyrostat, torque_driven
-from gyrostat.papers.endo_sekiguchi_nonaka import printed
+from gyrostat.papers.endo_sekiguchi_nonaka import setup as endo
 from gyrostat.papers.moreira_lopes_kuga import bench_wheel
 from gyrostat.wheel import (
     Delayed,
@@ -259,7 +259,7 @@ def examples():
             SENSED_THREE,
         ),
         "ModelErrorCompensator, Integrators, OnlineFrit, OutputZeroing": controller(
-            printed.tuned(), SENSED_TWO
+            endo.tuned(), SENSED_TWO
         ),
         "TwoWheelPointing, BoresightLaw, SafeFrit, FirstOrderLags": controller(
             pointing, SENSED_TWO

@@ -105,7 +105,7 @@ def test_kinds_of_numbers_become_one_another(same):
 
 
 def test_random_programs_are_the_interpreter_bit_by_bit(module_at):
-    export = Path(__file__).parents[1] / "export"
+    export = Path(__file__).parents[1] / "exports"
     interpret = module_at(export / "interpreter.py").interpret
     program = module_at(export / "test_random_programs.py").random_program(3)
     values = RANDOM.choice([0.0, -0.0, 1.0, np.inf, np.nan], (3, 300))

@@ -249,7 +249,7 @@ def test_every_group_of_statements_names_its_line_of_python(compiled):
     number = next(k for k, line in enumerate(lines) if "near = " in line)
     comment = f"/* test_emitter.py:{first + number}: near = 0.9 * jnp.tanh(x) */"
     assert f"{comment}\n    const double near = 0.9 * tanh(x);" in text
-    assert re.search(r"/\* gyrostat/linear\.py:\d+: row = rows\[0\]", text)
+    assert re.search(r"/\* gyrostat/core/linear\.py:\d+: row = rows\[0\]", text)
     assert "/tmp" not in text
     assert "site-packages" not in text
 

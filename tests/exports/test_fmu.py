@@ -361,7 +361,7 @@ def test_what_a_unit_of_both_says_of_itself(compensated_unit, tmp_path):
         "period": ("parameter", "fixed", "s"),
         "unit.wheel.friction.coulomb": ("parameter", "tunable", "N·m"),
         "unit.compensator.friction.coulomb": ("parameter", "tunable", "N·m"),
-        "state.memory.rate.torque": ("local", "continuous", "N·m"),
+        "state.memory.controller.rate.torque": ("local", "continuous", "N·m"),
     }
     for name, (causality, variability, unit_name) in told.items():
         variable = unit.variables[name]

@@ -380,7 +380,10 @@ def test_result_has_the_shape_of_every_fit():
         ({"hold": MOTOR, "inertia": 0.0}, "inertia: found 0, expected more than 0 kg·m²"),
         ({"hold": MOTOR, "inertia": -1.0}, "inertia: found -1"),
         ({"hold": MOTOR, "model": "magnetic"}, "model: found 'magnetic'"),
-        ({"hold": MOTOR, "speed_sigma": 0.0}, "speed sigma: found 0.0"),
+        (
+            {"hold": MOTOR, "speed_sigma": 0.0},
+            "speed sigma: found 0, expected a finite value above 0",
+        ),
         ({"hold": {**MOTOR, "viscous": 0.0, "coulomb": 0.0}}, "found every friction parameter"),
     ],
 )

@@ -102,7 +102,8 @@ positive = st.floats(1e-2, 1e2)
     static=st.floats(0.3, 3.0),
     scale=st.floats(0.05, 20.0),
     speed=st.floats(-100.0, 100.0),
-    rate=st.floats(-1.0, 1.0),
+    # the square of a smaller rate is no normal number
+    rate=st.floats(-1.0, 1.0).filter(lambda rate: rate == 0.0 or abs(rate) > 1e-100),
     period=st.floats(1e-3, 1.0),
 )
 def test_energy_never_grows_without_motor_and_external_torque(

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.validation import LARGEST, SMALLEST
 from gyrostat.wheel import Wheel, WheelModel, read_model, write_model
 from gyrostat.wheel.friction import FRICTION_MODELS, Stribeck
 
@@ -23,8 +24,8 @@ stribeck_speed = 0.418879
 [sigma]
 static = 1e-6
 """
-finite = st.floats(allow_nan=False, allow_infinity=False)
-positive = st.floats(min_value=0.0, exclude_min=True, allow_infinity=False)
+positive = st.floats(SMALLEST, LARGEST)
+finite = st.one_of(st.just(0.0), positive, positive.map(lambda value: -value))
 # a surrogate alone is no character: no file can hold it
 texts = st.text(st.characters(exclude_categories=["Cs"]))
 
@@ -117,7 +118,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
     with pytest.raises(InputError, match="found no such file or directory, expected a model file"):
         read_model(tmp_path / "none.toml")
     (tmp_path / "latin.toml").write_bytes(b"[wheel]\n# caf\xe9")
-    with pytest.raises(InputError, match="found invalid TOML"):
+    with pytest.raises(InputError, match="found no UTF-8 text"):
         read_model(tmp_path / "latin.toml")
 
 

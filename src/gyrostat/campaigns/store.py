@@ -238,7 +238,7 @@ class Store:
                 f"{TABLE}, expected all: run gyrostat campaign again, which flies the others"
             )
         with self.results(campaign) as scratch:
-            told = {"campaign": campaign.identity, "seed": str(campaign.seed)}
+            told = {"scenario": campaign.digest, "seed": str(campaign.seed)}
             schema = pq.read_schema(found[0]).with_metadata(told)
             with pq.ParquetWriter(scratch / TABLE, schema) as writer:
                 for first in range(0, len(numbers), GROUP):
