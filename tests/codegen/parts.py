@@ -20,6 +20,7 @@ from gyrostat.wheel import (
     Tachometer,
     Wheel,
     WheelArray,
+    WheelTachometer,
     pyramid_axes,
 )
 from gyrostat.wheel.friction import LuGre, Stribeck, ViscousCoulomb
@@ -99,6 +100,7 @@ def controller(part, measurement):
 def examples():
     """Name -> step of every part."""
     measured = spacecraft.TableMeasurement(0.01, 0.001, -3.0)
+    law = control.CurrentMode(PID, 0.0228)
     torque = spacecraft.WheelTorqueCommand(jnp.full(4, 1e-4))
     truth = spacecraft.SpacecraftSensor(GYROSTAT, 1e-4, 1e-5, 1e-6)
     bench = bench_wheel.BenchWheel(WHEEL)
@@ -153,7 +155,7 @@ def examples():
     filtered = control.FrictionFilterFeedForward(estimated, torque_filter, AXES, *limits, 1)
     compensated = control.FrictionFeedForward(filtered, WHEELS.friction, *limits, 1.0)
     tracked = spacecraft.TrackerGyroMeasurement(
-        SENSED.attitude, True, SENSED.rate, SENSED.wheel_momentum, SENSED.wheel_measured
+        SENSED.attitude, True, SENSED.rate, SENSED.wheel_speed, SENSED.wheel_measured
     )
     regulator = control.AttitudeRegulator(CRAFT, TARGET)
     one_wheel = control.OneWheelRecovery(
@@ -169,6 +171,7 @@ def examples():
         widest_roll=jnp.array([-1.0, 1.0]),
         torque_limit=THREE.wheels.torque_limit,
         momentum_limit=THREE.wheels.momentum_limit,
+        rotor_inertia=THREE.wheels.inertia,
     )
     tuned = control.EstimatingCompensator.tuned(PID, WHEEL, 0.495, 0.5, PERIOD, delay=1)
 
@@ -218,8 +221,24 @@ def examples():
         "EulerSensor": sensor(
             torque_driven.EulerSensor(), lambda: torque_driven.EulerState(*jnp.full(6, 0.1))
         ),
+        "FaultySensor, WheelTachometer": sensor(
+            spacecraft.FaultySensor(
+                spacecraft.SpacecraftSensor(GYROSTAT, tachometer=WheelTachometer(0.1, 64.0, 0.02)),
+                tuple(
+                    spacecraft.SensorFault("rate", kind, 1.0, magnitude=0.1)
+                    for kind in ("dropout", "spike", "stuck")
+                ),
+            ),
+            GYROSTAT.start,
+        ),
         # controllers
-        "CurrentMode": controller(control.CurrentMode(PID, 0.0228), measured),
+        "Guarded, MeasurementGuard": controller(
+            control.Guarded(
+                control.CurrentMode(PID, 0.0228), control.MeasurementGuard.of(measured)
+            ),
+            measured,
+        ),
+        "CurrentMode": controller(law, measured),
         "SpeedMode": controller(control.SpeedMode(PID, 1.5e-3, 0.0228), measured),
         "DynamicModelCompensator": controller(
             control.DynamicModelCompensator(PID, FRICTION, 0.0228), measured
