@@ -1,4 +1,4 @@
-"""Types of traced arrays that many rooms name; `gyrostat.core.types` has those of NumPy."""
+"""Types of traced (JAX) arrays used in many rooms; `gyrostat.core.types` has those of NumPy."""
 
 from jaxtyping import Array, Float
 

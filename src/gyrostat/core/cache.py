@@ -1,8 +1,8 @@
-"""Private folder of compiled programs, of which only whole entries are read.
+"""Private folder of compiled programs; damaged or incomplete entries are never used.
 
-Trust comes from the folder: only its owner and root can write to it or replace it or one of its
-parents. The digest of an entry finds damage (a flipped bit, a truncated file, a swapped name); it
-does not stop somebody who may write to the folder and computes the digest anew.
+Security comes from the folder's permissions: only its owner and root can write to it or replace it
+or one of its parents. The digest of an entry detects damage (a flipped bit, a truncated file, a
+swapped name). It does not stop an attacker who can write to the folder and recompute the digest.
 """
 
 import atexit
@@ -30,10 +30,10 @@ _PATTERNS = (_LOCK, f"{_UNFINISHED}*", "lanes-*", "jax-*", "jax")
 
 @dataclass(frozen=True)
 class Cache:
-    """Folder of entries that is private to this user.
+    """Folder of entries that only this user can access.
 
     Attributes:
-        path: The folder, absolute and without symbolic links.
+        path: Folder, absolute and without symbolic links.
     """
 
     path: Path
@@ -45,11 +45,11 @@ class Cache:
             name: File name of the entry.
 
         Returns:
-            The content as it was written; None if there is no whole entry of that name.
+            Content of the entry; None if there is no complete entry of that name.
         """
         path = self.path / name
         with contextlib.suppress(OSError):
-            # neither a symbolic link nor a pipe, which would wait for a writer
+            # open neither a symbolic link nor a pipe, which would wait for a writer
             handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
             with open(handle, "rb") as stream:
                 status = os.fstat(handle)
@@ -64,11 +64,11 @@ class Cache:
         return None
 
     def write(self, name: str, content: bytes) -> None:
-        """Write an entry, which appears whole or not at all; without room it does not appear.
+        """Write an entry atomically; on a full disk or another error no entry appears.
 
         Args:
             name: File name of the entry.
-            content: Bytes to keep.
+            content: Content of the entry.
         """
         with contextlib.suppress(OSError), self.workplace() as place:
             unfinished = place / name
@@ -84,10 +84,10 @@ class Cache:
     def workplace(self) -> Iterator[Path]:
         """Give a folder for temporary files, removed at the end.
 
-        What a killed process leaves is removed when the cache is opened next.
+        Folders left by a killed process are removed when the cache is opened next.
 
         Raises:
-            OSError: The folder cannot be made.
+            OSError: The folder cannot be created.
         """
         with (
             _locked(self.path, fcntl.LOCK_SH),
@@ -99,17 +99,17 @@ class Cache:
 
 
 def private_cache(say: Callable[[str], None] = warnings.warn) -> Cache | None:
-    """Open the cache: `GYROSTAT_CACHE`, or gyrostat in the user's cache folder.
+    """Open the private cache: `GYROSTAT_CACHE`, or `gyrostat` in the user's cache folder.
 
-    A folder that belongs to another user, or that others may write to, is not used, nor one with
-    such a parent (others may write to a parent with the sticky bit, as /tmp). A temporary one takes
-    its place, which the processes started from this one share and which goes with this process.
+    A folder is not used if it belongs to another user, if others may write to it, or if that is
+    true of a parent (parents with the sticky bit, such as /tmp, are accepted). A temporary
+    folder then takes its place. Child processes share it; it is removed when this process ends.
 
     Args:
-        say: Takes the line that tells why another folder is used.
+        say: Called with a one-line message if another folder is used.
 
     Returns:
-        The cache; None where not even a temporary folder is private.
+        The cache; None if not even a private temporary folder can be created.
     """
     folder = named_folder()
     found = None if folder is None else _replaced.get(folder)
@@ -136,7 +136,7 @@ def private_cache(say: Callable[[str], None] = warnings.warn) -> Cache | None:
 
 
 def named_folder() -> Path | None:
-    """Folder that the environment names for the cache, absolute; None without a home folder."""
+    """Cache folder that the environment selects, absolute; None without a home folder."""
     own = os.environ.get("GYROSTAT_CACHE")
     if own:
         return Path(own).absolute()
@@ -148,7 +148,7 @@ def named_folder() -> Path | None:
 
 
 def temporary_cache() -> Cache | None:
-    """Make a private cache that is removed when this process ends; None where none can be."""
+    """Create a private cache that is removed when this process ends; None if it cannot be made."""
     prefix = f"gyrostat-{os.geteuid()}-"
     for base in dict.fromkeys((tempfile.gettempdir(), "/tmp", "/var/tmp")):
         with contextlib.suppress(OSError):
@@ -160,7 +160,7 @@ def temporary_cache() -> Cache | None:
                 continue
             held = contextlib.ExitStack()
             held.enter_context(_locked(path, fcntl.LOCK_SH))
-            if not path.is_dir():  # another process took it for left before it was locked
+            if not path.is_dir():  # another process removed it before it was locked
                 continue
             atexit.register(_remove, path, held, os.getpid())
             return Cache(path)
@@ -178,17 +178,17 @@ def _header(name: str, content: bytes) -> bytes:
 
 
 def _opened(folder: Path) -> Cache:
-    """Make, check and tighten a folder.
+    """Create and check a folder, and restrict its permissions.
 
     Raises:
-        OSError: It is not private (no errno), or cannot be written.
+        OSError: The folder is not private (no errno) or cannot be written.
     """
     path = Path(os.path.realpath(folder))
     if (reason := _unsafe(path)) is not None:
         raise OSError(reason)
     for missing in reversed([p for p in (path, *path.parents) if not p.exists()]):
         missing.mkdir(mode=0o700, exist_ok=True)
-    # again: somebody else may have made it meanwhile, in a parent as /tmp
+    # check again: in a parent such as /tmp another user may have created it meanwhile
     if (reason := _unsafe(path)) is not None:
         raise OSError(reason)
     private = not path.stat().st_mode & 0o077
@@ -201,7 +201,7 @@ def _opened(folder: Path) -> Cache:
 
 
 def _unsafe(path: Path) -> str | None:
-    """Why others could put files there: the first reason, or None. Missing folders do not count."""
+    """Reason why other users could write files there, or None. Missing folders are ignored."""
     for place in (path, *path.parents):
         try:
             found = place.lstat()
@@ -218,7 +218,7 @@ def _unsafe(path: Path) -> str | None:
 
 @contextlib.contextmanager
 def _locked(path: Path, kind: int) -> Iterator[None]:
-    """Hold the lock of a cache: shared while files are made, exclusive to remove what is left."""
+    """Hold the lock of a cache: shared while files are written, exclusive for the clean-up."""
     handle = os.open(path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
     try:
         fcntl.flock(handle, kind)
@@ -228,7 +228,7 @@ def _locked(path: Path, kind: int) -> Iterator[None]:
 
 
 def _sweep(path: Path) -> None:
-    """Remove what killed processes have left, unless files are being made just now."""
+    """Remove temporary files of killed processes, unless files are being written now."""
     with (
         contextlib.suppress(BlockingIOError),
         _locked(path, fcntl.LOCK_EX | fcntl.LOCK_NB),
@@ -247,6 +247,6 @@ def _remove_if_left(path: Path) -> None:
 
 
 def _remove(path: Path, held: contextlib.ExitStack, process: int) -> None:
-    if os.getpid() == process:  # and not one forked from it
+    if os.getpid() == process:  # not in a forked child
         shutil.rmtree(path, ignore_errors=True)
         held.close()

@@ -1,20 +1,20 @@
-"""The error raised for unusable user input."""
+"""Error for unusable user input, and the one-line form of its message."""
 
 LONGEST = 900
-"""Bytes of a message: a file's own text in it may be of any length."""
+"""Longest message, bytes. Text quoted from a user's file can be of any length."""
 
 
 def printable(text: str) -> str:
-    """Text with line breaks and other control characters, which a terminal obeys, written out."""
+    """Escape line breaks and other control characters, which a terminal would act on."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def one_line(text: str, longest: int = LONGEST) -> str:
-    """One line of at most so many bytes: what is too long loses its middle.
+    """Shorten a text to one line; a line that is too long loses its middle part.
 
     Args:
         text: Any text.
-        longest: Bytes in UTF-8.
+        longest: Largest length in UTF-8, bytes.
     """
     line = printable(text)
     encoded = line.encode("utf-8", errors="backslashreplace")
@@ -28,8 +28,8 @@ def one_line(text: str, longest: int = LONGEST) -> str:
 class InputError(ValueError):
     """Input that cannot be used.
 
-    Its text is one line that names the file or place, what was found and what was expected. The
-    command line prints it and exits with 2.
+    The message is one line that names the file or place, what was found and what was expected. The
+    command line prints it and exits with status 2.
     """
 
     def __init__(self, text: str):

@@ -1,4 +1,4 @@
-"""Atomic file writing: a file appears under its name only when complete."""
+"""Atomic file writing: a file appears under its name only when it is complete."""
 
 import hashlib
 import os
@@ -15,14 +15,14 @@ from gyrostat.core.errors import InputError
 T = TypeVar("T")
 
 UNFINISHED = ".gyrostat-"
-"""Beginning of the names of temporary files and folders."""
+"""Prefix of the names of temporary files and folders."""
 
 
 def check_writable(folder: Path) -> None:
-    """Check, before long work, that files can be written in a folder that may not exist yet.
+    """Check, before long work, that files can be written to a folder that may not exist yet.
 
     Raises:
-        InputError: it cannot be made, or nothing can be written there.
+        InputError: The folder cannot be created, or no file can be written there.
     """
     try:
         existing = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
@@ -34,15 +34,15 @@ def check_writable(folder: Path) -> None:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a temporary file to write; it takes the final name only if no exception is raised.
+    """Give a temporary file to write; it gets its final name only if no exception is raised.
 
-    The folder is made where it does not exist.
+    The folder is created if it does not exist.
 
     Args:
-        path: final name.
+        path: Final path of the file.
 
     Raises:
-        InputError: the file cannot be written.
+        InputError: The file cannot be written.
     """
     unfinished: Path | None = None
     try:
@@ -51,7 +51,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         os.close(handle)
         unfinished = Path(name)
         yield unfinished
-        # a temporary file is private; the result gets the permissions of any new file
+        # a temporary file is private; the result gets the permissions of an ordinary new file
         mask = os.umask(0)
         os.umask(mask)
         unfinished.chmod(0o666 & ~mask)
@@ -64,10 +64,10 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a text file so that a reader sees either the old one or the whole new one.
+    """Write a text file atomically: a reader sees the old content or all of the new content.
 
     Raises:
-        InputError: the file cannot be written.
+        InputError: The file cannot be written.
     """
     with whole_file(path) as unfinished:
         unfinished.write_text(text, encoding="utf-8")
@@ -77,10 +77,10 @@ def set_aside(path: Path) -> Path:
     """Rename a file, link or folder to NAME.changed, or NAME.changed.2 and so on.
 
     Returns:
-        The new path.
+        New path.
 
     Raises:
-        InputError: it cannot be renamed.
+        InputError: The file cannot be renamed.
     """
     number, free = 1, path.with_name(f"{path.name}.changed")
     while os.path.lexists(free):
@@ -93,19 +93,19 @@ def set_aside(path: Path) -> Path:
 
 
 def read_regular(path: Path) -> bytes | None:
-    """The content of a file; None where there is none, or a link, folder or device in its place.
+    """Content of a regular file; None if there is no file, or a link, folder or device instead.
 
     Raises:
-        InputError: the file cannot be read.
+        InputError: The file cannot be read.
     """
     return _with_regular(path, lambda stream: stream.read())
 
 
 def digest_of(path: Path) -> str | None:
-    """SHA-256 digest of a file; None where there is none, or a link, folder or device in its place.
+    """SHA-256 digest of a regular file; None if there is no file, or a link, folder or device.
 
     Raises:
-        InputError: the file cannot be read.
+        InputError: The file cannot be read.
     """
     return _with_regular(path, lambda stream: hashlib.file_digest(stream, "sha256").hexdigest())
 
@@ -114,7 +114,7 @@ def _with_regular(path: Path, use: Callable[[BufferedReader], T]) -> T | None:
     try:
         if not stat.S_ISREG(os.lstat(path).st_mode):
             return None
-        # a pipe that takes the file's place meanwhile would block
+        # another process may put a pipe in the file's place, and reading it would block
         handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
         with os.fdopen(handle, "rb") as stream:
             return use(stream)
@@ -127,8 +127,8 @@ def _with_regular(path: Path, use: Callable[[BufferedReader], T]) -> T | None:
 
 
 def unwritable(path: Path, error: OSError | ValueError) -> InputError:
-    """The error for a file or folder that cannot be written."""
+    """Error for a file or folder that cannot be written."""
     reason = getattr(error, "strerror", None) or str(error)
-    # a path may hold line breaks and bytes that are no text
+    # a path may contain line breaks and bytes that are not text
     name = str(path) if str(path).isprintable() else repr(str(path))
     return InputError(f"{name}: found no way to write it ({reason}), expected a writable folder")

@@ -1,7 +1,7 @@
-"""JAX's compiled programs, kept in the private cache.
+"""Persistent store of JAX's compiled programs in the private cache.
 
-JAX's own store neither verifies what it reads nor writes entries whole, and its folders are open to
-everybody's eyes. XLA may crash on a damaged program, or run it.
+JAX's own store does not verify what it reads and does not write entries atomically, and other
+users can read its folders. XLA may crash on a damaged program, or run it.
 """
 
 import hashlib
@@ -17,13 +17,13 @@ __all__ = ["keep_programs", "use_private_cache"]
 
 
 def keep_programs(say: Callable[[str], None]) -> None:
-    """Have this process and its workers keep JAX's programs; to be called before JAX is imported.
+    """Let this process and its workers store JAX's programs; call it before JAX is imported.
 
     Args:
         say: See `gyrostat.core.cache.private_cache`.
     """
     cache = private_cache(say)
-    # XLA's own files, of autotuning on GPUs, would be read unverified
+    # XLA's own files (autotuning on GPUs) would be read unverified
     os.environ["JAX_PERSISTENT_CACHE_ENABLE_XLA_CACHES"] = "none"
     os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.05")
     os.environ.pop("JAX_COMPILATION_CACHE_DIR", None)
@@ -35,7 +35,7 @@ def use_private_cache(jax: Any) -> None:
     """Replace JAX's store if its folder is `jax` in the private cache.
 
     A `JAX_COMPILATION_CACHE_DIR` elsewhere is left to JAX. JAX has no public way to replace the
-    store; with a release that has not the one used here, programs are not kept.
+    store. If a release of JAX lacks the internal function used here, programs are not stored.
 
     Args:
         jax: The imported module.
@@ -52,7 +52,7 @@ def use_private_cache(jax: Any) -> None:
 
 
 class _Store:
-    """The methods that JAX calls, as in `jax._src.compilation_cache_interface`."""
+    """Store with the methods that JAX calls, as in `jax._src.compilation_cache_interface`."""
 
     def __init__(self, cache: Cache):
         self._cache, self._path = cache, cache.path

@@ -1,8 +1,8 @@
-"""Dense linear algebra on small matrices, written for batching.
+"""Dense linear algebra for batches of small matrices.
 
-A library's call for each 6×6 matrix costs more than the arithmetic in it, and a batch would pay it
-for each lane. Sizes are small and known beforehand here: loops have fixed counts, pivots are
-selected, nothing branches on a value.
+A library call for each 6×6 matrix costs more than its arithmetic, and a batch would pay that for
+each of its members. Here sizes are small and fixed: loops have fixed counts, pivots are selected
+without branches.
 """
 
 from jaxtyping import Array, Float
@@ -13,9 +13,10 @@ Square = Float[Array, "n n"]
 
 
 def product(left: Float[Array, "n k"], right: Float[Array, "k m"]) -> Float[Array, "n m"]:
-    """Matrix product as a sum of outer products, which fuses with what stands around it.
+    """Matrix product as a sum of outer products, which XLA fuses with neighbouring operations.
 
-    For the last of a chain: one that goes into another is better a plain `@`.
+    Use it for the last product of a chain. For a product that is a factor of another one, plain `@`
+    is faster.
     """
     total = left[:, 0, None] * right[0]
     for k in range(1, left.shape[1]):
@@ -24,17 +25,17 @@ def product(left: Float[Array, "n k"], right: Float[Array, "k m"]) -> Float[Arra
 
 
 def symmetric(matrix: Square) -> Square:
-    """The symmetric part."""
+    """Symmetric part of a matrix."""
     return 0.5 * (matrix + matrix.T)
 
 
 def whiten(positive: Square, right: Float[Array, "n m"]) -> Float[Array, "n m"]:
-    """C^-1 `right`, where `positive` is C C' with C lower triangular (Cholesky).
+    """C^-1 `right`, where `positive` = C C' with C lower triangular (Cholesky factor).
 
-    With w the result, w' w is right' positive^-1 right.
+    The result w satisfies w' w = right' positive^-1 right.
 
     Args:
-        positive: (n, n) symmetric positive definite; where it is not, NaN comes out.
+        positive: (n, n) symmetric positive definite; otherwise the result is NaN.
         right: (n, m).
     """
     found = []
@@ -52,15 +53,15 @@ def factor(semidefinite: Square, drop: float = 1e-13) -> Square:
 
     Args:
         semidefinite: (n, n) symmetric, positive semidefinite.
-        drop: pivots of no more than this share of the largest diagonal element are rounding: their
-            column is zero.
+        drop: Pivots up to this fraction of the largest diagonal element are treated as rounding
+            errors; their column is zero.
     """
     index = jnp.arange(len(semidefinite))
-    least = drop * jnp.max(semidefinite)  # which is on the diagonal
+    least = drop * jnp.max(semidefinite)  # the largest element is on the diagonal
     rest, columns = semidefinite, []
     for k in range(len(semidefinite)):
         pivot = rest[k, k]
-        # a compiler may round the two pivots differently: the root is of a positive one even so
+        # a compiler may round the two uses of the pivot differently: keep the argument positive
         scale = jnp.where(pivot > least, jax.lax.rsqrt(jnp.maximum(pivot, least)), 0.0)
         column = jnp.where(index >= k, rest[:, k] * scale, 0.0)
         columns.append(column)
@@ -69,7 +70,7 @@ def factor(semidefinite: Square, drop: float = 1e-13) -> Square:
 
 
 def inverse_definite(matrix: Square) -> Square:
-    """Inverse of a symmetric positive definite matrix, by elimination without pivots."""
+    """Inverse of a symmetric positive definite matrix, by elimination without pivoting."""
     size = len(matrix)
     unit = jnp.eye(size)
     rows = jnp.concatenate([matrix, unit], axis=1)
@@ -82,14 +83,14 @@ def inverse_definite(matrix: Square) -> Square:
 def solve(
     matrix: Square, right: Float[Array, "n m"]
 ) -> tuple[Float[Array, "n m"], Float[Array, ""]]:
-    """X with `matrix` X = `right`, and log |det matrix|.
+    """Solution X of `matrix` X = `right`, and log |det matrix|.
 
-    Elimination with partial pivoting. Rows stay where they are; it is remembered which of them was
-    the pivot of each column. A singular matrix gives infinities or NaN.
+    Gaussian elimination with partial pivoting. Rows are not swapped; `order` records the pivot row
+    of each column. A singular matrix gives infinities or NaN.
 
     Args:
         matrix: (n, n).
-        right: (n, m); m may be 0 where only the determinant is wanted.
+        right: (n, m); m may be 0 if only the determinant is wanted.
     """
     size = len(matrix)
     index = jnp.arange(size)

@@ -1,13 +1,13 @@
-"""Output files that replace only what gyrostat itself wrote.
+"""Output files that never replace a file of the user.
 
 The file `.gyrostat.json` in an output folder is the manifest of the files that gyrostat wrote
-there: for each its name, the command that wrote it and the SHA-256 digest of its content. A file
-may be replaced if the manifest lists it for the same command with the digest that it has now, or if
-it has the content that is to be written. Every other file belongs to the user.
+there. For each file it lists the name, the command that wrote it and the SHA-256 digest of the
+content. A file may be replaced if the manifest lists it for the same command with its present
+digest, or if its content is already the one to be written. Every other file belongs to the user.
 
-All files of a command are written into a scratch folder first and then renamed. The manifest lists
-the new digests, beside the old ones, before the first file is renamed: whenever the process is
-killed, each file matches one of its digests.
+All files of a command are first written to a scratch folder and then renamed. The manifest lists
+the new digests beside the old ones before the first file is renamed. Therefore each file matches
+one of its digests whenever the process is killed.
 """
 
 import contextlib
@@ -40,8 +40,8 @@ class Entry:
     """A file that gyrostat wrote.
 
     Attributes:
-        by: command that wrote it, such as "identify".
-        digests: SHA-256 digests that the file may have; several only while it is being replaced.
+        by: Command that wrote the file, such as "identify".
+        digests: SHA-256 digests that the file may have. Several only while it is being replaced.
     """
 
     by: str
@@ -49,23 +49,23 @@ class Entry:
 
 
 class Manifest:
-    """The files that gyrostat wrote into a folder.
+    """List of the files that gyrostat wrote to a folder.
 
     Attributes:
-        folder: the output folder.
-        entries: name relative to the folder -> entry.
-        damaged: whether there is something called `MANIFEST` that is no manifest.
+        folder: Output folder.
+        entries: Name relative to the folder -> entry.
+        damaged: Whether a file, link or folder named `MANIFEST` exists that is not a manifest.
     """
 
     def __init__(self, folder: Path):
-        """Read the manifest of a folder; without one, no file is listed."""
+        """Read the manifest of a folder. Without a manifest no file is listed."""
         self.folder = folder
         self.entries: dict[str, Entry] = {}
         path = folder / MANIFEST
         self.damaged = os.path.lexists(path)
         content = read_regular(path) if self.damaged else None
         if content is not None:
-            # RecursionError: thousands of brackets
+            # RecursionError: thousands of nested brackets
             with contextlib.suppress(
                 ValueError, TypeError, KeyError, AttributeError, RecursionError
             ):
@@ -73,7 +73,7 @@ class Manifest:
                 self.damaged = False
 
     def fault(self, name: str, by: str) -> str | None:
-        """What forbids replacing a file: what was found in its place; None where nothing does."""
+        """Say what was found at `name` that must not be replaced; None if it may be replaced."""
         path = self.folder / name
         if name == MANIFEST:
             return "no manifest of gyrostat's" if self.damaged else None
@@ -93,17 +93,17 @@ class Manifest:
         return None
 
     def is_own(self, name: str, by: str) -> bool:
-        """Whether a file is there, and as the command wrote it."""
+        """Whether the file exists with the content that the command wrote."""
         return os.path.lexists(self.folder / name) and self.fault(name, by) is None
 
     def write(self, scratch: Path) -> None:
         """Replace the manifest in the folder.
 
         Args:
-            scratch: folder in the same file system for the unfinished file.
+            scratch: Folder in the same file system for the unfinished file.
 
         Raises:
-            OSError: it cannot be written.
+            OSError: The file cannot be written.
         """
         files = {
             name: {"by": entry.by, "sha256": list(entry.digests)}
@@ -129,16 +129,16 @@ def _parsed(content: Any) -> dict[str, Entry]:
 
 
 def check_outputs(folder: Path, names: Iterable[str], *, by: str, force: bool = False) -> None:
-    """Check, before long work, that files can be written and replace nothing of the user's.
+    """Check, before long work, that files can be written and that none of the user is in the way.
 
     Args:
-        folder: where they are to be written; need not exist yet.
-        names: of the files.
-        by: the command, such as "identify".
-        force: whether files of the user's may be replaced.
+        folder: Output folder; need not exist yet.
+        names: Names of the files to write.
+        by: The command, such as "identify".
+        force: Whether files of the user may be replaced.
 
     Raises:
-        InputError: a file of the user's is in the way, or the folder cannot be written.
+        InputError: A file of the user is in the way, or the folder cannot be written.
     """
     check_writable(folder)
     if not force:
@@ -153,17 +153,17 @@ def check_outputs(folder: Path, names: Iterable[str], *, by: str, force: bool = 
 def new_files(
     folder: Path, *, by: str, force: bool = False, aside: Callable[[str], None] | None = None
 ) -> Iterator[Path]:
-    """Give a scratch folder; what is written there takes its place if no exception is raised.
+    """Give a scratch folder whose files move to `folder` if no exception is raised.
 
     Args:
-        folder: for the files; it is made where it does not exist.
-        by: the command that writes them, such as "identify".
-        force: whether files of the user's may be replaced.
-        aside: takes a line for each file of the user's that is renamed to NAME.changed; None where
-            such a file is an error, and none of the files is written.
+        folder: Output folder; it is created if it does not exist.
+        by: Command that writes the files, such as "identify".
+        force: Whether files of the user may be replaced.
+        aside: Called with a one-line message for each file of the user that is renamed to
+            NAME.changed. If None, such a file is an error and no file is written.
 
     Raises:
-        InputError: a file of the user's is in the way, or a file cannot be written.
+        InputError: A file of the user is in the way, or a file cannot be written.
     """
     try:
         is_new = not folder.exists()
@@ -190,7 +190,7 @@ def new_files(
 def _move(
     scratch: Path, folder: Path, by: str, force: bool, aside: Callable[[str], None] | None
 ) -> None:
-    """Rename every file of the scratch folder into the output folder, and list it."""
+    """Rename every file of the scratch folder into the output folder and add it to the manifest."""
     made = {path.relative_to(scratch).as_posix(): path for path in _files(scratch)}
     digests = {name: digest_of(path) or "" for name, path in made.items()}
     for path in made.values():
@@ -230,7 +230,7 @@ def _in_the_way(path: Path, found: str) -> InputError:
 
 @contextlib.contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """Work at the manifest of a folder alone."""
+    """Hold the lock of a folder while its manifest is changed."""
     handle = _lock(folder, wait=True)
     try:
         yield
@@ -239,7 +239,7 @@ def _locked(folder: Path) -> Iterator[None]:
 
 
 def _lock(folder: Path, *, wait: bool) -> int:
-    """Lock a folder until the handle is closed; some network file systems have no such locks."""
+    """Lock a folder until the handle is closed. Some network file systems have no such locks."""
     handle = os.open(folder, os.O_RDONLY)
     with contextlib.suppress(OSError):
         fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
@@ -247,7 +247,7 @@ def _lock(folder: Path, *, wait: bool) -> int:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove the scratch folders of killed processes; those of living ones are locked."""
+    """Remove the scratch folders of killed processes. Folders of live processes are locked."""
     for left in folder.glob(f"{UNFINISHED}*"):
         with contextlib.suppress(OSError):
             handle = os.open(left, os.O_DIRECTORY | os.O_NOFOLLOW)

@@ -1,10 +1,10 @@
 """Rotations of a body: quaternions, direction cosines, rotation vectors, MRP and 3-1-3 angles.
 
-A quaternion q = (q0, q1, q2, q3) is scalar first, of unit length, and gives the attitude of the
-body with respect to inertial space: v_inertial = R(q) v_body. q and -q are the same attitude. Rates
-are those of the body in inertial space, in body axes, rad/s. Every function takes one attitude;
-`vmap` gives many. H. Schaub, J. L. Junkins, "Analytical Mechanics of Space Systems", chapter 3,
-whose [BN] is the transpose of R here.
+A quaternion q = (q0, q1, q2, q3) is scalar first and of unit length. It gives the attitude of the
+body with respect to inertial space: v_inertial = R(q) v_body. q and -q are the same attitude. A
+body rate is the angular velocity of the body relative to inertial space, in body axes, rad/s. Every
+function takes one attitude; use `vmap` for many. H. Schaub, J. L. Junkins, "Analytical Mechanics of
+Space Systems", chapter 3; their [BN] is the transpose of R.
 """
 
 from typing import NamedTuple
@@ -17,20 +17,20 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 
 SMALL_ANGLE = 1e-4
-"""rad: below it series stand for sin(x)/x and its kin; their next terms are below 1e-17."""
+"""Angle below which series replace sin(x)/x and similar terms, rad. Series error: below 1e-17."""
 UNIT_TOLERANCE = 1e-6
-"""Of the length of a quaternion that is given."""
+"""Largest deviation of the length of a given quaternion from 1."""
 LEAST_SINE = 1e-9
-"""Of theta: below it phi and psi of 3-1-3 angles cannot be told apart."""
+"""Smallest sin(theta) at which phi and psi of 3-1-3 angles can be distinguished."""
 
 
 class EulerAngles(NamedTuple):
-    """Classical 3-1-3 angles, or their rates in time.
+    """Classical 3-1-3 Euler angles, or their time derivatives.
 
     Attributes:
-        phi: first, about z, rad.
-        theta: second, about x, rad.
-        psi: third, about z, rad.
+        phi: First angle, about z, rad (or rad/s).
+        theta: Second angle, about x, rad (or rad/s).
+        psi: Third angle, about z, rad (or rad/s).
     """
 
     phi: Scalar
@@ -39,7 +39,7 @@ class EulerAngles(NamedTuple):
 
 
 def cross_matrix(vector: Vector3) -> Float[Array, "3 3"]:
-    """[v]x, so that [v]x u = v x u."""
+    """Cross-product matrix [v]x: [v]x u = v x u."""
     x, y, z = vector
     zero = jnp.zeros_like(x)
     return jnp.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
@@ -53,20 +53,20 @@ def product(first: Quaternion, second: Quaternion) -> Quaternion:
 
 
 def conjugate(quaternion: Quaternion) -> Quaternion:
-    """The inverse rotation."""
+    """Conjugate of a quaternion: the inverse rotation."""
     return quaternion * jnp.array([1.0, -1.0, -1.0, -1.0])
 
 
 def normalised(quaternion: Quaternion) -> Quaternion:
-    """The quaternion at unit length."""
+    """Quaternion scaled to unit length."""
     return quaternion / jnp.sqrt(quaternion @ quaternion)
 
 
 def check_unit(quaternion: Float[Array, "... 4"]) -> None:
-    """Refuse quaternions that are no attitudes.
+    """Validate that quaternions have unit length.
 
     Raises:
-        InputError: a length that is not 1.
+        InputError: The length of a quaternion is not 1.
     """
     lengths = np.linalg.norm(np.asarray(quaternion, dtype=float), axis=-1)
     bad = ~(np.abs(lengths - 1.0) < UNIT_TOLERANCE)
@@ -77,19 +77,19 @@ def check_unit(quaternion: Float[Array, "... 4"]) -> None:
 
 
 def to_inertial(quaternion: Quaternion, vector: Vector3) -> Vector3:
-    """A vector in body axes, in inertial axes: R v."""
+    """Transform a vector from body axes to inertial axes: R v."""
     scalar, axis = quaternion[0], quaternion[1:]
     twice = 2.0 * jnp.cross(axis, vector)
     return vector + scalar * twice + jnp.cross(axis, twice)
 
 
 def to_body(quaternion: Quaternion, vector: Vector3) -> Vector3:
-    """A vector in inertial axes, in body axes: R' v."""
+    """Transform a vector from inertial axes to body axes: R' v."""
     return to_inertial(conjugate(quaternion), vector)
 
 
 def rotation_matrix(quaternion: Quaternion) -> Float[Array, "3 3"]:
-    """R: its columns are the body axes in inertial space."""
+    """Rotation matrix R of a quaternion. Its columns are the body axes in inertial axes."""
     q0, q1, q2, q3 = quaternion
     return jnp.array(
         [
@@ -101,9 +101,9 @@ def rotation_matrix(quaternion: Quaternion) -> Float[Array, "3 3"]:
 
 
 def from_matrix(matrix: Float[Array, "3 3"]) -> Quaternion:
-    """Quaternion of a rotation matrix, its scalar part not negative (Shepperd's method)."""
+    """Quaternion of a rotation matrix, with scalar part >= 0 (Shepperd's method)."""
     (a, b, c), (d, e, f), (g, h, i) = matrix
-    # four forms of 4 q_k q: the row of the largest component divides by no small number
+    # four multiples 4 q_k q of the quaternion: the row of the largest q_k is well conditioned
     rows = jnp.array(
         [
             [1.0 + a + e + i, h - f, c - g, d - b],
@@ -117,7 +117,7 @@ def from_matrix(matrix: Float[Array, "3 3"]) -> Quaternion:
 
 
 def from_rotation_vector(vector: Vector3) -> Quaternion:
-    """Quaternion of a turn about `vector` by its length, rad."""
+    """Quaternion of a rotation about the direction of `vector` by its length, rad."""
     squared = vector @ vector
     small = squared < SMALL_ANGLE**2
     angle = jnp.sqrt(jnp.where(small, 1.0, squared))
@@ -127,7 +127,7 @@ def from_rotation_vector(vector: Vector3) -> Quaternion:
 
 
 def rotation_vector(quaternion: Quaternion) -> Vector3:
-    """Axis times angle of the shortest turn, rad, at most pi long."""
+    """Rotation vector (axis times angle) of the shortest rotation, rad, of length at most pi."""
     shortest = jnp.where(quaternion[0] < 0.0, -quaternion, quaternion)
     scalar, axis = shortest[0], shortest[1:]
     squared = axis @ axis
@@ -138,24 +138,24 @@ def rotation_vector(quaternion: Quaternion) -> Vector3:
 
 
 def rate_of_quaternion(quaternion: Quaternion, rate: Vector3) -> Quaternion:
-    """dq/dt at a body rate, 1/s."""
+    """Time derivative of a quaternion at a given body rate, 1/s."""
     return 0.5 * product(quaternion, jnp.concatenate([jnp.zeros(1), rate]))
 
 
 def error(quaternion: Quaternion, target: Quaternion) -> Quaternion:
-    """The turn, in body axes, from a target attitude to this one, its scalar part not negative."""
+    """Error quaternion: rotation from target to actual attitude, body axes, scalar part >= 0."""
     turn = product(conjugate(target), quaternion)
     return jnp.where(turn[0] < 0.0, -turn, turn)
 
 
 def error_angle(quaternion: Quaternion, target: Quaternion) -> Scalar:
-    """Angle of the shortest turn between two attitudes, rad, in [0, pi]."""
+    """Angle of the shortest rotation between two attitudes, rad, in [0, pi]."""
     turn = error(quaternion, target)
     return 2.0 * jnp.arctan2(jnp.sqrt(turn[1:] @ turn[1:]), turn[0])
 
 
 def angle_between(first: Vector3, second: Vector3) -> Scalar:
-    """Angle between two directions, rad, exact for small angles too; 0 where one has no length."""
+    """Angle between two vectors, rad, accurate for small angles too; 0 if a vector is zero."""
     normal = jnp.cross(first, second)
     return jnp.arctan2(jnp.sqrt(normal @ normal), first @ second)
 
@@ -173,7 +173,7 @@ def from_mrp(mrp: Vector3) -> Quaternion:
 
 
 def mrp_rate_matrix(mrp: Vector3) -> Float[Array, "3 3"]:
-    """G, so that d(mrp)/dt = G w at a body rate w."""
+    """Kinematic matrix G of modified Rodrigues parameters: d(mrp)/dt = G w at body rate w."""
     eye = jnp.eye(3)
     return 0.25 * ((1.0 - mrp @ mrp) * eye + 2.0 * cross_matrix(mrp) + 2.0 * jnp.outer(mrp, mrp))
 
@@ -196,17 +196,17 @@ def from_euler(angles: EulerAngles) -> Quaternion:
 
 
 def to_euler(quaternion: Quaternion) -> tuple[EulerAngles, Bool[Array, ""]]:
-    """3-1-3 angles with theta in [0, pi], phi and psi in (-pi, pi].
+    """3-1-3 Euler angles of a quaternion: theta in [0, pi], phi and psi in (-pi, pi].
 
     Returns:
-        The angles, and whether they are told apart: where theta is 0 or pi only the sum or the
-        difference of phi and psi is, and psi is given as 0.
+        The angles, and whether phi and psi are unique. If theta is 0 or pi, only their sum or
+        difference is defined; psi is then 0.
     """
     q0, q1, q2, q3 = quaternion
     across, along = jnp.hypot(q1, q2), jnp.hypot(q0, q3)
     valid = 2.0 * across * along >= LEAST_SINE
     total, difference = jnp.arctan2(q3, q0), jnp.arctan2(q2, q1)
-    # where one pair of components is zero, the other holds all that is known
+    # where one pair of components is zero, only the sum or only the difference is defined
     total = jnp.where(along * 2.0 >= LEAST_SINE, total, difference)
     difference = jnp.where(across * 2.0 >= LEAST_SINE, difference, total)
 
@@ -220,7 +220,7 @@ def to_euler(quaternion: Quaternion) -> tuple[EulerAngles, Bool[Array, ""]]:
 
 
 def rate_of_euler(angles: EulerAngles, rates: EulerAngles) -> Vector3:
-    """Body rate of 3-1-3 angles that change at `rates`, rad/s.
+    """Body rate for given 3-1-3 angles and their rates, rad/s.
 
     Carvalho and Fenili, "Nonlinear attitude control of artificial satellites considering failure in
     momentum wheels", section 2, with the sign in omega_y corrected.
@@ -237,11 +237,11 @@ def rate_of_euler(angles: EulerAngles, rates: EulerAngles) -> Vector3:
 
 
 def euler_rates(angles: EulerAngles, rate: Vector3) -> tuple[EulerAngles, Bool[Array, ""]]:
-    """Rates of 3-1-3 angles at a body rate.
+    """Rates of 3-1-3 angles at a given body rate.
 
     Returns:
-        The rates, and whether they exist: not where sin(theta) is zero; they are zero there, which
-        is no rate.
+        The rates, and whether they exist. They do not exist where sin(theta) is zero; zeros are
+        returned there.
     """
     sine, cosine = jnp.sin(angles.psi), jnp.cos(angles.psi)
     height = jnp.sin(angles.theta)

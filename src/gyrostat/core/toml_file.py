@@ -1,4 +1,4 @@
-"""Read TOML files; errors name the key."""
+"""Reading of TOML files, with error messages that name the file and the key."""
 
 import difflib
 import math
@@ -18,22 +18,22 @@ __all__ = ["name_text", "number", "quantity", "read_text", "read_toml", "refuse_
 
 LONGEST_NAME = 100
 LARGEST_FILE = 10_000_000
-"""Bytes: hand-written files are thousands of times smaller."""
+"""Largest file that is read, bytes. Hand-written files are thousands of times smaller."""
 
 
 def read_text(path: Path, kind: str, largest: int = LARGEST_FILE) -> str:
-    """Text of a file that a user names, which may be anything.
+    """Read the text of a file that the user names.
 
     Args:
-        path: Of the file.
-        kind: What it should be, for the message: "a model file".
-        largest: Bytes at most.
+        path: Path of the file.
+        kind: Kind of file expected, for the error message: "a model file".
+        largest: Largest size accepted, bytes.
 
     Raises:
-        InputError: It is no regular file, cannot be read, is too large or is not UTF-8.
+        InputError: The file is not a regular file, cannot be read, is too large or is not UTF-8.
     """
     try:
-        # a pipe or device is not opened: reading it may never end
+        # a pipe or device is not opened: reading from it may block forever
         status = path.stat()
         if stat.S_ISREG(status.st_mode):
             with path.open("rb") as stream:
@@ -55,35 +55,35 @@ def read_text(path: Path, kind: str, largest: int = LARGEST_FILE) -> str:
 
 
 def read_toml(path: Path, kind: str) -> dict[str, Any]:
-    """The content of a file.
+    """Read a TOML file.
 
     Args:
-        path: of the file.
-        kind: what it should be, for the message: "a model file".
+        path: Path of the file.
+        kind: Kind of file expected, for the error message: "a model file".
 
     Raises:
-        InputError: it cannot be read, or is not TOML.
+        InputError: The file cannot be read or is not TOML.
     """
     try:
         return tomllib.loads(read_text(path, kind))
     except InputError:
         raise
     except (ValueError, RecursionError) as error:
-        # not only TOMLDecodeError: Python has its own limits on digits and on nesting
+        # not only TOMLDecodeError: Python limits the number of digits and the nesting depth
         raise InputError(f"{path}: found invalid TOML ({error}), expected {kind}") from error
 
 
 def refuse_unknown(path: Path, prefix: str, found: Collection[str], known: Collection[str]) -> None:
-    """Refuse a key that nobody reads, and name one that is spelled alike.
+    """Refuse unknown keys and suggest the known key with the most similar spelling.
 
     Args:
-        path: of the file.
-        prefix: of the keys, "wheel." for those of [wheel].
-        found: keys in the file.
-        known: keys that are read.
+        path: Path of the file, for the error message.
+        prefix: Prefix of the keys in the message: "wheel." for keys of the table [wheel].
+        found: Keys in the file.
+        known: Keys that are allowed.
 
     Raises:
-        InputError: one is not known.
+        InputError: A key is unknown.
     """
     for key in found:
         if key not in known:
@@ -97,15 +97,15 @@ def refuse_unknown(path: Path, prefix: str, found: Collection[str], known: Colle
 
 
 def name_text(path: Path, key: str, value: object) -> str:
-    """A name that figures and tables show: printable and not long.
+    """Check a name that figures and tables show: printable and of limited length.
 
     Args:
-        path: Of the file.
-        key: In full.
-        value: As TOML gives it.
+        path: Path of the file, for the error message.
+        key: Full key, for the error message.
+        value: Value from the TOML file.
 
     Raises:
-        InputError: It is none.
+        InputError: The value is not such a name.
     """
     if not isinstance(value, str) or not value.isprintable() or len(value) > LONGEST_NAME:
         found = repr(value)
@@ -117,16 +117,16 @@ def name_text(path: Path, key: str, value: object) -> str:
 
 
 def number(path: Path, key: str, value: object, *, positive: bool) -> float:
-    """A finite number.
+    """Check a finite number.
 
     Args:
-        path: of the file.
-        key: in full.
-        value: as TOML gives it.
-        positive: whether it must be above 0.
+        path: Path of the file, for the error message.
+        key: Full key, for the error message.
+        value: Value from the TOML file.
+        positive: Whether the number must be greater than zero.
 
     Raises:
-        InputError: it is none.
+        InputError: The value is not such a number.
     """
     found = math.nan
     if isinstance(value, int | float) and not isinstance(value, bool):
@@ -138,20 +138,20 @@ def number(path: Path, key: str, value: object, *, positive: bool) -> float:
 
 
 def quantity(path: Path, key: str, value: object, dimension: str, *, positive: bool) -> float:
-    """A finite number in SI units, or a text with a unit such as "0.1 N·m".
+    """Convert a number in SI units, or a text with a unit such as "0.1 N·m", to a number in SI.
 
     Args:
-        path: of the file.
-        key: in full.
-        value: as TOML gives it.
-        dimension: key of `gyrostat.core.units.SI_UNIT`.
-        positive: whether it must be above 0.
+        path: Path of the file, for the error message.
+        key: Full key, for the error message.
+        value: Value from the TOML file.
+        dimension: Key of `gyrostat.core.units.SI_UNIT`.
+        positive: Whether the number must be greater than zero.
 
     Returns:
         The value in SI units.
 
     Raises:
-        InputError: it is none.
+        InputError: The value is not such a quantity.
     """
     if isinstance(value, str):
         value = parse_quantity(value, dimension, f"{path}: key {key}")

@@ -1,9 +1,9 @@
-"""Types of NumPy arrays; `gyrostat.core.arrays` has those of traced arrays."""
+"""Types of NumPy arrays; `gyrostat.core.arrays` has those of traced (JAX) arrays."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
-"""One axis of real numbers."""
+"""One-dimensional array of float64."""
 Matrix = NDArray[np.float64]
-"""Two axes of real numbers."""
+"""Two-dimensional array of float64."""

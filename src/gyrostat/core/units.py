@@ -44,14 +44,14 @@ class Unit:
     def to_si(self, value: NDArray[np.float64]) -> NDArray[np.float64]: ...
     def to_si(self, value):
         """Convert a number or an array (any shape) to SI. NaN stays NaN."""
-        # Nothing is added without an offset: 0.0 would turn -0.0 into 0.0.
+        # Add only a nonzero offset: adding 0.0 would turn -0.0 into 0.0.
         return self.factor * value + self.offset if self.offset else self.factor * value
 
 
 # One row for each unit: the unit, its other spellings where case matters ('mA' is not 'MA'), and
-# those that are read in any case. The first unit of a dimension is the one used inside and in
-# outputs. '·' between the parts of a spelling may be left out or be a dot, a blank or a star.
-# Hz and 1/s are left out on purpose: they do not say whether radians or revolutions are counted.
+# its spellings where case does not matter. The first unit of a dimension is the one used inside and
+# in outputs. '·' between the parts of a spelling may be omitted or be a dot, a blank or a star.
+# Hz and 1/s are absent on purpose: they do not say whether radians or revolutions are counted.
 _Row = tuple[Unit, tuple[str, ...], tuple[str, ...]]
 _TABLE: dict[str, tuple[_Row, ...]] = {
     "time": (
@@ -120,11 +120,11 @@ _TABLE: dict[str, tuple[_Row, ...]] = {
 }
 
 SI_UNIT: dict[str, str] = {dimension: rows[0][0].symbol for dimension, rows in _TABLE.items()}
-"""Dimension -> the unit used inside and in outputs (temperature: °C)."""
+"""Unit of each dimension, inside and in outputs (temperature: °C)."""
 
 
 def _normalised(text: str) -> str:
-    """One spelling for what is written alike: 'N.m', 'N m', 'N*m' -> 'N·m'; 'm²', 'm^2' -> 'm2'."""
+    """Normalise the spelling of a unit: 'N.m', 'N m', 'N*m' -> 'N·m'; 'm²', 'm^2' -> 'm2'."""
     text = unicodedata.normalize("NFKC", text).strip()  # ² -> 2, micro sign -> Greek mu
     text = text.replace("μ", "u").replace("−", "-").replace("**", "").replace("^", "")
     text = re.sub(r"\s*/\s*|\s+per\s+", "/", text)
@@ -132,7 +132,7 @@ def _normalised(text: str) -> str:
 
 
 def _spellings() -> tuple[dict[str, dict[str, Unit]], dict[str, dict[str, Unit]]]:
-    """Dimension -> normalised spelling -> unit: as it is, and casefolded where case is free."""
+    """Dimension -> normalised spelling -> unit: exact spellings, and case-insensitive ones."""
     exact: dict[str, dict[str, Unit]] = {}
     folded: dict[str, dict[str, Unit]] = {}
     for dimension, rows in _TABLE.items():
@@ -149,21 +149,21 @@ _EXACT, _FOLDED = _spellings()
 
 
 def known_unit(text: str, dimension: str) -> Unit | None:
-    """The unit of a dimension (a key of `SI_UNIT`) that a text spells, or None."""
+    """Unit of a dimension (a key of `SI_UNIT`) with the given spelling, or None."""
     spelling = _normalised(text)
     return _EXACT[dimension].get(spelling) or _FOLDED[dimension].get(spelling.casefold())
 
 
 def find_unit(text: str, dimension: str, where: str) -> Unit:
-    """The unit of a dimension that a text spells.
+    """Find the unit of a dimension by its spelling.
 
     Args:
-        text: spelling of the unit.
-        dimension: key of `SI_UNIT`.
-        where: the place to name in an error.
+        text: Spelling of the unit.
+        dimension: Key of `SI_UNIT`.
+        where: Place to name in the error message.
 
     Raises:
-        InputError: no unit of this dimension is spelled so.
+        InputError: No unit of this dimension has this spelling.
     """
     unit = known_unit(text, dimension)
     if unit is not None:
@@ -182,18 +182,18 @@ def to_si(value: float, unit: str, dimension: str) -> float: ...
 @overload
 def to_si(value: Sequence[float] | NDArray, unit: str, dimension: str) -> NDArray[np.float64]: ...
 def to_si(value, unit, dimension):
-    """Convert to SI.
+    """Convert a number or an array to SI.
 
     Args:
-        value: finite number or array (any shape), in `unit`.
-        unit: spelling of the unit.
-        dimension: key of `SI_UNIT`.
+        value: Finite number or array (any shape), in `unit`.
+        unit: Spelling of the unit.
+        dimension: Key of `SI_UNIT`.
 
     Returns:
         The value in `SI_UNIT[dimension]`: a float for a number, otherwise a float64 array.
 
     Raises:
-        InputError: the unit is unknown, or a value is not finite (in SI either).
+        InputError: The unit is unknown, or a value is not finite before or after conversion.
     """
     found = find_unit(unit, dimension, dimension)
     with np.errstate(over="ignore"):
@@ -207,18 +207,18 @@ _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re
 
 
 def parse_quantity(text: str, dimension: str, where: str) -> float:
-    """Read a quantity such as '4rpm', '4 rpm' or '0.418879' (a bare number is in SI).
+    """Parse a quantity such as '4rpm', '4 rpm' or '0.418879' (a bare number is in SI).
 
     Args:
-        text: a number, and its unit unless it is in SI.
-        dimension: key of `SI_UNIT`.
-        where: the place to name in an error, as '--hold stribeck_speed'.
+        text: Number with its unit; without a unit the number is in SI.
+        dimension: Key of `SI_UNIT`.
+        where: Place to name in the error message, such as '--hold stribeck_speed'.
 
     Returns:
         The value in `SI_UNIT[dimension]`.
 
     Raises:
-        InputError: not a number, one of no physical magnitude, or a unit that is unknown.
+        InputError: Not a number, a magnitude outside the accepted range, or an unknown unit.
     """
     match = _QUANTITY.fullmatch(text)
     if match is None:
@@ -235,21 +235,21 @@ _PLUS_MINUS = re.compile(r"\+/-|\+-|±")
 
 
 def parse_uncertain(text: str, dimension: str | None, where: str) -> tuple[float | None, float]:
-    """Read a value with its tolerance, such as '1.5e-3 +- 1 %', '15 kg·cm² ± 0.2 kg·cm²', '+- 1 %'.
+    """Parse a value with its tolerance: '1.5e-3 +- 1 %', '15 kg·cm² ± 0.2 kg·cm²', '+- 1 %'.
 
     Args:
-        text: a quantity, a tolerance after '+-', '+/-' or '±' (in per cent or in the unit of the
+        text: A quantity, a tolerance after '+-', '+/-' or '±' (in per cent or in a unit of the
             dimension), or both.
-        dimension: key of `SI_UNIT`; None for a factor, which has no unit.
-        where: the place to name in an error, as '--inertia'.
+        dimension: Key of `SI_UNIT`; None for a dimensionless factor.
+        where: Place to name in the error message, such as '--inertia'.
 
     Returns:
-        The value in SI, None where only a tolerance is given; and the tolerance as a share of the
-        value, one sigma, zero where none is given.
+        The value in SI (None if only a tolerance is given), and the tolerance as one standard
+        deviation relative to the value (0 if none is given).
 
     Raises:
-        InputError: not a quantity, a tolerance that is negative or no number, an absolute one
-            without a value, or one of a value of zero.
+        InputError: Not a quantity; a tolerance that is negative or not a number; an absolute
+            tolerance without a value or with a value of zero.
     """
 
     def quantity(part: str) -> float:

@@ -1,4 +1,4 @@
-"""Parameter validation shared by all parts."""
+"""Validation of parameters, shared by all rooms."""
 
 import math
 from typing import Any
@@ -8,26 +8,26 @@ import numpy as np
 from gyrostat.core.errors import InputError
 
 SMALLEST, LARGEST = 1e-30, 1e30
-"""Magnitudes in SI units that a number other than 0 may have: far beyond all that is built, and
-such that products of a few of them neither overflow nor vanish."""
+"""Smallest and largest accepted magnitude of a nonzero number in SI units. The range is far wider
+than any physical parameter, and products of a few such numbers neither overflow nor vanish."""
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-9, 1e9
-"""s: control periods and integration steps outside of this range are a slip of units."""
+"""Accepted range of control periods and integration steps, s; outside it a unit is wrong."""
 MOST_PERIODS = 100_000_000
-"""Control periods in a run, and steps in one of them: more are a slip of units."""
+"""Largest number of control periods in a run, and of steps in a period; above it, a unit error."""
 LARGEST_SEED = 2**63 - 1
 
 
 def magnitude(where: str, value: float, unit: str = "", *, shown: object = None) -> float:
-    """Give a number back, or refuse it.
+    """Return a number after checking its magnitude.
 
     Args:
-        where: For the message.
-        value: SI.
-        unit: For the message.
-        shown: As the user wrote it, for the message.
+        where: Place to name in the error message.
+        value: Number in SI units.
+        unit: Unit to name in the error message.
+        shown: The number as the user wrote it, for the error message.
 
     Raises:
-        InputError: It is not finite, or neither 0 nor of a magnitude that float64 can compute with.
+        InputError: The number is not finite, or is nonzero and outside the range of magnitudes.
     """
     if not math.isfinite(value) or (value != 0.0 and not SMALLEST <= abs(value) <= LARGEST):
         found = value if shown is None else shown
@@ -39,27 +39,27 @@ def magnitude(where: str, value: float, unit: str = "", *, shown: object = None)
 
 
 def check_seed(seed: int) -> None:
-    """Refuse a seed that the random generators cannot take.
+    """Validate the seed of a random generator.
 
     Raises:
-        InputError: It is negative or above `LARGEST_SEED`.
+        InputError: The seed is negative or above `LARGEST_SEED`.
     """
     if not 0 <= seed <= LARGEST_SEED:
         raise InputError(f"seed: found {seed}, expected 0 to {LARGEST_SEED}")
 
 
 def require(name: str, value: Any, unit: str = "", *, positive: bool = False) -> None:
-    """Refuse a parameter that is negative, not finite or of no physical magnitude.
+    """Validate a parameter: finite, not negative and of an accepted magnitude.
 
     Args:
-        name: for the message.
-        value: one, or one for each run.
-        unit: for the message.
-        positive: whether zero is refused too.
+        name: Name for the error message.
+        value: One number, or one for each run.
+        unit: Unit to name in the error message.
+        positive: Whether zero is refused too.
 
     Raises:
-        InputError: as said, or a size above `LARGEST`, or, where it must be positive, below
-            `SMALLEST`.
+        InputError: A number is negative, not finite, above `LARGEST` or between 0 and `SMALLEST`,
+            or is zero although it must be positive.
     """
     every = np.asarray(value, dtype=float)
     sound = (every >= SMALLEST) & (every <= LARGEST)
@@ -73,14 +73,14 @@ def require(name: str, value: Any, unit: str = "", *, positive: bool = False) ->
 
 
 def require_period(name: str, period: float) -> None:
-    """Refuse a control period or integration step that no loop has.
+    """Validate a control period or integration step.
 
     Args:
-        name: for the message.
-        period: s.
+        name: Name for the error message.
+        period: Period, s.
 
     Raises:
-        InputError: not within `SHORTEST_PERIOD` to `LONGEST_PERIOD`.
+        InputError: The period is outside `SHORTEST_PERIOD` to `LONGEST_PERIOD`.
     """
     if not SHORTEST_PERIOD <= period <= LONGEST_PERIOD:
         raise InputError(
@@ -89,10 +89,10 @@ def require_period(name: str, period: float) -> None:
 
 
 def check_parts(*parts: Any) -> None:
-    """Let every part that has a `check()` refuse its parameters; a user's own need not have one.
+    """Call `check()` of every part that has one; user-defined parts need not have one.
 
     Raises:
-        InputError: a part refuses.
+        InputError: A part refuses its parameters.
     """
     for part in parts:
         check = getattr(part, "check", None)
@@ -101,10 +101,10 @@ def check_parts(*parts: Any) -> None:
 
 
 def check_period(period: float, *parts: Any) -> None:
-    """Let every part that has a `check_period(period)` refuse a control period, s.
+    """Call `check_period(period)`, period in s, of every part that has this method.
 
     Raises:
-        InputError: a part refuses.
+        InputError: A part refuses the period.
     """
     for part in parts:
         check = getattr(part, "check_period", None)
