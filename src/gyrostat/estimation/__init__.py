@@ -1,4 +1,4 @@
-"""Estimators that run on line: fixed effort in every sample."""
+"""Filters and observers that run in a control loop, with a fixed computing effort per sample."""
 
 from gyrostat.estimation.attitude_filter import AttitudeEstimate, AttitudeFilter
 from gyrostat.estimation.friction_scale import FrictionScaleEstimate, FrictionScaleFilter

@@ -1,4 +1,4 @@
-"""Attitude and gyro bias from a star tracker and a gyro: the multiplicative Kalman filter."""
+"""Multiplicative extended Kalman filter for attitude and gyro bias, from star tracker and gyro."""
 
 from typing import NamedTuple
 
@@ -15,18 +15,18 @@ from gyrostat.wheel.array import listed
 
 
 class AttitudeEstimate(NamedTuple):
-    """Attitude and gyro bias with what is known of their errors.
+    """Attitude and gyro bias with their covariance.
 
     Attributes:
-        attitude: (4,) quaternion, scalar first.
-        bias: (3,) of the gyro, rad/s.
-        covariance: (6, 6) of the error turn from this attitude to the true one, in body axes, rad,
-            and of the error of the bias, rad/s.
-        innovation: (3,) turn from the predicted to the measured attitude, rad; zero where nothing
-            was measured.
-        surprise: normalised innovation squared, of three degrees of freedom; zero likewise.
-        started: whether an attitude has been measured.
-        turn: (3,) of the gyro over the last period, rate less bias times period, rad.
+        attitude: Attitude quaternion, (4,), scalar first.
+        bias: Gyro bias, (3,), rad/s.
+        covariance: (6, 6), of the rotation error (from this attitude to the true one, body axes,
+            rad) and of the bias error, rad/s.
+        innovation: Rotation from predicted to measured attitude, (3,), rad; zero without
+            measurement.
+        surprise: Normalised innovation squared, three degrees of freedom; zero without measurement.
+        started: Whether an attitude has been measured yet.
+        turn: Rotation in the last period from the gyro, (rate - bias) times period, (3,), rad.
     """
 
     attitude: Quaternion
@@ -39,36 +39,38 @@ class AttitudeEstimate(NamedTuple):
 
 
 class AttitudeFilter(eqx.Module):
-    """Kalman filter on the small turn d between the estimated and the true attitude, q* = q exp(d).
+    """Kalman filter for the small rotation d from estimated to true attitude, q* = q exp(d).
 
-    d' = -w x d - (b* - b) - noise, with w the rate of the gyro less the bias b; the turn goes into
-    q after each correction. E. J. Lefferts, F. L. Markley, M. D. Shuster, "Kalman filtering for
-    spacecraft attitude estimation", Journal of Guidance, Control, and Dynamics 5 (1982); the noise
-    is exact for a gyro that integrates over its period (`gyrostat.spacecraft.RateGyro`).
+    d' = -w x d - (b* - b) - noise, where w is the gyro rate minus the bias b. After each correction
+    the rotation d is moved into q. E. J. Lefferts, F. L. Markley, M. D. Shuster, "Kalman filtering
+    for spacecraft attitude estimation", Journal of Guidance, Control, and Dynamics 5 (1982). The
+    process noise is exact for a gyro that integrates over its period
+    (`gyrostat.spacecraft.RateGyro`).
 
-    Coning. The attitude is carried by the rotation vector p of a period; a gyro gives the integral
-    a of the body rate. With the sample before, p = a_k + (a_(k-1) x a_k) / 12, exact to the leading
-    order of a rate that changes evenly (P. G. Savage, "Strapdown inertial navigation integration
-    algorithm design, part 1", Journal of Guidance, Control, and Dynamics 21, 1998). Without this
-    term the filter is sure of a wrong attitude and takes coning for bias. Mean normalised error
-    squared (6 if consistent) over 64 runs of 200 s, second half, body rate 0.1 rad/s whose axis
-    turns in the body at r, samples each 0.5 s, tracker 10" and 82", 2e-5 rad/√s, 3e-6 rad/s/√s:
+    Coning. The attitude is propagated by the rotation vector p of a period, whereas a gyro gives
+    the integral a of the body rate. With the previous sample, p = a_k + (a_(k-1) x a_k) / 12, exact
+    to leading order for a rate that changes linearly (P. G. Savage, "Strapdown inertial navigation
+    integration algorithm design, part 1", Journal of Guidance, Control, and Dynamics 21, 1998).
+    Without this term the attitude is biased far beyond its covariance, and coning is mistaken for
+    gyro bias. The table gives the mean normalised estimation error squared (6 if consistent) in the
+    second half of 64 runs of 200 s. The body rate is 0.1 rad/s; its axis rotates in the body at the
+    rate r. Samples every 0.5 s, tracker noise 10" and 82", gyro 2e-5 rad/√s and 3e-6 rad/s/√s:
 
-        r, rad/s    without    with the term    gyro that compensates itself
+        r, rad/s    without    with the term    gyro with internal compensation
         0.2         18         6.04             6.05
         0.5         64         6.25             6.02
 
-    With sensors of the finest kind (tracker 2" and 10", 1e-6 rad/√s, 1e-8 rad/s/√s, 16 runs) and r
-    of 0.5 rad/s it is 284 000 without and 100 with the term, the error 8.5e-5 and 2.6e-5 rad: such
-    gyros need shorter periods, or units that compensate.
+    With very accurate sensors (tracker 2" and 10", gyro 1e-6 rad/√s and 1e-8 rad/s/√s, 16 runs) and
+    r = 0.5 rad/s, the values are 284 000 without and 100 with the term, and the errors 8.5e-5 and
+    2.6e-5 rad. Such gyros need shorter periods or internal compensation.
 
     Attributes:
-        attitude_sigma: (3,) of the star tracker about each body axis, or one for all, rad.
-        angle_walk: of the gyro, rad/√s.
-        bias_walk: of the gyro, rad/s/√s.
-        bias_sigma: standard deviation of the bias at the start, rad/s.
-        coning: share of the coning that is in the gyro's samples and is corrected for: 1 where they
-            are integrals of the rate, 0 where the unit has compensated for coning.
+        attitude_sigma: Star-tracker noise about each body axis, (3,), or one value for all, rad.
+        angle_walk: Angle random walk of the gyro, rad/√s.
+        bias_walk: Bias random walk of the gyro, rad/s/√s.
+        bias_sigma: Standard deviation of the bias at the start, rad/s.
+        coning: Fraction of the coning error to correct: 1 if the gyro's samples are integrals of
+            the rate, 0 if the gyro compensates for coning internally.
     """
 
     attitude_sigma: Vector3 | float = eqx.field(converter=listed)
@@ -78,7 +80,7 @@ class AttitudeFilter(eqx.Module):
     coning: Scalar = 1.0
 
     def check(self) -> None:
-        """Refuse what is no standard deviation, by `InputError`."""
+        """Validate parameters; raises `InputError`."""
         require("attitude sigma", self.attitude_sigma, "rad", positive=True)
         require("gyro angle walk", self.angle_walk, "rad/√s", positive=True)
         require("gyro bias walk", self.bias_walk, "rad/s/√s")
@@ -86,7 +88,7 @@ class AttitudeFilter(eqx.Module):
         require("coning share", self.coning)
 
     def start(self) -> AttitudeEstimate:
-        """Nothing known; the first attitude that is measured begins."""
+        """Initial estimate; the first measured attitude initialises the filter."""
         return AttitudeEstimate(
             attitude=jnp.array([1.0, 0.0, 0.0, 0.0]),
             bias=jnp.zeros(3),
@@ -100,12 +102,12 @@ class AttitudeFilter(eqx.Module):
     def predict(
         self, estimate: AttitudeEstimate, rate: Vector3, period: Scalar
     ) -> AttitudeEstimate:
-        """Carry an estimate over a period, s, in which the gyro measured a mean rate, rad/s."""
+        """Predict over a period, s, in which the gyro measured a mean rate, (3,), rad/s."""
         integral = period * (rate - estimate.bias)
         turn = integral + self.coning / 12.0 * jnp.cross(estimate.turn, integral)
         step = rotations.from_rotation_vector(turn)
         own, unit = cross_matrix(turn), jnp.eye(3)
-        # mean of exp(-[turn]x s) over the period; the next term is below 1e-6 for 0.3 rad
+        # mean of exp(-[turn]x s) over the period; first neglected term below 1e-6 for 0.3 rad
         squared = turn @ turn
         mean = unit - (0.5 - squared / 24.0) * own + (1.0 - squared / 20.0) / 6.0 * (own @ own)
         forward = jnp.block(
@@ -124,12 +126,12 @@ class AttitudeFilter(eqx.Module):
     def correct(
         self, estimate: AttitudeEstimate, attitude: Quaternion, measured: Bool[Array, ""]
     ) -> AttitudeEstimate:
-        """Take in a sample of the star tracker.
+        """Update with a sample of the star tracker.
 
         Args:
-            estimate: predicted to its time.
-            attitude: (4,) measured.
-            measured: whether it is; else the estimate stays as predicted.
+            estimate: Estimate predicted to the time of the sample.
+            attitude: Measured attitude, (4,).
+            measured: Whether the sample is valid; otherwise the prediction is returned unchanged.
         """
         variance = jnp.ones(3) * jnp.asarray(self.attitude_sigma) ** 2
         noise, covariance = jnp.diag(variance), estimate.covariance
@@ -142,7 +144,7 @@ class AttitudeFilter(eqx.Module):
         corrected = AttitudeEstimate(
             attitude=rotations.normalised(turned),
             bias=estimate.bias + change[3:],
-            # Joseph's form: positive definite whatever is rounded in the gain
+            # Joseph form: positive definite in spite of rounding errors in the gain
             covariance=symmetric(kept @ covariance @ kept.T + gain @ noise @ gain.T),
             innovation=innovation,
             surprise=innovation @ information @ innovation,

@@ -1,4 +1,4 @@
-"""Extended Kalman filter for a wheel whose friction model is scaled by a slowly varying factor."""
+"""Extended Kalman filter for wheel speed and a slowly varying scale of the friction model."""
 
 from typing import NamedTuple
 
@@ -15,22 +15,22 @@ Covariance = Float[Array, "2 2"]
 
 
 LEAST_SCALE = 0.01
-"""What the scale is kept above: no bearing drives its wheel."""
+"""Lower limit of the scale: bearing friction never drives the wheel."""
 CONTRADICTION = 5.0
-"""Standard deviations of the innovation from which on a wheel that should rest is seen to turn."""
+"""Innovation, in standard deviations, at which a wheel modelled at rest is taken to turn."""
 
 
 class FrictionScaleEstimate(NamedTuple):
-    """What the filter knows.
+    """State of the filter.
 
     Attributes:
-        state: (2,) speed, rad/s, and friction of the wheel over friction of the model.
-        covariance: (2, 2).
-        innovation: of the last measured speed, rad/s.
-        innovation_variance: rad²/s².
-        missed: measurements that were no numbers, and were left out.
-        unresolved: periods that the wheel model was not carried through to the end, for want of
-            segments; what is known since then cannot be trusted.
+        state: Wheel speed, rad/s, and friction of the wheel over friction of the model, (2,).
+        covariance: Covariance of the state, (2, 2).
+        innovation: Innovation of the last measured speed, rad/s.
+        innovation_variance: Variance of the innovation, rad²/s².
+        missed: Number of measurements that were not finite and therefore skipped.
+        unresolved: Number of periods that the wheel model could not integrate to the end, because
+            it ran out of segments. The estimate is not reliable after such a period.
     """
 
     state: Float[Array, " 2"]
@@ -42,38 +42,39 @@ class FrictionScaleEstimate(NamedTuple):
 
     @property
     def speed(self) -> Scalar:
-        """Of the wheel, rad/s."""
+        """Wheel speed, rad/s."""
         return self.state[0]
 
     @property
     def scale(self) -> Scalar:
-        """Friction of the wheel over friction of the model: the health of its bearing."""
+        """Friction of the wheel over friction of the model, a health indicator of its bearing."""
         return self.state[1]
 
     @property
     def normalised_innovation_squared(self) -> Scalar:
-        """Chi-square with one degree of freedom where the filter is consistent."""
+        """Normalised innovation squared; chi-square with one degree of freedom if consistent."""
         seen = self.innovation_variance > 0.0
         return self.innovation**2 / jnp.where(seen, self.innovation_variance, 1.0)
 
 
 class FrictionScaleFilter(eqx.Module):
-    """Speed and friction scale of a wheel from its current and tachometer.
+    """Kalman filter for the speed and friction scale of a wheel, from current and tachometer.
 
-    The wheel model, dry friction and all, carries the speed; its friction is multiplied by a scale
-    that walks slowly, by a step at the end of each period. The derivative of the model comes from
-    the located crossings themselves. The friction torque follows with far less noise than a filter
-    without a model can give.
+    The wheel model, including dry friction, predicts the speed. Its friction is multiplied by a
+    scale, which is a random walk with one step at the end of each period. The prediction is
+    differentiated through the located zero crossings. The estimate of the friction torque is far
+    less noisy than that of a filter without a friction model.
 
-    Where the model holds the wheel at rest, nothing that the scale does changes the speed, and no
-    measurement would change the scale. A speed that contradicts the rest is therefore believed.
+    While the model holds the wheel at rest, the predicted speed does not depend on the scale, so
+    that no measurement could change the scale. A measured speed that contradicts the rest by
+    `CONTRADICTION` standard deviations therefore replaces the predicted speed.
 
     Attributes:
-        wheel: as identified; of bristles, the curve of steady rotation is used.
-        speed_sigma: noise of a measured speed, rad/s.
-        scale_drift: of the scale in the square root of a second, 1/√s.
-        torque_sigma: white torque noise that the model is granted, N·m √s.
-        initial_scale_sigma: of the scale before the first measurement.
+        wheel: Identified wheel. Of a bristle model, the curve of steady rotation is used.
+        speed_sigma: Standard deviation of a measured speed, rad/s.
+        scale_drift: Random walk of the scale, 1/√s.
+        torque_sigma: White torque noise of the model, N·m √s.
+        initial_scale_sigma: Standard deviation of the scale before the first measurement.
     """
 
     wheel: Wheel
@@ -83,11 +84,11 @@ class FrictionScaleFilter(eqx.Module):
     initial_scale_sigma: Scalar = 0.3
 
     def check(self) -> None:
-        """Refuse what is no covariance and what is no wheel.
+        """Validate parameters.
 
         Raises:
-            InputError: a standard deviation, the inertia or the motor constant is not above zero,
-                the torque noise is negative, or what the friction refuses.
+            InputError: A standard deviation, the inertia or the motor constant is not above zero,
+                the torque noise is negative, or a friction parameter is invalid.
         """
         for name in ("speed_sigma", "scale_drift", "initial_scale_sigma"):
             require(name, getattr(self, name), positive=True)
@@ -97,7 +98,7 @@ class FrictionScaleFilter(eqx.Module):
     def start(
         self, speed: Scalar = 0.0, speed_sigma: Scalar | None = None
     ) -> FrictionScaleEstimate:
-        """Before the first measurement, about a speed, rad/s, known to `speed_sigma`."""
+        """Initial estimate, with speed `speed`, rad/s, of standard deviation `speed_sigma`."""
         known = self.speed_sigma if speed_sigma is None else speed_sigma
         zero = jnp.array(0.0)
         return FrictionScaleEstimate(
@@ -116,12 +117,12 @@ class FrictionScaleFilter(eqx.Module):
         period: Scalar,
         slope: Scalar = 0.0,
     ) -> FrictionScaleEstimate:
-        """Carry over a period, s, in which the current, A, is held or runs with a slope, A/s."""
+        """Predict over a period, s, with a current, A, that is constant or has a slope, A/s."""
         curve = static_curve(self.wheel.friction)
 
         def carried(state):
             speed, scale = state
-            # s times the friction is 1/s times the inertia and the motor torque
+            # friction times s has the same effect as inertia and motor torque times 1/s
             wheel = Wheel(self.wheel.inertia / scale, self.wheel.motor_constant / scale, curve)
             after, resolved = advance(wheel, speed, current, slope, period)
             state = jnp.stack([after, scale])
@@ -138,7 +139,7 @@ class FrictionScaleFilter(eqx.Module):
         )
 
     def correct(self, estimate: FrictionScaleEstimate, speed: Scalar) -> FrictionScaleEstimate:
-        """Take in a measured speed, rad/s; one that is not finite is counted and left out."""
+        """Update with a measured speed, rad/s; a non-finite value is counted and skipped."""
         seen = jnp.isfinite(speed)
         noise = self.speed_sigma**2
         prior = estimate.covariance

@@ -1,4 +1,4 @@
-"""Friction torque of a wheel from its measured momentum, without a friction model."""
+"""Kalman filter for the friction torque of a wheel from its momentum, without a friction model."""
 
 from typing import NamedTuple
 
@@ -12,13 +12,13 @@ from gyrostat.estimation.torque_walk import TorqueWalk, correct, predict
 
 
 class FrictionTorqueEstimate(NamedTuple):
-    """What the filter knows.
+    """State of the filter.
 
     Attributes:
-        walk: momentum and the torque on it, which is minus the friction.
-        innovation: of the last measurement, N·m·s.
-        innovation_variance: (N·m·s)².
-        missed: measurements that were no numbers, and were left out.
+        walk: Momentum, and the torque on it, which is the negative friction torque.
+        innovation: Innovation of the last measurement, N·m·s.
+        innovation_variance: Variance of the innovation, (N·m·s)².
+        missed: Number of measurements that were not finite and therefore skipped.
     """
 
     walk: TorqueWalk
@@ -28,7 +28,7 @@ class FrictionTorqueEstimate(NamedTuple):
 
     @property
     def momentum(self) -> Scalar:
-        """Of the wheel, N·m·s."""
+        """Wheel momentum, N·m·s."""
         return self.walk.momentum
 
     @property
@@ -38,15 +38,16 @@ class FrictionTorqueEstimate(NamedTuple):
 
 
 class FrictionTorqueFilter(eqx.Module):
-    """Kalman filter with momentum h and friction torque N as states: h' = u - N, N' = noise.
+    """Kalman filter with states momentum h and friction torque N: h' = u - N, N' = noise.
 
     Moreira, Lopes and Kuga, "Estimation of torque in a reaction wheel using a bristle model for
     friction", eqs. (6)-(7), (11)-(14), (17).
 
     Attributes:
-        momentum_sigma: rho, noise of a measured momentum, N·m·s.
-        torque_drift: rho_1, of the friction torque in the square root of a second, N·m/√s.
-        initial_sigma: rho_0, of both states before the first measurement, N·m·s and N·m.
+        momentum_sigma: rho, standard deviation of a measured momentum, N·m·s.
+        torque_drift: rho_1, random walk of the friction torque, N·m/√s.
+        initial_sigma: rho_0, standard deviation of both states before the first measurement, N·m·s
+            and N·m.
     """
 
     momentum_sigma: Scalar
@@ -54,16 +55,16 @@ class FrictionTorqueFilter(eqx.Module):
     initial_sigma: Scalar
 
     def check(self) -> None:
-        """Refuse what is no covariance.
+        """Validate parameters.
 
         Raises:
-            InputError: a standard deviation is not finite, or not above zero.
+            InputError: A standard deviation is not finite or not above zero.
         """
         for name in ("momentum_sigma", "torque_drift", "initial_sigma"):
             require(name, getattr(self, name), positive=True)
 
     def start(self, momentum: Scalar = 0.0, friction: Scalar = 0.0) -> FrictionTorqueEstimate:
-        """Before the first measurement."""
+        """Initial state, before the first measurement."""
         variance, zero = self.initial_sigma**2, jnp.array(0.0)
         momentum, torque = jnp.asarray(momentum, float), -jnp.asarray(friction, float)
         walk = TorqueWalk(momentum, torque, variance, zero, variance)
@@ -72,11 +73,11 @@ class FrictionTorqueFilter(eqx.Module):
     def predict(
         self, estimate: FrictionTorqueEstimate, impulse: Scalar, period: Scalar
     ) -> FrictionTorqueEstimate:
-        """Carry over a period, s, with the impulse of the motor torque in it, N·m·s."""
+        """Predict over a period, s, with the impulse of the motor torque, N·m·s."""
         return estimate._replace(walk=predict(estimate.walk, self.torque_drift, period, impulse))
 
     def correct(self, estimate: FrictionTorqueEstimate, momentum: Scalar) -> FrictionTorqueEstimate:
-        """Take in a measured momentum, N·m·s; one that is not finite is counted and left out."""
+        """Update with a measured momentum, N·m·s; a non-finite value is counted and skipped."""
         seen = jnp.isfinite(momentum)
         value = jnp.where(seen, momentum, 0.0)
         walk, innovation, variance = correct(estimate.walk, value, self.momentum_sigma**2)
@@ -91,26 +92,26 @@ class FrictionTorqueFilter(eqx.Module):
         )
 
     def steady_gain(self, period: float) -> Float[Array, " 2"]:
-        """Gain of momentum and of friction torque once the covariance has settled.
+        """Steady-state gain for momentum and friction torque, in closed form.
 
-        In closed form. The second difference of the measured momentum is 1 + a d + (1 - K) d² on
-        the innovations, d a delay, and the same second difference of noise and walk: equal spectra
-        at zero frequency and at half the sampling rate give the share s² = 1 - K of a
-        measurement's variance that is left of the momentum's.
+        With the delay operator d, the second difference of the measured momentum is
+        1 + a d + (1 - K) d² acting on the innovations, and also the second difference of noise and
+        random walk. Equating the spectra at zero frequency and at half the sampling rate gives
+        s² = 1 - K, the posterior momentum variance over the variance of a measurement.
 
         Args:
-            period: between measurements, s, above 0.
+            period: Time between measurements, s, above 0.
 
         Returns:
-            (2,) gain of h, 1, and of N, 1/s.
+            Gain of h, 1, and of N, 1/s, (2,).
 
         Raises:
-            InputError: the period is not above zero.
+            InputError: The period is not above zero.
         """
         require("period", period, "s", positive=True)
         slow = self.torque_drift * period**1.5 / self.momentum_sigma
         fast = jnp.sqrt(16.0 + slow**2 / 3.0)
-        # 2 s² - (slow + fast) s + 2 = 0, and K = (1 - s) (1 + s) without a difference
+        # 2 s² - (slow + fast) s + 2 = 0; K = (1 - s) (1 + s) avoids cancellation
         root = jnp.sqrt(4.0 / 3.0 * slow**2 + 2.0 * slow * fast)
         left = 4.0 / (slow + fast + root)
         taken = (slow + slow**2 / 3.0 / (fast + 4.0) + root) / (slow + fast + root)

@@ -9,11 +9,11 @@ from gyrostat.core.jax64 import jnp
 
 
 class RateEstimate(NamedTuple):
-    """Rate and unknown torque.
+    """Body rate and disturbance torque.
 
     Attributes:
-        rate: rad/s.
-        torque: everything that the known torque leaves out, N·m.
+        rate: Body rate, rad/s.
+        torque: Disturbance torque: all torque except the known one, N·m.
     """
 
     rate: Scalar
@@ -21,30 +21,30 @@ class RateEstimate(NamedTuple):
 
 
 class RateObserver(eqx.Module):
-    """J dΩ/dt = known torque + d, d constant; both poles at the bandwidth.
+    """Observer of J dΩ/dt = known torque + d with constant d; both poles at the bandwidth.
 
     J. Han, "From PID to active disturbance rejection control", IEEE Transactions on Industrial
-    Electronics 56 (2009), the linear extended state observer, here with the rate measured.
+    Electronics 56 (2009): the linear extended state observer, here with measured rate.
 
     Attributes:
         inertia: J, kg·m².
-        bandwidth: rad/s.
+        bandwidth: Bandwidth of the observer, rad/s.
     """
 
     inertia: Scalar
     bandwidth: Scalar
 
     def start(self) -> RateEstimate:
-        """At rest, nothing acting."""
+        """Initial estimate: zero rate and zero disturbance torque."""
         return RateEstimate(jnp.array(0.0), jnp.array(0.0))
 
     def predict(self, estimate: RateEstimate, known: Scalar, period: Scalar) -> RateEstimate:
-        """Carry an estimate over a period, s, in which a known torque, N·m, acts."""
+        """Predict over a period, s, during which a known torque, N·m, acts."""
         step = period * (known + estimate.torque) / self.inertia
         return RateEstimate(estimate.rate + step, estimate.torque)
 
     def correct(self, estimate: RateEstimate, rate: Scalar, period: Scalar) -> RateEstimate:
-        """Take in a measured rate, rad/s, one period after the last."""
+        """Update with a measured rate, rad/s, one period, s, after the last one."""
         pole = jnp.exp(-self.bandwidth * period)
         innovation = rate - estimate.rate
         return RateEstimate(

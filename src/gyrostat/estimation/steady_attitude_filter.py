@@ -1,4 +1,4 @@
-"""Attitude and gyro bias from a star tracker and a gyro, with fixed gains."""
+"""Complementary filter for attitude and gyro bias, from star tracker and gyro, with fixed gains."""
 
 from typing import NamedTuple
 
@@ -18,13 +18,13 @@ from gyrostat.core.validation import require
 
 
 class SteadyAttitudeEstimate(NamedTuple):
-    """What the filter knows.
+    """State of the filter.
 
     Attributes:
-        attitude: (4,) quaternion, scalar first.
-        rate: (3,) of the gyro less its bias, rad/s.
-        bias: (3,) of the gyro, rad/s.
-        begun: whether a first sample has come.
+        attitude: Attitude quaternion, (4,), scalar first.
+        rate: Gyro rate minus bias, (3,), rad/s.
+        bias: Gyro bias, (3,), rad/s.
+        begun: Whether a first sample has been processed.
     """
 
     attitude: Quaternion
@@ -34,39 +34,39 @@ class SteadyAttitudeEstimate(NamedTuple):
 
 
 class SteadyAttitudeFilter(eqx.Module):
-    """The gyro carries the attitude, the star tracker pulls attitude and bias at a bandwidth w.
+    """Propagate the attitude by the gyro; correct attitude and bias by the star tracker.
 
-    e' = -2 w e - (bias error), (bias error)' = w^2 e: the gains that `AttitudeFilter` comes to
-    where both poles are at -w. F. L. Markley, J. L. Crassidis, "Fundamentals of Spacecraft Attitude
-    Determination and Control", section 6.2. With white noise sigma_s of the tracker and sigma_g of
-    the gyro in samples T apart, w = sigma_g / (2 sigma_s) is near the best while the bias is
-    constant.
+    With the bandwidth w, the errors obey e' = -2 w e - (bias error), (bias error)' = w^2 e. These
+    are the steady gains of `AttitudeFilter` with both poles at -w: F. L. Markley, J. L. Crassidis,
+    "Fundamentals of Spacecraft Attitude Determination and Control", section 6.2. For white noise
+    sigma_s of the tracker and sigma_g of the gyro, w = sigma_g / (2 sigma_s) is near the optimum
+    while the bias is constant.
 
     Attributes:
-        bandwidth: w, rad/s.
+        bandwidth: Bandwidth w, rad/s.
     """
 
     bandwidth: Scalar = 0.05
 
     def check(self) -> None:
-        """Refuse a bandwidth that is not positive, by `InputError`."""
+        """Validate the bandwidth; raises `InputError`."""
         require("attitude filter bandwidth", self.bandwidth, "rad/s", positive=True)
 
     def start(self) -> SteadyAttitudeEstimate:
-        """Nothing known."""
+        """Initial state, before the first sample."""
         unit = jnp.array([1.0, 0.0, 0.0, 0.0])
         return SteadyAttitudeEstimate(unit, jnp.zeros(3), jnp.zeros(3), jnp.array(False))
 
     def __call__(
         self, estimate: SteadyAttitudeEstimate, attitude: Quaternion, rate: Vector3, period: Scalar
     ) -> SteadyAttitudeEstimate:
-        """Take in a sample.
+        """Update with a sample of star tracker and gyro.
 
         Args:
-            estimate: at the last sample.
-            attitude: (4,) of the star tracker; the first one is taken as it is.
-            rate: (3,) of the gyro, rad/s.
-            period: since the last sample, s.
+            estimate: State at the previous sample.
+            attitude: Attitude from the star tracker, (4,); the first one is used directly.
+            rate: Rate from the gyro, (3,), rad/s.
+            period: Time since the previous sample, s.
         """
         mean = 0.5 * (estimate.rate + rate - estimate.bias)
         carried = product(estimate.attitude, from_rotation_vector(period * mean))

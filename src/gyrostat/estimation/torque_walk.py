@@ -1,7 +1,7 @@
-"""Kalman filter for momentum under an unknown torque modelled as a random walk.
+"""Kalman filter for momentum under an unknown torque that is modelled as a random walk.
 
-The kernel of the filters here. Two states, one scalar measurement of the momentum; everything in
-closed form.
+Common kernel of the momentum filters of this room: two states, one scalar measurement of the
+momentum, all in closed form.
 """
 
 from typing import NamedTuple
@@ -14,11 +14,11 @@ class TorqueWalk(NamedTuple):
     """Momentum and torque with their covariance.
 
     Attributes:
-        momentum: N·m·s.
-        torque: N·m, positive where it raises the momentum.
-        momentum_variance: (N·m·s)².
-        covariance: of both, N²·m²·s.
-        torque_variance: (N·m)².
+        momentum: Momentum, N·m·s.
+        torque: Torque, N·m, positive if it increases the momentum.
+        momentum_variance: Variance of the momentum, (N·m·s)².
+        covariance: Covariance of momentum and torque, N²·m²·s.
+        torque_variance: Variance of the torque, (N·m)².
     """
 
     momentum: Scalar
@@ -29,15 +29,15 @@ class TorqueWalk(NamedTuple):
 
 
 def predict(walk: TorqueWalk, drift: Scalar, period: Scalar, impulse: Scalar = 0.0) -> TorqueWalk:
-    """Carry over a period; exact for a continuous random walk.
+    """Predict over a period; exact for a continuous random walk.
 
     Moreira, Lopes and Kuga, eqs. (11)-(13), with a known impulse in place of their control law.
 
     Args:
-        walk: at the start.
-        drift: standard deviation of the torque's change in the square root of a second, N·m/√s.
-        period: s.
-        impulse: of the known torque, N·m·s.
+        walk: State at the start of the period.
+        drift: Random walk of the torque, N·m/√s.
+        period: Period, s.
+        impulse: Impulse of the known torque, N·m·s.
     """
     spread = drift**2 * period
     _, _, own, both, torque = walk
@@ -51,16 +51,16 @@ def predict(walk: TorqueWalk, drift: Scalar, period: Scalar, impulse: Scalar = 0
 
 
 def correct(walk: TorqueWalk, measured: Scalar, noise: Scalar) -> tuple[TorqueWalk, Scalar, Scalar]:
-    """Take in a measured momentum. Moreira, Lopes and Kuga, eq. (14), with I - K H.
+    """Update with a measured momentum. Moreira, Lopes and Kuga, eq. (14), with I - K H.
 
     Args:
-        walk: predicted to the time of the measurement.
-        measured: N·m·s.
-        noise: its variance, (N·m·s)².
+        walk: State predicted to the time of the measurement.
+        measured: Measured momentum, N·m·s.
+        noise: Variance of the measurement, (N·m·s)².
 
     Returns:
-        The estimate, the innovation and its variance. Each variance is written so that it cannot
-        lose its sign: as a product, or as what is left of the prior at no less than its share.
+        Updated state, innovation and innovation variance. Rounding cannot make a variance negative:
+            the momentum variance is a product, the torque variance is bounded from below.
     """
     _, _, own, both, torque = walk
     total = own + noise

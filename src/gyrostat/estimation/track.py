@@ -1,4 +1,4 @@
-"""Track wheel friction along telemetry: a health signal of the bearing."""
+"""Tracking of wheel friction along telemetry, a health indicator of the bearing."""
 
 from dataclasses import dataclass
 
@@ -11,24 +11,24 @@ from gyrostat.core.types import Vector
 from gyrostat.estimation.friction_scale import FrictionScaleFilter
 
 UNKNOWN = 1e3
-"""First standard deviation of the speed over that of a measurement."""
+"""Initial standard deviation of the speed over that of a measurement."""
 FASTEST = 1e4
-"""rad/s: faster than any bearing bears."""
+"""Largest speed accepted, rad/s; no wheel bearing reaches it."""
 
 
 @dataclass(frozen=True)
 class FrictionTrack:
-    """What the filter knew after each sample.
+    """Result of the filter after each sample.
 
     Attributes:
-        time: (N,) s.
-        speed: (N,) estimated, rad/s.
-        scale: (N,) friction of the wheel over friction of the model.
-        scale_sigma: (N,) its standard deviation.
-        normalised_innovation_squared: (N,) chi-square with one degree of freedom where the filter
-            is consistent; NaN where there was no measurement, and at the first, which nothing
-            foretells.
-        missed: samples without a speed.
+        time: Time, (N,), s.
+        speed: Estimated wheel speed, (N,), rad/s.
+        scale: Friction of the wheel over friction of the model, (N,).
+        scale_sigma: Standard deviation of `scale`, (N,).
+        normalised_innovation_squared: (N,); chi-square with one degree of freedom if the filter is
+            consistent. NaN where a measurement is missing, and at the first measurement, which
+            initialises the filter.
+        missed: Number of samples without a speed.
     """
 
     time: Vector
@@ -69,18 +69,18 @@ def _series(name: str, values: ArrayLike) -> Vector:
 def track_friction(
     estimator: FrictionScaleFilter, time: ArrayLike, current: ArrayLike, speed: ArrayLike
 ) -> FrictionTrack:
-    """Run the filter along a record; intervals may be uneven, the current is held through each.
+    """Run the filter along a record. Sample intervals may vary; the current is held during each.
 
     Args:
-        estimator: filter with the identified wheel.
-        time: (N,) s, increasing.
-        current: (N,) A.
-        speed: (N,) measured, rad/s; NaN where it is missing.
+        estimator: Filter with the identified wheel.
+        time: Time, (N,), s, increasing.
+        current: Motor current, (N,), A.
+        speed: Measured wheel speed, (N,), rad/s; NaN where it is missing.
 
     Raises:
-        InputError: fewer than two samples or speeds, lengths that differ, time that does not
-            increase, a current or time that is not finite, a speed that no wheel has, an interval
-            too long for the wheel model, or a filter whose parameters are not single numbers.
+        InputError: Fewer than two samples or speeds; different lengths; time that does not
+            increase; a current or time that is not finite; a speed above `FASTEST`; an interval too
+            long for the wheel model; or a filter with parameters that are not single numbers.
     """
     estimator.check()
     shapes = {np.shape(leaf) for leaf in jax.tree.leaves(estimator)} - {()}
@@ -144,6 +144,6 @@ def _refuse_lost(state: np.ndarray, unresolved: np.ndarray, time: Vector) -> Non
         k = max(int(lost[0]), 1)
         raise InputError(
             f"time of sample {k}: found an interval of {time[k] - time[k - 1]:g} s at "
-            f"{time[k - 1]:g} s through which the wheel model cannot be carried, expected a "
-            "shorter one: track the parts before and after it on their own"
+            f"{time[k - 1]:g} s, too long for the wheel model, expected a shorter one: track the "
+            "parts before and after it separately"
         )

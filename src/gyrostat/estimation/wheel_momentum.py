@@ -1,4 +1,4 @@
-"""Estimate wheel speed from the momentum of wheel and table, independent of friction."""
+"""Wheel speed from the total momentum of wheel and table, independent of friction."""
 
 from typing import NamedTuple
 
@@ -9,27 +9,28 @@ from gyrostat.core.jax64 import jnp
 from gyrostat.estimation.torque_walk import TorqueWalk, correct, predict
 
 UNKNOWN_TORQUE = 10.0
-"""First standard deviation of the external torque over what the tachometer can tell in a second."""
+"""Initial standard deviation of the external torque, in units of the torque that the
+tachometer resolves within one second."""
 
 MEMORY = 20.0
-"""Samples in the running mean of the innovations."""
+"""Time constant of the running mean of the innovations, samples."""
 SURPRISE = 4.0
-"""Standard deviations of that mean at which the external torque is taken to have jumped."""
+"""Running mean, in its standard deviations, at which a jump of the external torque is declared."""
 JUMP = 0.3
-"""Standard deviation of such a jump over what the tachometer can tell in a second."""
+"""Standard deviation added at such a jump, in the same units as `UNKNOWN_TORQUE`."""
 
 
 class MomentumEstimate(NamedTuple):
     """Momentum of table and wheel, and the external torque that changes it.
 
     Attributes:
-        momentum: h, N·m·s.
-        torque: external torque T_d, N·m.
-        momentum_variance: (N·m·s)².
-        covariance: of momentum and torque, N²·m²·s.
-        torque_variance: (N·m)².
-        surprise: running mean of the innovations over their standard deviation.
-        started: 1 once a measurement has been taken, else 0.
+        momentum: Total momentum h, N·m·s.
+        torque: External torque T_d, N·m.
+        momentum_variance: Variance of the momentum, (N·m·s)².
+        covariance: Covariance of momentum and torque, N²·m²·s.
+        torque_variance: Variance of the torque, (N·m)².
+        surprise: Running mean of the innovations, each divided by its standard deviation.
+        started: 1 after the first measurement, before that 0.
     """
 
     momentum: Scalar
@@ -42,18 +43,19 @@ class MomentumEstimate(NamedTuple):
 
 
 class WheelMomentumFilter(eqx.Module):
-    """Kalman filter on h = J_w w + (J + J_w) Ω, which only the external torque changes.
+    """Kalman filter for h = J_w w + (J + J_w) Ω, which only the external torque changes.
 
-    Friction is internal: it does not appear, so that no error of a friction model can bias the
-    estimate. The gyro tells (J + J_w) Ω far better than the tachometer tells J_w w; their sum is
-    the measurement of h, with the noise of the tachometer. The torque is a random walk. The speed
-    follows as w = (h - (J + J_w) Ω) / J_w, as quick as the gyro and as calm as the momentum.
+    Friction is an internal torque and does not appear, so that errors of a friction model cannot
+    bias the estimate. The measurement of h is the sum of tachometer and gyro terms; since the gyro
+    measures (J + J_w) Ω far better than the tachometer measures J_w w, its noise is that of the
+    tachometer. The external torque is a random walk. The wheel speed w = (h - (J + J_w) Ω) / J_w
+    follows the gyro without delay and has the low noise of the momentum estimate.
 
     Attributes:
-        wheel_inertia: J_w, kg·m².
-        table_inertia: J, without the rotor, kg·m².
-        speed_sigma: noise of a sample of the tachometer, rad/s.
-        torque_drift: of the external torque in the square root of a second, N·m/√s.
+        wheel_inertia: Rotor inertia J_w, kg·m².
+        table_inertia: Inertia J of the table without the rotor, kg·m².
+        speed_sigma: Standard deviation of a tachometer sample, rad/s.
+        torque_drift: Random walk of the external torque, N·m/√s.
     """
 
     wheel_inertia: Scalar
@@ -62,28 +64,28 @@ class WheelMomentumFilter(eqx.Module):
     torque_drift: Scalar
 
     def start(self) -> MomentumEstimate:
-        """Nothing known."""
+        """Initial estimate, before the first measurement."""
         zero = jnp.array(0.0)
         return MomentumEstimate(*(zero,) * len(MomentumEstimate._fields))
 
     def predict(self, estimate: MomentumEstimate, period: Scalar) -> MomentumEstimate:
-        """Carry an estimate over a period, s."""
+        """Predict over a period, s."""
         walk = predict(TorqueWalk(*estimate[:5]), self.torque_drift, period)
         return MomentumEstimate(*walk, *estimate[5:])
 
     def correct(self, estimate: MomentumEstimate, speed: Scalar, rate: Scalar) -> MomentumEstimate:
-        """Take in a sample of tachometer and gyro.
+        """Update with a sample of tachometer and gyro.
 
         Args:
-            estimate: predicted to the time of the sample.
-            speed: of the wheel, rad/s.
-            rate: of the table, rad/s.
+            estimate: Estimate predicted to the time of the sample.
+            speed: Measured wheel speed, rad/s.
+            rate: Measured table rate, rad/s.
         """
         measured = self.wheel_inertia * speed + (self.table_inertia + self.wheel_inertia) * rate
         noise = (self.wheel_inertia * self.speed_sigma) ** 2
         walk, innovation, variance = correct(TorqueWalk(*estimate[:5]), measured, noise)
         mean = estimate.surprise + (innovation / jnp.sqrt(variance) - estimate.surprise) / MEMORY
-        # a mean of white innovations over this memory has this variance
+        # variance of an exponential mean of white innovations with this time constant
         surprised = mean**2 > SURPRISE**2 / (2.0 * MEMORY - 1.0)
         jump = jnp.where(surprised, JUMP**2 * noise, 0.0)
         walk = walk._replace(torque_variance=walk.torque_variance + jump)
@@ -96,7 +98,7 @@ class WheelMomentumFilter(eqx.Module):
         )
 
     def speed(self, estimate: MomentumEstimate, rate: Scalar) -> tuple[Scalar, Scalar]:
-        """Wheel speed at a table rate, rad/s, and its standard deviation."""
+        """Wheel speed at a given table rate, rad/s, and its standard deviation, rad/s."""
         whole = self.table_inertia + self.wheel_inertia
         speed = (estimate.momentum - whole * rate) / self.wheel_inertia
         return speed, jnp.sqrt(estimate.momentum_variance) / self.wheel_inertia

@@ -1,4 +1,4 @@
-"""Bench records: motor current and wheel speed over time, read, checked and written."""
+"""Bench records: motor current and wheel speed over time; reading, checking and writing."""
 
 from gyrostat.telemetry.read import read_record
 from gyrostat.telemetry.record import Record

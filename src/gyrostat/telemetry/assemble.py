@@ -18,29 +18,30 @@ _HOW_TO_MARK = (
 
 @dataclass(frozen=True)
 class Measured:
-    """The chosen columns of a file, as they stand in it."""
+    """The columns of a file that have a role, with the values as stored in the file."""
 
     file: Path
     chosen: Mapping[str, Chosen]
     values: Mapping[str, NDArray[np.float64]]
-    """Role -> (N,) numbers in the unit of the file, NaN where the cell is empty."""
+    """Role -> (N,) numbers in the unit of the file; NaN if the cell is empty."""
     empty: Mapping[str, NDArray[np.bool_]]
     """Role -> (N,) whether the cell is empty."""
     rows: NDArray[np.int64]
-    """(N,) row of each sample in the file, for messages."""
+    """(N,) row number of each sample in the file, for messages."""
     notes: tuple[str, ...] = ()
 
 
 def assemble(measured: Measured, unsigned_current: bool) -> Record:
-    """Check what was measured and make a record of it.
+    """Check the columns of a file and build a record.
 
     Args:
-        measured: columns of the file.
-        unsigned_current: the current has lost its sign; take it from setpoint or speed.
+        measured: Columns of the file.
+        unsigned_current: Whether the current is a magnitude whose sign must come from setpoint or
+            speed.
 
     Raises:
-        InputError: an empty cell, NaN or infinity where a number must be; time not increasing;
-            negative current that was called unsigned; fewer than two samples.
+        InputError: An empty cell, NaN or infinity where a number is required; time that does not
+            increase; negative current although it is declared unsigned; fewer than two samples.
     """
     count = measured.rows.size
     if count < 2:
@@ -75,7 +76,7 @@ def assemble(measured: Measured, unsigned_current: bool) -> Record:
 
 
 def _missing(measured: Measured) -> NDArray[np.bool_]:
-    """(N,) whether the speed sample is missing."""
+    """Flag of each sample whose speed is missing, (N,)."""
     missing = measured.empty["speed"].copy()
     if "valid" in measured.values:
         valid = measured.values["valid"]
@@ -87,16 +88,16 @@ def _missing(measured: Measured) -> NDArray[np.bool_]:
 def _in_si(
     measured: Measured, role: str, missing: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], int]:
-    """One column in SI, empty cells of missing samples held; and how many were held."""
+    """One column in SI, with empty cells of missing samples filled; and how many were filled."""
     values, empty = measured.values[role], measured.empty[role]
     with np.errstate(over="ignore"):
         converted = measured.chosen[role].unit.to_si(values)
     bad = ~np.isfinite(converted)
     if role == "speed":
-        # Whatever stands in a sample that is marked missing is not used.
+        # The speed of a sample that is marked missing is not used.
         _refuse(measured, role, bad & ~missing, _HOW_TO_MARK)
         return converted, 0
-    # Only where the whole sample is skipped may a cell be empty, and time never.
+    # A cell may be empty only in a sample marked missing, and time must always be given.
     first_known = int(np.argmin(empty))
     held = empty & missing & (np.arange(empty.size) > first_known) & (role != "time")
     _refuse(measured, role, bad & ~held, _HOW_TO_MARK if role == "current" else "a finite number")
@@ -125,7 +126,7 @@ def _require_increasing_time(measured: Measured, time: NDArray[np.float64]) -> N
 def _direction(
     measured: Measured, speed: NDArray[np.float64], setpoint: NDArray[np.float64] | None
 ) -> tuple[NDArray[np.float64], str]:
-    """(N,) sign of the current, 0 where unknown; and where it was taken from."""
+    """Sign of the current, (N,), 0 where unknown; and a note that names its source."""
     of_speed = np.sign(np.nan_to_num(speed))
     name = measured.chosen["speed"].name
     if setpoint is None:
@@ -138,9 +139,9 @@ def _direction(
 
 
 def _held_direction(sign: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Fill zeros with the last sign before them, or the first one after; +1 if all are zero.
+    """Replace zeros by the last nonzero sign before them, or the first after; +1 if all are zero.
 
-    A zero would erase the magnitude of a current that did flow, as one does before breakaway.
+    A sign of zero would erase a current that really flowed, for example before breakaway.
     """
     known = np.flatnonzero(sign)
     if not known.size:
@@ -150,7 +151,7 @@ def _held_direction(sign: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _refuse(measured: Measured, role: str, bad: NDArray[np.bool_], expected: str) -> None:
-    """Raise the error for the first bad sample of a column, if there is one."""
+    """Raise an error for the first bad sample of a column, if there is one."""
     if not np.any(bad):
         return
     index = int(np.argmax(bad))

@@ -1,4 +1,4 @@
-"""Roles and units of the columns of a file."""
+"""Assignment of columns to roles (time, current, speed, ...) and their units."""
 
 import difflib
 import re
@@ -13,13 +13,13 @@ from gyrostat.telemetry.fault import fault, listed, place, shown
 
 @dataclass(frozen=True)
 class Role:
-    """What a column can mean to a record."""
+    """Role that a column can have in a record."""
 
     name: str
     names: tuple[str, ...]
-    """Column names taken for this role when the caller names none, without their unit."""
+    """Usual column names of this role, without unit, used if the caller gives no name."""
     dimension: str | None
-    """Key of `gyrostat.core.units.SI_UNIT`; None for a column without unit."""
+    """Key of `gyrostat.core.units.SI_UNIT`; None for a role without unit."""
     required: bool = False
     unit_optional: bool = False
 
@@ -31,7 +31,7 @@ ROLES = {
         Role("current", ("current", "i"), "current", required=True),
         Role("speed", ("speed", "omega", "ω", "velocity", "w"), "speed", required=True),
         Role("temperature", ("temperature", "temp"), "temperature"),
-        # Of a setpoint without unit only the sign is used.
+        # Only the sign of a setpoint without unit is used.
         Role("setpoint", ("setpoint", "direction"), "speed", unit_optional=True),
         Role("valid", ("valid",), None),
     )
@@ -42,18 +42,18 @@ _NO_UNIT_SPELLINGS = ("", "-", "1")
 
 @dataclass(frozen=True)
 class Column:
-    """A column as the file's header describes it."""
+    """Column as described by the header of the file."""
 
     index: int
     names: tuple[str, ...]
-    """Its long and its short name, or the only one."""
+    """Long and short name, or the only name."""
     unit: str = ""
-    """Its cell in the row of units."""
+    """Content of its cell in the row of units."""
 
 
 @dataclass(frozen=True)
 class Header:
-    """The columns of a file, and where they are described (None where the file has no rows)."""
+    """Columns of a file, and the rows that describe them (None if the file has no rows)."""
 
     file: Path
     columns: tuple[Column, ...]
@@ -63,7 +63,7 @@ class Header:
 
 @dataclass(frozen=True)
 class Chosen:
-    """The column that plays a role, and the unit of its numbers."""
+    """Column assigned to a role, and the unit of its numbers."""
 
     index: int
     name: str
@@ -76,15 +76,15 @@ def choose_columns(
     """Find the column and the unit of each role.
 
     Args:
-        header: the columns of the file.
-        columns: role -> column name, for the roles that are not to be found by their usual names.
-        units: role -> unit, which overrules the header.
+        header: Columns of the file.
+        columns: Role -> column name, for roles whose column does not have a usual name.
+        units: Role -> unit; overrides the header.
 
     Returns:
-        Role -> column, for the roles that the file has.
+        Role -> column, for the roles that the file provides.
 
     Raises:
-        InputError: a column is missing, named twice or ambiguous; a unit is missing or unknown.
+        InputError: A column is missing, named twice or ambiguous; a unit is missing or unknown.
     """
     wanted = _by_role(header.file, "columns", columns)
     stated = _by_role(header.file, "units", units)
@@ -106,7 +106,7 @@ def choose_columns(
 
 
 def _by_role(file: Path, option: str, given: Mapping[str, str] | None) -> dict[str, str]:
-    """The caller's mapping with 'direction' read as 'setpoint'; unknown roles are refused."""
+    """The caller's mapping, with 'direction' replaced by 'setpoint'. Unknown roles are refused."""
     roles = [role for role in ROLES if option != "units" or ROLES[role].dimension]
     result: dict[str, str] = {}
     for key, value in (given or {}).items():
@@ -121,7 +121,7 @@ def _by_role(file: Path, option: str, given: Mapping[str, str] | None) -> dict[s
 
 
 def _split(name: str, dimension: str | None) -> tuple[str, str]:
-    """Take the unit off a column name: 'speed [rpm]', 'speed (rpm)', 'speed_rad_s'."""
+    """Split a column name into name and unit: 'speed [rpm]', 'speed (rpm)', 'speed_rad_s'."""
     bracketed = re.fullmatch(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*", name)
     if bracketed:
         return bracketed[1], (bracketed[2] or bracketed[3] or "").strip()
@@ -135,7 +135,7 @@ def _split(name: str, dimension: str | None) -> tuple[str, str]:
 
 
 def _called(header: Header, role: str, wanted: str) -> tuple[Column, str]:
-    """The column that the caller names: exactly, or else in another case, or without its unit."""
+    """Column named by the caller: exact match first, then ignoring case, then ignoring the unit."""
     dimension = ROLES[role].dimension
     for key in (str, str.casefold, lambda name: _split(name, dimension)[0].casefold()):
         hits = [
@@ -150,7 +150,7 @@ def _called(header: Header, role: str, wanted: str) -> tuple[Column, str]:
 
 
 def _usual(header: Header, role: Role, claimed: Mapping[int, str]) -> tuple[Column, str] | None:
-    """The column that has a usual name of the role; None where an optional role has none."""
+    """Column with a usual name of the role; None if an optional role has none."""
     free = [
         (column, name)
         for column in header.columns
@@ -164,7 +164,7 @@ def _usual(header: Header, role: Role, claimed: Mapping[int, str]) -> tuple[Colu
         return None
     for _, name in free:
         base, _, suffix = name.partition("_")
-        # A long usual name followed by what is no unit of this role: most likely its unit is wrong.
+        # A usual name followed by an unknown suffix: most likely a wrong unit.
         if role.dimension and suffix and len(base) > 1 and base.casefold() in role.names:
             find_unit(suffix, role.dimension, place(header.file, header.row, name))
     expected = f"one for {role.name}, called {' or '.join(role.names)}, or named in columns"
@@ -172,7 +172,7 @@ def _usual(header: Header, role: Role, claimed: Mapping[int, str]) -> tuple[Colu
 
 
 def _absent(header: Header, expected: str, wanted: str, dimension: str | None) -> InputError:
-    """The error for a column that is not there: lists those that are, and the nearest of them."""
+    """Error for a missing column: lists the columns present and suggests the most similar one."""
     names = [name for column in header.columns for name in column.names]
     spellings = {_split(name, dimension)[0].casefold(): name for name in names}
     spellings |= {name.casefold(): name for name in names}
@@ -182,7 +182,7 @@ def _absent(header: Header, expected: str, wanted: str, dimension: str | None) -
 
 
 def _only(header: Header, role: str, hits: list[tuple[Column, str]]) -> tuple[Column, str]:
-    """The one column among the hits (one may be hit by its long and its short name)."""
+    """The only column among the matches (its long and its short name may both match)."""
     if len({column.index for column, _ in hits}) == 1:
         return hits[0]
     names = [name for _, name in hits]
@@ -193,11 +193,11 @@ def _only(header: Header, role: str, hits: list[tuple[Column, str]]) -> tuple[Co
 
 
 def _unit(header: Header, role: Role, column: Column, option: str | None) -> Unit:
-    """The unit of a column: of the option, else of the row of units and of the names."""
+    """Unit of a column: from the option, otherwise from the row of units and the column names."""
     if role.dimension is None:
         return _NO_UNIT
     in_names = [(_split(name, role.dimension)[1], header.row) for name in column.names]
-    # A bracket need not hold a unit ('velocity (left)') where a row of units tells it.
+    # If there is a row of units, a bracket may hold something else, as in 'velocity (left)'.
     if column.unit:
         in_names = [(text, row) for text, row in in_names if known_unit(text, role.dimension)]
     stated = [(column.unit, header.units_row), *in_names]

@@ -10,25 +10,25 @@ _MOST = 30  # names listed in a message
 
 
 def shown(text: str) -> str:
-    """Text from a file in quotes, on one line, shortened."""
+    """Quote a text from a file, on one line and shortened."""
     return repr(text if len(text) <= _LONGEST else text[:_LONGEST] + "...")
 
 
 def listed(names: Iterable[str]) -> str:
-    """Names from a file as one line, shortened."""
+    """List names from a file on one line, shortened."""
     quoted = [shown(name) for name in names]
     more = f" and {len(quoted) - _MOST} more" if len(quoted) > _MOST else ""
     return ", ".join(quoted[:_MOST]) + more
 
 
 def counted(count: int, noun: str = "sample") -> str:
-    """'1 sample', '2 samples'."""
+    """Count with its noun: '1 sample', '2 samples'."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def place(file: Path, row: int | None = None, column: str | None = None) -> str:
-    """'FILE: row R, column C', as far as known."""
-    # A file name may hold line breaks and bytes that are no text.
+    """Place for a message: 'FILE: row R, column C', without the parts that are None."""
+    # A file name may contain line breaks and bytes that are not text.
     name = str(file) if str(file).isprintable() else repr(str(file))
     parts = [f"row {row}"] if row is not None else []
     if column is not None:
@@ -39,17 +39,17 @@ def place(file: Path, row: int | None = None, column: str | None = None) -> str:
 def fault(
     file: Path, found: str, expected: str, row: int | None = None, column: str | None = None
 ) -> InputError:
-    """The error 'FILE: row R, column C: found X, expected Y'; row is the line in a text file."""
+    """Error 'FILE: row R, column C: found X, expected Y'. In a text file the row is the line."""
     return InputError(f"{place(file, row, column)}: found {found}, expected {expected}")
 
 
 def too_many(file: Path, max_samples: int, row: int | None = None) -> InputError:
-    """The error for a file with more samples than the caller wants to read."""
+    """Error for a file with more samples than accepted."""
     expected = "no more: split the file, or raise max_samples"
     return fault(file, f"more than {counted(max_samples)}", expected, row)
 
 
 def damaged(file: Path, wanted: str, error: Exception) -> InputError:
-    """The error for a file whose bytes are not what its suffix says."""
+    """Error for a file whose content is not of the kind that its suffix announces."""
     reason = " ".join(str(error).split()) or type(error).__name__
     return fault(file, f"damaged or other content ({shown(reason)})", wanted)

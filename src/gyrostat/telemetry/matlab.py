@@ -1,7 +1,7 @@
 """Read MATLAB files of version 5 to 7.
 
-Read here rather than by scipy.io.loadmat, which ends the whole process on some damaged files.
-The format is that of "MAT-File Format" (MathWorks), chapter 1.
+A parser of our own, because scipy.io.loadmat crashes the process on some damaged files. The format
+is described in "MAT-File Format" (MathWorks), chapter 1.
 """
 
 import struct
@@ -20,7 +20,7 @@ from gyrostat.telemetry.fault import counted, damaged, fault, shown, too_many
 
 _WANTED = "a MATLAB file of version 5 to 7"
 _FILE_HEADER = 128  # bytes
-_MATRIX, _COMPRESSED = 14, 15  # types of the elements that a file consists of
+_MATRIX, _COMPRESSED = 14, 15  # types of the top-level elements of a file
 _STORED = {
     1: "i1",
     2: "u1",
@@ -36,18 +36,18 @@ _STORED = {
 _NUMBERS = range(6, 16)  # classes of matrices of numbers: double to uint64
 _OTHERS = {1: "cell", 2: "struct", 4: "char", 5: "sparse"}
 _COMPLEX = 0x0800
-_LONGEST_DESCRIPTION = 1024  # bytes that hold class, shape and name; a name has at most 63
+_LONGEST_DESCRIPTION = 1024  # bytes for class, shape and name; a name has at most 63 characters
 
 
 class _DamageError(Exception):
-    """The bytes are not what the format asks for."""
+    """The bytes violate the format."""
 
 
 _VIOLATIONS = (_DamageError, struct.error, zlib.error)
 
 
 class _Element(NamedTuple):
-    """A tagged piece of data: its type, and where it and what follows it lie."""
+    """Tagged data element: type, start of its data, size of its data, start of the next element."""
 
     kind: int
     start: int
@@ -57,16 +57,16 @@ class _Element(NamedTuple):
 
 @dataclass(frozen=True)
 class _Variable:
-    """A variable as the file describes it."""
+    """Variable as described in the file."""
 
     name: str
     kind: int
     is_complex: bool
     shape: tuple[int, ...]
     data: int
-    """Where the data lies in the content."""
+    """Offset of the data in the content, bytes."""
     content: Callable[[int], bytes]
-    """The first so many bytes of the variable's content, uncompressed."""
+    """Returns the first bytes of the variable's uncompressed content; argument: their number."""
 
 
 def read_mat(
@@ -75,16 +75,17 @@ def read_mat(
     """Read the vectors of a MATLAB file of version 5 to 7.
 
     Args:
-        file: a regular file.
-        choose: header -> role -> variable.
-        max_samples: refuse more samples than that.
+        file: A regular file.
+        choose: Function from the header to role -> variable.
+        max_samples: Largest number of samples that is accepted.
 
     Returns:
-        The chosen variables; none has empty cells.
+        The chosen variables; they have no empty cells.
 
     Raises:
-        InputError: no such MATLAB file, too many samples, or a variable that is no real vector.
-        OSError: the file cannot be read.
+        InputError: Not such a MATLAB file, too many samples, or a variable that is not a real
+            vector.
+        OSError: The file cannot be read.
     """
     with file.open("rb") as stream:
         order = _byte_order(file, stream.read(_FILE_HEADER))
@@ -115,7 +116,7 @@ def read_mat(
 
 
 def _byte_order(file: Path, header: bytes) -> str:
-    """'<' or '>' for struct and numpy; versions that are not read are refused."""
+    """Byte order of the file, '<' or '>'. Unsupported versions are refused."""
     order = {b"IM": "<", b"MI": ">"}.get(header[126:])
     version = struct.unpack(f"{order}H", header[124:126])[0] if order else 0
     if version == 0x0100 and order:
@@ -125,7 +126,7 @@ def _byte_order(file: Path, header: bytes) -> str:
 
 
 def _variables(stream: BinaryIO, order: str) -> Iterator[_Variable]:
-    """Describe each variable of a file, without reading its data."""
+    """Describe each variable of a file without reading its data."""
     start = _FILE_HEADER
     end = stream.seek(0, 2)
     while start < end:
@@ -138,13 +139,13 @@ def _variables(stream: BinaryIO, order: str) -> Iterator[_Variable]:
 
 
 def _content(stream: BinaryIO, start: int, size: int, compressed: bool) -> Callable[[int], bytes]:
-    """Give access to the first bytes of a variable, tag included."""
+    """Function that returns the first bytes of a variable, including its tag."""
 
     def first(count: int) -> bytes:
         stream.seek(start + 8 if compressed else start)
         if not compressed:
             return stream.read(min(count, size + 8))
-        # What cannot be compressed grows, by far less than this.
+        # Incompressible data grows when compressed, but by far less than this.
         packed = stream.read(min(size, 2 * count))
         return zlib.decompressobj().decompress(packed, count)
 
@@ -152,23 +153,23 @@ def _content(stream: BinaryIO, start: int, size: int, compressed: bool) -> Calla
 
 
 def _element(content: bytes, start: int, order: str) -> _Element:
-    """Read the tag at a position."""
+    """Read the tag of the element at a position."""
     (kind,) = struct.unpack_from(f"{order}I", content, start)
-    if kind >> 16:  # up to four bytes stand in the tag itself
+    if kind >> 16:  # small element: up to four bytes of data are in the tag itself
         return _Element(kind & 0xFFFF, start + 4, kind >> 16, start + 8)
     (size,) = struct.unpack_from(f"{order}I", content, start + 4)
     return _Element(kind, start + 8, size, start + 8 + size + -size % 8)
 
 
 def _described(content: Callable[[int], bytes], order: str) -> _Variable:
-    """Read class, shape and name, with which a variable begins."""
+    """Read class, shape and name from the beginning of a variable."""
     head = content(_LONGEST_DESCRIPTION)
     outer = _element(head, 0, order)
     flags = _element(head, outer.start, order)
     (bits,) = struct.unpack_from(f"{order}I", head, flags.start)
     kind = bits & 0xFF
     if kind not in _NUMBERS and kind not in _OTHERS:
-        # Objects begin otherwise, and hold no record.
+        # Objects have another layout and cannot contain a record.
         return _Variable("", kind, False, (), 0, content)
     shape = _element(head, flags.after, order)
     name = _element(head, shape.after, order)
@@ -194,9 +195,9 @@ def _require_real_vector(file: Path, variable: _Variable) -> None:
 
 
 def _vector(variable: _Variable, order: str) -> NDArray[np.float64]:
-    """Read the numbers of a vector, (N,); they may be stored narrower than their class."""
+    """Read the numbers of a vector, (N,); they may be stored in a narrower type."""
     count = max(variable.shape)
-    # Some bytes more than there are, so that the checksum of compressed data is reached.
+    # Ask for a few more bytes than there are, so that zlib checks the checksum.
     content = variable.content(variable.data + 8 + 8 * count + 8)
     data = _element(content, variable.data, order)
     stored = _STORED.get(data.kind)

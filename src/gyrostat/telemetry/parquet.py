@@ -14,18 +14,18 @@ from gyrostat.telemetry.fault import damaged, fault, too_many
 def read_parquet(
     file: Path, choose: Callable[[Header], Mapping[str, Chosen]], max_samples: int
 ) -> Measured:
-    """Read a Parquet file; null is an empty cell.
+    """Read a Parquet file. A null counts as an empty cell.
 
     Args:
-        file: a regular file.
-        choose: header -> role -> column.
-        max_samples: refuse more samples than that.
+        file: A regular file.
+        choose: Function from the header to role -> column.
+        max_samples: Largest number of samples that is accepted.
 
     Returns:
         The chosen columns.
 
     Raises:
-        InputError: no Parquet file, too many samples, or a column that holds no numbers.
+        InputError: Not a Parquet file, too many samples, or a column that does not contain numbers.
     """
     import pyarrow
     import pyarrow.parquet

@@ -28,31 +28,32 @@ def read_record(
     unsigned_current: bool = False,
     max_samples: int = 2_000_000,
 ) -> Record:
-    """Read a bench record: delimited text, Parquet or a MATLAB file, told by the suffix.
+    """Read a bench record from delimited text, Parquet or a MATLAB file; the suffix decides.
 
     Text may have any delimiter, one to three header rows (names, units, short names), comments
-    before them, and a decimal comma where the comma is not the delimiter. Units stand in the
-    names ('speed [rpm]', 'speed (rpm)', 'speed_rpm'), in the row of units, or in `units`.
+    before them, and a decimal comma if the comma is not the delimiter. Units are given in the names
+    ('speed [rpm]', 'speed (rpm)', 'speed_rpm'), in the row of units, or by the argument `units`.
 
-    An empty speed cell, or 0 in the column valid, marks a missing sample; an empty cell of another
-    column holds its previous value there, and is an error elsewhere.
+    An empty speed cell, or 0 in the column `valid`, marks a missing sample. In a missing sample, an
+    empty cell of another column repeats its previous value; elsewhere it is an error.
 
     Args:
-        path: file with the suffix .csv, .txt, .tsv, .dat, .parquet or .mat.
-        columns: role -> column name. Roles are time, current, speed, and where wanted
-            temperature, setpoint (or direction) and valid. A role that is not given is found by
-            its name.
-        units: role -> unit, which overrules the header.
-        unsigned_current: the current is a magnitude: its sign is that of the setpoint, or of the
-            speed where there is no setpoint or it is 0. Where that is 0 too, the sign before holds.
-        max_samples: more samples than that are refused, and no more than that are read.
+        path: File with the suffix .csv, .txt, .tsv, .dat, .parquet or .mat.
+        columns: Role -> column name. The roles are time, current and speed, and optionally
+            temperature, setpoint (or direction) and valid. A role that is not listed is found by
+            its usual names.
+        units: Role -> unit; overrides the header.
+        unsigned_current: Whether the current is a magnitude. Its sign is then taken from the
+            setpoint, or from the speed if there is no setpoint or it is 0. If that is 0 too, the
+            last sign holds.
+        max_samples: Largest number of samples that is accepted. Reading stops there.
 
     Returns:
-        The record in SI, named after the file, with remarks on what was done in `notes`.
+        The record in SI units, named after the file. `notes` lists what the reader changed.
 
     Raises:
-        InputError: the file cannot be read or its content cannot be used; one line that names
-            the file, the row and the column, what was found and what was expected.
+        InputError: The file cannot be read or its content cannot be used. The one-line message
+            names the file, the row and the column, what was found and what was expected.
     """
     file = Path(path)
     reader = _READERS.get(file.suffix.lower())
@@ -71,7 +72,7 @@ def read_record(
 def _require_readable(file: Path) -> None:
     try:
         status = file.stat()
-        # Opening a pipe would wait for whoever writes to it.
+        # Opening a pipe would block until another process writes to it.
         if stat.S_ISREG(status.st_mode):
             file.open("rb").close()
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name

@@ -1,4 +1,4 @@
-"""Bench record of a wheel."""
+"""Test-bench record of a wheel."""
 
 from dataclasses import dataclass, replace
 
@@ -11,23 +11,23 @@ from gyrostat.telemetry.fault import counted
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Motor current and wheel speed over time, as measured: neither resampled nor smoothed.
+    """Motor current and wheel speed over time, as measured, neither resampled nor smoothed.
 
     Arrays are copied, made read-only and checked when a record is built.
 
     Attributes:
-        name: what to call the record in messages and reports.
-        time: (N,) s, strictly increasing, N >= 2; any start and spacing.
-        current: (N,) A, signed.
-        speed: (N,) rad/s, NaN exactly where the sample is missing.
-        valid: (N,) bool, False where the speed sample is missing.
-        temperature: (N,) °C, or None.
-        setpoint: (N,) commanded speed in rad/s, or only its direction where it came without a
-            unit; or None.
-        notes: what the reader did to the data, one remark each.
+        name: Name of the record in messages and reports.
+        time: Time, (N,), s, strictly increasing, N >= 2; any start and spacing.
+        current: Motor current, (N,), A, signed.
+        speed: Wheel speed, (N,), rad/s; NaN exactly where the sample is missing.
+        valid: Whether the speed sample is present, (N,), bool.
+        temperature: Temperature, (N,), °C, or None.
+        setpoint: Commanded speed, (N,), rad/s, or None. If the file gave no unit, only its sign is
+            used.
+        notes: Remarks of the reader on how it changed the data.
 
     Raises:
-        InputError: one of the above does not hold.
+        InputError: An array violates one of these conditions.
     """
 
     name: str
@@ -63,12 +63,12 @@ class Record:
     def scaled(
         self, *, current_scale: float = 1.0, speed_scale: float = 1.0, clock: float = 1.0
     ) -> "Record":
-        """Copy with the scales of its sensors corrected.
+        """Copy of the record with corrected sensor scales.
 
         Args:
-            current_scale: true over measured current.
-            speed_scale: true over measured speed.
-            clock: true over recorded time.
+            current_scale: True current over measured current.
+            speed_scale: True speed over measured speed.
+            clock: True time over recorded time.
         """
         factors = {"current": current_scale, "speed": speed_scale, "time": clock}
         changed = {field: factor for field, factor in factors.items() if factor != 1.0}

@@ -1,4 +1,4 @@
-"""Read delimited text line by line in bounded memory."""
+"""Read delimited text line by line, with bounded memory."""
 
 import csv
 import math
@@ -18,9 +18,9 @@ from gyrostat.telemetry.columns import Chosen, Column, Header
 from gyrostat.telemetry.fault import counted, fault, listed, shown, too_many
 
 _LONGEST_LINE = 64 * 1024  # bytes
-_LOOKED_AT = 24  # lines that tell the delimiter
-_BLANKS = " "  # stands for a run of blanks
-_DELIMITERS = (",", ";", "\t", "|", _BLANKS)  # of equally good ones the first is taken
+_LOOKED_AT = 24  # number of lines used to detect the delimiter
+_BLANKS = " "  # delimiter that matches any number of blanks
+_DELIMITERS = (",", ";", "\t", "|", _BLANKS)  # in order of preference
 _TRUTH = {"true": "1", "false": "0"}
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", re.ASCII)
 
@@ -34,16 +34,16 @@ def read_text(
     """Read delimited text.
 
     Args:
-        file: a regular file.
-        choose: header -> role -> column.
-        max_samples: stop with an error after so many samples.
+        file: A regular file.
+        choose: Function from the header to role -> column.
+        max_samples: Largest number of samples that is accepted.
 
     Returns:
         The chosen columns.
 
     Raises:
-        InputError: the file is no text, has no header, or a row does not fit it.
-        OSError: the file cannot be read.
+        InputError: The file is not text or has no header, or a row does not match the header.
+        OSError: The file cannot be read.
     """
     with file.open("rb") as stream:
         lines = _from_header(_lines(file, stream))
@@ -89,7 +89,7 @@ def _lines(file: Path, stream: BinaryIO) -> Iterator[_Line]:
 
 
 def _from_header(lines: Iterator[_Line]) -> Iterator[_Line]:
-    """The lines without the comments before the header."""
+    """The lines from the header on; comments before the header are skipped."""
     for line in lines:
         if not line[1].lstrip().startswith("#"):
             yield line
@@ -97,9 +97,9 @@ def _from_header(lines: Iterator[_Line]) -> Iterator[_Line]:
 
 
 def _cells(text: str, delimiter: str) -> list[str]:
-    """The cells of a line, without quotes and surrounding blanks."""
+    """Cells of a line, without quotes and surrounding blanks."""
     if '"' in text:
-        # Line by line, so that an open quote cannot swallow the rest of the file.
+        # Parse each line separately, so that an unclosed quote cannot swallow the rest of the file.
         cells = next(csv.reader([text.strip(" ")], delimiter=delimiter, skipinitialspace=True))
     else:
         cells = text.split() if delimiter == _BLANKS else text.split(delimiter)
@@ -107,7 +107,7 @@ def _cells(text: str, delimiter: str) -> list[str]:
 
 
 def _trimmed(cells: list[str]) -> list[str]:
-    """The cells without the empty ones at the end."""
+    """Cells without the empty ones at the end."""
     width = len(cells)
     while width and not cells[width - 1]:
         width -= 1
@@ -115,7 +115,7 @@ def _trimmed(cells: list[str]) -> list[str]:
 
 
 def _is_number(cell: str) -> bool:
-    """Whether a cell is meant as a number, 'nan' and 'inf' included."""
+    """Whether a cell looks like a number; 'nan' and 'inf' do."""
     try:
         float(cell)
     except ValueError:
@@ -124,7 +124,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _delimiter(texts: list[str]) -> str:
-    """The delimiter whose rows fit the header best and hold most numbers."""
+    """The delimiter whose rows match the header best and contain the most numbers."""
 
     def score(delimiter: str) -> tuple[float, float, int]:
         header, *rows = (_cells(text, delimiter) for text in texts)
@@ -140,9 +140,9 @@ def _delimiter(texts: list[str]) -> str:
 
 
 def _header(file: Path, top: list[_Row]) -> tuple[Header, int]:
-    """Read the header from the first rows; and how many rows it takes.
+    """Parse the header from the first rows; also return its number of rows.
 
-    Names, then perhaps a row of units, and beside that perhaps a row of short names.
+    A row of names, optionally followed by a row of units and a row of short names, in either order.
     """
     (names_row, names), *others = [(row, _trimmed(cells)) for row, cells in top]
     if all(_is_number(cell) for cell in names if cell):
@@ -176,7 +176,7 @@ def _is_wording(cells: list[str]) -> bool:
 
 
 def _are_different(cells: list[str]) -> bool:
-    """Whether the cells can be names; a row of 'NA' is a bad sample."""
+    """Whether the cells can be column names; a row of 'NA' is a bad sample instead."""
     filled = [cell for cell in cells if cell]
     return len(set(filled)) == len(filled)
 
@@ -186,7 +186,7 @@ def _is_unit(cell: str) -> bool:
 
 
 class _Numbers:
-    """Reads the numbers of one file, which uses one decimal mark throughout."""
+    """Parser for the numbers of one file, which must use one decimal mark throughout."""
 
     def __init__(self, file: Path, delimiter: str):
         self.file = file
@@ -195,9 +195,9 @@ class _Numbers:
         self.comma = False
 
     def read(self, cell: str, row: int, column: str) -> float:
-        """The number in a cell."""
+        """Parse the number in a cell."""
         try:
-            # Python would read '1_000' as a number.
+            # Python would accept '1_000' as a number.
             value = float("" if "_" in cell else cell)
         except ValueError:
             if not self.comma_allowed or _DECIMAL_COMMA.fullmatch(cell) is None:
@@ -207,17 +207,17 @@ class _Numbers:
         if not self.point:
             self.point = "." in cell
         if self.comma and self.point:
-            # '1,234' may be a thousand in such a file.
+            # In such a file '1,234' may mean one thousand two hundred and thirty-four.
             expected = "one decimal mark, comma or point, in the whole file"
             raise fault(self.file, shown(cell), expected, row, column)
         return value
 
 
 def _fitted(header: Header, rows: Iterable[_Row], trailing: bool) -> Iterator[_Row]:
-    """The rows that hold anything, each as wide as the header.
+    """The rows that are not empty, checked against the width of the header.
 
-    A row may end in delimiters without need. Where the header does, every row must: otherwise an
-    empty last cell could as well be one that is missing.
+    A row may end with superfluous delimiters. If the header ends with one, every row must, because
+    an empty last cell could otherwise not be distinguished from a missing one.
     """
     width = len(header.columns)
     for row, cells in rows:
@@ -237,7 +237,7 @@ def _read_samples(
     numbers: _Numbers,
     max_samples: int,
 ) -> tuple[dict[str, NDArray[np.float64]], dict[str, NDArray[np.bool_]], NDArray[np.int64]]:
-    """Numbers and empty cells of the chosen columns, by role; and the row of each sample."""
+    """Numbers and empty-cell flags of the chosen columns by role, and the row of each sample."""
     rows = array("q")
     values = {role: array("d") for role in chosen}
     empty = {role: bytearray() for role in chosen}

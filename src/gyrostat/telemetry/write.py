@@ -10,23 +10,23 @@ from gyrostat.core.files import whole_file
 from gyrostat.telemetry.fault import fault
 from gyrostat.telemetry.record import Record
 
-_BLOCK = 10_000  # rows turned into text at once
+_BLOCK = 10_000  # rows formatted at a time
 
 
 def write_record(record: Record, path: str | os.PathLike[str]) -> None:
-    """Write a record as CSV or Parquet, told by the suffix.
+    """Write a record as CSV or Parquet; the suffix decides.
 
-    The columns are time_s, current_A, speed_rad/s and, where the record has them,
-    temperature_degC and setpoint (without a unit, as it may be a mere direction). A missing speed
-    sample is an empty cell. Numbers are read back bit by bit; name and notes are not written. The
-    file appears under its name only when it is whole.
+    The columns are time_s, current_A and speed_rad/s and, if the record has them, temperature_degC
+    and setpoint (without a unit, because it may be a direction only). A missing speed sample is an
+    empty cell. Numbers are read back bit for bit; name and notes are not written. The file appears
+    under its name only when it is complete.
 
     Args:
-        record: what to write.
-        path: file to write or replace, with the suffix .csv or .parquet.
+        record: Record to write.
+        path: File to write or replace, with the suffix .csv or .parquet.
 
     Raises:
-        InputError: another suffix, or the file cannot be written.
+        InputError: The suffix is not one of these, or the file cannot be written.
     """
     file = Path(path)
     writer = {".csv": _write_csv, ".parquet": _write_parquet}.get(file.suffix.lower())
@@ -56,6 +56,6 @@ def _write_parquet(file: Path, columns: dict[str, NDArray[np.float64]]) -> None:
     import pyarrow
     import pyarrow.parquet
 
-    # from_pandas: NaN, which marks a missing sample, becomes null.
+    # from_pandas: NaN, which marks a missing sample, is stored as null.
     arrays = {name: pyarrow.array(series, from_pandas=True) for name, series in columns.items()}
     pyarrow.parquet.write_table(pyarrow.table(arrays), file)
