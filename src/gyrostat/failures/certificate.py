@@ -1,14 +1,15 @@
 """Infeasibility certificate: a lower bound on the body rate, and the dwell time.
 
-With the momentum b = R'H0 in body axes and z what the wheels hold, the body turns at
-w = J^-1 (b - z). A direction v that the set of all z does not exceed, v.z <= s(v), is a
-certificate: v.(J w) = v.b - v.z >= v.b - s(v), and so
+Let b = R'H0 be the total momentum in body axes and z the momentum of the wheels. The body rate is w
+= J^-1 (b - z). Let s(v) be the largest v.z over all z that the wheels can have (the support
+function of the momentum envelope). A direction v is a certificate, since v.(J w) = v.b - v.z >= v.b
+- s(v) and hence
 
-    |w| >= (v.b - s(v)) / |J v|,
+    |w| >= (v.b - s(v)) / |J v|
 
-whatever the wheels do. For two wheels without limits v is the normal n of their plane and s = c
-the frozen momentum along it. The best v is found by least squares; the bound is then evaluated
-from v alone, so that it holds even where the search is not exact.
+for every control law. For two wheels without limits, v is the normal n of their plane and s = c is
+the frozen momentum along n. The best v is found by least squares. The bound is then evaluated from
+v alone, so that it holds even if the search was not exact.
 """
 
 from dataclasses import dataclass
@@ -23,12 +24,12 @@ from gyrostat.failures.momentum_envelope import TOLERANCE, MomentumSet, box_leas
 
 @dataclass(frozen=True)
 class Certificate:
-    """A direction in which the wheels cannot take the momentum.
+    """Direction in which the wheels cannot absorb the total momentum.
 
     Attributes:
-        direction: (3,) unit, body axes; zero where nothing is left over.
-        excess: momentum along it that the wheels cannot take, N·m·s.
-        rate: least body rate that follows, rad/s.
+        direction: Unit vector in body axes, (3,); zero if the wheels can absorb everything.
+        excess: Momentum along `direction` that the wheels cannot absorb, N·m·s.
+        rate: Lower bound of the body rate, rad/s.
     """
 
     direction: Vector
@@ -40,9 +41,9 @@ NOTHING = Certificate(np.zeros(3), 0.0, 0.0)
 
 
 def certificate_at(held: MomentumSet, inertia: Matrix, momentum: Vector) -> Certificate:
-    """The best certificate at one momentum (3,) in body axes, N·m·s.
+    """Best certificate at one momentum (3,) in body axes, N·m·s.
 
-    Exact: some momenta of the wheels within their limits do turn the body as slowly.
+    The bound is attained: some wheel momenta within the limits give exactly this body rate.
     """
     inverse = np.linalg.inv(inertia)
     beside = momentum - held.frozen
@@ -53,11 +54,11 @@ def certificate_at(held: MomentumSet, inertia: Matrix, momentum: Vector) -> Cert
 
 
 def certificate_for_ever(held: MomentumSet, inertia: Matrix, radius: float) -> Certificate:
-    """The certificate at every attitude, where the set misses the sphere |b| = radius, N·m·s.
+    """Certificate at every attitude, if the envelope misses the sphere |b| = radius, N·m·s.
 
-    Where the least that the wheels hold is too much, v.(J w) <= |b| - v.z bounds the rate from
-    below: the best v belongs to the smallest rate over the ball |b| <= radius. Where the most is
-    too little, |J w| >= radius - most, and no direction is singled out.
+    If the smallest momentum of the wheels is too large, v.(J w) <= |b| - v.z bounds the rate from
+    below, and the best v belongs to the smallest rate over the ball |b| <= radius. If their largest
+    momentum is too small, |J w| >= radius - most; this bound has no direction.
     """
     if held.most < radius:
         excess = radius - held.most
@@ -70,7 +71,7 @@ def certificate_for_ever(held: MomentumSet, inertia: Matrix, radius: float) -> C
     size = float(np.linalg.norm(matrix))
 
     def closest(logarithm: float) -> tuple[Vector, Vector]:
-        """Momentum and rate, where a penalty on |b| stands for its bound."""
+        """Momentum and rate that minimise the rate, with a penalty on |b| instead of its bound."""
         penalty = np.exp(logarithm) * np.eye(3, matrix.shape[1])
         rows = np.asarray(np.vstack([matrix, penalty]), dtype=np.float64)
         wanted = np.concatenate([inverse @ held.frozen, np.zeros(3)])
@@ -94,9 +95,9 @@ def certificate_for_ever(held: MomentumSet, inertia: Matrix, radius: float) -> C
 def _certificate(
     held: MomentumSet, inertia: Matrix, direction: Vector, momentum: Vector | float
 ) -> Certificate:
-    """Evaluate the bound of a direction at one momentum, or at all of one magnitude."""
+    """Evaluate the bound of a direction for one momentum, or for all momenta of one magnitude."""
     free = held.axes[:, ~np.isfinite(held.limits)]
-    # rounding must not let a wheel without limits take everything
+    # rounding errors must not let a wheel without limits absorb everything
     direction = direction - free @ np.linalg.pinv(free, rcond=1e-6) @ direction
     length = float(np.linalg.norm(direction))
     if length == 0.0:
@@ -119,31 +120,32 @@ def longest_dwell(
 ) -> float | None:
     """Upper bound of the time that the attitude can stay within a tolerance of the target, s.
 
-    While the turn from the target is at most e, the momentum in body axes is within e of b, and the
-    certificate v gives a rate of at least g about the body axis J v. With the vector part q of the
-    turn's quaternion, |q| <= sin(e/2),
+    While the rotation from the target is at most e, the momentum in body axes is within the angle e
+    of b, and the certificate v gives a rate of at least g about the body axis J v. For the vector
+    part q of the rotation's quaternion, |q| <= sin(e/2), so that
 
-        d/dt (q.Jv/|Jv|) >= (g cos(e/2) - |w| sin(e/2)) / 2:
+        d/dt (q.Jv/|Jv|) >= (g cos(e/2) - |w| sin(e/2)) / 2.
 
-    a steady turn leaves after 2 e/g, but coning with the rate |w| makes up for some of it. The rate
-    is at most w_max, by the limits of momentum; and while the attitude stays, by parts,
+    A steady rotation leaves the tolerance after 2 e/g. Coning at the rate |w| can delay this. The
+    rate is at most w_max because the wheel momenta are limited. While the attitude stays within e,
+    integration by parts gives
 
         cos(e) int |w|^2 <= sin(e) (2 w_max + T max |dw/dt|),  |dw/dt| <= (|b| |w| + u)/least J
 
-    with the largest torque u of the wheels. To leading order staying for ever so needs an excess
+    with the largest torque u of the wheels. To leading order, staying for ever requires an excess
     below e^1.5 sqrt(J u)/2.
 
     Args:
-        held: what the wheels hold.
-        inertia: (3, 3), kg·m².
-        momentum: (3,) b at the target, body axes, N·m·s.
-        certificate: of the target.
-        torque_limits: (N,) of the working wheels, N·m.
-        tolerance: e, rad, below pi/2.
+        held: Momentum envelope of the wheels.
+        inertia: Inertia, (3, 3), kg·m².
+        momentum: Total momentum b at the target, (3,), body axes, N·m·s.
+        certificate: Certificate at the target.
+        torque_limits: Torque limits of the working wheels, (N,), N·m.
+        tolerance: Tolerance e, rad, below pi/2.
 
     Returns:
-        The bound; None where there is none: what can be held, or coned about, within the tolerance,
-        and wheels whose momentum has no limit.
+        The bound. None if there is no bound: the attitude is feasible, coning within the tolerance
+        is possible, or a wheel has no momentum limit.
     """
     radius, slowest = float(np.linalg.norm(momentum)), float(np.linalg.eigvalsh(inertia)[0])
     direction = certificate.direction
@@ -164,7 +166,7 @@ def longest_dwell(
     )
     # int |w| <= T L with L^2 = grow L + push + 2 tan(e) w_max / T
     grow, push = np.tan(tolerance) * radius / slowest, np.tan(tolerance) * torque / slowest
-    # a T - 4 sine <= (sine/2) sqrt(d T^2 + f T): between the roots of a quadratic
+    # a T - 4 sine <= (sine/2) sqrt(d T^2 + f T): T lies between the roots of a quadratic
     a, d, f = (
         drift * cosine - 0.5 * sine * grow,
         grow**2 + 4.0 * push,

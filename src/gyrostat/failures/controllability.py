@@ -1,12 +1,12 @@
-"""Local controllability of attitude by the working wheels about an equilibrium.
+"""Local controllability of the attitude by the working wheels about an equilibrium.
 
-About rest with the momentum b = R'H0 in body axes, small turns t and changes k of the momenta of
-the working wheels obey, with the motor torques u on the body,
+Linearise about rest with the momentum b = R'H0 in body axes. Small rotations t and changes k of the
+momenta of the working wheels obey, with the motor torques u on the body,
 
     d/dt (t, k) = A (t, k) - (0, u),    A = [[J^-1 [b]x, -J^-1 W], [0, 0]],
 
-because d(b) = b x t. The total momentum is conserved, and the rate is already eliminated by it: the
-pair (t, k) is all that can change on its level set, and 3 + N is full rank.
+because d(b) = b x t. The total momentum is conserved, and the body rate is eliminated by it. The
+pair (t, k) is therefore all that can change at constant total momentum, and 3 + N is full rank.
 """
 
 import numpy as np
@@ -14,19 +14,19 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 
 ANGLE_TOLERANCE = 1e-6
-"""Sine of the angle from a direction about which the wheels have no say."""
+"""Sine of the angle below which two directions count as parallel."""
 
 
 def controllability_matrix(inertia: Matrix, axes: Matrix, momentum: Vector) -> Matrix:
-    """[B, AB, A^2 B, A^3 B] of the pair above; the turns answer within these.
+    """Controllability matrix [B, AB, A^2 B, A^3 B]; higher powers add no rank.
 
     Args:
-        inertia: (3, 3), kg·m².
-        axes: (3, N) axes of the working wheels.
-        momentum: (3,) in body axes, N·m·s.
+        inertia: Inertia, (3, 3), kg·m².
+        axes: Axes of the working wheels, (3, N).
+        momentum: Total momentum in body axes, (3,), N·m·s.
 
     Returns:
-        (3 + N, 4 N).
+        The matrix, (3 + N, 4 N).
     """
     count = axes.shape[1]
     inverse = np.linalg.inv(inertia)
@@ -40,19 +40,20 @@ def controllability_matrix(inertia: Matrix, axes: Matrix, momentum: Vector) -> M
 
 
 def is_controllable(inertia: Matrix, axes: Matrix, rank: int, momentum: Vector) -> bool:
-    """Whether the working wheels control the attitude, to first order, about a point of rest.
+    """Whether the working wheels control the attitude, to first order, about rest.
 
-    A left eigenvector of the attitude's part that the wheels do not touch is J y with y orthogonal
-    to every axis and b x y = -s J y. With axes that span space there is none; for a plane with the
-    normal n only y = n is left, and s = 0: n x b = 0. For one axis a, a real y needs s = 0, y along
-    b and so a.b = 0; a complex one spans the plane orthogonal to J b, which must be that orthogonal
-    to a: b x J^-1 a = 0. Without momentum no more than the axes themselves is controlled.
+    By the Hautus test, an uncontrollable mode is a left eigenvector J y of the attitude part with y
+    orthogonal to every axis and b x y = -s J y. If the axes span space there is none. If they span
+    a plane with normal n, only y = n remains, with s = 0, hence n x b = 0. For one axis a, a real y
+    needs s = 0 and y along b, hence a.b = 0. A complex y spans the plane orthogonal to J b, which
+    must be the plane orthogonal to a, hence b x J^-1 a = 0. Without momentum only the span of the
+    axes is controlled.
 
     Args:
-        inertia: (3, 3), kg·m².
-        axes: (3, N) axes of the working wheels, in their span.
-        rank: of the axes.
-        momentum: (3,) in body axes, N·m·s; zero where there is none.
+        inertia: Inertia, (3, 3), kg·m².
+        axes: Axes of the working wheels, projected on their span, (3, N).
+        rank: Rank of the axes.
+        momentum: Total momentum in body axes, (3,), N·m·s; zero if there is none.
     """
     length = float(np.linalg.norm(momentum))
     if rank == 3:

@@ -30,36 +30,39 @@ from gyrostat.failures.sky_map import EDGE, SkyMap, sky_map
 from gyrostat.spacecraft import Spacecraft
 
 UNIT_TOLERANCE = 1e-3
-"""Of the length of a target quaternion: what was typed with four digits is meant as unit."""
+"""Largest deviation of the length of a target quaternion from 1; allows for typed numbers."""
 
 
 @dataclass(frozen=True)
 class Holdable:
-    """What can be held after a failure.
+    """Answer to a feasibility query.
 
     Attributes:
-        holdable: whether the target can be held at rest; for a boresight, at some roll.
-        rank: how many directions the axes of the working wheels span.
-        reason: why nothing can be held; None where something can.
-        dimension: of the set of holdable attitudes, 0 to 3; None where it is empty. A turn about
-            the total momentum is always free, so with momentum it is at least 1.
-        angle: from the target to the nearest holdable attitude, or from the wanted direction to the
-            nearest one that the boresight can hold, rad; None where nothing can be held.
-        attitude: (4,) the nearest holdable attitude, and where the roll is free the one with the
-            most margin; None likewise.
-        direction: (3,) inertial unit vector to which the boresight points there; None without
+        holdable: Whether the target can be held at rest; for a boresight, at some roll angle.
+        rank: Dimension of the span of the working wheels' axes.
+        reason: Reason why no attitude can be held; None if some attitude can.
+        dimension: Dimension of the set of feasible attitudes, 0 to 3; None if it is empty. Rotation
+            about the total momentum is always free, so that it is at least 1 if there is momentum.
+        angle: Angle from the target to the nearest feasible attitude, or from the wanted direction
+            to the nearest one at which the boresight can be held, rad; None if no attitude is
+            feasible.
+        attitude: Nearest feasible attitude, (4,); if the roll is free, the one with the largest
+            margin; None if no attitude is feasible.
+        direction: Inertial unit vector along the boresight at that attitude, (3,); None without a
             boresight.
-        momentum_in_body: (3,) total momentum in body axes there, N·m·s.
-        wheel_momentum: (wheels,) of every wheel there, failed ones too, N·m·s.
-        margin: what is left there of the limit of the most loaded wheel, as a share; 1 without
-            limits.
-        controllable: whether the working wheels control the attitude about there, to first order.
-        at_target: certificate of the rate at the target; zero where it is holdable. For a boresight
-            that of the roll with the least rate, found by search over the roll.
-        for_ever: certificate of the rate at every attitude; zero where some can be held.
-        dwell: upper bound of the time that the attitude can stay within the tolerance of the
-            target, s; None where there is no bound or no tolerance was given.
-        sky: the map of a boresight; None without one.
+        momentum_in_body: Total momentum in body axes at that attitude, (3,), N·m·s.
+        wheel_momentum: Momentum of every wheel at that attitude, including failed ones, (wheels,),
+            N·m·s.
+        margin: Unused fraction of the momentum limit of the most loaded wheel at that attitude; 1
+            without limits.
+        controllable: Whether the working wheels control the attitude near that attitude, to first
+            order.
+        at_target: Certificate at the target; zero if the target is feasible. For a boresight, the
+            certificate at the roll angle with the lowest bound, found by a search over the roll.
+        for_ever: Certificate for all attitudes; zero if some attitude is feasible.
+        dwell: Upper bound of the time that the attitude can stay within the tolerance of the
+            target, s; None if there is no bound or no tolerance was given.
+        sky: Sky map of the boresight; None without a boresight.
     """
 
     holdable: bool
@@ -80,11 +83,11 @@ class Holdable:
 
     @property
     def empty(self) -> bool:
-        """Whether no attitude at all can be held."""
+        """Whether no attitude can be held."""
         return self.reason is not None
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything as plain numbers and lists, SI units and radians."""
+        """Convert to plain numbers and lists, SI units and radians."""
         return _plain(asdict(self))
 
 
@@ -97,26 +100,27 @@ def holdable(
     boresight: tuple[ArrayLike, ArrayLike] | None = None,
     tolerance: float | None = None,
 ) -> Holdable:
-    """Say what a spacecraft can hold at rest with some of its wheels failed.
+    """Find the attitudes that a spacecraft with failed wheels can hold at rest.
 
-    The total momentum H0 = R (J w + W h) is conserved. At rest the wheels carry all of it:
-    with b = R'H0 and the momentum p of the failed wheels, b - p = W_A h, each h_i within its limit.
-    All attitudes with the same b differ by a turn about H0, and the one nearest to a target with
-    b_t is as far from it as b from b_t. The nearest b is found exactly, from a finite list.
+    The total momentum H0 = R (J w + W h) is conserved. At rest the wheels carry all of it: with b =
+    R'H0 and the momentum p of the failed wheels, b - p = W_A h, each h_i within its limit. All
+    attitudes with the same b differ by a rotation about H0. The distance from a target with b_t to
+    the nearest of them is the angle between b and b_t. The nearest b is found exactly, from a
+    finite list.
 
     Args:
-        spacecraft: one, no batch. Torque from outside is left out, and the momentum of a wheel is
-            meant along its axis in inertial space: its rotor's share of a body rate is left out.
-        momentum: (3,) total, inertial axes, N·m·s.
-        failed: number of each failed wheel -> the momentum that it keeps, N·m·s: 0 where it is
-            seized or has run down.
-        target: (4,) attitude to hold, or
-        boresight: direction in the body and inertial direction to point it at, (3,) each, with any
-            roll.
-        tolerance: of pointing at a target attitude, rad, for the dwell time; below pi/2.
+        spacecraft: A single spacecraft, not a batch. External torque is neglected. The momentum of
+            a wheel is taken along its axis without the contribution of the body rate.
+        momentum: Total momentum, (3,), inertial axes, N·m·s.
+        failed: Index of each failed wheel -> the momentum that it keeps, N·m·s; 0 if it is seized
+            or has run down.
+        target: Attitude to hold, (4,); give either this or `boresight`.
+        boresight: Direction in the body, and the inertial direction to point it at, (3,) each. The
+            roll angle is free.
+        tolerance: Pointing tolerance at a target attitude, rad, for the dwell time; below pi/2.
 
     Raises:
-        InputError: a spacecraft, a wheel or a number that is none; no target, or two.
+        InputError: An invalid spacecraft, wheel index or number; no target, or two.
     """
     case = Case.of(spacecraft, momentum, failed)
     if tolerance is not None and not 0.0 < tolerance < 0.5 * np.pi:
@@ -149,16 +153,16 @@ def holdable_sky(
     failed: Mapping[int, float],
     boresight: ArrayLike,
 ) -> SkyMap:
-    """The inertial directions that a boresight can hold; arguments as for `holdable`.
+    """Find the inertial directions at which a boresight can be held.
 
     Args:
-        spacecraft: one, no batch.
-        momentum: (3,) total, inertial axes, N·m·s.
-        failed: number of each failed wheel -> its momentum, N·m·s.
-        boresight: (3,) direction in the body.
+        spacecraft: A single spacecraft, not a batch.
+        momentum: Total momentum, (3,), inertial axes, N·m·s.
+        failed: Index of each failed wheel -> its momentum, N·m·s.
+        boresight: Direction in the body, (3,).
 
     Raises:
-        InputError: a spacecraft, a wheel or a number that is none.
+        InputError: An invalid spacecraft, wheel index or number.
     """
     case = Case.of(spacecraft, momentum, failed)
     return sky_map(case.held, case.momentum, case.radius, unit_vector(boresight, 3, "boresight"))
@@ -193,7 +197,7 @@ def _answer(
     dwell: float | None = None,
     sky: SkyMap | None = None,
 ) -> Holdable:
-    """The answer with what follows from a holdable attitude, or from there being none."""
+    """Answer for a feasible attitude, or for the case that there is none."""
     held = case.held
     if rest is None:
         return Holdable(
@@ -223,7 +227,7 @@ def _answer(
 
 
 def _dimension(case: Case) -> int:
-    """A sphere that enters the set cuts it across; one that touches it meets single points."""
+    """Dimension of the feasible set; a sphere that only touches the envelope meets it in points."""
     if not case.radius:
         return 3
     slack = TOLERANCE * (case.radius + float(np.linalg.norm(case.held.frozen)))
@@ -239,7 +243,7 @@ def _reason(case: Case) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Arrays as lists, all the way down."""
+    """Convert arrays to lists, recursively."""
     if isinstance(value, dict):
         return {name: _plain(entry) for name, entry in value.items()}
     if isinstance(value, np.ndarray | np.generic):

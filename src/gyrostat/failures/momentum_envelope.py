@@ -12,28 +12,28 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
 
 RANK_TOLERANCE = 1e-6
-"""Of the singular values of the axes: drawings round, and three axes of a plane are a plane."""
+"""Singular value below which a direction does not count, for axes given with few digits."""
 TOLERANCE = 1e-9
-"""Of lengths and momenta, relative: what rounding leaves."""
+"""Relative tolerance of lengths and momenta for rounding errors."""
 SMALL = 1e-8
-"""Weight of the size of a solution against its residual, relative: the root of rounding."""
+"""Relative weight of the solution's norm against its residual: square root of rounding error."""
 MOST_WHEELS = 16
 
 
 @dataclass(frozen=True)
 class MomentumSet:
-    """The set {frozen + axes h : |h_i| <= limits_i} in body axes: a zonotope in a plane or line.
+    """Set {frozen + axes h : |h_i| <= limits_i} in body axes, a zonotope of dimension 0 to 3.
 
-    Every list of normals below follows from the axes; `of` makes them.
+    The normals below follow from the axes; use `of` to compute them.
 
     Attributes:
-        axes: (3, N) axes of the working wheels, unit length, as far as they lie in their span.
-        frozen: (3,) momentum of the wheels that work no more, N·m·s.
-        limits: (N,) largest momentum of each wheel, N·m·s, may be infinite.
-        rank: how many directions the axes span, 0 to 3.
-        normals: (3 - rank, 3) orthonormal, orthogonal to every axis.
-        facets: (F, 3) unit normals of the pairs of opposite facets, in the span of the axes.
-        supports: (F,) largest `facets` @ axes h, N·m·s, may be infinite.
+        axes: Unit axes of the working wheels, (3, N), projected on their span.
+        frozen: Momentum of the failed wheels, (3,), N·m·s.
+        limits: Momentum limit of each working wheel, (N,), N·m·s; may be infinite.
+        rank: Dimension of the span of the axes, 0 to 3.
+        normals: Orthonormal vectors orthogonal to every axis, (3 - rank, 3).
+        facets: Unit normals of the pairs of opposite facets, in the span of the axes, (F, 3).
+        supports: Largest `facets` @ axes h, (F,), N·m·s; may be infinite.
     """
 
     axes: Matrix
@@ -46,15 +46,15 @@ class MomentumSet:
 
     @staticmethod
     def of(axes: Matrix, limits: Vector, frozen: Vector) -> "MomentumSet":
-        """The set of wheels.
+        """Momentum envelope of wheels.
 
         Args:
-            axes: (3, N) unit axes of the working wheels; N may be 0.
-            limits: (N,) largest momentum of each, N·m·s.
-            frozen: (3,) momentum of the others, N·m·s.
+            axes: Unit axes of the working wheels, (3, N); N may be 0.
+            limits: Momentum limit of each working wheel, (N,), N·m·s.
+            frozen: Momentum of the other wheels, (3,), N·m·s.
 
         Raises:
-            InputError: more wheels than any spacecraft has.
+            InputError: There are more than `MOST_WHEELS` working wheels.
         """
         if axes.shape[1] > MOST_WHEELS:
             raise InputError(
@@ -70,35 +70,36 @@ class MomentumSet:
         )
 
     def support(self, direction: Vector) -> float:
-        """Largest component of the set in a direction (3,), N·m·s."""
+        """Largest component of the set along a direction (3,), N·m·s."""
         return float(direction @ self.frozen + _support(direction @ self.axes, self.limits))
 
     def load(self, momentum: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Least share of its limit that the most loaded wheel needs to hold a momentum.
+        """Smallest possible load of the most loaded wheel, relative to its limit, for a momentum.
 
-        The gauge of the zonotope: how much it must be stretched to reach the momentum.
+        This is the gauge function of the zonotope: the factor by which to scale it so that it
+        contains the momentum.
 
         Args:
-            momentum: (..., 3) in body axes, in the plane or line of the set, N·m·s.
+            momentum: Momentum in body axes, in the span of the set, (..., 3), N·m·s.
 
         Returns:
-            (...): 0 without limits, above 1 where the wheels cannot hold it.
+            Load, (...): 0 without limits, above 1 if the wheels cannot hold the momentum.
         """
         if not len(self.facets):
             return np.zeros(momentum.shape[:-1])
         return np.max(np.abs((momentum - self.frozen) @ self.facets.T) / self.supports, axis=-1)
 
     def holds(self, momentum: NDArray[np.float64], slack: float) -> NDArray[np.bool_]:
-        """Whether momenta (..., 3) lie in the set, but for `slack`, N·m·s."""
+        """Whether momenta (..., 3) lie in the set, with a tolerance `slack`, N·m·s."""
         beside = momentum - self.frozen
         held = np.all(np.abs(beside @ self.normals.T) <= slack, axis=-1)
         return held & np.all(np.abs(beside @ self.facets.T) <= self.supports + slack, axis=-1)
 
     def wheel_momentum(self, momentum: Vector) -> Vector:
-        """Momenta (N,) of the working wheels that hold `momentum` (3,) with the most margin, N·m·s.
+        """Momenta (N,) of the working wheels that hold `momentum` (3,) with the largest margin.
 
-        Where the axes are independent, or nothing limits them, those of least norm; otherwise the
-        largest share of a limit is the least possible, by a small linear program.
+        If the axes are independent or no wheel has a limit, the solution of least norm; otherwise
+        the solution of least relative load, from a small linear program.
         """
         wanted, inverse = momentum - self.frozen, np.linalg.pinv(self.axes, rcond=RANK_TOLERANCE)
         count = len(self.limits)
@@ -117,7 +118,7 @@ class MomentumSet:
             bounds=[(None, None)] * count + [(0.0, None)],
         )
         found = solved.x[:-1]
-        # the program leaves 1e-7; what is held must be what is there
+        # the program's error is up to 1e-7: correct it so that the sum is exact
         return found + inverse @ (wanted - self.axes @ found)
 
     @cached_property
@@ -127,7 +128,7 @@ class MomentumSet:
 
     @cached_property
     def most(self) -> float:
-        """Largest magnitude in the set, N·m·s: at a corner."""
+        """Largest magnitude in the set, N·m·s, attained at a vertex."""
         if not np.all(np.isfinite(self.limits)):
             return np.inf
         return largest(self.axes * self.limits, self.frozen)
@@ -142,20 +143,20 @@ class MomentumSet:
         normals: Matrix | None = None,
         offsets: Vector | None = None,
     ) -> Matrix:
-        """Where a linear function can be extreme on the part of the set that lies on a sphere.
+        """Candidates for the extrema of a linear function on the part of a sphere inside the set.
 
-        The extreme points of `objective` on the sphere itself, on each circle in which a bounding
-        plane cuts it, and the points where two such circles meet: on every part of the sphere's
-        share of the set, the largest and the smallest value are attained at one of them.
+        The extrema of `objective` on the sphere, on each circle in which a bounding plane cuts the
+        sphere, and the intersections of two such circles. On every connected part of the sphere
+        inside the set, the largest and the smallest value are attained at one of these points.
 
         Args:
-            radius: of the sphere about zero, N·m·s, above 0.
-            objective: (3,) of the linear function.
-            normals: (K, 3) of planes on which the points must lie as well.
-            offsets: (K,) of these planes.
+            radius: Radius of the sphere about zero, N·m·s, above 0.
+            objective: Gradient of the linear function, (3,).
+            normals: Normals of planes that must contain the points, (K, 3).
+            offsets: Offsets of these planes, (K,).
 
         Returns:
-            (M, 3) those of the points that lie in the set; none where the sphere misses it.
+            The points that lie in the set, (M, 3); none if the sphere misses the set.
         """
         if normals is None or offsets is None:
             normals, offsets = np.zeros((0, 3)), np.zeros(0)
@@ -163,7 +164,7 @@ class MomentumSet:
         levels = np.concatenate([self.normals @ self.frozen, offsets])
         free = 2 - (np.linalg.matrix_rank(fixed, tol=TOLERANCE) if len(fixed) else 0)
         middle = self.facets @ self.frozen
-        # the others lie beyond the sphere
+        # the other facets lie outside the sphere
         near = self.supports <= (radius + np.abs(middle)) * (1.0 + TOLERANCE)
         bounds = np.concatenate([self.facets[near]] * 2)
         edges = np.concatenate([middle[near] + self.supports[near], (middle - self.supports)[near]])
@@ -184,7 +185,7 @@ class MomentumSet:
 
 
 def largest(edges: Matrix, start: Vector) -> float:
-    """Largest length of start + edges s over signs s: edges (3, N), start (3,)."""
+    """Largest length of start + edges s over all sign vectors s; edges (3, N), start (3,)."""
     signs = np.array(list(product((-1.0, 1.0), repeat=edges.shape[1])))
     return float(np.max(np.linalg.norm(start + signs @ edges.T, axis=1)))
 
@@ -192,10 +193,12 @@ def largest(edges: Matrix, start: Vector) -> float:
 def box_least_squares(
     matrix: Matrix, wanted: Vector, limits: Vector, size: float | None = None
 ) -> Vector:
-    """The h with |h_i| <= limits_i that brings matrix h closest to `wanted`.
+    """Find h with |h_i| <= limits_i that minimises |matrix h - wanted|.
 
-    Where many do, a small one: among parallel wheels rounding alone would choose, and badly. What
-    this costs in the residual is below rounding. `size` is that of the matrix, if not its norm.
+    A small penalty on |h| selects one solution if there are several, as with parallel wheels;
+    otherwise rounding errors would select it. The penalty changes the residual by less than
+    rounding. `size` is the norm of the matrix by which the penalty is scaled; by default it is
+    computed.
     """
     count = matrix.shape[1]
     if not count:
@@ -206,7 +209,7 @@ def box_least_squares(
 
 
 def _facets(axes: Matrix, rank: int, normals: Matrix) -> Matrix:
-    """Normals of the facets: in the span of the axes, orthogonal to rank - 1 of them."""
+    """Unit normals of the facets: in the span of the axes, orthogonal to rank - 1 of them."""
     columns = axes.T
     if rank == 3:
         pairs = np.array(list(combinations(range(len(columns)), 2)))
@@ -223,7 +226,7 @@ def _facets(axes: Matrix, rank: int, normals: Matrix) -> Matrix:
 
 
 def _support(components: NDArray[np.float64], limits: Vector) -> NDArray[np.float64]:
-    """Sum of |components| limits over the last axis, where no component times no limit is 0."""
+    """Sum of |components| limits over the last axis, with 0 for zero times an infinite limit."""
     across = np.abs(components)
     with np.errstate(invalid="ignore"):
         return np.sum(np.where(across > TOLERANCE, across * limits, 0.0), axis=-1)
@@ -232,16 +235,16 @@ def _support(components: NDArray[np.float64], limits: Vector) -> NDArray[np.floa
 def _extremes(
     planes: NDArray[np.float64], heights: Matrix, radius: float, objective: Vector
 ) -> Matrix:
-    """Both extremes of a linear function on each of B circles planes @ b = heights, |b| = radius.
+    """Both extrema of a linear function on each of B circles planes @ b = heights, |b| = radius.
 
     Args:
-        planes: (B, K, 3) normals.
-        heights: (B, K).
-        radius: of the sphere.
-        objective: (3,).
+        planes: Normals, (B, K, 3).
+        heights: Offsets of the planes, (B, K).
+        radius: Radius of the sphere.
+        objective: Gradient of the linear function, (3,).
 
     Returns:
-        (M, 3): two for each circle that exists; any two opposite ones where all are alike.
+        Two points for each circle that exists, (M, 3); two opposite points if all values are equal.
     """
     inverse = np.linalg.pinv(planes, rcond=TOLERANCE)
     centre = (inverse @ heights[..., None])[..., 0]
@@ -253,7 +256,7 @@ def _extremes(
     any_column = np.take_along_axis(remaining, np.argmax(columns, axis=-1)[:, None, None], axis=2)
     along = np.where(alike[:, None], any_column[..., 0], along)
     length = np.linalg.norm(along, axis=-1, keepdims=True)
-    # nothing is left of space where three planes meet: the point itself or none
+    # three planes meet in a point, without any direction left: the point itself or nothing
     along = np.where(length > TOLERANCE, along / np.maximum(length, TOLERANCE), 0.0)
     squared = radius**2 - np.sum(centre**2, axis=-1)
     reach = np.sqrt(np.maximum(squared, 0.0))[:, None] * along

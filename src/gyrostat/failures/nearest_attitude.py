@@ -1,4 +1,4 @@
-"""The feasible attitude nearest to a target attitude or boresight direction."""
+"""Feasible attitude nearest to a target attitude or boresight direction."""
 
 from dataclasses import dataclass
 
@@ -13,18 +13,18 @@ from gyrostat.failures.query import Case
 from gyrostat.failures.sky_map import angles, at_angle
 
 ROLLS = 72
-"""Roll angles tried where a boresight leaves them free."""
+"""Number of roll angles tried if the boresight leaves the roll free."""
 
 
 @dataclass(frozen=True)
 class Rest:
-    """A holdable attitude.
+    """Feasible attitude.
 
     Attributes:
-        momentum: (3,) total, in body axes there, N·m·s.
-        angle: from what was wanted, rad.
-        attitude: (4,) quaternion.
-        direction: (3,) inertial, to which the boresight points; None without one.
+        momentum: Total momentum in body axes at this attitude, (3,), N·m·s.
+        angle: Angle from the wanted attitude or direction, rad.
+        attitude: Attitude quaternion, (4,).
+        direction: Inertial unit vector along the boresight, (3,); None without a boresight.
     """
 
     momentum: Vector
@@ -34,12 +34,12 @@ class Rest:
 
 
 def momentum_at(case: Case, attitude: Vector) -> Vector:
-    """Total momentum in body axes (3,), N·m·s, at an attitude (4,)."""
+    """Total momentum in body axes, (3,), N·m·s, at an attitude (4,)."""
     return _rotation(attitude).as_matrix().T @ case.momentum if case.radius else np.zeros(3)
 
 
 def nearest_attitude(case: Case, target: Vector) -> Rest | None:
-    """The holdable attitude at the smallest angle from a target (4,); None where there is none."""
+    """Feasible attitude at the smallest angle from a target (4,); None if there is none."""
     wanted = momentum_at(case, target)
     points = case.held.on_sphere(case.radius, wanted) if case.radius else _zero(case)
     if not len(points):
@@ -47,7 +47,7 @@ def nearest_attitude(case: Case, target: Vector) -> Rest | None:
     away = angles(points, wanted)
     point = _least_loaded(case, points[away <= np.min(away) + TOLERANCE])
     angle = float(angles(point, wanted))
-    # the shortest turn, in body axes, that takes the point to what the target wants
+    # shortest rotation, in body axes, from the target's momentum direction to the feasible one
     axis = np.cross(point, wanted)
     if np.linalg.norm(axis) <= TOLERANCE * case.radius**2:
         axis = _across(wanted)
@@ -56,15 +56,15 @@ def nearest_attitude(case: Case, target: Vector) -> Rest | None:
 
 
 def nearest_direction(case: Case, body: Vector, wanted: Vector) -> Rest | None:
-    """The holdable attitude, with the most margin, at which a boresight points best.
+    """Feasible attitude that points a boresight best, with the largest margin among those.
 
     Args:
-        case: the failure.
-        body: (3,) unit, the boresight in body axes.
-        wanted: (3,) unit, the inertial direction that it should point at.
+        case: Validated query.
+        body: Boresight in body axes, unit vector (3,).
+        wanted: Inertial direction to point it at, unit vector (3,).
 
     Returns:
-        None where no attitude is holdable.
+        The attitude; None if no attitude is feasible.
     """
     held, radius = case.held, case.radius
     if not radius:
@@ -94,7 +94,7 @@ def nearest_direction(case: Case, body: Vector, wanted: Vector) -> Rest | None:
 
 
 def certificate_of_roll(case: Case, body: Vector, wanted: Vector) -> Certificate:
-    """The weakest certificate over the roll, with a boresight on its direction."""
+    """Certificate with the lowest bound over the roll, with the boresight on its direction."""
     if not case.radius:
         return certificate_at(case.held, case.inertia, np.zeros(3))
     polar = float(angles(wanted, case.momentum / case.radius))
@@ -113,7 +113,7 @@ def certificate_of_roll(case: Case, body: Vector, wanted: Vector) -> Certificate
 
 
 def _zero(case: Case) -> Matrix:
-    """Without momentum: b = 0, if the wheels hold it."""
+    """Solution without momentum: b = 0, if the wheels can hold it."""
     slack = TOLERANCE * float(np.linalg.norm(case.held.frozen))
     return np.zeros((1, 3))[case.held.holds(np.zeros((1, 3)), slack)]
 
@@ -123,14 +123,14 @@ def _least_loaded(case: Case, points: Matrix) -> Vector:
 
 
 def _rolls(body: Vector, radius: float, polar: float, roll: Vector) -> Matrix:
-    """Momenta (M, 3) in body axes at an angle to the boresight, at roll angles (M,)."""
+    """Momenta (M, 3) in body axes at a polar angle to the boresight and roll angles (M,)."""
     first = _across(body)
     around = np.outer(np.cos(roll), first) + np.outer(np.sin(roll), np.cross(body, first))
     return radius * (np.cos(polar) * body + np.sin(polar) * around)
 
 
 def _triad(body: Vector, body_other: Vector, inertial: Vector, inertial_other: Vector) -> Vector:
-    """The attitude that turns one direction exactly, and the other as far as it goes (TRIAD)."""
+    """Attitude that aligns one direction exactly and another as well as possible (TRIAD)."""
     frames = []
     for first, second in ((body, body_other), (inertial, inertial_other)):
         normal = np.cross(first, second)
@@ -142,14 +142,14 @@ def _triad(body: Vector, body_other: Vector, inertial: Vector, inertial_other: V
 
 
 def _across(direction: Vector) -> Vector:
-    """Some unit vector orthogonal to a direction; to zero, any."""
+    """Any unit vector orthogonal to a direction; any unit vector if the direction is zero."""
     other = np.eye(3)[int(np.argmin(np.abs(direction)))]
     normal = np.asarray(np.cross(direction, other), dtype=float)
     length = float(np.linalg.norm(normal))
     return normal / length if length else np.eye(3)[0]
 
 
-# scipy's rotations, not those of gyrostat.spacecraft: one question must not wait for compilation
+# SciPy's rotations instead of gyrostat.core.rotations: one query must not wait for compilation
 def _rotation(quaternion: Vector) -> Rotation:
     return Rotation.from_quat(quaternion, scalar_first=True)
 

@@ -1,4 +1,4 @@
-"""Validated query inputs."""
+"""Validated inputs of a feasibility query."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,21 +13,21 @@ from gyrostat.failures.momentum_envelope import MomentumSet
 from gyrostat.spacecraft import Spacecraft
 
 NEGLIGIBLE_RATE = 1e-12
-"""rad/s: momentum that could not turn the body faster has no direction worth the name."""
+"""Body rate that the total momentum could cause, rad/s, below which the momentum counts as zero."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A spacecraft, its failed wheels and its momentum.
+    """Spacecraft, its failed wheels and its total momentum.
 
     Attributes:
-        inertia: (3, 3), kg·m².
-        momentum: (3,) total, inertial axes, N·m·s.
-        radius: its magnitude; 0 where it is negligible.
-        working: numbers of the wheels that work.
-        failed: number of each other wheel -> its momentum, N·m·s.
-        torque_limits: (N,) of the working wheels, N·m.
-        held: what the wheels hold while the body rests.
+        inertia: Inertia with locked wheels, (3, 3), kg·m².
+        momentum: Total momentum, (3,), inertial axes, N·m·s.
+        radius: Magnitude of the total momentum, N·m·s; 0 if it is negligible.
+        working: Indices of the working wheels.
+        failed: Index of each failed wheel -> its momentum, N·m·s.
+        torque_limits: Torque limits of the working wheels, (N,), N·m.
+        held: Momentum envelope of the wheels with the body at rest.
     """
 
     inertia: Matrix
@@ -40,10 +40,10 @@ class Case:
 
     @staticmethod
     def of(spacecraft: Spacecraft, momentum: Any, failed: Mapping[int, float]) -> "Case":
-        """Check and collect; see `gyrostat.failures.holdable`.
+        """Validate the inputs and collect them; see `gyrostat.failures.holdable`.
 
         Raises:
-            InputError: see there.
+            InputError: An input is invalid; see there.
         """
         spacecraft.check()
         axes = np.asarray(spacecraft.wheels.axes, dtype=float)
@@ -76,7 +76,7 @@ class Case:
         )
 
     def all_wheels(self, working: Vector) -> Vector:
-        """Momenta of every wheel, N·m·s, from those of the working ones."""
+        """Momenta of all wheels, N·m·s, from those of the working wheels."""
         every = np.zeros(len(self.working) + len(self.failed))
         every[list(self.working)] = working
         every[list(self.failed)] = list(self.failed.values())
@@ -84,10 +84,10 @@ class Case:
 
 
 def vector(value: Any, length: int, name: str, unit: str) -> Vector:
-    """An array of so many finite numbers, none larger than `gyrostat.core.validation.LARGEST`.
+    """Convert to an array of `length` finite numbers, each at most `LARGEST` in magnitude.
 
     Raises:
-        InputError: it is not.
+        InputError: The value is not such an array.
     """
     try:
         found = np.asarray(value, dtype=float)
@@ -101,10 +101,10 @@ def vector(value: Any, length: int, name: str, unit: str) -> Vector:
 
 
 def unit_vector(value: Any, length: int, name: str) -> Vector:
-    """An array of finite numbers at unit length.
+    """Convert to an array of finite numbers, scaled to unit length.
 
     Raises:
-        InputError: it is not, or it is zero.
+        InputError: The value is not such an array, or it is zero.
     """
     found = vector(value, length, name, "")
     size = float(np.linalg.norm(found))

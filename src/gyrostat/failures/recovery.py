@@ -1,4 +1,4 @@
-"""Simulate a recovery after wheel failures."""
+"""Simulation of a recovery after wheel failures."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,20 +18,20 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ANGLE, RATE = np.radians(0.05), 1e-4
-"""rad and rad/s: below both, for good, the spacecraft has settled."""
+"""Error, rad, and body rate, rad/s: settled if both stay below these values."""
 
 
 @dataclass(frozen=True)
 class Recovery:
-    """A recovery as it was flown.
+    """Simulated recovery.
 
     Attributes:
-        plan: what was aimed at, and by which controller.
-        flight: histories, with `error`, the angle to that attitude, rad; None where no controller
-            gets there.
-        settle: time from the failure until the spacecraft stays within `ANGLE` and `RATE`, s; None
-            where it does not.
-        reason: why it did not; empty where it did.
+        plan: Target attitude and controller.
+        flight: Histories of the run, with `error`, the angle to the target attitude, rad; None if
+            no controller can reach the target.
+        settle: Time from the failure until the error and rate stay below `ANGLE` and `RATE`, s;
+            None if they do not.
+        reason: Reason why the spacecraft did not settle; empty if it did.
     """
 
     plan: RecoveryPlan
@@ -40,7 +40,7 @@ class Recovery:
     reason: str
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything but the histories as plain numbers, SI units and radians."""
+        """Convert everything except the histories to plain numbers, SI units and radians."""
         return {
             "settled": self.settle is not None,
             "settle": self.settle,
@@ -60,19 +60,19 @@ def recover(
     control_period: float = 0.5,
     known: Spacecraft | None = None,
 ) -> Recovery:
-    """Fly a spacecraft from the moment at which wheels fail to the nearest attitude it can hold.
+    """Simulate a spacecraft from the failure of wheels to the nearest feasible attitude.
 
     Args:
-        spacecraft: as it is.
-        start: its state when the wheels fail.
-        losses: number of each wheel that fails -> how.
-        target: (4,) attitude wanted, scalar first.
-        duration: s, a whole number of control periods.
-        control_period: s.
-        known: as the controller knows the spacecraft; None: as it is.
+        spacecraft: True spacecraft.
+        start: State of the spacecraft when the wheels fail.
+        losses: Index of each failing wheel -> its failure.
+        target: Wanted attitude, (4,), scalar first.
+        duration: Duration, s, a whole number of control periods.
+        control_period: Control period, s.
+        known: Model of the spacecraft that the controller uses; None: the true spacecraft.
 
     Raises:
-        InputError: a spacecraft, wheel or time that is none.
+        InputError: An invalid spacecraft, wheel index or time.
     """
     spacecraft.check()
     Gyrostat(spacecraft).check_state(start)
@@ -119,7 +119,7 @@ def recover(
 
 
 def settling_time(flight: "xr.Dataset") -> float | None:
-    """Time from which the error and the body rate of a run stay small to its end, s, or None."""
+    """Time after which error and body rate stay small to the end of a run, s, or None."""
     rate = np.linalg.norm(flight.rate.values, axis=1)
     out = ~((flight.error.values < ANGLE) & (rate < RATE))
     if out[-1]:

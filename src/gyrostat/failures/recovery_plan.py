@@ -1,4 +1,4 @@
-"""Choose the target attitude and the controller after wheel failures."""
+"""Choice of the target attitude and the controller after wheel failures."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,29 +16,29 @@ from gyrostat.failures import Holdable, holdable
 from gyrostat.spacecraft import Spacecraft
 
 LEAST_ACROSS = 0.1
-"""N·m·s: momentum across the normal of two working wheels above which it controls the attitude."""
+"""Momentum in the plane of two working wheels, N·m·s, above which it allows attitude control."""
 NOTHING_HELD = 1e-9
-"""N·m·s: below it a failed wheel holds nothing."""
+"""Momentum below which a failed wheel counts as stopped, N·m·s."""
 
 
 @dataclass(frozen=True)
 class Loss:
-    """How a wheel failed.
+    """Failure of a wheel.
 
     Attributes:
-        kind: "frozen": without torque, keeping its momentum but for its own friction; "seized":
-            stopped at once; "rundown": without torque, running down.
-        time_constant: of running down, s.
+        kind: "frozen": no torque, momentum kept apart from the wheel's own friction; "seized":
+            stopped at once; "rundown": no torque, speed decays exponentially.
+        time_constant: Time constant of the decay, s.
     """
 
     kind: Literal["frozen", "seized", "rundown"]
     time_constant: float = 60.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no loss.
+        """Validate parameters.
 
         Raises:
-            InputError: another kind, or a time constant that is not above zero.
+            InputError: An unknown kind, or a time constant that is not above zero.
         """
         if self.kind not in ("frozen", "seized", "rundown"):
             raise InputError(
@@ -49,12 +49,12 @@ class Loss:
 
 @dataclass(frozen=True)
 class RecoveryPlan:
-    """What to do after a failure.
+    """Target attitude and controller after a failure.
 
     Attributes:
-        answer: what can be held, and the nearest attitude: the one to aim at.
-        controller: for the loop; None where none gets there.
-        reason: why there is none; empty where there is one.
+        answer: Feasibility answer; its nearest feasible attitude is the target.
+        controller: Controller for the simulation; None if none can reach the target.
+        reason: Reason why there is no controller; empty if there is one.
     """
 
     answer: Holdable
@@ -70,21 +70,22 @@ def plan_recovery(
     target: ArrayLike,
     seized: frozenset[int] | set[int] = frozenset(),
 ) -> RecoveryPlan:
-    """Choose attitude and controller.
+    """Choose target attitude and controller.
 
-    Three directions left: a three-axis law. Two, and momentum across their normal: the law that
-    turns the spacecraft about the normal by that momentum. Two and next to none: sweeps from rest
-    to rest. One, where it controls the attitude: the law that damps by energy.
+    The choice depends on the rank of the working wheels' axes. Rank 3: three-axis control. Rank 2
+    with momentum in the plane of the working wheels: the law that uses this momentum to rotate the
+    spacecraft about the normal of that plane. Rank 2 with almost no momentum in that plane: a
+    sequence of rest-to-rest manoeuvres. Rank 1, if it controls the attitude: energy damping.
 
     Args:
-        spacecraft: as the controller shall know it.
-        momentum: (3,) total, inertial axes, N·m·s.
-        failed: number of each failed wheel -> the momentum that it will keep, N·m·s.
-        target: (4,) attitude wanted, scalar first.
-        seized: numbers of the failed wheels whose rotor is fixed to the body.
+        spacecraft: Model of the spacecraft that the controller uses.
+        momentum: Total momentum, (3,), inertial axes, N·m·s.
+        failed: Index of each failed wheel -> the momentum that it will keep, N·m·s.
+        target: Wanted attitude, (4,), scalar first.
+        seized: Indices of the failed wheels whose rotor is fixed to the body.
 
     Raises:
-        InputError: see `gyrostat.failures.holdable`.
+        InputError: An input is invalid; see `gyrostat.failures.holdable`.
     """
     answer = holdable(spacecraft, momentum, failed=failed, target=target)
     working = np.array([k not in failed for k in range(spacecraft.wheels.count)])
@@ -113,7 +114,7 @@ def plan_recovery(
 
 
 def _across(spacecraft: Spacecraft, working: np.ndarray, momentum: Vector) -> float:
-    """Part of a momentum in body axes in the plane of two directions of working axes, N·m·s."""
+    """Magnitude of a momentum's projection, body axes, on the plane of the working axes, N·m·s."""
     axes = np.asarray(spacecraft.wheels.axes) * working
     normal = np.linalg.svd(axes)[0][:, 2]
     return float(np.linalg.norm(np.cross(normal, momentum)))

@@ -9,22 +9,22 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.failures.momentum_envelope import TOLERANCE, MomentumSet
 
 EDGE = 1e-7
-"""rad: a plane that touches a sphere is known to the square root of rounding."""
+"""Tolerance for a plane that touches a sphere, rad: square root of the rounding error."""
 
 
 @dataclass(frozen=True)
 class SkyMap:
-    """Inertial directions that an axis of the body can hold, whatever the roll about it.
+    """Inertial directions at which a body axis can be held, with free roll angle.
 
-    A holdable attitude stays holdable when it is turned about the total momentum. So the map
-    consists of bands about the direction of the momentum.
+    A feasible attitude stays feasible when it is rotated about the total momentum. The map
+    therefore consists of bands around the direction of the momentum.
 
     Attributes:
-        boresight: (3,) unit direction in the body.
-        momentum_direction: (3,) unit, inertial; zero where there is no momentum.
-        bands: (K, 2) least and largest angle of each band from the momentum direction, rad; equal
-            where single circles are holdable.
-        fraction: holdable share of the sphere.
+        boresight: Unit vector in body axes, (3,).
+        momentum_direction: Inertial unit vector, (3,); zero without momentum.
+        bands: Smallest and largest angle of each band from the momentum direction, (K, 2), rad;
+            equal for a single circle.
+        fraction: Feasible fraction of the sphere.
     """
 
     boresight: Vector
@@ -33,7 +33,7 @@ class SkyMap:
     fraction: float
 
     def holdable(self, directions: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Whether inertial directions (..., 3), of any length, are holdable."""
+        """Whether inertial directions (..., 3), of any length, are feasible."""
         if not np.any(self.momentum_direction):
             return np.full(directions.shape[:-1], len(self.bands) > 0)
         angle = angles(directions, self.momentum_direction)[..., None]
@@ -41,14 +41,14 @@ class SkyMap:
         return np.any(inside, axis=-1)
 
     def grid(self, rows: int = 180) -> tuple[Vector, Vector, NDArray[np.bool_]]:
-        """The map over inertial longitude (about z, from x) and latitude.
+        """Sample the map over inertial longitude (about z, from x) and latitude.
 
         Args:
-            rows: cells from pole to pole; twice as many around.
+            rows: Number of cells from pole to pole; twice as many around.
 
         Returns:
-            Longitude (2 rows,) in (-pi, pi) and latitude (rows,) of the middles of the cells, rad,
-            and whether each (rows, 2 rows) is holdable.
+            Longitude (2 rows,) in (-pi, pi) and latitude (rows,) of the cell centres, rad, and
+            whether each cell is feasible, (rows, 2 rows).
         """
         longitude = (np.arange(2 * rows) + 0.5) * np.pi / rows - np.pi
         latitude = (np.arange(rows) + 0.5) * np.pi / rows - 0.5 * np.pi
@@ -58,7 +58,7 @@ class SkyMap:
 def directions_at(
     longitude: NDArray[np.float64], latitude: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Unit vectors (..., 3) at longitude and latitude, rad, which are broadcast."""
+    """Unit vectors (..., 3) at longitude and latitude, rad; the arguments are broadcast."""
     longitude, latitude = np.broadcast_arrays(longitude, latitude)
     across = np.cos(latitude)
     return np.stack(
@@ -67,25 +67,25 @@ def directions_at(
 
 
 def angles(directions: NDArray[np.float64], fixed: Vector) -> NDArray[np.float64]:
-    """Angles (...) between directions (..., 3) and a fixed one, rad, exact for small ones too."""
+    """Angles (...) between directions (..., 3) and a fixed one, rad, accurate for small angles."""
     across = np.linalg.norm(np.cross(directions, fixed), axis=-1)
     return np.arctan2(across, directions @ fixed)
 
 
 def sky_map(held: MomentumSet, momentum: Vector, radius: float, boresight: Vector) -> SkyMap:
-    """The map of a boresight.
+    """Sky map of a boresight.
 
     Args:
-        held: what the wheels hold.
-        momentum: (3,) total, inertial axes, N·m·s.
-        radius: its magnitude; 0 where it is to count as none.
-        boresight: (3,) unit direction in the body.
+        held: Momentum envelope of the wheels.
+        momentum: Total momentum, (3,), inertial axes, N·m·s.
+        radius: Magnitude of the total momentum, N·m·s; 0 if it counts as zero.
+        boresight: Unit vector in body axes, (3,).
     """
     if radius == 0.0:
         whole = bool(held.holds(np.zeros(3), TOLERANCE * float(np.linalg.norm(held.frozen))))
         everywhere = np.array([[0.0, np.pi]] if whole else []).reshape(-1, 2)
         return SkyMap(boresight, np.zeros(3), everywhere, float(whole))
-    # the angle to the momentum is the same in body axes; it is extreme at these
+    # the angle to the momentum is the same in body axes; its extremes are among these points
     extreme = np.unique(angles(held.on_sphere(radius, boresight), boresight))
     bands: list[list[float]] = []
     for angle in extreme:
@@ -101,9 +101,9 @@ def sky_map(held: MomentumSet, momentum: Vector, radius: float, boresight: Vecto
 
 
 def at_angle(held: MomentumSet, radius: float, boresight: Vector, angle: float) -> Matrix:
-    """Momenta (M, 3) in body axes that the wheels hold with the boresight at an angle to them.
+    """Momenta (M, 3) in body axes, at an angle to the boresight, that the wheels can hold.
 
-    Some if there are any, at the edges of what can be held.
+    Not all of them: extreme points at the limits of the envelope, at least one if any exist.
     """
     aside = np.eye(3)[int(np.argmin(np.abs(boresight)))]
     return held.on_sphere(radius, aside, boresight[None], np.array([radius * np.cos(angle)]))
