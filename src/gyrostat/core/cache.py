@@ -18,6 +18,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from gyrostat.core.cache_entries import evict, limit
+
 __all__ = ["Cache", "named_folder", "private_cache", "temporary_cache"]
 
 _MARK = b"gyrostat cache 1\n"
@@ -58,6 +60,8 @@ class Cache:
                     found = stream.read()
                     content = found[_HEADER:]
                     if found[:_HEADER] == _header(name, content):
+                        with contextlib.suppress(OSError):
+                            os.utime(handle)  # the time of last use, for `evict`
                         return content
         with contextlib.suppress(OSError):
             path.unlink()
@@ -79,6 +83,7 @@ class Cache:
                 stream.flush()
                 os.fsync(stream.fileno())
             os.replace(unfinished, self.path / name)
+            evict(self.path, limit(), name)
 
     @contextlib.contextmanager
     def workplace(self) -> Iterator[Path]:
@@ -111,6 +116,7 @@ def private_cache(say: Callable[[str], None] = warnings.warn) -> Cache | None:
     Returns:
         The cache; None if not even a private temporary folder can be created.
     """
+    limit()  # refused before anything is compiled
     folder = named_folder()
     found = None if folder is None else _replaced.get(folder)
     if found is not None and found.path.is_dir():

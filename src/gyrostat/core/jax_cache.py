@@ -17,22 +17,17 @@ __all__ = ["keep_programs", "use_private_cache"]
 
 
 def keep_programs(say: Callable[[str], None]) -> None:
-    """Let this process and its workers store JAX's programs; call it before JAX is imported.
+    """Open the private cache and ignore `JAX_COMPILATION_CACHE_DIR`; call before JAX is imported.
 
     Args:
         say: See `gyrostat.core.cache.private_cache`.
     """
-    cache = private_cache(say)
-    # XLA's own files (autotuning on GPUs) would be read unverified
-    os.environ["JAX_PERSISTENT_CACHE_ENABLE_XLA_CACHES"] = "none"
-    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.05")
+    private_cache(say)
     os.environ.pop("JAX_COMPILATION_CACHE_DIR", None)
-    if cache is not None:
-        os.environ["JAX_COMPILATION_CACHE_DIR"] = str(cache.path / "jax")
 
 
 def use_private_cache(jax: Any) -> None:
-    """Replace JAX's store if its folder is `jax` in the private cache.
+    """Let JAX store the programs of this process in the private cache.
 
     A `JAX_COMPILATION_CACHE_DIR` elsewhere is left to JAX. JAX has no public way to replace the
     store. If a release of JAX lacks the internal function used here, programs are not stored.
@@ -41,14 +36,19 @@ def use_private_cache(jax: Any) -> None:
         jax: The imported module.
     """
     folder, own = jax.config.jax_compilation_cache_dir, named_folder()
-    if not folder or own is None or Path(folder) != own.resolve() / "jax":
+    if folder and (own is None or Path(folder) != own.resolve() / "jax"):
         return
     cache, module = private_cache(), sys.modules.get("jax._src.compilation_cache")
-    if cache is None or cache.path != Path(folder).parent or not hasattr(module, "get_file_cache"):
+    if cache is None or not hasattr(module, "get_file_cache"):
         jax.config.update("jax_compilation_cache_dir", None)
         return
     store = _Store(cache)
     module.get_file_cache = lambda path: (store, path)  # pyright: ignore
+    jax.config.update("jax_compilation_cache_dir", str(cache.path / "jax"))
+    # XLA's own files (autotuning on GPUs) would be read unverified
+    jax.config.update("jax_persistent_cache_enable_xla_caches", "none")
+    if "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS" not in os.environ:
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.05)
 
 
 class _Store:

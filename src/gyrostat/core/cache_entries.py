@@ -1,0 +1,119 @@
+"""Entries of the cache of compiled programs: their sizes, their limit, their removal."""
+
+import contextlib
+import os
+import re
+import stat
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from gyrostat.core.errors import InputError
+
+__all__ = ["KINDS", "Entry", "clear", "entries", "evict", "limit"]
+
+KINDS: Mapping[str, str] = {"lanes-": "native engine", "jax-": "JAX"}
+"""First letters of an entry's name -> what compiled it."""
+_DEFAULT = 10**9
+_FACTORS = {"": 1, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
+_FREE_SHARE = 0.1
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Compiled program in the cache.
+
+    Attributes:
+        path: File.
+        size: Bytes.
+        used: Time of last use, s since the epoch.
+    """
+
+    path: Path
+    size: int
+    used: float
+
+    @property
+    def kind(self) -> str:
+        """What compiled the program: a value of `KINDS`."""
+        return next(kind for start, kind in KINDS.items() if self.path.name.startswith(start))
+
+
+def limit() -> int:
+    """Largest total size of the entries, bytes: `GYROSTAT_CACHE_LIMIT`, or 1 GB.
+
+    Raises:
+        InputError: The variable is no size such as "500 MB".
+    """
+    text = os.environ.get("GYROSTAT_CACHE_LIMIT", "").strip()
+    if not text:
+        return _DEFAULT
+    found = re.fullmatch(r"(\d{1,15}(?:\.\d{1,9})?)\s*([KMGT]?B|)", text, re.ASCII | re.IGNORECASE)
+    if found is None:
+        raise InputError(f"GYROSTAT_CACHE_LIMIT: found {text!r}, expected a size such as 500MB")
+    return int(float(found[1]) * _FACTORS[found[2].upper()])
+
+
+def entries(folder: Path) -> list[Entry]:
+    """List the entries of a cache; other files in its folder do not count.
+
+    Args:
+        folder: Folder of the cache; a missing one has no entries.
+
+    Returns:
+        Entries, the least recently used first.
+    """
+    found = []
+    with contextlib.suppress(OSError), os.scandir(folder) as places:
+        for place in places:
+            if place.name.startswith(tuple(KINDS)):
+                with contextlib.suppress(OSError):  # another process removed it
+                    status = place.stat(follow_symlinks=False)
+                    if stat.S_ISREG(status.st_mode):
+                        found.append(Entry(Path(place.path), status.st_size, status.st_mtime))
+    return sorted(found, key=lambda entry: (entry.used, entry.path))
+
+
+def evict(folder: Path, largest: int, newest: str) -> None:
+    """Remove the least recently used entries of a cache that is above its limit.
+
+    A tenth of the limit is freed as well, so that few writes have to remove entries.
+
+    Args:
+        folder: Folder of the cache.
+        largest: Largest total size, bytes.
+        newest: Name of the entry that was just written. It is removed only if it is above the limit
+            by itself.
+    """
+    found = entries(folder)
+    total = sum(entry.size for entry in found)
+    if total <= largest:
+        return
+    for entry in sorted(found, key=lambda entry: entry.path.name == newest):
+        enough = largest if entry.path.name == newest else (1.0 - _FREE_SHARE) * largest
+        if total <= enough:
+            return
+        with contextlib.suppress(OSError):
+            entry.path.unlink()
+        total -= entry.size
+
+
+def clear(folder: Path) -> list[Entry]:
+    """Remove all entries of a cache. Programs that are in use are not affected.
+
+    Args:
+        folder: Folder of the cache.
+
+    Returns:
+        Entries that were removed.
+
+    Raises:
+        InputError: An entry cannot be removed.
+    """
+    found = entries(folder)
+    for entry in found:
+        try:
+            entry.path.unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(f"{entry.path}: cannot be removed: {error.strerror}") from None
+    return found
