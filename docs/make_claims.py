@@ -8,10 +8,16 @@ from gyrostat.papers import PAPERS
 
 HEAD = """# Claims of the papers
 
-Every claim is computed again by one command and judged by one rule: reproduced where our value lies
-within the tolerance of the paper's, not reproduced where it does not, not testable where the paper
-rests on measurements that are not published or where no such value exists, and ours only where the
-paper gives no figure. Nothing is tuned until it holds.
+This page lists the claims of the four papers, with our values, a verdict and its reason. One
+command recomputes all claims of a paper:
+
+```sh
+gyrostat reproduce carrara-kuga --out DIR
+```
+
+The verdict is *reproduced* if our value is within the tolerance of the paper's value, and *not
+reproduced* otherwise. It is *not testable* if the claim needs data that the paper does not
+publish, and *ours only* if the paper gives no value. No parameter is tuned to make a claim hold.
 """
 
 

@@ -18,13 +18,15 @@ from gyrostat.campaigns.schema import (
 
 HEAD = """# Scenario file
 
-A scenario says what flies, what happens to it, what is uncertain of it and what is measured of the
-flight. `gyrostat simulate SCENARIO.toml --out RUN.nc` flies it once, with the values as they stand;
-`gyrostat campaign` flies it many times, each run with values of its own ([campaign](campaign.md)).
+This page lists every key of a scenario file. A scenario names the spacecraft, its controller and
+sensors, the events, the dispersions and the metrics. `gyrostat simulate SCENARIO.toml --out RUN.nc`
+simulates a single run with nominal values. `gyrostat campaign` simulates many runs with dispersed
+values ([tutorial](campaign.md)).
 
 A number is in SI units and radians, or a text with a unit: `0.25`, `"250 ms"`, `"0.1 deg/s"`,
-`"3 µN·m"`. A key that nobody reads is refused, with the one that was probably meant. Paths are
-relative to the file. [Files to start from](#ready-scenarios) are in `examples/scenarios/`.
+`"3 µN·m"`. An unknown key is refused; the message suggests the most similar one. Paths are
+relative to the file. [Files to start from](#ready-scenarios) are in `examples/scenarios/`. A short
+scenario:
 
 ```toml
 name = "my cubesat"
@@ -46,7 +48,7 @@ distribution = "log_normal"
 sigma = "20 %"
 ```
 
-Optional at the top: `name`, for the reports; by default the name of the file.
+The optional key `name` at the top is shown in the reports; by default it is the name of the file.
 """
 EXTRA = {
     "run": [
@@ -60,28 +62,43 @@ EXTRA = {
             "command_delay",
             "periods",
             "0",
-            "From a sample to the start of the command made from it. Only what goes to actuators "
-            "is delayed; targets, estimates and flags stand in the history at their own sample.",
+            "Delay from a sample to the start of its command. Only commands to actuators are "
+            "delayed; targets, estimates and flags are recorded at their own sample.",
         ),
     ],
     "start": [
         ("attitude", "1", "[1, 0, 0, 0]", "Quaternion, body in inertial space, scalar first."),
-        ("wheel_speed", "rad/s", "0", "Of the wheels relative to the body: one, or one a wheel."),
+        (
+            "wheel_speed",
+            "rad/s",
+            "0",
+            "Wheel speed relative to the body: one value, or one for each wheel.",
+        ),
     ],
     "controller": [
-        ("kind", "", "required", "One of those below."),
-        ("target", "1", "[1, 0, 0, 0]", "Quaternion to hold, until an event gives another."),
+        ("kind", "", "required", "One of the kinds below."),
+        ("target", "1", "[1, 0, 0, 0]", "Target attitude (quaternion), until an event changes it."),
     ],
-    "compensator": [("kind", "", "none", "One of those below.")],
-    "sensors": [("kind", "", "white_noise", "One of those below.")],
-    "estimator": [("kind", "", "what the sensors need", "One of those below.")],
+    "compensator": [("kind", "", "none", "One of the kinds below.")],
+    "sensors": [("kind", "", "white_noise", "One of the kinds below.")],
+    "estimator": [("kind", "", "what the sensors need", "One of the kinds below.")],
     "guard": [
-        ("on_bad", "", "hold", "Command in place of one from a rejected sample: hold or zero."),
+        ("on_bad", "", "hold", "Command after a rejected sample: hold or zero."),
     ],
-    "environment": [("kind", "", "constant", "One of those below.")],
+    "environment": [("kind", "", "constant", "One of the kinds below.")],
     "metrics": [
-        ("percentiles", "%", "[50, 95, 99.7]", "Of the pointing error, each a metric."),
-        ("boresight", "1", "none", "Body direction whose error counts; none: the whole attitude."),
+        (
+            "percentiles",
+            "%",
+            "[50, 95, 99.7]",
+            "Percentiles of the pointing error; each is a metric.",
+        ),
+        (
+            "boresight",
+            "1",
+            "none",
+            "Body direction whose error is evaluated; none: full attitude error.",
+        ),
     ],
 }
 DEFAULTS = {
@@ -89,31 +106,31 @@ DEFAULTS = {
     "static_imbalance": "of the wheel's sheet, or 0",
     "dynamic_imbalance": "of the wheel's sheet, or 0",
 }
-"""Of keys that another file may give."""
+"""Defaults of keys that another file may give."""
 DISPERSIONS = """## [[dispersion]]
 
-One table for each value that scatters, or group of values. A campaign needs at least one; a single
-run takes none of them into account.
+One table for each dispersed parameter or group of parameters. A campaign needs at least one; a
+single run ignores them.
 
 | key | meaning |
 |---|---|
-| `key` | of a value, as in the list below; `wheel.*.NAME` means each wheel on its own |
+| `key` | key of the parameter, from the list below; `wheel.*.NAME`: each wheel independently |
 | `distribution` | `normal`, `uniform` or `log_normal` |
-| `sigma` | `normal`: standard deviation about the nominal value, or a share of it, `"20 %"`; \
-`log_normal`: of the natural logarithm, the nominal value being the median |
-| `low`, `high` | `uniform`: the ends, or shares by which they differ from the \
+| `sigma` | `normal`: standard deviation about the nominal value, or relative to it, `"20 %"`; \
+`log_normal`: standard deviation of the natural logarithm; the nominal value is the median |
+| `low`, `high` | `uniform`: the limits, or their relative differences from the \
 nominal value, `"-10 %"` |
 
-Or, instead of these, what an identification has found, with its correlations:
+Alternatively, the result of an identification, with its correlations:
 
 | key | meaning |
 |---|---|
 | `fit` | `fit.json` of `gyrostat identify` |
-| `wheel` | name of the wheel whose friction and inertia scatter so about the values of its model |
+| `wheel` | name of the wheel whose friction and inertia are drawn from it |
 
-The spacecraft scatters, not what the controller knows of it: controller and compensator work with
-the nominal values, and with `controller.` and `compensator.` keys that scatter if you say so. A
-draw that makes no sense, such as a negative friction, is refused before anything flies.
+Dispersions apply to the spacecraft, not to the controller's model of it. Controller and
+compensator use the nominal values, unless `controller.` and `compensator.` keys are dispersed. An
+impossible draw, such as negative friction, is refused before the first run.
 
 Keys:
 
@@ -121,56 +138,56 @@ Keys:
 |---|---|---|
 """
 READY = {
-    "zero_crossing": "A torque from outside drives a cubesat's four wheels through zero speed.",
+    "zero_crossing": "An external torque drives a cubesat's four wheels through zero speed.",
     "wheel_failure": (
-        "One of the four dies; the controller is told, allocates to the others, and turns the"
-        " spacecraft."
+        "One of four wheels fails. The controller is notified, allocates torque to the others and "
+        "rotates the spacecraft."
     ),
     "wheel_failure_found": (
-        "In an orbit; nobody tells the controller, it finds out. The wheels are out of "
-        "balance, their drivers have limits, commands come late."
+        "In orbit, a wheel fails; the controller is not notified and detects the failure. The "
+        "wheels have imbalance, motor drivers with limits and delayed commands."
     ),
     "wheel_array": (
-        "In an orbit, on star tracker and gyro; the wheels are kept from zero speed and unloaded."
+        "In orbit, with star tracker and gyro; wheels are kept away from zero speed and unloaded."
     ),
     "carrara_kuga": (
-        "Carrara and Kuga: a fan turns an air-bearing table, whose wheel passes zero speed "
-        "with the friction that they identified compensated."
+        "Carrara and Kuga: a fan drives an air-bearing table. Its wheel passes zero speed with "
+        "compensation of the identified friction."
     ),
     "moreira_lopes_kuga": (
-        "Moreira, Lopes and Kuga: a Kalman filter finds the friction that is compensated, "
-        "while a bearing wears."
+        "Moreira, Lopes and Kuga: friction compensation by a Kalman filter while the bearing "
+        "friction changes."
     ),
     "carvalho_fenili": (
-        "Carvalho and Fenili: a cube under a state-dependent Riccati equation loses a wheel; "
-        "`lqr` is their other law."
+        "Carvalho and Fenili: a wheel of a cube fails under SDRE control (state-dependent Riccati "
+        "equation); `lqr` is their other law."
     ),
     "endo_sekiguchi_nonaka": (
-        "Endo, Sekiguchi and Nonaka: two wheels and a model error compensator lead one axis "
-        "of a large spacecraft to its target."
+        "Endo, Sekiguchi and Nonaka: two wheels and a model error compensator point one axis of a "
+        "large spacecraft."
     ),
 }
-"""File in examples/scenarios -> what flies."""
-ABSENT = """What the papers have and a scenario has not: friction with bristles (LuGre), which flies
-on a bench but not on a spacecraft; torques without wheels, as those of Carvalho and Fenili; wheels
-on a single axis; wheels whose speed is whatever is commanded. `gyrostat reproduce` flies the papers
+"""File in examples/scenarios -> content."""
+ABSENT = """Some models of the papers are not available in scenarios: bristle friction (LuGre), which
+is supported on a bench but not on a spacecraft; torques without wheels (Carvalho and Fenili);
+wheels on a single axis; ideal speed-commanded wheels. `gyrostat reproduce` simulates the papers
 themselves.
 """
 GUARD_TEXT = """Validates each measurement before anything is computed from it
-(`gyrostat.control.Guarded`): a sample with a value that is not finite, outside its limits or
-faster than its limit is rejected, the command is the safe one, and the next good sample continues.
-Wheels and star tracker, whose measurements have a flag, lose their own values alone. Recorded are
-`sample_status` and `samples_missed`. Leave the section out for a controller without it: one sample
-that is not finite then ends the run."""
-METRICS_OUT = """## What is measured
+(`gyrostat.control.Guarded`). A sample with a value that is not finite, outside its limits or above
+its rate limit is rejected: the safe command is used until the next valid sample. Of wheels and
+star tracker, whose measurements have a validity flag, only the affected values are rejected.
+`sample_status` and `samples_missed` are recorded. Omit the section for a controller without guard:
+a sample that is not finite then ends the run."""
+METRICS_OUT = """## Metrics
 
-The columns of the table of runs, beside `run`, the drawn values, `status` (0: complete) and `ended`
-(s). They are computed while a run flies. Percentiles are exact, by rank, but for very long runs
-([campaign](campaign.md#read-the-report)).
+The columns of the table of runs, in addition to `run`, the drawn values, `status` (0: complete)
+and `ended` (s). They are computed during the run. Percentiles are exact, by rank, except in very
+long runs ([campaign](campaign.md#reading-the-report)).
 
 | metric | unit | meaning |
 |---|---|---|
-| `error_pNN` | rad | That percentile of the pointing error over the time after `metrics.after`. |
+| `error_pNN` | rad | Percentile NN of the pointing error over the time after `metrics.after`. |
 """
 
 
@@ -219,7 +236,7 @@ def named(name, key):
 
 
 def dispersed():
-    """Rows of the keys that can scatter."""
+    """Rows of the keys that can be dispersed."""
     names = {f"body.inertia.{e}": INERTIA for e in ("xx", "yy", "zz", "xy", "xz", "yz")}
     names |= {f"wheel.NAME.{n}": key for n, key in WHEEL_ALL.items()}
     rows = [named(name, key) for name, key in names.items()]
@@ -232,9 +249,11 @@ def dispersed():
         for name in ("controller", "compensator", "estimator", "sensors", "environment", "guard")
     )
     rows.append(
-        f"| {parts} | | Those of the chosen kinds; of a vector `.x`, `.y`, `.z` of the key. |"
+        f"| {parts} | | Keys of the chosen kinds; for a vector `.x`, `.y`, `.z` of the key. |"
     )
-    rows.append("| `event.NAME.KEY` | | Numbers of an event; the order of events must stay. |")
+    rows.append(
+        "| `event.NAME.KEY` | | Numbers of an event; the order of the events must not change. |"
+    )
     return rows
 
 
@@ -242,7 +261,7 @@ def page():
     """The whole page."""
     lines = [HEAD, "## Ready scenarios", ""]
     lines += ["In `examples/scenarios/`, each with dispersions for a campaign:", ""]
-    lines += ["| file | what flies |", "|---|---|"]
+    lines += ["| file | content |", "|---|---|"]
     lines += [*(f"| `{name}.toml` | {text} |" for name, text in READY.items()), "", ABSENT]
     lines += section("run", RUN)
     lines += [
@@ -256,7 +275,11 @@ def page():
     ]
     lines += [*section("start", START), *per_wheel()]
     for name, components, text in (
-        ("controller", CONTROLLERS, "Planned for the nominal spacecraft; planned anew at events."),
+        (
+            "controller",
+            CONTROLLERS,
+            "Designed for the nominal spacecraft, and designed again at events.",
+        ),
         ("compensator", COMPENSATORS, ""),
         ("sensors", SENSORS, ""),
         ("estimator", ESTIMATORS, "Between sensors and controller."),
@@ -267,12 +290,12 @@ def page():
     lines += [
         "## [[event]]",
         "",
-        "Each has a `name` of its own, a `kind`, a `wheel` (by name) unless it is a slew, and a "
-        "wheel has one friction step and one other event. `target` is a quaternion, scalar first. "
-        "`sensor` is a measured field: `attitude`, `rate` or `wheel_speed`; an `axis` (`x`, `y`, "
-        "`z`) of `rate` or a `wheel` of `wheel_speed` may be named, or all elements are "
-        "hit. A sensor may have several faults. `magnitude` of a spike is in the unit of the "
-        "field.",
+        "Each event has a unique `name` and a `kind`; all kinds except a slew and sensor faults "
+        "have a `wheel` (by name). A wheel can have one friction step and one other event. `target` is a "
+        "quaternion, scalar first. `sensor` is a measured field: `attitude`, `rate` or "
+        "`wheel_speed`. Name an `axis` (`x`, `y`, `z`) of `rate` or a `wheel` of `wheel_speed` to "
+        "affect only this element. A sensor may have several faults. `magnitude` of a spike is in "
+        "the unit of the field.",
         "",
     ]
     for kind, (meaning, keys) in EVENTS.items():

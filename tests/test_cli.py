@@ -325,7 +325,7 @@ def test_tolerances_on_the_command_line(run, tmp_path):
     tolerant = ("--inertia", "1.5e-3 +- 1 %", "--current-scale", "1.02 ± 0.5 %")
     code, out, err = run(*words, *tolerant, "--out", tmp_path)
     assert code == 0
-    assert "share in variance" in err
+    assert "share of variance" in err
     found = json.loads(out)["parameters"]
     shares = found["motor_constant"]["variance_shares"]
     assert shares["inertia"] / shares["current_scale"] == pytest.approx(4.0, rel=0.01)

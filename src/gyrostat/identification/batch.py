@@ -1,7 +1,8 @@
 """Batch identification of a wheel from records of current and speed.
 
-The cost of a wheel that sticks has more than one minimum: where the result of the first start does
-not look like one that explains the records, others are tried, and the best one is kept.
+If the wheel model can stick, the cost has more than one minimum. If the first start value leads to
+a result that does not explain the records, other start values are tried and the best result is
+kept.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -31,20 +32,20 @@ from gyrostat.telemetry import Record
 
 DEFAULT_ITERATIONS = 50
 RESTARTS = ((1.0, 0.9), (1.0, 0.7), (2.0, 1.0))
-"""Factors on the motor constant and the friction torques that the records give as first values: a
-wheel that turns more easily than the right one still moves wherever the records do."""
+"""Factors on the start values of motor constant and friction torques. A wheel that turns more
+easily than the real one still moves whenever the records do."""
 EXCESS = 1.25
-"""Residuals, over the noise, from which a result does not explain its records."""
+"""Rms residual over noise above which a result does not explain its records."""
 EXPLAINED = 0.7
-"""Residuals, over the noise that the records show, below which no pattern in them matters."""
+"""Rms residual over noise below which patterns in the residuals are ignored."""
 CHANCE = 1e-4
-"""Probability below which a pattern in the residuals is none of chance."""
+"""P-value below which a pattern in the residuals is not attributed to chance."""
 
 
 def _given_sigmas(
     speed_sigma: float | Sequence[float] | None, count: int
 ) -> tuple[float, ...] | None:
-    """The stated noise of each record, rad/s, or None."""
+    """Stated noise of each record, rad/s, or None."""
     if speed_sigma is None:
         return None
     given = np.atleast_1d(np.asarray(speed_sigma, dtype=float)).tolist()
@@ -56,7 +57,7 @@ def _given_sigmas(
 
 
 def _explains(outcome: Outcome, measure: Measurements, loss: Loss, noise: Sequence[float]) -> bool:
-    """Whether a result leaves nothing but noise, as the records themselves show it (rad/s)."""
+    """Whether the residuals are only noise, of the level found in the records, rad/s."""
     parts = measure.by_record(outcome.solution.residual)
     levels = residual_levels(parts, len(outcome.solution.x), loss)
     if not outcome.solution.converged or max(levels) > EXCESS:
@@ -70,7 +71,7 @@ def _explains(outcome: Outcome, measure: Measurements, loss: Loss, noise: Sequen
 
 
 def _starts(selection: Selection, prediction: SpeedPrediction) -> Iterator[Selection]:
-    """The start asked for, the one that the records give, and others around it."""
+    """The requested start, the start values from the records, and variations of them."""
     yield selection
     own = replace(selection, values=selection.fallback, told=frozenset())
     if not np.array_equal(selection.values, own.values):
@@ -92,7 +93,7 @@ def _search(
     noise: Sequence[float],
     on_progress: Progress | None,
 ) -> Outcome | None:
-    """The best end of all starts tried, or None where the modelled wheel sticks in each."""
+    """Best result of all starts tried; None if the modelled wheel sticks for each of them."""
     ended: list[Outcome] = []
     for first in _starts(selection, measure.prediction):
         outcome = run_stages(first, measure, loss, max_iterations, on_progress)
@@ -100,7 +101,7 @@ def _search(
             ended.append(outcome)
             if _explains(outcome, measure, loss, noise):
                 break
-    # of two minima that are as good as each other, the one that was reached
+    # of two equally good minima, prefer the one that converged
     return min(ended, key=lambda o: o.solution.cost + (not o.solution.converged), default=None)
 
 
@@ -121,41 +122,43 @@ def identify(
     tolerance: Mapping[str, float] | None = None,
     white_noise: bool = False,
 ) -> Fit:
-    """Identify a wheel from one or several records fitted together.
+    """Identify a wheel from one or several records, fitted together.
 
-    Carrara and Kuga, eqs. (3)-(16). By default motor_constant and the friction torques are
+    Carrara and Kuga, eqs. (3)-(16). By default the motor constant and the friction torques are
     estimated, with the initial speed of each record; inertia, current_bias and the Stribeck speed
     are held.
 
-    The least-squares fit is where the model is linearised; the estimates and their uncertainty are
-    averaged over effects that may act beside it (`gyrostat.identification.averaging`).
+    The model is linearised at the least-squares fit. Estimates and uncertainty are then averaged
+    over hypotheses on effects outside the model (`gyrostat.identification.averaging`).
 
     Args:
-        records: of one wheel.
-        inertia: kg·m²; held unless `free` names it.
-        model: name of the friction model.
-        hold: name -> value to hold it at, SI, or None for its default.
-        free: further names to estimate.
-        prior: name -> a-priori mean and sigma, SI; such a name is estimated as well. Without one
-            only a very wide a-priori keeps the problem regular.
-        start: name -> first value, SI; otherwise the a-priori mean, otherwise from the record.
-        speed_sigma: standard deviation of the measured speed, rad/s, one for all records or one for
-            each. Without it the residuals of each record give it, and all sigmas scale with it.
+        records: Records of one wheel.
+        inertia: Rotor inertia, kg·m²; held unless `free` names it.
+        model: Name of the friction model.
+        hold: Name -> value at which it is held, SI, or None for its default.
+        free: Names of further parameters to estimate.
+        prior: Name -> a-priori mean and standard deviation, SI; the parameter is then estimated.
+            All other parameters have a very wide a-priori distribution, which keeps the problem
+            regular.
+        start: Name -> start value, SI; by default the a-priori mean or a value from the records.
+        speed_sigma: Standard deviation of the measured speed, rad/s, one for all records or one for
+            each. By default it is estimated from the residuals of each record. All sigmas scale
+            with it.
         loss: "quadratic", "huber" or "student".
-        current_hold: "zero-order" or "linear": the current between samples.
-        max_iterations: corrections at most from one start, all stages together; by default
+        current_hold: Current between samples, "zero-order" or "linear".
+        max_iterations: Largest number of iterations from one start, over all stages; by default
             `DEFAULT_ITERATIONS`.
-        on_progress: called with the stage, the count and the cost after each correction.
-        tolerance: name -> one sigma, as a share of the value, of what is given: "inertia",
-            "current_scale", "speed_scale", "clock" (true over recorded time).
-        white_noise: take the friction model in white noise for the whole truth: plain least
-            squares, whose uncertainty real wheels exceed.
+        on_progress: Called after each iteration with the stage, the iteration count and the cost.
+        tolerance: Name -> relative standard deviation of a given value: "inertia", "current_scale",
+            "speed_scale", "clock" (true over recorded time).
+        white_noise: Whether to assume that the friction model with white noise is exact (plain
+            least squares). The resulting uncertainty is too small for real wheels.
 
     Returns:
-        The fit; its `converged` says whether it is one.
+        The fit; `converged` says whether it is valid.
 
     Raises:
-        InputError: the request or the records cannot give an estimate.
+        InputError: The arguments or the records do not allow an estimate.
     """
     records = as_records(records)
     chosen_loss = loss_named(loss)

@@ -17,24 +17,24 @@ from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import ViscousCoulomb
 
 MIN_SAMPLES = 10
-"""Fewest speeds of a coast: fewer show neither its slope nor its bend."""
+"""Smallest number of speed samples in a coast-down; fewer do not determine slope and curvature."""
 NO_CURRENT = 1e-3
-"""Share of the largest current of a record below which the motor counts as switched off."""
+"""Current, relative to the largest of the record, below which the motor counts as switched off."""
 ZERO = 4.0
-"""Standard deviations of its noise within which a current counts as zero."""
+"""Current, in standard deviations of its noise, below which it counts as zero."""
 SLOW = 0.05
-"""Share of its first speed below which a coast is left out: friction may rise again there."""
+"""Speed, relative to the first one, below which a coast-down ends: Stribeck friction may occur."""
 TURNING = 5.0
-"""Standard deviations of the speed that a coast must lose for its slope to mean anything."""
+"""Smallest loss of speed in a coast-down, in standard deviations of the speed."""
 
 
 @dataclass(frozen=True)
 class Coast:
-    """A stretch without current.
+    """Interval without current.
 
     Attributes:
-        time: (m,) s from its start.
-        speed: (m,) size of the measured speed in the sense of rotation at its start, rad/s.
+        time: Time from the start of the interval, (m,), s.
+        speed: Measured speed, (m,), rad/s, positive in the sense of rotation at the start.
     """
 
     time: Vector
@@ -46,16 +46,16 @@ def coasting_speed(
 ) -> tuple[Vector, Matrix]:
     """Speed of a wheel that coasts to rest, and its derivatives.
 
-    w = w0 exp(-b t/J) - c/b (1 - exp(-b t/J)) until it is zero, and zero from then on.
+    w = w0 exp(-b t/J) - c/b (1 - exp(-b t/J)) until it reaches zero, and zero afterwards.
 
     Args:
-        time: (m,) s.
+        time: Time, (m,), s.
         initial: w0, rad/s.
         viscous: b/J, 1/s.
         coulomb: c/J, rad/s².
 
     Returns:
-        The speed, (m,), and its derivatives with respect to b/J, c/J and w0, (m, 3).
+        Speed, (m,), and its derivatives with respect to b/J, c/J and w0, (m, 3).
     """
     decay = np.exp(-viscous * time)
     lost, bend = relaxed_time(time, viscous)
@@ -66,7 +66,7 @@ def coasting_speed(
 
 
 def _switched_off(record: Record) -> list[NDArray[np.intp]]:
-    """Stretches, as sample numbers, in which the current is zero but for its noise and rounding."""
+    """Intervals, as sample indices, in which the current is zero within noise and quantisation."""
     second = np.abs(np.diff(record.current, 2))
     noise = NORMAL_MAD * float(np.median(second)) / np.sqrt(6.0) if len(second) else 0.0
     least = NO_CURRENT * float(np.max(np.abs(record.current)))
@@ -74,7 +74,7 @@ def _switched_off(record: Record) -> list[NDArray[np.intp]]:
     off = np.abs(record.current) <= level
     edges = np.flatnonzero(np.diff(np.concatenate([[False], off, [False]]).astype(int)))
     stretches = [np.arange(first, last) for first, last in edges.reshape(-1, 2)]
-    # small currents are within the noise one by one, but not in the mean
+    # a small current may be hidden by the noise of single samples, but not in the mean
     return [
         s
         for s in stretches
@@ -83,24 +83,24 @@ def _switched_off(record: Record) -> list[NDArray[np.intp]]:
 
 
 def find_coasts(record: Record, noise: float) -> list[Coast]:
-    """Find where a turning wheel was left without current, as far as it keeps turning.
+    """Find intervals in which a turning wheel was left without current, until it stops.
 
     Args:
-        record: of one wheel.
-        noise: standard deviation of a measured speed, rad/s.
+        record: Record of one wheel.
+        noise: Standard deviation of a measured speed, rad/s.
     """
     slowest = max(TURNING * noise, 2.0 * (quantum(record.speed[record.valid]) or 0.0))
     coasts = []
     for stretch in _switched_off(record):
-        # the current of a sample holds until the next one, whose speed still belongs to the coast
+        # the current of a sample is held until the next one, whose speed still belongs to the coast
         stretch = np.append(stretch, stretch[-1] + 1)
         stretch = stretch[stretch < len(record.time)]
         stretch = stretch[record.valid[stretch]]
         if len(stretch) < MIN_SAMPLES:
             continue
-        from scipy.ndimage import median_filter  # slow to import, and rarely needed
+        from scipy.ndimage import median_filter  # slow to import and rarely needed
 
-        # noise must not choose where the coast ends: medians over neighbours tell
+        # noise must not determine the end of the coast: use medians of neighbouring samples
         smooth = median_filter(record.speed[stretch], MIN_SAMPLES // 2, mode="nearest")
         sense = np.sign(smooth[0])
         turning = sense * smooth > max(slowest, SLOW * abs(smooth[0]))
@@ -114,7 +114,7 @@ def find_coasts(record: Record, noise: float) -> list[Coast]:
 
 
 def _start(coasts: Sequence[Coast]) -> Vector:
-    """b/J, c/J and the initial speeds by linear regression on the integrated equation of motion."""
+    """B/J, c/J and the initial speeds by linear regression on the integrated equation of motion."""
     rows, right = [], []
     for k, coast in enumerate(coasts):
         steps = 0.5 * (coast.speed[1:] + coast.speed[:-1]) * np.diff(coast.time)
@@ -133,24 +133,24 @@ def identify_coast(
     hold: Mapping[str, float | None] | None = None,
     speed_sigma: float | None = None,
 ) -> Fit:
-    """Identify viscous and Coulomb friction from coast-downs at known inertia.
+    """Identify viscous and Coulomb friction from coast-downs, with known inertia.
 
-    One of the dedicated experiments that Carrara and Kuga, "Estimating friction parameters in
-    reaction wheels for attitude control", compare with as deterministic methods. Every coast has
-    its own initial speed; viscous and Coulomb friction are common. Nonlinear least squares on the
-    closed solution, until shortly before the stop: a Stribeck curve may rise there.
+    One of the bench experiments that Carrara and Kuga, "Estimating friction parameters in reaction
+    wheels for attitude control", call deterministic methods. Every coast-down has its own initial
+    speed; viscous and Coulomb friction are common. The closed solution is fitted by nonlinear least
+    squares and ends shortly before the stop, where a Stribeck curve may rise.
 
     Args:
-        records: of one wheel.
-        inertia: kg·m².
-        hold: motor_constant, N·m/A, to complete the wheel model; it is not used otherwise.
-        speed_sigma: standard deviation of the measured speed, rad/s, otherwise from the residuals.
+        records: Records of one wheel.
+        inertia: Rotor inertia, kg·m².
+        hold: motor_constant, N·m/A, to complete the wheel model; otherwise unused.
+        speed_sigma: Standard deviation of the measured speed, rad/s; by default from the residuals.
 
     Returns:
-        The fit; `Fit.predicted` is empty, since only the coasts are modelled.
+        The fit. `Fit.predicted` is empty, since only the coast-downs are modelled.
 
     Raises:
-        InputError: no inertia, or no coast in the records.
+        InputError: No inertia is given, or the records contain no coast-down.
     """
     records = as_records(records)
     check_sigma(speed_sigma)

@@ -1,4 +1,4 @@
-"""Segment a noisy speed signal into straight lines."""
+"""Segmentation of a noisy speed signal into straight lines."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -10,23 +10,23 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.telemetry import Record
 
 LINE_PARAMETERS = 4
-"""Level, slope, scatter and end of one line: what each costs by the Bayesian criterion."""
+"""Parameters of one line in the Bayesian criterion: level, slope, scatter and end."""
 LONGEST_SEARCH = 3000
-"""Points in the search for lines: a longer run is searched in means of neighbouring samples."""
+"""Largest number of points in the search; longer records are reduced by averaging neighbours."""
 JUMP_SAMPLES = 5
-"""Samples on either side over which a jump between two lines is measured."""
+"""Number of samples on either side from which a jump between two lines is computed."""
 CLEAR_MOTION = 5.0
-"""Standard deviations beyond which a line rises, or two lines jump, for certain."""
+"""Standard deviations above which the rise of a line, or a jump, is certain."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """A stretch of a record in which the speed follows a straight line.
+    """Part of a record in which the speed follows a straight line.
 
     Attributes:
-        index: (m,) its valid samples.
-        rise: of the line from its first to its last sample, rad/s.
-        scatter: standard deviation of the speeds about the line, rad/s.
+        index: Indices of its valid samples, (m,).
+        rise: Speed difference from the first to the last sample of the line, rad/s.
+        scatter: Standard deviation of the speeds about the line, rad/s.
     """
 
     index: NDArray[np.intp]
@@ -38,12 +38,12 @@ def _line_costs(sums: Matrix, last: int, floor: float) -> Vector:
     """Minus twice the log-likelihood of one line over the points first..last-1, for every first.
 
     Args:
-        sums: (6, n + 1) running sums of 1, t, t², w, t w and w².
-        last: one past the last point.
-        floor: scatter below which lines are not compared, rad/s.
+        sums: Cumulative sums of 1, t, t², w, t w and w², (6, n + 1).
+        last: Index after the last point.
+        floor: Smallest scatter that is distinguished, rad/s.
 
     Returns:
-        (last,), without the constants that all share.
+        Costs, (last,), without common constants.
     """
     count, t, tt, w, tw, ww = sums[:, last, None] - sums[:, :last]
     spread_t = tt - t * t / count
@@ -54,7 +54,7 @@ def _line_costs(sums: Matrix, last: int, floor: float) -> Vector:
 
 
 def _cuts(time: Vector, speed: Vector, floor: float) -> list[int]:
-    """Ends of the straight lines that explain a run best: optimal partitioning, exact.
+    """Indices that end the best straight lines, by optimal partitioning (exact).
 
     Jackson et al. (2005), "An algorithm for optimal partitioning of data on an interval", with the
     normal likelihood of a line of unknown scatter and the Bayesian penalty.
@@ -77,13 +77,13 @@ def _cuts(time: Vector, speed: Vector, floor: float) -> list[int]:
 
 
 def straight_lines(record: Record, start: int, stop: int, floor: float) -> list[Line]:
-    """Cut a part of a record into the straight lines that explain its speed best.
+    """Divide a part of a record into the straight lines that explain its speed best.
 
     Args:
-        record: missing speeds are skipped.
-        start: first sample.
-        stop: one past the last sample.
-        floor: noise of the speed, rad/s: a smaller scatter is not told apart.
+        record: Record; missing speeds are skipped.
+        start: Index of the first sample.
+        stop: Index after the last sample.
+        floor: Noise of the speed, rad/s: smaller scatter is not distinguished.
     """
     index = start + np.flatnonzero(record.valid[start:stop])
     if len(index) == 0:
@@ -107,12 +107,12 @@ def _line(record: Record, index: NDArray[np.intp]) -> Line:
 
 
 def fastest_acceleration(record: Record, lines: list[Line], floor: float) -> float:
-    """Largest acceleration that the lines of a record show for certain, rad/s²; zero for none.
+    """Largest acceleration that the lines of a record certainly show, rad/s²; zero if none.
 
     Args:
-        record: of the lines.
-        lines: in time order.
-        floor: noise of the speed, rad/s.
+        record: Record of the lines.
+        lines: Lines in time order.
+        floor: Noise of the speed, rad/s.
     """
     found = [0.0]
     for line in lines:

@@ -1,8 +1,8 @@
 """Find plateaus of steady speed in a record.
 
-The speed of a record is cut into straight lines, as many as its noise supports. A line is a plateau
-where the wheel clearly turns, and where the drift of its speed is neither significant nor able to
-take a torque that matters. Nothing here depends on what drives the wheel.
+The speed of a record is approximated by straight lines, as many as its noise supports. A line is a
+plateau if the wheel clearly turns and if the speed drift is neither significant nor large enough to
+need a relevant torque. The method does not depend on how the wheel is driven.
 """
 
 from dataclasses import dataclass
@@ -17,41 +17,41 @@ from gyrostat.identification.statistics import NORMAL_MAD, correlation_length, q
 from gyrostat.telemetry import Record
 
 MIN_SAMPLES = 16
-"""Fewest speeds of a line that may be a plateau: fewer do not show their own scatter."""
+"""Smallest number of speed samples in a plateau; with fewer, their scatter is unknown."""
 CLEAR = 3.0
 """Standard deviations beyond which a drift or a difference of means is significant."""
 SMALL = 0.005
-"""Share of a current below which it does not matter that a part of a line differs from the rest."""
+"""Relative difference of a current below which it is ignored."""
 SMALL_DRIFT = 0.001
-"""Share of the fastest acceleration of the record below which a drift does not matter, significant
-or not: it takes about this share of the torque that the drive can give."""
+"""Drift, relative to the fastest acceleration of the record, below which it is ignored even if it
+is significant: it needs about this fraction of the largest motor torque."""
 POSSIBLE_DRIFT = 0.01
-"""Largest share that a drift may have within its uncertainty: a line that is too short to tell a
-plateau from a piece of a ramp is neither."""
+"""Largest relative drift within its uncertainty. A line for which a larger drift is possible is too
+short to be classified as a plateau."""
 PARTS = 8
-"""Parts of a line that are compared: one at an end whose mean speed or current stands out from the
-rest belongs to a transient, and is left out as long as half of the line remains."""
+"""Parts into which a line is divided. An end part whose mean speed or current differs significantly
+from the rest is a transient and is removed, as long as half of the line remains."""
 CLEAR_OF_REST = 2.0
-"""Scatters by which a steady speed must differ from zero: a wheel at rest shows no curve."""
+"""Steady speed over its scatter, below which the wheel counts as resting."""
 RESOLUTION = 1e-4
-"""Scatter, as a share of the root mean square speed, below which speeds count as equal."""
+"""Scatter, relative to the rms speed, below which speeds count as equal."""
 
 
 @dataclass(frozen=True)
 class Plateau:
-    """A stretch of steady speed.
+    """Interval of steady speed.
 
     Attributes:
-        start: first sample.
-        stop: one past the last sample.
-        speed: mean, rad/s.
-        speed_sigma: standard deviation of this mean, rad/s.
-        scatter: standard deviation of one measured speed about the mean, rad/s.
-        current: mean, A.
-        current_sigma: standard deviation of this mean, A.
-        drift: slope of a straight line through the speeds, rad/s².
-        drift_sigma: its standard deviation, rad/s².
-        count: valid speeds in it.
+        start: Index of the first sample.
+        stop: Index after the last sample.
+        speed: Mean speed, rad/s.
+        speed_sigma: Standard deviation of the mean speed, rad/s.
+        scatter: Standard deviation of one measured speed about the mean, rad/s.
+        current: Mean current, A.
+        current_sigma: Standard deviation of the mean current, A.
+        drift: Slope of a straight line fitted to the speeds, rad/s².
+        drift_sigma: Standard deviation of the drift, rad/s².
+        count: Number of valid speed samples.
     """
 
     start: int
@@ -67,9 +67,9 @@ class Plateau:
 
 
 def _noise(speed: Vector) -> float:
-    """Noise of a speed, rad/s, also where it is correlated, if over less than a plateau.
+    """Noise of a speed signal, rad/s, white or correlated over less than a plateau.
 
-    From second differences over several strides; the median makes them deaf to motion.
+    From second differences over several strides; their median is insensitive to motion.
     """
     levels = []
     for stride in (1, MIN_SAMPLES // 2, MIN_SAMPLES):
@@ -80,12 +80,12 @@ def _noise(speed: Vector) -> float:
 
 
 def _hidden(misfit: Vector, step: float | None) -> float:
-    """Standard deviation of what rounding hides from the mean of some samples.
+    """Standard deviation of the mean's error that quantisation causes.
 
     Args:
-        misfit: (m,) distance of the samples from their mean or trend.
-        step: quantum of the samples, or None. Scatter well above it makes rounding average out,
-            scatter below it leaves a mean as uncertain as one rounded sample.
+        misfit: Distance of the samples from their mean or trend, (m,).
+        step: Quantisation step, or None. If the scatter is well above the step, quantisation errors
+            average out. If it is below, the mean is as uncertain as one quantised sample.
     """
     if step is None:
         return 0.0
@@ -97,8 +97,8 @@ def mean_sigma(samples: Vector, step: float | None) -> float:
     """Standard deviation of the mean of a stationary series.
 
     Args:
-        samples: (m,) in time order, m >= 2; serial correlation is allowed for.
-        step: quantum of the samples, or None.
+        samples: Samples in time order, (m,), m >= 2; serial correlation is taken into account.
+        step: Quantisation step of the samples, or None.
     """
     count = len(samples)
     misfit = samples - samples.mean()
@@ -107,22 +107,22 @@ def mean_sigma(samples: Vector, step: float | None) -> float:
 
 
 def _drift(time: Vector, speed: Vector, step: float | None, least: float) -> tuple[float, float]:
-    """Drift of a speed and its standard deviation, rad/s², as `mean_sigma` judges a mean.
+    """Drift of a speed and its standard deviation, rad/s², with the noise model of `mean_sigma`.
 
-    The standard deviation is at least that for independent noise of level `least`, rad/s.
+    The standard deviation is at least that for independent noise of `least`, rad/s.
     """
     t = time - time.mean()
     power = float(t @ t)
     rate = float(t @ speed) / power
     misfit = speed - speed.mean() - rate * t
     meat = serial_meat((t * misfit)[:, None], correlation_length(misfit))[0, 0] / power**2
-    # rounding that does not average out hides a difference between the two ends
+    # quantisation that does not average out hides a difference between the two ends
     ends = np.sqrt(2.0) * _hidden(misfit, step) / (time[-1] - time[0])
     return rate, float(np.hypot(np.sqrt(max(meat, least**2 / power)), ends))
 
 
 def _settled(record: Record, line: Line, least: float) -> NDArray[np.intp]:
-    """Samples of a line without the ends that stand out from the rest of it."""
+    """Samples of a line without the end parts that differ from the rest."""
     parts = np.array_split(line.index, PARTS)
 
     def stands_out(part: NDArray[np.intp], rest: NDArray[np.intp]) -> bool:
@@ -146,22 +146,22 @@ def _settled(record: Record, line: Line, least: float) -> NDArray[np.intp]:
 
 
 def _level(drift: float, sigma: float, fastest: float) -> bool:
-    """Whether a drift does not matter in a record with some fastest acceleration, all rad/s²."""
+    """Whether a drift can be ignored in a record with a given fastest acceleration, all rad/s²."""
     level = abs(drift) <= max(CLEAR * sigma, SMALL_DRIFT * fastest)
     return level and (fastest == 0.0 or abs(drift) + CLEAR * sigma <= POSSIBLE_DRIFT * fastest)
 
 
 def find_plateaus(record: Record, speed_sigma: float | None = None) -> list[Plateau]:
-    """Find where a wheel turned at steady speed.
+    """Find intervals in which a wheel turned at steady speed.
 
-    Lines end where the setpoint changes, if the record has one; otherwise the speed alone tells.
+    Lines end where the setpoint changes, if the record has one; otherwise only the speed is used.
 
     Args:
-        record: of one wheel; uneven sampling, quantised and missing speeds are taken as they are.
-        speed_sigma: standard deviation of a measured speed, rad/s, otherwise from the record.
+        record: Record of one wheel; may have uneven sampling, quantised and missing speeds.
+        speed_sigma: Standard deviation of a measured speed, rad/s; by default from the record.
 
     Returns:
-        Plateaus in time order, those at rest left out.
+        Plateaus in time order, without those at rest.
     """
     valid = record.speed[record.valid]
     speed_step, current_step = quantum(valid), quantum(record.current)

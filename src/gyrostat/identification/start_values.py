@@ -1,7 +1,7 @@
 """Start values from the integrated equation of motion, which is linear.
 
-w(t) - w(0) = (k_m/J) int I - (b/J) int w - (c/J) int sgn(w): no derivative of the noisy speed is
-taken, no start is needed, and no wheel can stick in it.
+w(t) - w(0) = (k_m/J) int I - (b/J) int w - (c/J) int sgn(w). This needs no derivative of the noisy
+speed and no start values of its own, and no simulated wheel that could stick.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,25 +16,25 @@ from gyrostat.identification.statistics import noise_level
 from gyrostat.telemetry import Record
 
 SMOOTHING = 9
-"""Speeds in the running mean that tells the sense of rotation."""
+"""Samples in the running mean that determines the sense of rotation."""
 CLEAR = 2.0
-"""Standard deviations of one speed by which that mean must differ from zero."""
+"""Running mean, in standard deviations of one speed, above which the sense of rotation is known."""
 MIN_SAMPLES = 10
-"""Fewest speeds of a stretch of motion."""
+"""Smallest number of speed samples in an interval of motion."""
 
 
 @dataclass(frozen=True)
 class StartValues:
-    """Ratios that records show without knowledge of the inertia.
+    """Parameter ratios that records determine without knowledge of the inertia.
 
     Attributes:
         motor: k_m/J, rad/s²/A.
         viscous: b/J, 1/s.
         coulomb: c/J, rad/s².
-        initial_speeds: (records,) rad/s.
-        speed_level: root mean square of all speeds, rad/s.
-        current_level: root mean square of all currents, A.
-        span: duration of the longest record, s.
+        initial_speeds: Initial speed of each record, (records,), rad/s.
+        speed_level: Root mean square of all speeds, rad/s.
+        current_level: Root mean square of all currents, A.
+        span: Duration of the longest record, s.
     """
 
     motor: float
@@ -46,7 +46,7 @@ class StartValues:
     span: float
 
     def inertia(self, known: Mapping[str, float]) -> float | None:
-        """Inertia, kg·m², as known, or from a known motor constant, or None."""
+        """Inertia, kg·m², if known, or from a known motor constant; otherwise None."""
         if "inertia" in known:
             return known["inertia"]
         if "motor_constant" in known and self.motor != 0.0:
@@ -59,11 +59,11 @@ class StartValues:
         """Start values of all parameters of a prediction, SI.
 
         Args:
-            prediction: records and friction model.
-            known: values that are given; the inertia or the motor constant sets the torque scale.
+            prediction: Records and friction model.
+            known: Given values; the inertia or the motor constant sets the torque scale.
 
         Returns:
-            Name -> value; without the wheel's parameters where the torque scale is not known.
+            Name -> value; without the wheel's parameters if the torque scale is unknown.
         """
         speeds = dict(zip(prediction.initial_speeds, self.initial_speeds.tolist(), strict=True))
         first: dict[str, float] = {"current_bias": 0.0, **speeds}
@@ -75,16 +75,16 @@ class StartValues:
         return first
 
     def size(self, name: str, dimension: str, inertia: float, motor_constant: float) -> float:
-        """Size, SI, that a parameter would have if it mattered as much as the motor torque does.
+        """Value, SI, at which a parameter would have as much effect as the motor torque.
 
         Args:
-            name: of the parameter.
-            dimension: of the parameter.
-            inertia: kg·m².
-            motor_constant: N·m/A.
+            name: Name of the parameter.
+            dimension: Dimension of the parameter.
+            inertia: Rotor inertia, kg·m².
+            motor_constant: Motor constant, N·m/A.
         """
         torque = inertia * max(abs(self.motor) * self.current_level, self.speed_level / self.span)
-        # without a current, one that would do what friction does
+        # without a current: the current that would balance friction
         current = self.current_level or torque / (abs(motor_constant) or 1.0)
         sizes = {
             "torque": torque,
@@ -98,17 +98,17 @@ class StartValues:
 
 
 def _trapezoidal(values: Vector, time: Vector) -> Vector:
-    """Running integral by straight lines, (N,); scipy's costs half a second of imports."""
+    """Cumulative trapezoidal integral, (N,). Importing SciPy's would take half a second."""
     areas = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
     return np.concatenate([[0.0], np.cumsum(areas)])
 
 
 def _stretches(record: Record, speed: Vector, noise: float) -> list[tuple[int, int]]:
-    """Parts of a record, first and one past last sample, in which the wheel turns in one sense.
+    """Intervals (first index, index after the last) in which the wheel turns in one sense.
 
-    The whole record where there is none.
+    The whole record if there is none.
     """
-    # single noisy speeds would cut a stretch: a running mean tells
+    # single noisy samples would split an interval: use a running mean
     width = min(SMOOTHING, len(speed))
     smooth = np.convolve(speed, np.full(width, 1.0 / width), mode="same")
     sense = np.where(np.abs(smooth) > CLEAR * noise, np.sign(smooth), 0.0)
@@ -122,15 +122,16 @@ def _stretches(record: Record, speed: Vector, noise: float) -> list[tuple[int, i
 
 
 def integral_regression(records: Sequence[Record]) -> StartValues:
-    """Linear least squares on the integrated equation of motion, over each stretch of motion alone.
+    """Linear least squares on the integrated equation of motion, over each interval of motion.
 
-    At rest friction only answers the motor, whatever its parameters: rest belongs to no stretch.
+    Intervals at rest are excluded: there friction equals the motor torque, whatever its parameters.
 
     Args:
-        records: at least one; missing speeds are bridged by straight lines.
+        records: At least one record; missing speeds are interpolated linearly.
 
     Returns:
-        Start values, with c/J kept below the largest drive so that the modelled wheel turns.
+        Start values. c/J is limited to less than the largest motor torque so that the modelled
+        wheel turns.
     """
     blocks, rights, speeds, firsts = [], [], [], []
     for record in records:
@@ -148,7 +149,7 @@ def integral_regression(records: Sequence[Record]) -> StartValues:
             blocks.append(np.column_stack([own, -sense * (time[used] - time[first])]))
             rights.append(speed[used])
         speeds.append(speed)
-    # each stretch starts at a speed of its own, which its means take out
+    # each interval starts at its own speed, which subtracting the means eliminates
     rows = np.vstack([block - block.mean(axis=0) for block in blocks])
     right = np.concatenate([part - part.mean() for part in rights])
     size = np.linalg.norm(rows, axis=0)

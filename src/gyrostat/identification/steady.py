@@ -25,7 +25,7 @@ from gyrostat.wheel.friction import Friction, Stribeck, ViscousCoulomb
 def _choose(
     model: str | None, hold: Mapping[str, float | None]
 ) -> tuple[type[Friction], type[Friction] | None]:
-    """The friction model to fit, and one to prefer where the plateaus clearly support it."""
+    """Friction model to fit, and one to prefer if the plateaus clearly support it."""
     if model is not None:
         return friction_model(model), None
     if set(hold) & set(Stribeck.dimensions()) - set(ViscousCoulomb.dimensions()):
@@ -72,34 +72,34 @@ def identify_steady(
     model: str | None = None,
     speed_sigma: float | None = None,
 ) -> Fit:
-    """Identify the friction curve from steady speeds: k_m I = F(w) while the speed stays level.
+    """Identify the friction curve from steady speeds, where k_m I = F(w).
 
-    The dedicated friction experiment of Carrara and Milani (2007), one of those that Carrara and
-    Kuga, "Estimating friction parameters in reaction wheels for attitude control", compare with as
-    deterministic methods; also where a drive runs in speed mode. Plateaus are found by
-    `gyrostat.identification.plateaus`; each gives one point of the curve, its uncertainty from the
-    scatter of its samples, correlation and rounding allowed for. Where the points scatter about
-    the curve by more than that, all sigmas are scaled up to it.
+    The friction experiment of Carrara and Milani (2007), one of those that Carrara and Kuga,
+    "Estimating friction parameters in reaction wheels for attitude control", call deterministic
+    methods. It can also be used with a drive in speed mode. `gyrostat.identification.plateaus`
+    finds the plateaus. Each gives one point of the curve; its uncertainty follows from the scatter
+    of its samples, with correlation and quantisation taken into account. If the points scatter more
+    about the curve than that, all sigmas are scaled up accordingly.
 
-    No speed is modelled (`Fit.predicted` is empty): the current that a speed loop shows at its
-    samples is not the one that it fed between them, and does not reproduce the speed.
+    The speed is not modelled (`Fit.predicted` is empty). Between samples, the current of a speed
+    loop differs from the recorded one and would not reproduce the speed.
 
     Args:
-        records: of one wheel.
-        inertia: kg·m²; takes the torque of what drift is left in a plateau off its point.
-        hold: name -> value, SI, or None for its default; motor_constant must be among them, since
-            currents and speeds show friction only as a multiple of it.
-        model: friction model; by default "viscous-coulomb", or "stribeck" where `hold` or clear
-            evidence at low speeds asks for it. Its Stribeck speed is estimated, unless held or the
-            plateaus do not show it: then held at its default.
-        speed_sigma: standard deviation of the measured speed, rad/s, otherwise from the records.
+        records: Records of one wheel.
+        inertia: Rotor inertia, kg·m²; if given, the torque of the remaining drift is subtracted.
+        hold: Name -> value, SI, or None for its default. It must contain motor_constant, because
+            currents and speeds determine friction only as a multiple of it.
+        model: Friction model; by default "viscous-coulomb", or "stribeck" if `hold` or clear
+            evidence at low speeds requires it. The Stribeck speed is estimated unless it is held.
+            If the plateaus do not determine it, it is held at its default.
+        speed_sigma: Standard deviation of the measured speed, rad/s; by default from the records.
 
     Returns:
-        The fit, its points in `friction_points`.
+        The fit, with its points in `friction_points`.
 
     Raises:
-        InputError: motor_constant is not held, a held value is none that a wheel has, or the
-            records show fewer plateaus than the friction has parameters.
+        InputError: motor_constant is not held, a held value is impossible for a wheel, or the
+            records have fewer plateaus than the friction model has parameters.
     """
     records = as_records(records)
     check_sigma(speed_sigma)

@@ -14,22 +14,22 @@ from gyrostat.identification.fit import Fit
 from gyrostat.telemetry import Record
 
 DISTINCT = 2.0
-"""°C that mean temperatures must span before a trend is worth asking for."""
+"""Smallest span of mean temperatures for which a trend is estimated, °C."""
 
 
 @dataclass(frozen=True)
 class TemperatureTrend:
-    """One parameter at the mean temperature of each record.
+    """Values of one parameter over the mean temperatures of the records.
 
     Attributes:
-        name: of the parameter.
-        unit: of the parameter.
-        temperature: (records,) °C.
-        value: (records,) SI.
-        sigma: (records,) SI.
-        slope: change per °C, weighted straight line through the values, SI/°C.
-        slope_sigma: its standard deviation, scaled up where the values scatter about the line by
-            more than their own.
+        name: Name of the parameter.
+        unit: Unit of the parameter.
+        temperature: Mean temperature of each record, (records,), °C.
+        value: Value from each record, (records,), SI.
+        sigma: Standard deviation of each value, (records,), SI.
+        slope: Change per °C, from a weighted straight line through the values, SI/°C.
+        slope_sigma: Standard deviation of the slope, scaled up if the values scatter about the line
+            by more than their own standard deviations.
     """
 
     name: str
@@ -41,7 +41,7 @@ class TemperatureTrend:
     slope_sigma: float
 
     def to_dict(self) -> dict[str, object]:
-        """A row of the temperature table in fit.json."""
+        """Convert to a row of the temperature table in fit.json."""
         return {
             "parameter": self.name,
             "unit": self.unit,
@@ -54,12 +54,12 @@ class TemperatureTrend:
 
 
 def _alone(options: Mapping[str, Any], place: int, count: int) -> dict[str, Any]:
-    """Arguments of `identify` for all records, as they read for one of them.
+    """Arguments of `identify` for all records, changed to those for a single record.
 
     Args:
-        options: for all.
-        place: of the record.
-        count: of all records.
+        options: Arguments for all records.
+        place: Index of the record.
+        count: Number of records.
     """
     own, several = f"initial_speed_{place + 1}", "initial_speed_"
     kept: dict[str, Any] = dict(options)
@@ -80,16 +80,16 @@ def _alone(options: Mapping[str, Any], place: int, count: int) -> dict[str, Any]
 def temperature_trends(
     records: Sequence[Record], *, on_left_out: Callable[[str], None] | None = None, **options: Any
 ) -> list[TemperatureTrend]:
-    """Fit each record alone and compare the friction across their mean temperatures.
+    """Fit each record separately and compare the friction across their mean temperatures.
 
     Args:
-        records: of one wheel.
-        on_left_out: called with a line for each record that gives no valid fit alone.
-        options: arguments of `identify` for all records together.
+        records: Records of one wheel.
+        on_left_out: Called with a message for each record that gives no valid fit by itself.
+        options: Arguments of `identify` for all records together.
 
     Returns:
-        One trend for each estimated parameter of the wheel; empty where fewer than two records
-        have a temperature and a valid fit, or their mean temperatures lie within `DISTINCT`.
+        One trend for each estimated parameter of the wheel. Empty if fewer than two records have a
+        temperature and a valid fit, or if their mean temperatures differ by less than `DISTINCT`.
     """
     temperatures: list[float] = []
     fits: list[Fit] = []
@@ -120,7 +120,7 @@ def temperature_trends(
 
 
 def _trend(name: str, temperature: Vector, fits: Sequence[Fit]) -> TemperatureTrend:
-    """A weighted straight line through one parameter of several fits."""
+    """Fit a weighted straight line to one parameter of several fits."""
     value = np.array([f.parameters[name] for f in fits])
     sigma = np.array([f.sigma[f.names.index(name)] for f in fits])
     weight = sigma**-2.0
@@ -129,7 +129,7 @@ def _trend(name: str, temperature: Vector, fits: Sequence[Fit]) -> TemperatureTr
     slope = float(np.sum(weight * centred * value) / power)
     misfit = value - np.average(value, weights=weight) - slope * centred
     freedom = len(fits) - 2
-    # a wheel differs from day to day by more than each record alone can tell
+    # a wheel varies from day to day by more than the uncertainty of each record
     excess = np.sqrt(np.sum(weight * misfit**2) / freedom) if freedom > 0 else 1.0
     return TemperatureTrend(
         name=name,

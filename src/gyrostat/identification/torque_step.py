@@ -1,4 +1,4 @@
-"""Motor constant from current steps, across which friction is continuous."""
+"""Motor constant from current steps, using that friction is continuous across a step."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,28 +17,28 @@ from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import ViscousCoulomb
 
 MIN_SAMPLES = 5
-"""Fewest speeds on either side of a step."""
+"""Smallest number of speed samples on either side of a step."""
 SMOOTHING = 15
-"""Speeds in the running mean that tells the sense of rotation."""
+"""Samples in the running mean that determines the sense of rotation."""
 CLEAR = 5.0
-"""Standard deviations by which a speed must differ from zero to have a sense of rotation."""
+"""Running mean, in its standard deviations, above which the sense of rotation is known."""
 SMALLEST_STEP = 0.05
-"""Share of the range of the current below which a change is not taken for a step."""
+"""Smallest change of current that counts as a step, relative to the range of the current."""
 STEADY = 0.2
-"""Share of a step by which the current may vary on either side of it."""
+"""Largest variation of the current on either side, relative to the step."""
 RISE = 3
-"""Samples over which a drive may spread a step of current."""
+"""Largest number of samples over which the motor driver may spread a step."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """The surroundings of one step of current, the sense of rotation unchanged.
+    """Speed around one step of current, with unchanged sense of rotation.
 
     Attributes:
-        time: (m,) s from the step.
-        speed: (m,) measured, rad/s.
-        change: of the current, A.
-        sense: of rotation, +1 or -1.
+        time: Time from the step, (m,), s.
+        speed: Measured speed, (m,), rad/s.
+        change: Change of the current, A.
+        sense: Sense of rotation, +1 or -1.
     """
 
     time: Vector
@@ -48,9 +48,9 @@ class Step:
 
 
 def _edges(current: Vector) -> list[tuple[int, int]]:
-    """Steps of a current: first sample that differs from before, and first that is as after.
+    """Edges of the current: first sample that differs from before, first sample of the new level.
 
-    Jumps of one sign that follow each other closely are one step, which a drive has spread.
+    Jumps of equal sign that follow each other closely are one step, spread by the motor driver.
     """
     jump = np.diff(current)
     quiet = NORMAL_MAD * float(np.median(np.abs(jump)))
@@ -66,16 +66,16 @@ def _edges(current: Vector) -> list[tuple[int, int]]:
 
 
 def find_steps(record: Record, noise: float) -> list[Step]:
-    """Find steps of a current that is otherwise steady, with the speeds around them.
+    """Find steps between intervals of steady current, with the speeds around them.
 
-    No speed belongs to two steps: what two of them share is divided in its middle.
+    Samples shared by two steps are divided in the middle: no sample belongs to two steps.
 
     Args:
-        record: of one wheel.
-        noise: standard deviation of a measured speed, rad/s.
+        record: Record of one wheel.
+        noise: Standard deviation of a measured speed, rad/s.
     """
     edges = [(0, 0), *_edges(record.current), (len(record.time),) * 2]
-    # cut by single noisy speeds, the last ones kept would all err one way: a running mean tells
+    # a cut at single noisy samples would bias those that remain: use a running mean
     speed = np.interp(record.time, record.time[record.valid], record.speed[record.valid])
     smooth = np.convolve(speed, np.full(SMOOTHING, 1.0 / SMOOTHING), mode="same")
     sense = np.where(np.abs(smooth) > CLEAR * noise, np.sign(smooth), 0.0)
@@ -89,7 +89,7 @@ def find_steps(record: Record, noise: float) -> list[Step]:
         if change == 0.0 or swing > STEADY * abs(change) or min(map(len, near)) < MIN_SAMPLES:
             continue
         turning = np.sign(np.median(speed[near[0][-MIN_SAMPLES:]]))
-        # a mean is only clear of a change of sense where its neighbours' means are
+        # a mean is trusted only if its neighbours' means have the same sense too
         unclear = np.convolve(sense != turning, np.ones(SMOOTHING), mode="same") > 0.5
         same = [~unclear[side] for side in near]
         kept: NDArray[np.intp] = np.concatenate(
@@ -104,7 +104,7 @@ def find_steps(record: Record, noise: float) -> list[Step]:
             middle = (found[-1][-1][-1] + kept[0]) // 2
             found[-1] = (*found[-1][:-1], found[-1][-1][found[-1][-1] < middle])
             kept = kept[kept >= middle]
-        # a step that is spread acts like one at once at the time that gives the same impulse
+        # a spread step acts like an immediate one at the time that gives the same impulse
         part = (record.current[first:at] - levels[0]) / change
         moment = float(record.time[at]) - float(part @ np.diff(record.time[first : at + 1]))
         found.append((moment, change, float(turning), kept))
@@ -115,7 +115,7 @@ def find_steps(record: Record, noise: float) -> list[Step]:
 
 
 def _start(steps: Sequence[Step]) -> tuple[float, list[Vector]]:
-    """k_m/J, and speed and acceleration at each step, as straight lines on both sides give them."""
+    """K_m/J, and speed and acceleration at each step, from straight lines on both sides."""
     first = []
     for step in steps:
         kick = step.change * np.maximum(step.time, 0.0)
@@ -131,27 +131,27 @@ def identify_torque_step(
     hold: Mapping[str, float | None] | None = None,
     speed_sigma: float | None = None,
 ) -> Fit:
-    """Identify the motor constant from steps of current at known inertia.
+    """Identify the motor constant from steps of current, with known inertia.
 
-    J (dw/dt after - dw/dt before) = k_m (I after - I before), since friction depends on the speed,
-    which does not jump. One of the dedicated experiments that Carrara and Kuga, "Estimating
-    friction parameters in reaction wheels for attitude control", compare with as deterministic
-    methods. Each step has its own speed and acceleration; the bend that viscous friction puts into
-    the speed on both sides is common to all steps of one sense of rotation and estimated with them,
-    so that long stretches may be used.
+    J (dw/dt after - dw/dt before) = k_m (I after - I before), because friction depends on speed and
+    speed does not jump. One of the bench experiments that Carrara and Kuga, "Estimating friction
+    parameters in reaction wheels for attitude control", call deterministic methods. Each step has
+    its own speed and acceleration. The curvature that viscous friction causes on both sides is
+    common to all steps of one sense of rotation and is estimated with them, so that long intervals
+    can be used.
 
     Args:
-        records: of one wheel.
-        inertia: kg·m².
-        hold: may only repeat the inertia.
-        speed_sigma: standard deviation of the measured speed, rad/s, otherwise from the residuals.
+        records: Records of one wheel.
+        inertia: Rotor inertia, kg·m².
+        hold: May only repeat the inertia.
+        speed_sigma: Standard deviation of the measured speed, rad/s; by default from the residuals.
 
     Returns:
-        The fit: the motor constant alone, no friction.
+        The fit, with the motor constant only, without friction.
 
     Raises:
-        InputError: no inertia, or no step of current in the records across which the wheel keeps
-            its sense of rotation.
+        InputError: No inertia is given, or the records contain no step of current with unchanged
+            sense of rotation.
     """
     records = as_records(records)
     check_sigma(speed_sigma)

@@ -1,4 +1,4 @@
-"""What a person reads: figures, HTML pages and the files of an answer."""
+"""Output for people: figures, HTML pages and the files of an answer."""
 
 from gyrostat.reports.feasibility import Drawn, Question, write_holdable
 from gyrostat.reports.figures import friction_figure, record_figure, residual_figure, svg

@@ -22,24 +22,24 @@ if TYPE_CHECKING:
     from gyrostat.core.types import Vector
 
 PERCENTILES = (50.0, 95.0, 99.7)
-"""Of the runs."""
+"""Percentiles of the runs in the report."""
 SHOWN = 5
-"""Drivers of a metric in the table, and worst runs."""
+"""Number of drivers per metric in the table, and of worst runs."""
 
 
 def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) -> str:
-    """Write report.json and report.html of a finished campaign; say what they hold.
+    """Write report.json and report.html of a finished campaign, and print a summary.
 
     Args:
-        folder: of the campaign.
-        command: what produced it.
-        say: takes each line for a person.
+        folder: Folder of the campaign.
+        command: Command line that produced the report.
+        say: Called with each line of the summary.
 
     Returns:
-        The text of report.json.
+        Text of report.json.
 
     Raises:
-        InputError: the folder has no finished campaign, or cannot be written.
+        InputError: The folder has no finished campaign, or cannot be written.
     """
     store = Store(folder, say)
     known = store.known()
@@ -75,7 +75,7 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
 def _content(
     scenario: Scenario, known: Campaign, columns: "dict[str, Vector]", store: Store
 ) -> dict[str, Any]:
-    """Everything that the report says, SI units."""
+    """Content of report.json, SI units."""
     status, keys = columns["status"], scenario.dispersed
     drawn = np.stack([columns[key] for key in keys], axis=1)
     ended = {
@@ -140,10 +140,10 @@ def _or_none(value: float) -> float | None:
 
 
 def told_percentile(entry: dict[str, Any], unit: str) -> tuple[str, ...]:
-    """Value and ends of the interval for a person, with digits that tell unequal ones apart.
+    """Format value and confidence limits, with enough digits to distinguish unequal ones.
 
     Args:
-        entry: Percentile as report.json has it.
+        entry: Percentile as in report.json.
         unit: Unit of the metric.
     """
     names = ("value", "low", "high")
@@ -158,7 +158,7 @@ def told_percentile(entry: dict[str, Any], unit: str) -> tuple[str, ...]:
 
 
 def _lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
-    """The outcome for a terminal."""
+    """The outcome as lines for a terminal."""
     ended = ", ".join(
         f"{count} {kind.replace('_', ' ')}" for kind, count in content["ended"].items()
     )
@@ -178,11 +178,11 @@ def _lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
 
 
 def distribution_figure(scenario: Scenario, columns: "dict[str, Vector]") -> Figure:
-    """A histogram of every metric that differs between runs, its 99.7 % percentile marked.
+    """Plot a histogram of every metric that differs between runs, with its 99.7 % percentile.
 
     Args:
-        scenario: that was flown.
-        columns: of the table of runs.
+        scenario: Scenario of the campaign.
+        columns: Columns of the table of runs.
     """
     units = metric_units(scenario.percentiles)
     finite = {name: columns[name][np.isfinite(columns[name])] for name in units}
@@ -211,17 +211,17 @@ def distribution_figure(scenario: Scenario, columns: "dict[str, Vector]") -> Fig
 def write_replay(
     known: Campaign, path: Path, run: int, *, command: str, say: Callable[[str], None]
 ) -> None:
-    """Write the page of a run that was flown again, beside its history.
+    """Write the HTML page of a replayed run beside its history.
 
     Args:
-        known: the campaign.
-        path: of the history.
-        run: number of the run.
-        command: what produced it.
-        say: takes each line for a person.
+        known: The campaign.
+        path: File of the history.
+        run: Number of the run.
+        command: Command line that produced it.
+        say: Called with each line of the summary.
 
     Raises:
-        InputError: it cannot be written.
+        InputError: The page cannot be written.
     """
     import xarray as xr
 
@@ -233,5 +233,5 @@ def write_replay(
         page = run_page(scenario, values, history, f"{scenario.name}, run {run}", command)
     with store.locked(), store.results(known) as scratch:
         (scratch / "runs" / path.with_suffix(".html").name).write_text(page, encoding="utf-8")
-    say(f"run {run} flown again: every number is that of the table, bit for bit")
+    say(f"run {run} replayed: all numbers equal those of the table of runs, bit for bit")
     say(f"written: {path}, {path.with_suffix('.html')}")

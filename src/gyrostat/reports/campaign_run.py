@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from gyrostat.campaigns.engine import Flown
 
 LEAST_SHOWN = 1e-5
-"""deg: what lies below is noise of the arithmetic."""
+"""Smallest value drawn, deg; smaller ones are rounding errors."""
 
 
 def write_run(
@@ -38,21 +38,21 @@ def write_run(
     say: Callable[[str], None],
     force: bool = False,
 ) -> str:
-    """Write the histories of a run and, beside them, its page; say what they hold.
+    """Write the histories of a run and its HTML page beside them, and print a summary.
 
     Args:
-        scenario: that was flown.
-        flown: one run with its histories.
-        out: netCDF file; the page has the same name with .html.
-        command: what produced it.
-        say: takes each line for a person.
-        force: whether to replace files that `simulate` did not write; see `gyrostat.core.outputs`.
+        scenario: Scenario of the run.
+        flown: One run with its histories.
+        out: netCDF file; the page has the same name with the suffix .html.
+        command: Command line that produced the run.
+        say: Called with each line of the summary.
+        force: Whether to replace files that `simulate` did not write; see `gyrostat.core.outputs`.
 
     Returns:
-        Status, end and metrics as JSON, SI units.
+        Status, end and metrics as JSON text, SI units.
 
     Raises:
-        InputError: a file is in the way or cannot be written.
+        InputError: A file of the user is in the way, or a file cannot be written.
     """
     values = {name: column[0].item() for name, column in flown.columns.items()}
     assert flown.histories is not None
@@ -78,14 +78,14 @@ def write_run(
 def run_page(
     scenario: Scenario, values: Mapping[str, Any], history: "xr.Dataset", title: str, command: str
 ) -> str:
-    """The page of a run.
+    """HTML page of a run.
 
     Args:
-        scenario: that was flown.
-        values: its row of the table of runs.
-        history: of the run.
-        title: of the page.
-        command: what produced it.
+        scenario: Scenario of the run.
+        values: Row of the run in the table of runs.
+        history: Histories of the run.
+        title: Title of the page.
+        command: Command line that produced the run.
     """
     return render(
         "campaign_run.html",
@@ -112,7 +112,7 @@ def _or_none(value: float) -> float | None:
 
 
 def told(value: float, unit: str, digits: int = 4) -> str:
-    """A value for a person with so many significant digits: angles in degrees."""
+    """Format a value with a number of significant digits; angles are shown in degrees."""
     if not math.isfinite(value):
         return "none"
     if unit == "rad":
@@ -121,17 +121,17 @@ def told(value: float, unit: str, digits: int = 4) -> str:
 
 
 def metric_rows(scenario: Scenario, values: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Metrics as names and entries."""
+    """Metrics as pairs of name and entry."""
     units = metric_units(scenario.percentiles)
     return [(name, told(float(values[name]), unit)) for name, unit in units.items()]
 
 
 def run_figure(scenario: Scenario, history: "xr.Dataset") -> Figure:
-    """Pointing error, body rate, wheel speeds and motor torques over time, events marked.
+    """Plot pointing error, body rate, wheel speeds and motor torques over time, with the events.
 
     Args:
-        scenario: that was flown.
-        history: of one run.
+        scenario: Scenario of the run.
+        history: Histories of the run.
     """
     time = history.time.values
     every = slice(None, None, max(1, len(time) // 6000))

@@ -1,4 +1,4 @@
-"""Files and text of a feasibility answer."""
+"""Files and text of the answer to a feasibility query."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -24,15 +24,15 @@ Row = tuple[str, str]
 
 @dataclass(frozen=True)
 class Question:
-    """What was asked of a spacecraft.
+    """Feasibility query of a spacecraft.
 
     Attributes:
-        file: the spacecraft.
-        momentum: (3,) total, inertial axes, N·m·s.
-        failed: number of each failed wheel -> its momentum, N·m·s.
-        target: (4,) attitude, or None where `towards` was asked.
-        towards: (3,) inertial direction for the boresight of the one map, or None.
-        tolerance: of pointing, rad, or None.
+        file: Content of the spacecraft file.
+        momentum: Total momentum, (3,), inertial axes, N·m·s.
+        failed: Index of each failed wheel -> its momentum, N·m·s.
+        target: Target attitude, (4,), or None if `towards` is given.
+        towards: Inertial direction to point the boresight at, (3,), or None.
+        tolerance: Pointing tolerance, rad, or None.
     """
 
     file: SpacecraftFile
@@ -45,7 +45,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A sky map with what is marked on it: inertial directions (3,) or None."""
+    """Sky map with the inertial directions to mark on it, (3,) or None."""
 
     sky: SkyMap
     target: Vector | None
@@ -62,22 +62,22 @@ def write_holdable(
     say: Callable[[str], None],
     force: bool = False,
 ) -> str:
-    """Write holdable.json and report.html, and say what they hold.
+    """Write holdable.json and report.html, and print a summary.
 
     Args:
-        question: what was asked.
-        answer: to it.
-        maps: at least the one of the boresight that was asked for.
-        out: folder for the files.
-        command: what produced it.
-        say: takes each line for a person.
-        force: whether to replace files that `holdable` did not write; see `gyrostat.core.outputs`.
+        question: The query.
+        answer: Its answer.
+        maps: Sky maps; at least the one of the requested boresight.
+        out: Output folder.
+        command: Command line that produced the answer.
+        say: Called with each line of the summary.
+        force: Whether to replace files that `holdable` did not write; see `gyrostat.core.outputs`.
 
     Returns:
-        The text of holdable.json.
+        Text of holdable.json.
 
     Raises:
-        InputError: a file is in the way, or the folder cannot be written.
+        InputError: A file of the user is in the way, or the folder cannot be written.
     """
     text = json.dumps(
         _content(question, answer, maps), indent=1, ensure_ascii=False, allow_nan=False
@@ -127,7 +127,7 @@ def verdict_of(question: Question, answer: Holdable) -> str:
 
 
 def rows_of(question: Question, answer: Holdable) -> list[Row]:
-    """The answer as names and entries."""
+    """The answer as pairs of name and entry."""
     names = question.file.wheel_names
     working = [name for k, name in enumerate(names) if k not in question.failed]
     rows = [
@@ -161,7 +161,7 @@ def rows_of(question: Question, answer: Holdable) -> list[Row]:
 
 
 def _wheels(question: Question, answer: Holdable) -> list[tuple[str, str, str]]:
-    """Name, momentum and what it means, of every wheel at the nearest attitude."""
+    """Name, momentum and remark for every wheel at the nearest feasible attitude."""
     if answer.wheel_momentum is None:
         return []
     array = question.file.spacecraft.wheels
@@ -176,7 +176,7 @@ def _wheels(question: Question, answer: Holdable) -> list[tuple[str, str, str]]:
 
 
 def _content(question: Question, answer: Holdable, maps: Sequence[Drawn]) -> dict[str, Any]:
-    """The content of holdable.json, SI units and radians."""
+    """Content of holdable.json, SI units and radians."""
     names = question.file.wheel_names
     found = answer.to_dict()
     if answer.wheel_momentum is not None:
@@ -202,16 +202,16 @@ def _content(question: Question, answer: Holdable, maps: Sequence[Drawn]) -> dic
 
 
 def degrees(angle: float | None) -> str:
-    """An angle in rad, as a person reads it."""
+    """Format an angle given in rad as degrees."""
     return "–" if angle is None else f"{plain(float(np.degrees(angle)))} deg"
 
 
 def share(value: float) -> str:
-    """A share in per cent."""
+    """Format a fraction in per cent."""
     return f"{100.0 * value:.1f} %"
 
 
 def triple(values: Vector, digits: int = 4) -> str:
-    """Numbers separated by commas, as the command line takes them."""
-    # what is zero but for rounding is meant as zero
+    """Format numbers separated by commas, in the form that the command line accepts."""
+    # values that are zero apart from rounding errors are shown as zero
     return ", ".join(f"{value:.{digits}g}" for value in np.round(values, 12) + 0.0)

@@ -30,19 +30,19 @@ STYLE: dict[Any, Any] = {
     "svg.hashsalt": "gyrostat",
 }
 LARGEST_PLOT = 6000
-"""Points beyond which a series is thinned for drawing."""
+"""Number of points above which a series is thinned for drawing."""
 
 
 def literal(name: str) -> str:
-    """A name as a label: its dollars open no formula, and a leading underscore hides no label."""
+    """Escape a name for use as a label: no `$` formula, no hidden label by a leading underscore."""
     return (" " if name.startswith("_") else "") + name.replace("$", r"\$")
 
 
 def svg(figure: Figure) -> str:
-    """An inline SVG element; dense point clouds in it are rasterised."""
+    """Inline SVG element of a figure; dense point clouds in it are rasterised."""
     buffer = io.BytesIO()
     with mpl.rc_context(STYLE), warnings.catch_warnings():
-        # names may have characters that the font has not
+        # names may contain characters that the font lacks
         warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font", UserWarning)
         figure.savefig(buffer, format="svg", dpi=150, metadata={"Date": None})
     text = buffer.getvalue().decode()
@@ -66,13 +66,13 @@ def _speed_axes(axes: Axes, record: Record, predicted: Vector) -> None:
 def record_figure(
     record: Record, predicted: Vector, predicted_sigma: Vector | None, noise: float
 ) -> Figure:
-    """Current, speed and residuals of a record over time, zero crossings marked.
+    """Plot current, speed and residuals of a record over time, with zero crossings marked.
 
     Args:
-        record: what was measured.
-        predicted: (N,) modelled speed, rad/s.
-        predicted_sigma: (N,) its standard deviation, rad/s, or None.
-        noise: standard deviation of the measured speed, rad/s.
+        record: The measured record.
+        predicted: Modelled speed, (N,), rad/s.
+        predicted_sigma: Standard deviation of the modelled speed, (N,), rad/s, or None.
+        noise: Standard deviation of the measured speed, rad/s.
     """
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 6.4))
@@ -105,7 +105,7 @@ def record_figure(
 
 
 def friction_figure(fit: Fit) -> Figure:
-    """Friction curve with its 95 % band, and where the data lies."""
+    """Plot the friction curve with its 95 % band and a histogram of the data over speed."""
     speeds = np.concatenate([r.speed[r.valid] for r in fit.records])
     reach = float(np.max(np.abs(speeds))) or 1.0
     scale = fit.parameters.get("stribeck_speed", 0.02 * reach)
@@ -118,7 +118,7 @@ def friction_figure(fit: Fit) -> Figure:
         for column, limit in enumerate(limits):
             _friction_axes(grid[0, column], fit, limit, curves[column])
             inside = speeds[np.abs(speeds) <= limit] / RPM
-            # one outline: sixty bars of their own take longer than the rest of the figure
+            # one outline: sixty separate bars would take longer than the rest of the figure
             grid[1, column].stairs(
                 *np.histogram(inside, bins=60, range=(-limit / RPM, limit / RPM)),
                 fill=True,
@@ -135,7 +135,7 @@ def friction_figure(fit: Fit) -> Figure:
 
 
 def _friction_curves(fit: Fit, limits: Sequence[float]) -> list[list[tuple[Vector, ...]]]:
-    """For each limit, speed, torque and sigma on both sides of zero; evaluated in one call."""
+    """Speed, torque and sigma on both sides of zero for each limit, evaluated in one call."""
     half = np.linspace(1e-6, 1.0, 200)
     speeds = [np.sort(sense * half * limit) for limit in limits for sense in (-1.0, 1.0)]
     torque, sigma = (np.split(v, len(speeds)) for v in fit.friction_curve(np.concatenate(speeds)))
@@ -173,7 +173,7 @@ def _friction_axes(axes: Axes, fit: Fit, limit: float, sides: Sequence[tuple[Vec
 
 
 def residual_figure(fit: Fit) -> Figure:
-    """Residuals over speed, and their autocorrelation with its 95 % band under independence."""
+    """Plot residuals over speed, and their autocorrelation with the 95 % band of white noise."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 3.0))
         figure.subplots_adjust(left=0.08, right=0.99, bottom=0.16, top=0.97, wspace=0.2)

@@ -32,8 +32,8 @@ def render(template: str, **content: object) -> str:
     """Fill a template of this package.
 
     Args:
-        template: file name under templates/.
-        content: its variables.
+        template: File name under templates/.
+        content: Variables of the template.
     """
     return _environment().get_template(template).render(version=version("gyrostat"), **content)
 
@@ -45,13 +45,13 @@ def fit_page(
     comparison: Sequence[Candidate] = (),
     temperatures: Sequence[TemperatureTrend] = (),
 ) -> str:
-    """The report of an identification.
+    """HTML report of an identification.
 
     Args:
-        fit: the result.
-        command: what produced it, to run it again.
-        comparison: candidates, best first; may be empty.
-        temperatures: trends over temperature; may be empty.
+        fit: Result of the identification.
+        command: Command line that produced it, shown so that it can be repeated.
+        comparison: Candidate friction models, best first; may be empty.
+        temperatures: Trends over temperature; may be empty.
     """
     drawn = [
         (record.name, figures.svg(figures.record_figure(record, speed, sigma, noise)))
@@ -81,11 +81,11 @@ def fit_page(
 
 
 def validation_page(validation: Validation, *, command: str) -> str:
-    """The report of a validation.
+    """HTML report of a validation.
 
     Args:
-        validation: the result.
-        command: what produced it.
+        validation: Result of the validation.
+        command: Command line that produced it.
     """
     figure = figures.record_figure(validation.record, validation.predicted, None, validation.noise)
     return render(

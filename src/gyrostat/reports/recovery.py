@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 FILES = ("recover.json", "report.html", "run.nc")
 LEAST_SHOWN = 1e-7
-"""deg, deg/s: what is smaller is drawn as this."""
+"""Smallest value drawn, deg or deg/s."""
 
 
 def write_recovery(
@@ -35,22 +35,22 @@ def write_recovery(
     say: Callable[[str], None],
     force: bool = False,
 ) -> str:
-    """Write recover.json, report.html and, where it was flown, run.nc; say what they hold.
+    """Write recover.json, report.html and, if simulated, run.nc, and print a summary.
 
     Args:
-        file: the spacecraft.
-        found: its recovery.
-        losses: number of each failed wheel -> how.
-        out: folder for the files.
-        command: what produced it.
-        say: takes each line for a person.
-        force: whether to replace files that `recover` did not write; see `gyrostat.core.outputs`.
+        file: Content of the spacecraft file.
+        found: The recovery.
+        losses: Index of each failed wheel -> its failure.
+        out: Output folder.
+        command: Command line that produced the recovery.
+        say: Called with each line of the summary.
+        force: Whether to replace files that `recover` did not write; see `gyrostat.core.outputs`.
 
     Returns:
-        The text of recover.json.
+        Text of recover.json.
 
     Raises:
-        InputError: a file is in the way, or the folder cannot be written.
+        InputError: A file of the user is in the way, or the folder cannot be written.
     """
     names = file.wheel_names
     content: dict[str, Any] = {
@@ -94,7 +94,7 @@ def verdict_of(found: Recovery) -> str:
 def rows_of(
     file: SpacecraftFile, found: Recovery, losses: Mapping[int, Loss]
 ) -> list[tuple[str, str]]:
-    """The outcome as names and entries."""
+    """The outcome as pairs of name and entry."""
     answer = found.plan.answer
     told = (f"{file.wheel_names[k]} {loss.kind}" for k, loss in losses.items())
     rows = [("failed", ", ".join(told))]
@@ -120,12 +120,12 @@ def rows_of(
 
 
 def recovery_figure(flight: "xr.Dataset", names: tuple[str, ...], settle: float | None) -> Figure:
-    """Error, body rate, wheel momenta and torques over the time since the failure.
+    """Plot error, body rate, wheel momenta and torques over the time since the failure.
 
     Args:
-        flight: histories of `gyrostat.failures.recover`.
-        names: of the wheels.
-        settle: settling time, s, or None.
+        flight: Histories from `gyrostat.failures.recover`.
+        names: Names of the wheels.
+        settle: Settling time, s, or None.
     """
     time = flight.time.values
     rate = np.degrees(np.linalg.norm(flight.rate.values, axis=1))

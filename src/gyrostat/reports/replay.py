@@ -1,4 +1,4 @@
-"""Data of the 3D replay of a run."""
+"""Data for the 3D replay of a run."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -12,18 +12,18 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_FRAMES = 900
-"""Samples in the page."""
+"""Largest number of samples in the page."""
 
 
 def replay_data(
     scenario: Scenario, values: Mapping[str, Any], history: "xr.Dataset"
 ) -> dict[str, Any] | None:
-    """The motion of a run for the script of its page; None where it ended at once.
+    """Motion of a run for the script of its page; None if the run ended at the start.
 
     Args:
-        scenario: that was flown.
-        values: its row of the table of runs.
-        history: of the run.
+        scenario: Scenario of the run.
+        values: Row of the run in the table of runs.
+        history: Histories of the run.
     """
     fine = np.flatnonzero(np.isfinite(history.error.values))
     if len(fine) < 2:
@@ -37,7 +37,7 @@ def replay_data(
     starts = np.array(phase_starts(scenario, own), dtype=float)
     phase = np.searchsorted(starts, time + 1e-9, side="right") - 1
     xx, yy, zz = (own[f"body.inertia.{end}"] for end in ("xx", "yy", "zz"))
-    # sides of the cuboid of even density that has these moments of inertia
+    # sides of the cuboid of uniform density with these moments of inertia
     sides = np.sqrt(np.maximum([yy + zz - xx, zz + xx - yy, xx + yy - zz], 1e-3 * (xx + yy + zz)))
     return {
         "time": time.tolist(),

@@ -12,21 +12,21 @@ from gyrostat.failures import SkyMap
 from gyrostat.reports.figures import BAND, MARK, MODEL, STYLE
 
 ROWS = 360
-"""Cells of a drawn map from pole to pole."""
+"""Number of cells of a drawn map from pole to pole."""
 THIN = np.radians(1.0)
-"""Bands thinner than this are drawn as a line."""
+"""Width below which a band is drawn as a line, rad."""
 INK, PAPER = "#22262b", "#f3f4f6"
 
 
 def sky_figure(
     sky: SkyMap, *, target: Vector | None = None, nearest: Vector | None = None
 ) -> Figure:
-    """Which inertial directions a boresight can hold, over longitude and latitude (Mollweide).
+    """Plot the inertial directions at which a boresight can be held (Mollweide projection).
 
     Args:
-        sky: the map.
-        target: (3,) inertial direction that the boresight should point at.
-        nearest: (3,) inertial direction to which it points at the nearest attitude.
+        sky: The map.
+        target: Inertial direction to point the boresight at, (3,).
+        nearest: Inertial direction of the boresight at the nearest feasible attitude, (3,).
     """
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.6, 4.6))
@@ -75,13 +75,13 @@ def _mark(axes: Axes, direction: Vector, label: str, marker: str, color: str) ->
 
 
 def _circle(axes: Axes, pole: Vector, angle: float) -> None:
-    """The directions at an angle to a pole."""
+    """Draw the directions at a given angle, rad, from a pole."""
     first = np.cross(pole, np.eye(3)[int(np.argmin(np.abs(pole)))])
     first = first / np.linalg.norm(first)
     around = np.linspace(0.0, 2.0 * np.pi, 721)
     ring = np.outer(np.cos(around), first) + np.outer(np.sin(around), np.cross(pole, first))
     longitude, latitude = _place(np.cos(angle) * pole + np.sin(angle) * ring)
-    # no line across the map where the circle passes its edge
+    # no line across the map where the circle crosses its edge
     jumps = np.flatnonzero(np.abs(np.diff(longitude)) > np.pi) + 1
     for place in zip(np.split(longitude, jumps), np.split(latitude, jumps), strict=True):
         axes.plot(*place, color=BAND, lw=2.5)

@@ -8,12 +8,12 @@ from gyrostat.identification import Fit
 
 
 def plain(value: float, digits: int = 4) -> str:
-    """A number with so many significant digits, with a power of ten where zeros would hide it."""
+    """Format a number with significant digits, with a power of ten if that saves zeros."""
     return f"{value:.{digits}g}"
 
 
 def measured(value: float, sigma: float) -> str:
-    """A value with its standard deviation, rounded to two digits of the latter."""
+    """Format a value with its standard deviation, rounded to two digits of the latter."""
     if not (math.isfinite(value) and math.isfinite(sigma)) or sigma <= 0.0:
         return plain(value)
     top = max(abs(value), sigma)
@@ -25,10 +25,10 @@ def measured(value: float, sigma: float) -> str:
 
 
 def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str]]:
-    """Rows of the parameter table: name, value ± sigma, unit, whether it is observable.
+    """Rows of the parameter table: name, value ± sigma, unit, observable or not.
 
     Args:
-        fit: whose estimated and then held parameters are listed.
+        fit: The fit; its estimated parameters come first, then the held ones.
     """
     for name, value, sigma in zip(fit.names, fit.values, fit.sigma, strict=True):
         seen = fit.observability[name]
@@ -41,10 +41,10 @@ def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str]]:
 
 
 def effect_rows(fit: Fit) -> Iterator[tuple[str, str, str]]:
-    """Rows of the effects beside the model: title, size given its presence, probability.
+    """Rows of the table of effects outside the model: title, size if present, probability.
 
     Args:
-        fit: whose effects are listed.
+        fit: The fit.
     """
     for effect in fit.effects:
         factor, unit = (100.0, "%") if effect.unit == "1" else (1.0, effect.unit)
@@ -54,10 +54,10 @@ def effect_rows(fit: Fit) -> Iterator[tuple[str, str, str]]:
 
 
 def share_rows(fit: Fit) -> Iterator[tuple[str, ...]]:
-    """Shares of the record and of each tolerance in the variance of each estimate, in per cent.
+    """Contributions of record and tolerances to the variance of each estimate, in per cent.
 
     Args:
-        fit: with tolerances; without any there are no rows.
+        fit: A fit with tolerances; without tolerances there are no rows.
     """
     shares = fit.variance_shares
     for k, name in enumerate(fit.names):
@@ -66,7 +66,7 @@ def share_rows(fit: Fit) -> Iterator[tuple[str, ...]]:
 
 
 def summary(fit: Fit) -> list[str]:
-    """What a fit says, one sentence a line."""
+    """Summary of a fit, one sentence per line."""
     records = ", ".join(r.name for r in fit.records)
     lines = [f"{fit.model.title} friction from {records} by the {fit.method} method"]
     ended = "converged" if fit.converged else "DID NOT CONVERGE"
@@ -83,7 +83,7 @@ def summary(fit: Fit) -> list[str]:
 
 
 def aligned(rows: Sequence[Sequence[str]], header: Sequence[str]) -> list[str]:
-    """A table in columns, for a terminal."""
+    """Format a table in aligned columns for a terminal."""
     every = [list(header), *[list(row) for row in rows]]
     widths = [max(len(row[k]) for row in every) for k in range(len(header))]
     return [

@@ -19,11 +19,11 @@ from gyrostat.wheel import write_model
 
 FILES = ("fit.json", "model.toml", "report.html")
 LIKELY = 0.5
-"""Posterior probability from which an effect is listed in the terminal."""
+"""Posterior probability above which an effect is listed in the terminal."""
 
 
 def shown(effect: Effect) -> bool:
-    """Whether an effect is more likely than not."""
+    """Whether an effect is more likely present than absent."""
     return effect.probability > LIKELY
 
 
@@ -37,23 +37,23 @@ def write_fit(
     temperatures: Sequence[TemperatureTrend] = (),
     force: bool = False,
 ) -> str:
-    """Write fit.json, report.html and, where there is a wheel model, model.toml.
+    """Write fit.json, report.html and, if there is a wheel model, model.toml; print a summary.
 
     Args:
-        fit: the result.
-        out: folder for the files.
-        command: what produced it.
-        say: takes each line for a person.
-        comparison: of friction models; may be empty.
-        temperatures: trends over temperature; may be empty.
-        force: whether to replace files that an identification did not write; see
+        fit: Result of the identification.
+        out: Output folder.
+        command: Command line that produced it.
+        say: Called with each line of the summary.
+        comparison: Candidate friction models; may be empty.
+        temperatures: Trends over temperature; may be empty.
+        force: Whether to replace files that an identification did not write; see
             `gyrostat.core.outputs`.
 
     Returns:
-        The text of fit.json.
+        Text of fit.json.
 
     Raises:
-        InputError: a file is in the way, or the folder cannot be written.
+        InputError: A file of the user is in the way, or the folder cannot be written.
     """
     content = fit.to_dict()
     if comparison:
@@ -71,7 +71,7 @@ def write_fit(
             results.append(out / "model.toml")
             write_model(folder / "model.toml", model)
     if len(results) < len(FILES) and (out / "model.toml").exists():
-        say(f"warning: {out / 'model.toml'} is of an earlier run: this one gives no wheel model")
+        say(f"warning: {out / 'model.toml'} is of an earlier run; this run gives no wheel model")
 
     for line in summary(fit):
         say(line)
@@ -79,11 +79,11 @@ def write_fit(
     for line in aligned(list(parameter_rows(fit)), header):
         say("  " + line)
     if fit.tolerances is not None:
-        for line in aligned(list(share_rows(fit)), ("share in variance", *fit.variance_shares)):
+        for line in aligned(list(share_rows(fit)), ("share of variance", *fit.variance_shares)):
             say("  " + line)
     likely = [row for row, e in zip(effect_rows(fit), fit.effects, strict=True) if shown(e)]
     if likely:
-        for line in aligned(likely, ("effect beside the model", "size", "probability")):
+        for line in aligned(likely, ("effect outside the model", "size", "probability")):
             say("  " + line)
     for trend in temperatures:
         slope = measured(trend.slope, trend.slope_sigma)
@@ -91,10 +91,10 @@ def write_fit(
     for warning in fit.warnings:
         say(f"warning: {warning}")
     if fit.impossible:
-        say("no valid result: no wheel has these values; model.toml is marked, and is only taken")
+        say("no valid result: no wheel has these values; model.toml is marked and accepted only")
         say(f"with --force: {'; '.join(fit.impossible)}")
     if fit.converged:
         say(f"written: {', '.join(str(path) for path in results)}")
     else:
-        say(f"no valid result; what there is stands in {out / 'fit.json'}")
+        say(f"no valid result; the partial results are in {out / 'fit.json'}")
     return text
