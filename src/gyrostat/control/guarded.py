@@ -4,8 +4,6 @@ from collections import namedtuple
 from functools import cache
 from typing import Any, NamedTuple
 
-import equinox as eqx
-
 from gyrostat.control.measurement_guard import (
     GuardMemory,
     MeasurementGuard,
@@ -14,9 +12,9 @@ from gyrostat.control.measurement_guard import (
 )
 from gyrostat.control.missing_sample import predicted
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, check_period
 
 ACTUATED = ("current", "torque", "external_torque", "fading_torque", "speed")
 """Fields of a command that go to actuators: zero in the safe command "zero"."""
@@ -38,7 +36,7 @@ class GuardedMemory(NamedTuple):
     period: Scalar
 
 
-class Guarded(eqx.Module):
+class Guarded(Checked):
     """Controller that survives bad samples.
 
     A sample that the guard accepts goes to the controller. One that it rejects does not: the
@@ -61,18 +59,12 @@ class Guarded(eqx.Module):
     controller: Any
     guard: MeasurementGuard
 
-    def check(self) -> None:
-        """Refuse what controller or guard refuse, by `InputError`."""
-        check_parts(self.controller, self.guard)
-
-    def check_period(self, period: float) -> None:
-        """Refuse a control period, s, that the controller refuses.
+    def check_own_period(self, period: float) -> None:
+        """Refuse a control period, s, at which the controller would never give a command.
 
         Raises:
-            InputError: the controller refuses it, or its memory is not finite at the start, so that
-                it would never give a command.
+            InputError: Its memory is not finite at the start.
         """
-        check_period(period, self.controller)
         if not finite(self.controller.start(period)):
             raise InputError(
                 f"{type(self.controller).__name__}: found a memory that is not finite at the "

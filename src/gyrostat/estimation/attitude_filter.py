@@ -1,16 +1,16 @@
 """Attitude and gyro bias from a star tracker and a gyro: the multiplicative Kalman filter."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import inverse_definite, symmetric
 from gyrostat.core.rotations import cross_matrix
-from gyrostat.core.validation import require
 from gyrostat.wheel.array import listed
 
 
@@ -38,7 +38,7 @@ class AttitudeEstimate(NamedTuple):
     turn: Vector3
 
 
-class AttitudeFilter(eqx.Module):
+class AttitudeFilter(Checked):
     """Kalman filter on the small turn d between the estimated and the true attitude, q* = q exp(d).
 
     d' = -w x d - (b* - b) - noise, with w the rate of the gyro less the bias b; the turn goes into
@@ -71,19 +71,13 @@ class AttitudeFilter(eqx.Module):
             are integrals of the rate, 0 where the unit has compensated for coning.
     """
 
-    attitude_sigma: Vector3 | float = eqx.field(converter=listed)
-    angle_walk: Scalar
-    bias_walk: Scalar
-    bias_sigma: Scalar
-    coning: Scalar = 1.0
-
-    def check(self) -> None:
-        """Refuse what is no standard deviation, by `InputError`."""
-        require("attitude sigma", self.attitude_sigma, "rad", positive=True)
-        require("gyro angle walk", self.angle_walk, "rad/√s", positive=True)
-        require("gyro bias walk", self.bias_walk, "rad/s/√s")
-        require("bias sigma", self.bias_sigma, "rad/s")
-        require("coning share", self.coning)
+    attitude_sigma: Annotated[Vector3 | float, positive("attitude sigma", "rad")] = eqx.field(
+        converter=listed
+    )
+    angle_walk: Annotated[Scalar, positive("gyro angle walk", "rad/√s")]
+    bias_walk: Annotated[Scalar, size("gyro bias walk", "rad/s/√s")]
+    bias_sigma: Annotated[Scalar, size("bias sigma", "rad/s")]
+    coning: Annotated[Scalar, size("coning share")] = 1.0
 
     def start(self) -> AttitudeEstimate:
         """Nothing known; the first attitude that is measured begins."""

@@ -1,13 +1,12 @@
 """Extended Kalman filter for a wheel whose friction model is scaled by a slowly varying factor."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-import equinox as eqx
 from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.wheel import Wheel, advance
 from gyrostat.wheel.friction import static_curve
 
@@ -57,7 +56,7 @@ class FrictionScaleEstimate(NamedTuple):
         return self.innovation**2 / jnp.where(seen, self.innovation_variance, 1.0)
 
 
-class FrictionScaleFilter(eqx.Module):
+class FrictionScaleFilter(Checked):
     """Speed and friction scale of a wheel from its current and tachometer.
 
     The wheel model, dry friction and all, carries the speed; its friction is multiplied by a scale
@@ -77,22 +76,10 @@ class FrictionScaleFilter(eqx.Module):
     """
 
     wheel: Wheel
-    speed_sigma: Scalar
-    scale_drift: Scalar
-    torque_sigma: Scalar = 0.0
-    initial_scale_sigma: Scalar = 0.3
-
-    def check(self) -> None:
-        """Refuse what is no covariance and what is no wheel.
-
-        Raises:
-            InputError: a standard deviation, the inertia or the motor constant is not above zero,
-                the torque noise is negative, or what the friction refuses.
-        """
-        for name in ("speed_sigma", "scale_drift", "initial_scale_sigma"):
-            require(name, getattr(self, name), positive=True)
-        require("torque_sigma", self.torque_sigma, "N·m √s")
-        check_parts(self.wheel)
+    speed_sigma: Annotated[Scalar, positive("speed_sigma")]
+    scale_drift: Annotated[Scalar, positive("scale_drift")]
+    torque_sigma: Annotated[Scalar, size("torque_sigma", "N·m √s")] = 0.0
+    initial_scale_sigma: Annotated[Scalar, positive("initial_scale_sigma")] = 0.3
 
     def start(
         self, speed: Scalar = 0.0, speed_sigma: Scalar | None = None

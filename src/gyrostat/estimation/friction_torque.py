@@ -1,11 +1,11 @@
 """Friction torque of a wheel from its measured momentum, without a friction model."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-import equinox as eqx
 from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import require
 from gyrostat.estimation.torque_walk import TorqueWalk, correct, predict
@@ -37,7 +37,7 @@ class FrictionTorqueEstimate(NamedTuple):
         return -self.walk.torque
 
 
-class FrictionTorqueFilter(eqx.Module):
+class FrictionTorqueFilter(Checked):
     """Kalman filter with momentum h and friction torque N as states: h' = u - N, N' = noise.
 
     Moreira, Lopes and Kuga, "Estimation of torque in a reaction wheel using a bristle model for
@@ -49,18 +49,9 @@ class FrictionTorqueFilter(eqx.Module):
         initial_sigma: rho_0, of both states before the first measurement, N·m·s and N·m.
     """
 
-    momentum_sigma: Scalar
-    torque_drift: Scalar
-    initial_sigma: Scalar
-
-    def check(self) -> None:
-        """Refuse what is no covariance.
-
-        Raises:
-            InputError: a standard deviation is not finite, or not above zero.
-        """
-        for name in ("momentum_sigma", "torque_drift", "initial_sigma"):
-            require(name, getattr(self, name), positive=True)
+    momentum_sigma: Annotated[Scalar, positive("momentum_sigma")]
+    torque_drift: Annotated[Scalar, positive("torque_drift")]
+    initial_sigma: Annotated[Scalar, positive("initial_sigma")]
 
     def start(self, momentum: Scalar = 0.0, friction: Scalar = 0.0) -> FrictionTorqueEstimate:
         """Before the first measurement."""

@@ -1,10 +1,9 @@
 """Estimate wheel speed from the momentum of wheel and table, independent of friction."""
 
-from typing import NamedTuple
-
-import equinox as eqx
+from typing import Annotated, NamedTuple
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
 from gyrostat.estimation.torque_walk import TorqueWalk, correct, predict
 
@@ -41,7 +40,7 @@ class MomentumEstimate(NamedTuple):
     started: Scalar
 
 
-class WheelMomentumFilter(eqx.Module):
+class WheelMomentumFilter(Checked):
     """Kalman filter on h = J_w w + (J + J_w) Ω, which only the external torque changes.
 
     Friction is internal: it does not appear, so that no error of a friction model can bias the
@@ -56,9 +55,9 @@ class WheelMomentumFilter(eqx.Module):
         torque_drift: of the external torque in the square root of a second, N·m/√s.
     """
 
-    wheel_inertia: Scalar
-    table_inertia: Scalar
-    speed_sigma: Scalar
+    wheel_inertia: Annotated[Scalar, positive("compensator wheel inertia")]
+    table_inertia: Annotated[Scalar, positive("compensator table inertia")]
+    speed_sigma: Annotated[Scalar, positive("compensator speed sigma")]
     torque_drift: Scalar
 
     def start(self) -> MomentumEstimate:

@@ -2,16 +2,16 @@
 
 from collections import namedtuple
 from functools import cache
-from typing import Any
+from typing import Annotated, Any
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool
 
 from gyrostat.core.arrays import PerWheel, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.spacecraft.gyrostat import Gyrostat
 from gyrostat.spacecraft.imbalance import ImbalancedGyrostat
 from gyrostat.spacecraft.spacecraft import Spacecraft
@@ -28,7 +28,7 @@ def _with_current(state: Any) -> Any:
     return made
 
 
-class DrivenGyrostat(eqx.Module):
+class DrivenGyrostat(Checked):
     """A gyrostat behind a current loop for each wheel.
 
     A commanded torque, cut to the limit of the wheel, asks for its current; the driver takes the
@@ -47,7 +47,9 @@ class DrivenGyrostat(eqx.Module):
 
     gyrostat: Gyrostat | ImbalancedGyrostat
     driver: Driver
-    motor_constant: PerWheel | float = eqx.field(converter=listed)
+    motor_constant: Annotated[PerWheel | float, positive("motor_constant", "N·m/A")] = eqx.field(
+        converter=listed
+    )
 
     @property
     def spacecraft(self) -> Spacecraft:
@@ -59,14 +61,12 @@ class DrivenGyrostat(eqx.Module):
         """Of the wheels; see `Gyrostat`."""
         return self.gyrostat.failures
 
-    def check(self) -> None:
-        """Refuse what gyrostat or driver refuse, and numbers of another number of wheels.
+    def check_own(self) -> None:
+        """Validate shapes.
 
         Raises:
-            InputError: as said, or a motor constant that is not positive.
+            InputError: Numbers of another number of wheels.
         """
-        check_parts(self.gyrostat, self.driver)
-        require("motor_constant", self.motor_constant, "N·m/A", positive=True)
         count = self.spacecraft.wheels.count
         numbers = {"motor_constant": self.motor_constant, **vars(self.driver)}
         for name, value in numbers.items():

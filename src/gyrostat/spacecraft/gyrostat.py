@@ -1,24 +1,24 @@
 """Gyrostat: a rigid body with reaction wheels."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool
 
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, size, three
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import check_unit, normalised, to_body, to_inertial
-from gyrostat.core.validation import check_parts, require
 from gyrostat.spacecraft.failures import WheelFailures
 from gyrostat.spacecraft.friction_steps import FrictionSteps
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.wheels_on_body import Carrier, WheelsOnBody
 from gyrostat.wheel import Motion, slide_together
-from gyrostat.wheel.array import listed
+from gyrostat.wheel.array import listed, zeros
 
 FASTEST = 10.0
 """rad/s: beyond this body rate no controller means what it does."""
@@ -68,7 +68,7 @@ class GyrostatRecord(NamedTuple):
     UNITS = {"rate": "rad/s", "wheel_momentum": "N·m·s"}  # noqa: RUF012
 
 
-class Gyrostat(eqx.Module):
+class Gyrostat(Checked):
     """H = R (J w + sum a_i h_i), dH/dt = R T, dh_i/dt = m_i - F_i, h_i = J_i (W_i + a_i w).
 
     J is the inertia of the spacecraft without that of the rotors about their axes a_i, W_i the
@@ -94,12 +94,14 @@ class Gyrostat(eqx.Module):
 
     spacecraft: Spacecraft
     failures: WheelFailures | None = None
-    external_torque: Vector3 = eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
+    external_torque: Annotated[Vector3, three("external torque", "N·m")] = zeros()
     torque_history: Callable[[Quaternion, Scalar], Vector3] | None = eqx.field(
         static=True, default=None
     )
     environment: tuple[Any, ...] = ()
-    external_torque_limit: Vector3 | None = eqx.field(converter=listed, default=None)
+    external_torque_limit: Annotated[Vector3 | None, size("external torque limit", "N·m")] = (
+        eqx.field(converter=listed, default=None)
+    )
     friction_steps: FrictionSteps | None = None
 
     def torque(self, attitude: Quaternion, time: Scalar) -> Vector3:
@@ -111,30 +113,22 @@ class Gyrostat(eqx.Module):
             torque = torque + item(self.spacecraft, attitude, time)
         return torque
 
-    def check(self) -> None:
-        """Refuse what no spacecraft is.
+    def check_own(self) -> None:
+        """Validate shapes.
 
         Raises:
-            InputError: see `Spacecraft.check` and `WheelFailures.check`; an external torque that is
-                not finite or not (3,), failures of another number of wheels.
+            InputError: An external torque limit that is not (3,), failures or friction steps of
+                another number of wheels.
         """
-        self.spacecraft.check()
-        torque = np.asarray(self.external_torque, dtype=float)
-        if torque.shape[-1:] != (3,) or not np.all(np.isfinite(torque)):
-            raise InputError(f"external torque: found {torque}, expected three finite values, N·m")
-        check_parts(*self.environment)
         if self.external_torque_limit is not None:
-            require("external torque limit", self.external_torque_limit, "N·m")
             shape = np.shape(self.external_torque_limit)
             if shape[-1:] != (3,):
                 raise InputError(f"external torque limit: found shape {shape}, expected (3,)")
         if self.failures is not None:
-            self.failures.check()
             told, count = np.shape(self.failures.time)[-1], self.spacecraft.wheels.count
             if told != count:
                 raise InputError(f"wheel failures: found {told} wheels, expected {count}")
         if self.friction_steps is not None:
-            self.friction_steps.check()
             self.friction_steps.check_wheels(self.spacecraft.wheels)
 
     def start(
@@ -170,9 +164,9 @@ class Gyrostat(eqx.Module):
         """
         wheels = self.spacecraft.wheels
         sizes = (4, 3, wheels.count)
-        for name, value, size in zip(state._fields, state, sizes, strict=True):
-            if np.shape(value)[-1:] != (size,):
-                raise InputError(f"{name}: found shape {np.shape(value)}, expected ({size},)")
+        for name, value, length in zip(state._fields, state, sizes, strict=True):
+            if np.shape(value)[-1:] != (length,):
+                raise InputError(f"{name}: found shape {np.shape(value)}, expected ({length},)")
         check_unit(state.attitude)
         wheels.check_speed(state.wheel_speed)
 

@@ -1,23 +1,23 @@
 """Static and dynamic wheel imbalance, and the jitter that it causes."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, signed, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import from_rotation_vector, product
-from gyrostat.core.validation import check_parts, require
 from gyrostat.spacecraft.gyrostat import Gyrostat, GyrostatState
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed
 
 
-class Imbalance(eqx.Module):
+class Imbalance(Checked):
     """U_s and U_d of every wheel: a force U_s W² and a torque U_d W² that go round with the rotor.
 
     R. A. Masterson, D. W. Miller, R. L. Grogan, "Development and validation of reaction wheel
@@ -29,15 +29,11 @@ class Imbalance(eqx.Module):
         position: (3, wheels) of the wheels from the centre of mass, body axes, m.
     """
 
-    static: PerWheel = eqx.field(converter=listed)
-    dynamic: PerWheel = eqx.field(converter=listed)
-    position: Float[Array, "3 wheels"] = eqx.field(converter=listed)
-
-    def check(self) -> None:
-        """Refuse imbalances that are no sizes and positions that are none, by `InputError`."""
-        require("static imbalance", self.static, "kg·m")
-        require("dynamic imbalance", self.dynamic, "kg·m²")
-        require("size of a wheel's position", np.abs(self.position), "m")
+    static: Annotated[PerWheel, size("static imbalance", "kg·m")] = eqx.field(converter=listed)
+    dynamic: Annotated[PerWheel, size("dynamic imbalance", "kg·m²")] = eqx.field(converter=listed)
+    position: Annotated[Float[Array, "3 wheels"], signed("size of a wheel's position", "m")] = (
+        eqx.field(converter=listed)
+    )
 
     def loads(self, axes: Any, speed: PerWheel, angle: PerWheel) -> tuple[Vector3, Vector3]:
         """Force, N, and torque about the centre of mass, N·m, on the body, in body axes.
@@ -141,7 +137,7 @@ class ImbalancedRecord(NamedTuple):
     UNITS = {"rate": "rad/s", "wheel_momentum": "N·m·s", "jitter": "rad"}  # noqa: RUF012
 
 
-class ImbalancedGyrostat(eqx.Module):
+class ImbalancedGyrostat(Checked):
     """A gyrostat whose wheels are out of balance.
 
     The momentum of an imbalance, W p(angle), is part of the total: so the body's rate has the part
@@ -169,13 +165,12 @@ class ImbalancedGyrostat(eqx.Module):
         """Of the wheels; see `Gyrostat`."""
         return self.gyrostat.failures
 
-    def check(self) -> None:
-        """Refuse what the gyrostat refuses, and imbalances of another number of wheels.
+    def check_own(self) -> None:
+        """Validate shapes.
 
         Raises:
-            InputError: as said.
+            InputError: Imbalances of another number of wheels.
         """
-        check_parts(self.gyrostat, self.imbalance)
         count = self.spacecraft.wheels.count
         for name in ("static", "dynamic", "position"):
             found = np.shape(getattr(self.imbalance, name))[-1:]

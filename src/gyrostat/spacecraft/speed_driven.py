@@ -1,18 +1,18 @@
 """Spacecraft with wheel speeds as input and prescribed total momentum."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, size, three
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import normalised, rate_of_quaternion, to_body
-from gyrostat.core.validation import check_parts, require
 from gyrostat.spacecraft.gyrostat import FASTEST, Gyrostat, GyrostatState
 from gyrostat.spacecraft.spacecraft import Spacecraft
 
@@ -65,7 +65,7 @@ class SpeedDrivenRecord(NamedTuple):
     UNITS = {"rate": "rad/s"}  # noqa: RUF012
 
 
-class SinusoidalMomentum(eqx.Module):
+class SinusoidalMomentum(Checked):
     """H_k(t) = offset_k + amplitude_k sin(2 pi frequency t + phase_k), inertial axes.
 
     Attributes:
@@ -75,18 +75,12 @@ class SinusoidalMomentum(eqx.Module):
         offset: (3,) N·m·s.
     """
 
-    amplitude: Vector3
-    frequency: Scalar
-    phase: Vector3
-    offset: Vector3 = eqx.field(default_factory=lambda: np.zeros(3))
-
-    def check(self) -> None:
-        """Refuse a frequency that is none, and what is not three finite values."""
-        require("momentum frequency", self.frequency, "Hz")
-        for name in ("amplitude", "phase", "offset"):
-            value = np.asarray(getattr(self, name), dtype=float)
-            if value.shape[-1:] != (3,) or not np.all(np.isfinite(value)):
-                raise InputError(f"momentum {name}: found {value}, expected three finite values")
+    amplitude: Annotated[Vector3, three("momentum amplitude")]
+    frequency: Annotated[Scalar, size("momentum frequency", "Hz")]
+    phase: Annotated[Vector3, three("momentum phase")]
+    offset: Annotated[Vector3, three("momentum offset")] = eqx.field(
+        default_factory=lambda: np.zeros(3)
+    )
 
     def __call__(self, time: Scalar) -> Vector3:
         """Total momentum at a time, s; N·m·s."""
@@ -98,7 +92,7 @@ def _finite(limit: Array) -> Array:
     return jnp.where(jnp.isinf(limit), 0.0, limit)
 
 
-class SpeedDrivenSpacecraft(eqx.Module):
+class SpeedDrivenSpacecraft(Checked):
     """dR/dt = R [w]x, J_t w = R^T H(t) - sum J_i a_i u_i: the wheel speeds u are the input.
 
     H. Endo, K. Sekiguchi, K. Nonaka, "Model error compensator for attitude control of 2-wheel
@@ -116,10 +110,6 @@ class SpeedDrivenSpacecraft(eqx.Module):
 
     spacecraft: Spacecraft
     momentum: Callable[[Scalar], Vector3]
-
-    def check(self) -> None:
-        """Refuse what no spacecraft is, and what the momentum refuses, by `InputError`."""
-        check_parts(self.spacecraft, self.momentum)
 
     def start(
         self, *, attitude: Any = (1.0, 0.0, 0.0, 0.0), wheel_speed: Any = 0.0

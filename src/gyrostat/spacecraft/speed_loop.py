@@ -1,18 +1,18 @@
 """Spacecraft with closed wheel-speed loops, including motor limits and bearing friction."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import from_rotation_vector, normalised, product, to_body
-from gyrostat.core.validation import check_parts, require
 from gyrostat.spacecraft.gyrostat import FASTEST, Gyrostat, GyrostatState
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.speed_driven import unit_quaternion
@@ -67,7 +67,7 @@ class SpeedLoopRecord(NamedTuple):
     UNITS = {"rate": "rad/s"}  # noqa: RUF012
 
 
-class SpeedLoopSpacecraft(eqx.Module):
+class SpeedLoopSpacecraft(Checked):
     """H(t) = R (J w + sum a_i h_i), dh_i/dt = m_i - F_i; m_i is that of a sampled speed loop.
 
     The equations of `Gyrostat`, for long dispersed runs: Coulomb friction alone, and a total
@@ -90,30 +90,27 @@ class SpeedLoopSpacecraft(eqx.Module):
 
     spacecraft: Spacecraft
     momentum: Callable[[Scalar], Vector3]
-    natural_frequency: Scalar = 2.0
+    natural_frequency: Annotated[Scalar, positive("speed loop natural frequency", "rad/s")] = 2.0
     ticks: int = eqx.field(static=True, default=2)
 
-    def check(self) -> None:
-        """Refuse what no spacecraft is.
+    def check_own(self) -> None:
+        """Validate friction and ticks.
 
         Raises:
-            InputError: see `Spacecraft.check`; other friction than Coulomb's, a natural frequency
-                that is not positive, less than one tick, what the momentum refuses.
+            InputError: Other friction than Coulomb's, less than one tick.
         """
-        check_parts(self.spacecraft, self.momentum)
         friction = self.spacecraft.wheels.friction
         if not isinstance(friction, ViscousCoulomb) or np.any(np.asarray(friction.viscous) != 0.0):
             raise InputError(
                 f"wheel friction: found {type(friction).__name__}, expected ViscousCoulomb with no "
                 "viscous part: Gyrostat steps the others"
             )
-        require("speed loop natural frequency", self.natural_frequency, "rad/s", positive=True)
         if self.ticks < 1:
             raise InputError(
                 f"speed loop: found {self.ticks} ticks in a period, expected 1 or more"
             )
 
-    def check_period(self, period: float) -> None:
+    def check_own_period(self, period: float) -> None:
         """Refuse a control period, s, at whose ticks the speed loop is unstable.
 
         Raises:

@@ -1,6 +1,6 @@
 """Wheel fault detector: estimates drag on each wheel and declares failures."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import equinox as eqx
 import numpy as np
@@ -9,9 +9,8 @@ from jaxtyping import Array, Bool
 from gyrostat.control.allocation.allocation import Working
 from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
 from gyrostat.core.arrays import PerWheel, Scalar
-from gyrostat.core.errors import InputError
+from gyrostat.core.checked import Checked, limit, positive, within
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import require
 from gyrostat.wheel.array import listed
 
 
@@ -35,7 +34,10 @@ class WheelWatchMemory(NamedTuple):
     begun: Bool[Array, ""]
 
 
-class WheelWatch(eqx.Module):
+_time = within("time at which a failure is told", "s", lambda value: ~np.isnan(value))
+
+
+class WheelWatch(Checked):
     """Two low passes of (commanded torque - change of the rotor's momentum), one for each use.
 
     The slow one is the drag of the bearing, to be added to the next command. The quick one tells a
@@ -53,29 +55,13 @@ class WheelWatch(eqx.Module):
             `gyrostat.simulation.simulate`; a delay that is not told is taken for a loss of torque.
     """
 
-    drag_time: Scalar = 10.0
-    failure_time: Scalar = 5.0
-    failure_torque: PerWheel | float = eqx.field(converter=listed, default=np.inf)
-    told: PerWheel | float = eqx.field(converter=listed, default=np.inf)
-    delay: int = eqx.field(static=True, default=0)
-
-    def check(self) -> None:
-        """Refuse what is no time or torque.
-
-        Raises:
-            InputError: a time constant or torque that is not above 0, a time that is no number, a
-                delay below 0.
-        """
-        require("drag time", self.drag_time, "s", positive=True)
-        require("failure time", self.failure_time, "s", positive=True)
-        # comparisons with NaN are false
-        if not np.all(np.asarray(self.failure_torque) > 0.0):
-            raise InputError(
-                f"failure torque: found {self.failure_torque}, expected above 0 N·m in every wheel"
-            )
-        if np.any(np.isnan(np.asarray(self.told))):
-            raise InputError("time at which a failure is told: found NaN, expected s")
-        check_delay(self.delay)
+    drag_time: Annotated[Scalar, positive("drag time", "s")] = 10.0
+    failure_time: Annotated[Scalar, positive("failure time", "s")] = 5.0
+    failure_torque: Annotated[PerWheel | float, limit("failure torque", "N·m in every wheel")] = (
+        eqx.field(converter=listed, default=np.inf)
+    )
+    told: Annotated[PerWheel | float, _time] = eqx.field(converter=listed, default=np.inf)
+    delay: Annotated[int, check_delay] = eqx.field(static=True, default=0)
 
     def start(self, count: int) -> WheelWatchMemory:
         """Nothing measured yet, all wheels working."""

@@ -4,12 +4,10 @@ from collections import namedtuple
 from functools import cache
 from typing import Any, NamedTuple
 
-import equinox as eqx
-
 from gyrostat.control.missing_sample import predicted
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, check_period
 from gyrostat.estimation import AttitudeEstimate, AttitudeFilter
 from gyrostat.spacecraft import SpacecraftMeasurement
 
@@ -46,7 +44,7 @@ class EstimatedControlMemory(NamedTuple):
     period: Scalar
 
 
-class EstimatedControl(eqx.Module):
+class EstimatedControl(Checked):
     """A controller that is given what an attitude filter makes of star tracker and gyro.
 
     Its command is that of the controller, and to be recorded: `estimated_attitude` (4,),
@@ -61,14 +59,6 @@ class EstimatedControl(eqx.Module):
 
     filter: AttitudeFilter
     controller: Any
-
-    def check(self) -> None:
-        """Refuse what filter or controller refuse, by `InputError`."""
-        check_parts(self.filter, self.controller)
-
-    def check_period(self, period: float) -> None:
-        """Refuse a control period, s, that the controller refuses, by `InputError`."""
-        check_period(period, self.controller)
 
     def start(self, period: Scalar) -> EstimatedControlMemory:
         """Nothing measured yet."""

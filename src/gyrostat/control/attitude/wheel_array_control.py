@@ -1,6 +1,6 @@
 """Attitude control by an array of wheels: attitude and rate to wheel torques."""
 
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
@@ -15,9 +15,9 @@ from gyrostat.control.attitude.commands_sent import Sent, nothing_sent, sent_too
 from gyrostat.control.underactuated.two_wheel_law import brake
 from gyrostat.core import rotations
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, limit, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed
 
@@ -49,7 +49,7 @@ class ArrayCommand(NamedTuple):
     UNITS = {"torque": "N·m", "external_torque": "N·m", "target": "1"}  # noqa: RUF012
 
 
-class AttitudeTargets(eqx.Module):
+class AttitudeTargets(Checked):
     """The attitude wanted over time: each from its own time on.
 
     The targets say where to point and not how fast: a law that is given them takes each for a
@@ -69,8 +69,12 @@ class AttitudeTargets(eqx.Module):
         """One attitude for all times."""
         return cls(jnp.zeros(1), jnp.asarray(attitude, dtype=float)[None])
 
-    def check(self) -> None:
-        """Refuse times that do not rise and quaternions that are no attitudes, by `InputError`."""
+    def check_own(self) -> None:
+        """Validate times and attitudes.
+
+        Raises:
+            InputError: Times that do not rise, quaternions that are no attitudes.
+        """
         times = np.asarray(self.times, dtype=float)
         rising = times.size > 0 and times.ndim > 0 and np.all(np.isfinite(times))
         if not rising or not np.all(np.diff(times, axis=-1) > 0.0):
@@ -108,7 +112,7 @@ class ArrayControlMemory(NamedTuple):
     watch: WheelWatchMemory
 
 
-class WheelArrayControl(eqx.Module):
+class WheelArrayControl(Checked):
     """A u = T + D - w x H - J (w_d' + k (w_d - w)), shared among the wheels that work.
 
     T is the torque of the external actuator, H the momentum of spacecraft and wheels in body axes:
@@ -152,36 +156,29 @@ class WheelArrayControl(eqx.Module):
 
     spacecraft: Spacecraft
     targets: AttitudeTargets
-    turn_gain: Scalar = 0.1
-    rate_gain: Scalar = 0.4
-    torque_time: Scalar = 20.0
-    largest_rate: Scalar = 0.05
+    turn_gain: Annotated[Scalar, positive("turn gain", "1/s")] = 0.1
+    rate_gain: Annotated[Scalar, positive("rate gain", "1/s")] = 0.4
+    torque_time: Annotated[Scalar, limit("torque time", "s")] = 20.0
+    largest_rate: Annotated[Scalar, positive("largest rate", "rad/s")] = 0.05
     allocation: Any = LeastLargest()
     null_space: NullSpaceControl | None = None
     management: MomentumManagement | None = None
     watch: WheelWatch = WheelWatch()
 
-    def check(self) -> None:
-        """Refuse what cannot be controlled.
+    def check_own(self) -> None:
+        """Validate the limits of the wheels.
 
         Raises:
-            InputError: gains, times or limits that are not positive, wheels without finite limits,
-                or what a part refuses.
+            InputError: One is infinite.
         """
-        check_parts(self.spacecraft, self.targets, self.null_space, self.management, self.watch)
-        require("turn gain", self.turn_gain, "1/s", positive=True)
-        require("rate gain", self.rate_gain, "1/s", positive=True)
-        require("largest rate", self.largest_rate, "rad/s", positive=True)
-        if not np.all(np.asarray(self.torque_time) > 0.0):
-            raise InputError(f"torque time: found {self.torque_time}, expected above 0 s")
         for name in ("torque_limit", "momentum_limit"):
             if not np.all(np.isfinite(np.asarray(getattr(self.spacecraft.wheels, name)))):
                 raise InputError(
                     f"wheel {name}: found none, expected one for every wheel of the controller"
                 )
 
-    def check_period(self, period: float) -> None:
-        """Refuse a control period that is too long for the rate gain, by `InputError`."""
+    def check_own_period(self, period: float) -> None:
+        """Refuse a control period, s, that is too long for the rate gain, by `InputError`."""
         longest = COARSEST / np.max(np.asarray(self.rate_gain))
         if period > longest:
             raise InputError(

@@ -1,14 +1,14 @@
 """Rate loop: commanded body rate to torques of wheels that carry momentum."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
 from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import require
 from gyrostat.spacecraft import WheelTorqueCommand
 
 PerWheel = Float[Array, " wheels"]
@@ -37,7 +37,7 @@ class RateLoopMemory(NamedTuple):
     period: Scalar
 
 
-class WheelRateLoop(eqx.Module):
+class WheelRateLoop(Checked):
     """u = A⁺ (b x w - J w_d') + k A⁺ J (w - w_d) + drag, within the limits of the wheels.
 
     A⁺ shares a torque among the working wheels, w_d is the wanted rate, b = R' H the total momentum
@@ -65,15 +65,9 @@ class WheelRateLoop(eqx.Module):
     rotor_inertia: PerWheel
     torque_limit: PerWheel
     momentum_limit: PerWheel
-    gain: Scalar = 0.8
-    drag_time: Scalar = 10.0
-    delay: int = eqx.field(static=True, default=0)
-
-    def check(self) -> None:
-        """Refuse gains and times that are not positive, a delay below 0, by `InputError`."""
-        require("rate gain", self.gain, "1/s", positive=True)
-        require("drag time", self.drag_time, "s", positive=True)
-        check_delay(self.delay)
+    gain: Annotated[Scalar, positive("rate gain", "1/s")] = 0.8
+    drag_time: Annotated[Scalar, positive("drag time", "s")] = 10.0
+    delay: Annotated[int, check_delay] = eqx.field(static=True, default=0)
 
     def start(self, period: Scalar) -> RateLoopMemory:
         """Nothing measured yet."""

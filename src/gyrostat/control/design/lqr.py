@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from gyrostat.control.design.controllability import uncontrollable
 from gyrostat.control.design.riccati import RiccatiSolution, riccati
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix
@@ -123,7 +124,7 @@ def _state(measurement: Any) -> Array:
     return measurement.state
 
 
-class LinearQuadratic(eqx.Module):
+class LinearQuadratic(Checked):
     """u = -K x, sampled: a controller of the loop.
 
     Attributes:
@@ -135,8 +136,8 @@ class LinearQuadratic(eqx.Module):
     gain: Float[Array, "m n"]
     reading: Callable[[Any], Array] = eqx.field(static=True, default=_state)
 
-    def check(self) -> None:
-        """Refuse a gain that is none, by `InputError`."""
+    def check_own(self) -> None:
+        """Refuse a gain that is no matrix of finite values, by `InputError`."""
         gain = np.asarray(self.gain, dtype=float)
         if gain.ndim < 2 or not np.all(np.isfinite(gain)):
             raise InputError(

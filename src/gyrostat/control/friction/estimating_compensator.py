@@ -1,6 +1,6 @@
 """Friction compensation with on-line estimation of speed and friction."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
@@ -8,8 +8,8 @@ from jaxtyping import Array, Float
 
 from gyrostat.control.attitude.attitude_pid import AttitudePID, PIDMemory
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.estimation import MomentumEstimate, RateEstimate, RateObserver, WheelMomentumFilter
 from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import Friction, static_curve
@@ -68,7 +68,7 @@ class EstimatingCommand(NamedTuple):
     }
 
 
-class EstimatingCompensator(eqx.Module):
+class EstimatingCompensator(Checked):
     """Friction of the model under an estimated speed, its level learned, the rest observed away.
 
     - The speed comes from the momentum of wheel and table, which friction cannot disturb.
@@ -96,7 +96,7 @@ class EstimatingCompensator(eqx.Module):
 
     law: AttitudePID
     friction: Friction
-    motor_constant: Scalar
+    motor_constant: Annotated[Scalar, positive("motor_constant")]
     momentum: WheelMomentumFilter
     observer: RateObserver
     learning_rate: Scalar = 0.1
@@ -145,23 +145,6 @@ class EstimatingCompensator(eqx.Module):
             current_limit=current_limit,
             delay=delay,
         )
-
-    def check(self) -> None:
-        """Refuse what leaves nothing to estimate with.
-
-        Raises:
-            InputError: an inertia, the motor constant, the noise of the tachometer or the
-                observer's bandwidth is not above zero, or what law or friction refuse.
-        """
-        for name, value in (
-            ("compensator wheel inertia", self.momentum.wheel_inertia),
-            ("compensator table inertia", self.momentum.table_inertia),
-            ("compensator speed sigma", self.momentum.speed_sigma),
-            ("compensator bandwidth", self.observer.bandwidth),
-            ("motor_constant", self.motor_constant),
-        ):
-            require(name, value, positive=True)
-        check_parts(self.law, self.friction)
 
     def start(self, period: Scalar) -> EstimatingMemory:
         """Nothing seen yet."""

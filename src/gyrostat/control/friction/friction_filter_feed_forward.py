@@ -1,6 +1,6 @@
 """Friction feed-forward from a Kalman filter on each wheel."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Float
@@ -8,8 +8,8 @@ from jaxtyping import Array, Float
 from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
 from gyrostat.control.missing_sample import predicted
 from gyrostat.core.arrays import PerWheel, Scalar
+from gyrostat.core.checked import Checked
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, check_period
 from gyrostat.estimation import FrictionTorqueEstimate, FrictionTorqueFilter
 
 
@@ -29,7 +29,7 @@ class FrictionFilterMemory(NamedTuple):
     period: Scalar
 
 
-class FrictionFilterFeedForward(eqx.Module):
+class FrictionFilterFeedForward(Checked):
     """m_i = u_i + N_i, with N_i the friction torque that a filter finds without a friction model.
 
     The filter of Moreira, Lopes and Kuga on the momentum of each rotor in space, which motor and
@@ -50,16 +50,7 @@ class FrictionFilterFeedForward(eqx.Module):
     axes: Float[Array, "3 wheels"]
     inertia: PerWheel
     torque_limit: PerWheel
-    delay: int = eqx.field(static=True, default=0)
-
-    def check(self) -> None:
-        """Refuse a delay below 0, and what the parts refuse, by `InputError`."""
-        check_parts(self.controller, self.filter)
-        check_delay(self.delay)
-
-    def check_period(self, period: float) -> None:
-        """Refuse a control period, s, that the controller refuses, by `InputError`."""
-        check_period(period, self.controller)
+    delay: Annotated[int, check_delay] = eqx.field(static=True, default=0)
 
     def start(self, period: Scalar) -> FrictionFilterMemory:
         """Nothing measured yet."""

@@ -1,14 +1,14 @@
 """Wheel momentum control, with and without a friction estimate."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Int
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, size
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import require
 from gyrostat.estimation import (
     FrictionScaleEstimate,
     FrictionScaleFilter,
@@ -60,7 +60,7 @@ class _Memory(NamedTuple):
     period: Scalar
 
 
-class FrictionTorqueControl(eqx.Module):
+class FrictionTorqueControl(Checked):
     """u = N - gamma (h - h_ref) on the filter without a friction model.
 
     Moreira, Lopes and Kuga, eqs. (8), (11), (15), (16): between measurements h runs on as the
@@ -73,13 +73,8 @@ class FrictionTorqueControl(eqx.Module):
     """
 
     estimator: FrictionTorqueFilter
-    gain: Scalar
+    gain: Annotated[Scalar, size("momentum gain", "1/s")]
     reference: Profile = eqx.field(static=True)
-
-    def check(self) -> None:
-        """Refuse a negative gain and what the estimator refuses, by `InputError`."""
-        require("momentum gain", self.gain, "1/s")
-        self.estimator.check()
 
     def start(self, period: Scalar) -> _Memory:
         """Nothing measured yet."""
@@ -107,7 +102,7 @@ class FrictionTorqueControl(eqx.Module):
         return _Memory(predicted, memory.sample + 1, memory.period), command
 
 
-class FrictionScaleControl(eqx.Module):
+class FrictionScaleControl(Checked):
     """The same law, held through the period, on the filter that carries the friction model.
 
     Attributes:
@@ -117,13 +112,8 @@ class FrictionScaleControl(eqx.Module):
     """
 
     estimator: FrictionScaleFilter
-    gain: Scalar
+    gain: Annotated[Scalar, size("momentum gain", "1/s")]
     reference: Profile = eqx.field(static=True)
-
-    def check(self) -> None:
-        """Refuse a negative gain and what the estimator refuses, by `InputError`."""
-        require("momentum gain", self.gain, "1/s")
-        self.estimator.check()
 
     def start(self, period: Scalar) -> _Memory:
         """Nothing measured yet."""

@@ -1,12 +1,13 @@
 """The gyrostat with ideal wheels: momentum-exact, free of singularities, quick."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, PRNGKeyArray
 
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, three
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
@@ -42,7 +43,7 @@ class ReducedRecord(NamedTuple):
     UNITS = {"rate": "rad/s"}  # noqa: RUF012
 
 
-class ReducedGyrostat(eqx.Module):
+class ReducedGyrostat(Checked):
     """R' = R [w]x, w = J^-1 (R' H - A h), h_i' = u_i, with the total momentum H given.
 
     Wheels without friction; a failed one keeps its momentum. No external torque acts, so that H is
@@ -57,14 +58,7 @@ class ReducedGyrostat(eqx.Module):
 
     spacecraft: Spacecraft
     working: Bool[Array, " wheels"]
-    total_momentum: Vector3
-
-    def check(self) -> None:
-        """Refuse what no spacecraft is, by `InputError`."""
-        self.spacecraft.check()
-        momentum = np.asarray(self.total_momentum, dtype=float)
-        if momentum.shape[-1:] != (3,) or not np.all(np.isfinite(momentum)):
-            raise InputError(f"total momentum: found {momentum}, expected three finite values")
+    total_momentum: Annotated[Vector3, three("total momentum")]
 
     def check_state(self, state: ReducedState) -> None:
         """Refuse what is no state of this spacecraft; see `Gyrostat.check_state`."""

@@ -6,17 +6,17 @@ up the momentum that they give the body, as wheels would.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import EulerAngles, rate_of_euler
-from gyrostat.core.validation import require
 
 LEAST_SINE = 0.005
 """Of theta: below it the angles say nothing that a controller should act on."""
@@ -85,7 +85,7 @@ class BodyRateRecord(NamedTuple):
     UNITS = {"body_rate": "rad/s"}  # noqa: RUF012
 
 
-class TorqueDrivenBody(eqx.Module):
+class TorqueDrivenBody(Checked):
     """I dw/dt = M for a body whose principal inertias are equal, on 3-1-3 angles.
 
     Equation (5) of the paper reads, corrected,
@@ -100,18 +100,17 @@ class TorqueDrivenBody(eqx.Module):
             fails. A torque acts to the end of a step that begins before.
     """
 
-    inertia: Scalar
+    inertia: Annotated[Scalar, positive("body inertia", "kg·m²")]
     failure_time: Float[Array, "3"] | np.ndarray = eqx.field(
         default_factory=lambda: np.full(3, np.inf)
     )
 
-    def check(self) -> None:
-        """Refuse what is no body, or a failure that came before the start.
+    def check_own(self) -> None:
+        """Validate the failure times.
 
         Raises:
-            InputError: as said.
+            InputError: Not (3,), or before the start.
         """
-        require("body inertia", self.inertia, "kg·m²", positive=True)
         times = np.asarray(self.failure_time, float)
         if times.shape[-1:] != (3,):
             raise InputError(f"failure time: found shape {times.shape}, expected (3,), one an axis")

@@ -1,13 +1,12 @@
 """A wheel on a fixed bench that is commanded in torque, and a sensor of its momentum."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-import equinox as eqx
 from jaxtyping import Array, Bool, PRNGKeyArray
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.wheel import Contact, Motion, Wheel, carry
 from gyrostat.wheel.friction import LuGre
 
@@ -82,7 +81,7 @@ class _OnBench(Contact):
         return jnp.where(fades, FADING_STEP / rate, jnp.inf)
 
 
-class BenchWheel(eqx.Module):
+class BenchWheel(Checked):
     """J dw/dt = u - N, the friction N static or of bristles.
 
     Moreira, Lopes and Kuga, "Estimation of torque in a reaction wheel using a bristle model for
@@ -93,16 +92,6 @@ class BenchWheel(eqx.Module):
     """
 
     wheel: Wheel
-
-    def check(self) -> None:
-        """Refuse an inertia or a friction that no wheel has.
-
-        Raises:
-            InputError: the inertia is not finite, or not above zero; see `Friction.check` and
-                `LuGre.check`.
-        """
-        require("wheel inertia", self.wheel.inertia, "kg·m²", positive=True)
-        check_parts(self.wheel.friction)
 
     def start(self, *, speed: Scalar = 0.0, bristle: Scalar = 0.0) -> BenchWheelState:
         """A state: speed, rad/s, and deflection of the bristles, rad."""
@@ -147,7 +136,7 @@ class MomentumMeasurement(NamedTuple):
     UNITS = {"momentum": "N·m·s"}  # noqa: RUF012
 
 
-class MomentumSensor(eqx.Module):
+class MomentumSensor(Checked):
     """Momentum of the wheel with white noise: a measured speed times an inertia.
 
     Attributes:
@@ -155,13 +144,8 @@ class MomentumSensor(eqx.Module):
         sigma: standard deviation of a sample, N·m·s.
     """
 
-    inertia: Scalar
-    sigma: Scalar = 0.0
-
-    def check(self) -> None:
-        """Refuse an inertia that is not above zero and a negative noise, by `InputError`."""
-        require("sensor inertia", self.inertia, "kg·m²", positive=True)
-        require("momentum sigma", self.sigma, "N·m·s")
+    inertia: Annotated[Scalar, positive("sensor inertia", "kg·m²")]
+    sigma: Annotated[Scalar, size("momentum sigma", "N·m·s")] = 0.0
 
     def start(self, state: Any, period: Scalar) -> tuple[()]:
         """It has no memory."""
