@@ -271,6 +271,8 @@ def labelled(histories: Histories, period: float) -> "xr.Dataset":
     ):
         units = getattr(signals, "UNITS", {})
         for name, values in signals._asdict().items():
+            if values is None:
+                continue
             label = prefix + name if name in variables else name
             extra = [f"{label}_{k}" for k in range(1, values.ndim - 1)]
             mask = fine.reshape(*fine.shape, *(1,) * len(extra))

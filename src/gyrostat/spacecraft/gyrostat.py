@@ -31,13 +31,25 @@ class GyrostatState(NamedTuple):
         attitude: (4,) quaternion of the body in inertial space, scalar first.
         momentum: (3,) of everything, in inertial axes, N·m·s.
         wheel_speed: (wheels,) relative to the body, rad/s; exactly zero is at rest.
+        wheel_angle: (wheels,) of the rotors relative to the body, rad; None where no part of the
+            plant needs it (`ImbalancedGyrostat` does).
+        motor_current: (wheels,) A; None where the motors give their torque at once, without a
+            `DrivenGyrostat`.
     """
 
     attitude: Quaternion
     momentum: Vector3
     wheel_speed: PerWheel
+    wheel_angle: PerWheel | None = None
+    motor_current: PerWheel | None = None
 
-    UNITS = {"attitude": "1", "momentum": "N·m·s", "wheel_speed": "rad/s"}  # noqa: RUF012
+    UNITS = {  # noqa: RUF012
+        "attitude": "1",
+        "momentum": "N·m·s",
+        "wheel_speed": "rad/s",
+        "wheel_angle": "rad",
+        "motor_current": "A",
+    }
 
 
 class WheelTorqueCommand(NamedTuple):
@@ -56,16 +68,36 @@ class GyrostatRecord(NamedTuple):
     """What is worth recording.
 
     Attributes:
-        rate: (3,) of the body, in body axes, rad/s.
+        rate: (3,) of the body without jitter, in body axes, rad/s.
         wheel_momentum: (wheels,) rotor inertia times speed relative to the body, N·m·s.
-        saturated: (wheels,) whether the torque limit cuts the command.
+        saturated: (wheels,) whether a limit cuts the command.
+        jitter: (3,) rotation vector from the attitude with balanced wheels to the attitude, rad;
+            None for balanced wheels.
     """
 
     rate: Vector3
     wheel_momentum: PerWheel
     saturated: Bool[Array, " wheels"]
+    jitter: Vector3 | None = None
 
-    UNITS = {"rate": "rad/s", "wheel_momentum": "N·m·s"}  # noqa: RUF012
+    UNITS = {"rate": "rad/s", "wheel_momentum": "N·m·s", "jitter": "rad"}  # noqa: RUF012
+
+
+class RateRecord(NamedTuple):
+    """What is worth recording of a plant without wheel limits.
+
+    Attributes:
+        rate: (3,) of the body, in body axes, rad/s.
+    """
+
+    rate: Vector3
+
+    UNITS = {"rate": "rad/s"}  # noqa: RUF012
+
+
+def too_fast(rate: Vector3) -> Bool[Array, ""]:
+    """Whether a body rate, rad/s, is beyond `FASTEST`, or no number."""
+    return ~(rate @ rate < FASTEST**2)
 
 
 class Gyrostat(Checked):
@@ -163,9 +195,9 @@ class Gyrostat(Checked):
                 beyond its momentum limit.
         """
         wheels = self.spacecraft.wheels
-        sizes = (4, 3, wheels.count)
-        for name, value, length in zip(state._fields, state, sizes, strict=True):
-            if np.shape(value)[-1:] != (length,):
+        for name, value in state._asdict().items():
+            length = {"attitude": 4, "momentum": 3}.get(name, wheels.count)
+            if value is not None and np.shape(value)[-1:] != (length,):
                 raise InputError(f"{name}: found shape {np.shape(value)}, expected ({length},)")
         check_unit(state.attitude)
         wheels.check_speed(state.wheel_speed)
@@ -262,8 +294,7 @@ class Gyrostat(Checked):
 
     def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""
-        rate = self.rate(state)
-        return ~(rate @ rate < FASTEST**2)
+        return too_fast(self.rate(state))
 
     def record(self, state: GyrostatState, command: WheelTorqueCommand) -> GyrostatRecord:
         """Rate and wheel momentum at the start of a control period."""

@@ -98,7 +98,8 @@ class SpacecraftSensor(Checked):
     def start(self, state: GyrostatState, period: Scalar) -> _Memory:
         """Memory before the first sample."""
         speed = jnp.asarray(state.wheel_speed)
-        wheels = WheelMotion(speed, getattr(state, "wheel_angle", jnp.zeros_like(speed)))
+        angle = getattr(state, "wheel_angle", None)
+        wheels = WheelMotion(speed, jnp.zeros_like(speed) if angle is None else angle)
         tachometer = self._tachometer().start(wheels, period)
         period = jnp.asarray(period, dtype=float)
         # no time passes before the first sample

@@ -13,7 +13,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import normalised, rate_of_quaternion, to_body
-from gyrostat.spacecraft.gyrostat import FASTEST, Gyrostat, GyrostatState
+from gyrostat.spacecraft.gyrostat import Gyrostat, GyrostatState, RateRecord, too_fast
 from gyrostat.spacecraft.spacecraft import Spacecraft
 
 PerWheel = Float[Array, " wheels"]
@@ -51,18 +51,6 @@ class WheelSpeedCommand(NamedTuple):
     speed: PerWheel
 
     UNITS = {"speed": "rad/s"}  # noqa: RUF012
-
-
-class SpeedDrivenRecord(NamedTuple):
-    """What is worth recording.
-
-    Attributes:
-        rate: (3,) of the body while the command acts, in body axes, rad/s.
-    """
-
-    rate: Vector3
-
-    UNITS = {"rate": "rad/s"}  # noqa: RUF012
 
 
 class SinusoidalMomentum(Checked):
@@ -178,10 +166,9 @@ class SpeedDrivenSpacecraft(Checked):
 
     def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""
-        rate = self.rate(state)
-        return ~(rate @ rate < FASTEST**2)
+        return too_fast(self.rate(state))
 
-    def record(self, state: GyrostatState, command: Any) -> SpeedDrivenRecord:
+    def record(self, state: GyrostatState, command: Any) -> RateRecord:
         """Rate at the start of a control period, the wheels at what they reach without delay."""
         acting = self._speed_at(state, command, jnp.zeros(()))
-        return SpeedDrivenRecord(self.rate(state._replace(wheel_speed=acting)))
+        return RateRecord(self.rate(state._replace(wheel_speed=acting)))

@@ -13,7 +13,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import from_rotation_vector, normalised, product, to_body
-from gyrostat.spacecraft.gyrostat import FASTEST, Gyrostat, GyrostatState
+from gyrostat.spacecraft.gyrostat import Gyrostat, RateRecord, too_fast
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.speed_driven import unit_quaternion
 from gyrostat.wheel.friction import ViscousCoulomb
@@ -53,18 +53,6 @@ class SpeedLoopState(NamedTuple):
         "integral": "rad",
         "torque_demand": "N·m",
     }
-
-
-class SpeedLoopRecord(NamedTuple):
-    """What is worth recording.
-
-    Attributes:
-        rate: (3,) of the body, in body axes, rad/s.
-    """
-
-    rate: Vector3
-
-    UNITS = {"rate": "rad/s"}  # noqa: RUF012
 
 
 class SpeedLoopSpacecraft(Checked):
@@ -146,7 +134,7 @@ class SpeedLoopSpacecraft(Checked):
 
     def rate(self, state: SpeedLoopState) -> Vector3:
         """Body rate in body axes, rad/s."""
-        return Gyrostat(self.spacecraft).rate(GyrostatState(*state[:3]))
+        return Gyrostat(self.spacecraft).rate(state)
 
     def __call__(
         self, state: SpeedLoopState, command: Any, time: Scalar, duration: Scalar
@@ -224,9 +212,8 @@ class SpeedLoopSpacecraft(Checked):
 
     def diverged(self, state: SpeedLoopState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""
-        rate = self.rate(state)
-        return ~(rate @ rate < FASTEST**2)
+        return too_fast(self.rate(state))
 
-    def record(self, state: SpeedLoopState, command: Any) -> SpeedLoopRecord:
+    def record(self, state: SpeedLoopState, command: Any) -> RateRecord:
         """Rate at the start of a control period."""
-        return SpeedLoopRecord(self.rate(state))
+        return RateRecord(self.rate(state))

@@ -12,7 +12,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import check_unit, normalised, rate_of_quaternion, to_body
-from gyrostat.spacecraft.gyrostat import FASTEST, WheelTorqueCommand
+from gyrostat.spacecraft.gyrostat import RateRecord, WheelTorqueCommand, too_fast
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.spacecraft_sensor import SpacecraftMeasurement
 
@@ -29,18 +29,6 @@ class ReducedState(NamedTuple):
     rotor_momentum: PerWheel
 
     UNITS = {"attitude": "1", "rotor_momentum": "N·m·s"}  # noqa: RUF012
-
-
-class ReducedRecord(NamedTuple):
-    """What is worth recording.
-
-    Attributes:
-        rate: (3,) of the body, in body axes, rad/s.
-    """
-
-    rate: Vector3
-
-    UNITS = {"rate": "rad/s"}  # noqa: RUF012
 
 
 class ReducedGyrostat(Checked):
@@ -123,13 +111,12 @@ class ReducedGyrostat(Checked):
 
     def diverged(self, state: ReducedState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""
-        rate = self.rate(state)
-        return ~(rate @ rate < FASTEST**2)
+        return too_fast(self.rate(state))
 
-    def record(self, state: ReducedState, command: WheelTorqueCommand) -> ReducedRecord:
+    def record(self, state: ReducedState, command: WheelTorqueCommand) -> RateRecord:
         """Rate at the start of a control period."""
         del command
-        return ReducedRecord(self.rate(state))
+        return RateRecord(self.rate(state))
 
 
 class ReducedSensor(eqx.Module):
