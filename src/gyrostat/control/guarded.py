@@ -1,7 +1,5 @@
 """A controller behind the validation of its measurements."""
 
-from collections import namedtuple
-from functools import cache
 from typing import Any, NamedTuple
 
 from gyrostat.control.measurement_guard import (
@@ -11,6 +9,7 @@ from gyrostat.control.measurement_guard import (
     SampleStatus,
 )
 from gyrostat.control.missing_sample import predicted
+from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
@@ -101,7 +100,7 @@ class Guarded(Checked):
         memory, command, report = self.step(memory, measurement)
         if not hasattr(command, "_fields"):
             return memory, command
-        return memory, _with_report(type(command))(*command, *report)
+        return memory, recorded_with("Guarded", command, report)
 
     def step(
         self, memory: GuardedMemory, measurement: Any
@@ -181,11 +180,3 @@ def finite(tree: Any, known: Any = ()) -> Any:
 def _as(like: Any, function: Any) -> Any:
     """The function, its results of the types of an example."""
     return lambda: jax.tree.map(lambda x, y: jnp.asarray(x, y.dtype), function(), like)
-
-
-@cache
-def _with_report(command: Any) -> Any:
-    """Type of a command that also records the status of its sample."""
-    made: Any = namedtuple(f"Guarded{command.__name__}", (*command._fields, *SampleReport._fields))
-    made.UNITS = {**getattr(command, "UNITS", {}), "samples_missed": "1"}
-    return made

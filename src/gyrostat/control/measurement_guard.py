@@ -71,6 +71,7 @@ class SampleReport(NamedTuple):
     samples_missed: Int[Array, ""]
 
     ENUMS = {"sample_status": SampleStatus}  # noqa: RUF012
+    UNITS = {"samples_missed": "1"}  # noqa: RUF012
 
 
 class GuardMemory(NamedTuple):

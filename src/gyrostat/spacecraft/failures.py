@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float
 from gyrostat.core.arrays import PerWheel
 from gyrostat.core.checked import Checked, finite, from_start, share, size
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel.array import listed
 
 
@@ -81,17 +81,9 @@ class WheelFailures(Checked):
                 "expected one failure a wheel"
             )
         share = 0.0 if stuck_torque or seized else torque_share
-        values = (time, share, stuck_torque, seized, added_viscous, sensor_lost)
-        fields = (
-            self.time,
-            self.torque_share,
-            self.stuck_torque,
-            self.seized,
-            self.added_viscous,
-            self.sensor_lost,
-        )
+        failure = type(self)(time, share, stuck_torque, seized, added_viscous, sensor_lost)
         own = jnp.arange(count) == wheel
-        return type(self)(*(jnp.where(own, v, f) for v, f in zip(values, fields, strict=True)))
+        return jax.tree.map(lambda new, old: jnp.where(own, new, old), failure, self)
 
     def torque_lost(self, wheel: int, time: float, *, added_viscous: float = 0.0) -> Self:
         """A motor without torque: the rotor runs down by its own friction and `added_viscous`."""

@@ -5,9 +5,9 @@ from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool
 
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, size, three
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
@@ -15,8 +15,6 @@ from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import normalised, rate_of_quaternion, to_body
 from gyrostat.spacecraft.gyrostat import Gyrostat, GyrostatState, RateRecord, too_fast
 from gyrostat.spacecraft.spacecraft import Spacecraft
-
-PerWheel = Float[Array, " wheels"]
 
 UNIT_LENGTH = 1e-6
 """Largest distance of a quaternion's length from 1 that is rounding."""
@@ -76,6 +74,14 @@ class SinusoidalMomentum(Checked):
         return self.offset + jnp.asarray(self.amplitude) * jnp.sin(turn + jnp.asarray(self.phase))
 
 
+def started(plant: Any, attitude: Any, wheel_speed: Any) -> GyrostatState:
+    """State at time zero of a spacecraft with a given momentum; see `SpeedDrivenSpacecraft`."""
+    count = plant.spacecraft.wheels.count
+    speed = jnp.broadcast_to(jnp.asarray(wheel_speed, dtype=float), (count,))
+    momentum = jnp.asarray(plant.momentum(jnp.zeros(())))
+    return GyrostatState(unit_quaternion("attitude", attitude), momentum, speed)
+
+
 def _finite(limit: Array) -> Array:
     return jnp.where(jnp.isinf(limit), 0.0, limit)
 
@@ -111,10 +117,7 @@ class SpeedDrivenSpacecraft(Checked):
         Raises:
             InputError: a quaternion that is not of unit length.
         """
-        count = self.spacecraft.wheels.count
-        speed = jnp.broadcast_to(jnp.asarray(wheel_speed, dtype=float), (count,))
-        quaternion = unit_quaternion("attitude", attitude)
-        return GyrostatState(quaternion, jnp.asarray(self.momentum(jnp.zeros(()))), speed)
+        return started(self, attitude, wheel_speed)
 
     def rate(self, state: GyrostatState) -> Vector3:
         """Body rate in body axes, rad/s."""

@@ -5,9 +5,9 @@ from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool
 
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -15,10 +15,8 @@ from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import from_rotation_vector, normalised, product, to_body
 from gyrostat.spacecraft.gyrostat import Gyrostat, RateRecord, too_fast
 from gyrostat.spacecraft.spacecraft import Spacecraft
-from gyrostat.spacecraft.speed_driven import unit_quaternion
+from gyrostat.spacecraft.speed_driven import started
 from gyrostat.wheel.friction import ViscousCoulomb
-
-PerWheel = Float[Array, " wheels"]
 
 SET_POINT_WEIGHT = 0.5
 """Of the set-point in the proportional part: with it, speed follows set-point as a lag of order 1,
@@ -124,13 +122,10 @@ class SpeedLoopSpacecraft(Checked):
         Raises:
             InputError: a quaternion that is not of unit length.
         """
-        count = self.spacecraft.wheels.count
-        speed = jnp.broadcast_to(jnp.asarray(wheel_speed, dtype=float), (count,))
-        quaternion = unit_quaternion("attitude", attitude)
-        momentum = jnp.asarray(self.momentum(jnp.zeros(())))
+        quaternion, momentum, speed, *_ = started(self, attitude, wheel_speed)
         # the weight of the set-point leaves this to the integral
         integral = 2.0 * (1.0 - SET_POINT_WEIGHT) * speed / self.natural_frequency
-        return SpeedLoopState(quaternion, momentum, speed, speed, integral, jnp.zeros(count))
+        return SpeedLoopState(quaternion, momentum, speed, speed, integral, jnp.zeros_like(speed))
 
     def rate(self, state: SpeedLoopState) -> Vector3:
         """Body rate in body axes, rad/s."""

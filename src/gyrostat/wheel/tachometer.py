@@ -11,6 +11,7 @@ from jaxtyping import Array, Float, PRNGKeyArray
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, positive, size
+from gyrostat.core.delay_line import empty_line, pushed
 from gyrostat.core.jax64 import jax, jnp
 
 
@@ -150,16 +151,12 @@ class Delayed(Checked):
         """Memory of the sensor, and the samples under way (none yet)."""
         memory = self.sensor.start(state, period)
         sample = jax.eval_shape(self.sensor, memory, state, jax.random.key(0))[1]
-        under_way = jax.tree.map(lambda s: jnp.zeros((self.periods, *s.shape), s.dtype), sample)
-        return memory, under_way, jnp.array(False)
+        return memory, empty_line(sample, self.periods), jnp.array(False)
 
     def __call__(self, memory: Any, state: Any, key: PRNGKeyArray) -> tuple[Any, Any]:
         """Measure now, return what was measured `periods` ago."""
         inner, under_way, started = memory
         inner, sample = self.sensor(inner, state, key)
         under_way = jax.tree.map(lambda u, s: jnp.where(started, u, s), under_way, sample)
-        arrived = jax.tree.map(lambda u: u[0], under_way)
-        moved = jax.tree.map(
-            lambda u, s: jnp.concatenate([u[1:], jnp.asarray(s)[None]]), under_way, sample
-        )
-        return (inner, moved, jnp.array(True)), arrived
+        under_way, arrived = pushed(under_way, sample)
+        return (inner, under_way, jnp.array(True)), arrived

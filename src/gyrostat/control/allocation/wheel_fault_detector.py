@@ -7,9 +7,10 @@ import numpy as np
 from jaxtyping import Array, Bool
 
 from gyrostat.control.allocation.allocation import Working
-from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
+from gyrostat.control.allocation.drag_filter import lost_torque, low_passed
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.checked import Checked, limit, positive, within
+from gyrostat.core.delay_line import Sent, empty_line, is_delay, pushed
 from gyrostat.core.jax64 import jnp
 from gyrostat.wheel.array import listed
 
@@ -61,17 +62,17 @@ class WheelWatch(Checked):
         eqx.field(converter=listed, default=np.inf)
     )
     told: Annotated[PerWheel | float, _time] = eqx.field(converter=listed, default=np.inf)
-    delay: Annotated[int, check_delay] = eqx.field(static=True, default=0)
+    delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
 
     def start(self, count: int) -> WheelWatchMemory:
         """Nothing measured yet, all wheels working."""
         none = jnp.zeros(count)
-        torque = nothing_sent(self.delay, count)
+        torque = empty_line(none, self.delay + 1)
         return WheelWatchMemory(none, torque, none, none, none == 0.0, jnp.array(False))
 
     def commanded(self, memory: WheelWatchMemory, torque: PerWheel) -> WheelWatchMemory:
         """Take in what is commanded at this sample, (wheels,), N·m."""
-        return memory._replace(torque=sent_too(memory.torque, torque))
+        return memory._replace(torque=pushed(memory.torque, torque)[0])
 
     def missed(self, memory: WheelWatchMemory, torque: PerWheel) -> WheelWatchMemory:
         """Memory after a sample that is missing: the next one is not compared with an older one.
@@ -101,16 +102,10 @@ class WheelWatch(Checked):
             time: of the sample, s.
             period: since the last one, s.
         """
-        lost = memory.torque[0] - (momentum - memory.momentum) / period
-        judged = memory.begun & measured
-
-        def passed(mean: PerWheel, constant: Scalar) -> PerWheel:
-            share = period / (constant + period)
-            return mean + share * jnp.where(judged, lost - mean, 0.0)
-
-        quick = passed(memory.lost, self.failure_time)
+        lost, judged = lost_torque(memory, momentum, period), memory.begun & measured
+        quick = low_passed(memory.lost, lost, self.failure_time, period, judged)
         failed = (jnp.abs(quick) > self.failure_torque) | (jnp.asarray(self.told) <= time)
         works = memory.works & ~failed
-        drag = jnp.clip(passed(memory.drag, self.drag_time), -limit / 2.0, limit / 2.0)
-        drag = jnp.where(works, drag, 0.0)
+        slow = low_passed(memory.drag, lost, self.drag_time, period, judged)
+        drag = jnp.where(works, jnp.clip(slow, -limit / 2.0, limit / 2.0), 0.0)
         return WheelWatchMemory(momentum, memory.torque, drag, quick, works, jnp.array(True))

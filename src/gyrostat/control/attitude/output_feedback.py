@@ -1,10 +1,9 @@
 """Output feedback: a state-feedback controller behind an attitude filter."""
 
-from collections import namedtuple
-from functools import cache
 from typing import Any, NamedTuple
 
 from gyrostat.control.missing_sample import predicted
+from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked
 from gyrostat.core.jax64 import jnp
@@ -20,14 +19,13 @@ class _Estimated(NamedTuple):
     innovation: Vector3
     surprise: Scalar
 
-
-_UNITS = {
-    "estimated_attitude": "1",
-    "estimated_rate": "rad/s",
-    "estimated_bias": "rad/s",
-    "attitude_sigma": "rad",
-    "innovation": "rad",
-}
+    UNITS = {  # noqa: RUF012
+        "estimated_attitude": "1",
+        "estimated_rate": "rad/s",
+        "estimated_bias": "rad/s",
+        "attitude_sigma": "rad",
+        "innovation": "rad",
+    }
 
 
 class EstimatedControlMemory(NamedTuple):
@@ -107,16 +105,8 @@ class EstimatedControl(Checked):
         )
         controller, command = self.controller(memory.controller, known)
         sigma = jnp.sqrt(jnp.diagonal(estimate.covariance)[:3])
-        told = _Estimated(
+        estimated = _Estimated(
             estimate.attitude, rate, estimate.bias, sigma, estimate.innovation, estimate.surprise
         )
         after = EstimatedControlMemory(estimate, controller, memory.period)
-        return after, _with_estimate(type(command))(*command, *told)
-
-
-@cache
-def _with_estimate(command: Any) -> Any:
-    """The kind of a command that also records an estimate."""
-    made: Any = namedtuple(f"Estimated{command.__name__}", (*command._fields, *_Estimated._fields))
-    made.UNITS = {**getattr(command, "UNITS", {}), **_UNITS}
-    return made
+        return after, recorded_with("Estimated", command, estimated)

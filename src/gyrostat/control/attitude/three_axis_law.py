@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from gyrostat.control.attitude.wheel_rate_loop import PerWheel, WheelRateLoop
+from gyrostat.control.attitude.wheel_rate_loop import WheelRateLoop
 from gyrostat.control.underactuated.two_wheel_law import (
     BRAKING_SHARE,
     GYROSCOPIC_SHARE,
@@ -11,7 +11,7 @@ from gyrostat.control.underactuated.two_wheel_law import (
     largest_inertia,
 )
 from gyrostat.core import rotations
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
 

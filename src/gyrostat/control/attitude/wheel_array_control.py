@@ -11,11 +11,11 @@ from gyrostat.control.allocation.allocation import LeastLargest, Working, spread
 from gyrostat.control.allocation.momentum_unloading import MomentumManagement
 from gyrostat.control.allocation.null_space import NullSpaceControl
 from gyrostat.control.allocation.wheel_fault_detector import WheelWatch, WheelWatchMemory
-from gyrostat.control.attitude.commands_sent import Sent, nothing_sent, sent_too
 from gyrostat.control.underactuated.two_wheel_law import brake
 from gyrostat.core import rotations
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, limit, positive
+from gyrostat.core.delay_line import Sent, empty_line, pushed
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft
@@ -190,7 +190,7 @@ class WheelArrayControl(Checked):
         """Nothing measured yet."""
         none, watch = jnp.zeros(3), self.watch.start(self.spacecraft.wheels.count)
         period = jnp.asarray(period, dtype=float)
-        given = nothing_sent(self.watch.delay, 3)
+        given = empty_line(none, self.watch.delay + 1)
         return ArrayControlMemory(jnp.zeros(()), period, none, given, none, watch)
 
     def __call__(
@@ -229,7 +229,7 @@ class WheelArrayControl(Checked):
             torque += self.null_space(axes, watch.works, relative, left - jnp.abs(torque))
         torque = wheels.within_momentum_limit(torque + watch.drag, relative, period)
         watch = self.watch.commanded(watch, torque)
-        given = sent_too(memory.given, external)
+        given, _ = pushed(memory.given, external)
         after = ArrayControlMemory(memory.samples + 1.0, period, in_space, given, unknown, watch)
         return after, ArrayCommand(torque, external, target, watch.works)
 
@@ -245,7 +245,7 @@ class WheelArrayControl(Checked):
         """
         return memory._replace(
             samples=memory.samples + 1.0,
-            given=sent_too(memory.given, command.external_torque),
+            given=pushed(memory.given, command.external_torque)[0],
             watch=self.watch.missed(memory.watch, command.torque),
         )
 

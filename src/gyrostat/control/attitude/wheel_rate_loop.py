@@ -5,13 +5,12 @@ from typing import Annotated, Any, NamedTuple
 import equinox as eqx
 from jaxtyping import Array, Bool, Float
 
-from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
-from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.control.allocation.drag_filter import lost_torque, low_passed
+from gyrostat.core.arrays import PerWheel, Scalar, Vector3
 from gyrostat.core.checked import Checked, positive
+from gyrostat.core.delay_line import Sent, empty_line, is_delay, pushed
 from gyrostat.core.jax64 import jnp
 from gyrostat.spacecraft import WheelTorqueCommand
-
-PerWheel = Float[Array, " wheels"]
 
 TUMBLING = 3.0
 """Gyroscopic torque over the torque of the wheels, beyond which no rate is tracked."""
@@ -67,12 +66,12 @@ class WheelRateLoop(Checked):
     momentum_limit: PerWheel
     gain: Annotated[Scalar, positive("rate gain", "1/s")] = 0.8
     drag_time: Annotated[Scalar, positive("drag time", "s")] = 10.0
-    delay: Annotated[int, check_delay] = eqx.field(static=True, default=0)
+    delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
 
     def start(self, period: Scalar) -> RateLoopMemory:
         """Nothing measured yet."""
         none = jnp.zeros(self.axes.shape[-1])
-        torque = nothing_sent(self.delay, len(none))
+        torque = empty_line(none, self.delay + 1)
         period = jnp.asarray(period, dtype=float)
         return RateLoopMemory(none, torque, none, jnp.array(False), period)
 
@@ -138,7 +137,7 @@ class WheelRateLoop(Checked):
         lowest = (-self.momentum_limit - relative) / period
         torque = jnp.clip(torque, lowest, (self.momentum_limit - relative) / period)
         torque = jnp.where(working, jnp.clip(torque, -limit, limit), 0.0)
-        sent = sent_too(memory.torque, torque)
+        sent, _ = pushed(memory.torque, torque)
         after = RateLoopMemory(absolute, sent, drag, jnp.array(True), period)
         return after, WheelTorqueCommand(torque)
 
@@ -152,13 +151,11 @@ class WheelRateLoop(Checked):
             measurement: not used.
             command: that is sent.
         """
-        sent = sent_too(memory.torque, command.torque)
+        sent, _ = pushed(memory.torque, command.torque)
         return memory._replace(torque=sent, begun=jnp.array(False))
 
     def _drag(self, memory: RateLoopMemory, absolute: PerWheel) -> PerWheel:
-        # what the commanded torque should have given, less what the rotors have
-        lost = memory.torque[0] - (absolute - memory.momentum) / memory.period
-        share = memory.period / (self.drag_time + memory.period)
-        drag = memory.drag + share * jnp.where(memory.begun, lost - memory.drag, 0.0)
+        lost = lost_torque(memory, absolute, memory.period)
+        drag = low_passed(memory.drag, lost, self.drag_time, memory.period, memory.begun)
         # a wheel at its limits loses torque that is no drag
         return jnp.clip(drag, -self.torque_limit / 2, self.torque_limit / 2)

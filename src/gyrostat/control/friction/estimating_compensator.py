@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 from gyrostat.control.attitude.attitude_pid import AttitudePID, PIDMemory
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, positive
+from gyrostat.core.delay_line import empty_line, pushed
 from gyrostat.core.jax64 import jnp
 from gyrostat.estimation import MomentumEstimate, RateEstimate, RateObserver, WheelMomentumFilter
 from gyrostat.wheel import Wheel
@@ -153,7 +154,7 @@ class EstimatingCompensator(Checked):
             self.momentum.start(),
             self.observer.start(),
             jnp.array(1.0),
-            jnp.zeros(self.delay),
+            empty_line(jnp.zeros(()), self.delay),
         )
 
     def __call__(
@@ -187,13 +188,13 @@ class EstimatingCompensator(Checked):
         current = jnp.clip(wished, -self.current_limit, self.current_limit)
         law = self.law.within_limit(memory.law, law, wished - current)
         known = friction - self.motor_constant * current
-        queue = jnp.append(memory.under_way, known)
+        under_way, acting = pushed(memory.under_way, known)
         memory = EstimatingMemory(
             law,
             self.momentum.predict(momentum, period),
-            self.observer.predict(rate, queue[0], period),
+            self.observer.predict(rate, acting, period),
             scale,
-            queue[1:],
+            under_way,
         )
         return memory, EstimatingCommand(current, *parts, speed, momentum.torque, scale)
 
@@ -209,13 +210,13 @@ class EstimatingCompensator(Checked):
         """
         period = memory.law.period
         known = self.motor_constant * (command.friction_current - command.current)
-        queue = jnp.append(memory.under_way, known)
+        under_way, acting = pushed(memory.under_way, known)
         return EstimatingMemory(
             memory.law,
             self.momentum.predict(memory.momentum, period),
-            self.observer.predict(memory.rate, queue[0], period),
+            self.observer.predict(memory.rate, acting, period),
             memory.scale,
-            queue[1:],
+            under_way,
         )
 
     def _expected_friction(self, speed: Scalar, sigma: Scalar, demanded: Scalar) -> Scalar:

@@ -5,10 +5,10 @@ from typing import Annotated, Any, NamedTuple
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
 from gyrostat.control.missing_sample import predicted
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.checked import Checked
+from gyrostat.core.delay_line import Sent, empty_line, is_delay, pushed
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.estimation import FrictionTorqueEstimate, FrictionTorqueFilter
 
@@ -50,14 +50,14 @@ class FrictionFilterFeedForward(Checked):
     axes: Float[Array, "3 wheels"]
     inertia: PerWheel
     torque_limit: PerWheel
-    delay: Annotated[int, check_delay] = eqx.field(static=True, default=0)
+    delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
 
     def start(self, period: Scalar) -> FrictionFilterMemory:
         """Nothing measured yet."""
         none = jnp.zeros(self.axes.shape[-1])
         estimate = jax.vmap(self.filter.start)(none)
         period = jnp.asarray(period, dtype=float)
-        torque = nothing_sent(self.delay, len(none))
+        torque = empty_line(none, self.delay + 1)
         return FrictionFilterMemory(self.controller.start(period), estimate, torque, period)
 
     def predicted(
@@ -75,7 +75,7 @@ class FrictionFilterFeedForward(Checked):
             memory.estimate, impulse
         )
         controller = predicted(self.controller, memory.controller, measurement, command)
-        sent = sent_too(memory.torque, command.torque)
+        sent, _ = pushed(memory.torque, command.torque)
         return FrictionFilterMemory(controller, estimate, sent, memory.period)
 
     def __call__(self, memory: FrictionFilterMemory, measurement: Any) -> tuple[Any, Any]:
@@ -99,6 +99,6 @@ class FrictionFilterFeedForward(Checked):
         demanded = command.torque
         torque = demanded + jnp.where(demanded == 0.0, 0.0, estimate.friction)
         torque = jnp.clip(torque, -self.torque_limit, self.torque_limit)
-        sent = sent_too(memory.torque, torque)
+        sent, _ = pushed(memory.torque, torque)
         after = FrictionFilterMemory(controller, estimate, sent, memory.period)
         return after, command._replace(torque=torque)

@@ -5,14 +5,14 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from gyrostat.control.attitude.wheel_rate_loop import PerWheel, WheelRateLoop
+from gyrostat.control.attitude.wheel_rate_loop import WheelRateLoop
 from gyrostat.control.underactuated.momentum_angles import (
     MomentumFrame,
     momentum_angles,
     momentum_frame,
 )
 from gyrostat.core import rotations
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
 

@@ -8,14 +8,12 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 from gyrostat.control.allocation.working_wheels import SPAN, WorkingWheels
 from gyrostat.control.design.lqr import lqr
 from gyrostat.core import rotations, types
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.spacecraft import Spacecraft, WheelTorqueCommand
-
-PerWheel = Float[Array, " wheels"]
 
 LEAST_SINE = 1e-3
 """Of the angles on which controllability rests: below it motion takes too long to be of use."""
