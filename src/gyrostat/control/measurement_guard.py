@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from enum import IntEnum
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
@@ -68,10 +68,9 @@ class SampleReport(NamedTuple):
     """
 
     sample_status: Int[Array, ""]
-    samples_missed: Int[Array, ""]
+    samples_missed: Annotated[Int[Array, ""], "1"]
 
     ENUMS = {"sample_status": SampleStatus}  # noqa: RUF012
-    UNITS = {"samples_missed": "1"}  # noqa: RUF012
 
 
 class GuardMemory(NamedTuple):

@@ -4,6 +4,8 @@ from collections import namedtuple
 from functools import cache
 from typing import Any
 
+from gyrostat.core.units import declared_units
+
 
 def recorded_with(prefix: str, command: Any, signals: Any) -> Any:
     """A command with further fields.
@@ -20,5 +22,5 @@ def recorded_with(prefix: str, command: Any, signals: Any) -> Any:
 def _joined(prefix: str, command: Any, signals: Any) -> Any:
     fields = (*command._fields, *signals._fields)
     made: Any = namedtuple(f"{prefix}{command.__name__}", fields)
-    made.UNITS = {**getattr(command, "UNITS", {}), **signals.UNITS}
+    made.UNITS = declared_units(command) | declared_units(signals)
     return made

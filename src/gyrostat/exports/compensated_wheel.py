@@ -1,6 +1,6 @@
 """A wheel with its compensator as one unit, for simulators that move the body."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Bool, Float, Int
@@ -23,10 +23,8 @@ class BodyMeasurement(NamedTuple):
         rate: about it, rad/s.
     """
 
-    attitude: Float[Array, ""]
-    rate: Float[Array, ""]
-
-    UNITS = {"attitude": "rad", "rate": "rad/s"}  # noqa: RUF012
+    attitude: Annotated[Float[Array, ""], "rad"]
+    rate: Annotated[Float[Array, ""], "rad/s"]
 
 
 class CompensatedState(NamedTuple):
@@ -57,23 +55,16 @@ class CompensatedOutput(NamedTuple):
         samples_missed: Samples since the last one that gave a command; 0 where this one did.
     """
 
-    torque: Scalar
-    speed: Scalar
-    current: Scalar
-    estimated_torque: Scalar
-    friction_scale: Scalar
+    torque: Annotated[Scalar, "N·m"]
+    speed: Annotated[Scalar, "rad/s"]
+    current: Annotated[Scalar, "A"]
+    estimated_torque: Annotated[Scalar, "N·m"]
+    friction_scale: Annotated[Scalar, "1"]
     resolved: Bool[Array, ""]
     sample_status: Int[Array, ""]
     samples_missed: Int[Array, ""]
 
     ENUMS = SampleReport.ENUMS
-    UNITS = {  # noqa: RUF012
-        "torque": "N·m",
-        "speed": "rad/s",
-        "current": "A",
-        "estimated_torque": "N·m",
-        "friction_scale": "1",
-    }
 
 
 class CompensatedWheel(eqx.Module):

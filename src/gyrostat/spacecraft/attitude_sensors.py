@@ -66,13 +66,11 @@ class TrackerGyroMeasurement(NamedTuple):
         wheel_measured: (wheels,) whether the tachometer works.
     """
 
-    attitude: Quaternion
+    attitude: Annotated[Quaternion, "1"]
     attitude_measured: Bool[Array, ""]
-    rate: Vector3
-    wheel_speed: PerWheel
+    rate: Annotated[Vector3, "rad/s"]
+    wheel_speed: Annotated[PerWheel, "rad/s"]
     wheel_measured: Bool[Array, " wheels"]
-
-    UNITS = {"attitude": "1", "rate": "rad/s", "wheel_speed": "rad/s"}  # noqa: RUF012
 
 
 class _Memory(NamedTuple):

@@ -70,11 +70,9 @@ class TableMeasurement(NamedTuple):
         speed: of the wheel relative to the table, rad/s.
     """
 
-    attitude: Float[Array, ""]
-    rate: Float[Array, ""]
-    speed: Float[Array, ""]
-
-    UNITS = {"attitude": "rad", "rate": "rad/s", "speed": "rad/s"}  # noqa: RUF012
+    attitude: Annotated[Float[Array, ""], "rad"]
+    rate: Annotated[Float[Array, ""], "rad/s"]
+    speed: Annotated[Float[Array, ""], "rad/s"]
 
 
 class TableSensors(Checked):

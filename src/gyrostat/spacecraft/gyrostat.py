@@ -37,19 +37,11 @@ class GyrostatState(NamedTuple):
             `DrivenGyrostat`.
     """
 
-    attitude: Quaternion
-    momentum: Vector3
-    wheel_speed: PerWheel
-    wheel_angle: PerWheel | None = None
-    motor_current: PerWheel | None = None
-
-    UNITS = {  # noqa: RUF012
-        "attitude": "1",
-        "momentum": "N·m·s",
-        "wheel_speed": "rad/s",
-        "wheel_angle": "rad",
-        "motor_current": "A",
-    }
+    attitude: Annotated[Quaternion, "1"]
+    momentum: Annotated[Vector3, "N·m·s"]
+    wheel_speed: Annotated[PerWheel, "rad/s"]
+    wheel_angle: Annotated[PerWheel | None, "rad"] = None
+    motor_current: Annotated[PerWheel | None, "A"] = None
 
 
 class WheelTorqueCommand(NamedTuple):
@@ -59,9 +51,7 @@ class WheelTorqueCommand(NamedTuple):
         torque: (wheels,) N·m; positive speeds the wheel up and pushes the body back.
     """
 
-    torque: PerWheel
-
-    UNITS = {"torque": "N·m"}  # noqa: RUF012
+    torque: Annotated[PerWheel, "N·m"]
 
 
 class GyrostatRecord(NamedTuple):
@@ -75,12 +65,10 @@ class GyrostatRecord(NamedTuple):
             None for balanced wheels.
     """
 
-    rate: Vector3
-    wheel_momentum: PerWheel
+    rate: Annotated[Vector3, "rad/s"]
+    wheel_momentum: Annotated[PerWheel, "N·m·s"]
     saturated: Bool[Array, " wheels"]
-    jitter: Vector3 | None = None
-
-    UNITS = {"rate": "rad/s", "wheel_momentum": "N·m·s", "jitter": "rad"}  # noqa: RUF012
+    jitter: Annotated[Vector3 | None, "rad"] = None
 
 
 class RateRecord(NamedTuple):
@@ -90,9 +78,7 @@ class RateRecord(NamedTuple):
         rate: (3,) of the body, in body axes, rad/s.
     """
 
-    rate: Vector3
-
-    UNITS = {"rate": "rad/s"}  # noqa: RUF012
+    rate: Annotated[Vector3, "rad/s"]
 
 
 def too_fast(rate: Vector3) -> Bool[Array, ""]:

@@ -28,12 +28,10 @@ class SpacecraftMeasurement(NamedTuple):
         wheel_measured: (wheels,) whether the tachometer works.
     """
 
-    attitude: Quaternion
-    rate: Vector3
-    wheel_speed: PerWheel
+    attitude: Annotated[Quaternion, "1"]
+    rate: Annotated[Vector3, "rad/s"]
+    wheel_speed: Annotated[PerWheel, "rad/s"]
     wheel_measured: Bool[Array, " wheels"]
-
-    UNITS = {"attitude": "1", "rate": "rad/s", "wheel_speed": "rad/s"}  # noqa: RUF012
 
 
 class WheelMotion(NamedTuple):

@@ -46,9 +46,7 @@ class WheelSpeedCommand(NamedTuple):
         speed: (wheels,) relative to the body, rad/s.
     """
 
-    speed: PerWheel
-
-    UNITS = {"speed": "rad/s"}  # noqa: RUF012
+    speed: Annotated[PerWheel, "rad/s"]
 
 
 class SinusoidalMomentum(Checked):

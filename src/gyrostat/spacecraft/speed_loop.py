@@ -36,21 +36,12 @@ class SpeedLoopState(NamedTuple):
             of the motor, N·m.
     """
 
-    attitude: Quaternion
-    momentum: Vector3
-    wheel_speed: PerWheel
-    set_point: PerWheel
-    integral: PerWheel
-    torque_demand: PerWheel
-
-    UNITS = {  # noqa: RUF012
-        "attitude": "1",
-        "momentum": "N·m·s",
-        "wheel_speed": "rad/s",
-        "set_point": "rad/s",
-        "integral": "rad",
-        "torque_demand": "N·m",
-    }
+    attitude: Annotated[Quaternion, "1"]
+    momentum: Annotated[Vector3, "N·m·s"]
+    wheel_speed: Annotated[PerWheel, "rad/s"]
+    set_point: Annotated[PerWheel, "rad/s"]
+    integral: Annotated[PerWheel, "rad"]
+    torque_demand: Annotated[PerWheel, "N·m"]
 
 
 class SpeedLoopSpacecraft(Checked):

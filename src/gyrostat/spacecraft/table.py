@@ -24,21 +24,12 @@ class TableState(NamedTuple):
         bristle: deflection of the bristles, rad; zero where the friction has none.
     """
 
-    attitude: Scalar
-    rate: Scalar
-    speed: Scalar
-    wheel_angle: Scalar
-    current: Scalar
-    bristle: Scalar
-
-    UNITS = {  # noqa: RUF012
-        "attitude": "rad",
-        "rate": "rad/s",
-        "speed": "rad/s",
-        "wheel_angle": "rad",
-        "current": "A",
-        "bristle": "rad",
-    }
+    attitude: Annotated[Scalar, "rad"]
+    rate: Annotated[Scalar, "rad/s"]
+    speed: Annotated[Scalar, "rad/s"]
+    wheel_angle: Annotated[Scalar, "rad"]
+    current: Annotated[Scalar, "A"]
+    bristle: Annotated[Scalar, "rad"]
 
 
 class TableCommand(NamedTuple):
@@ -48,9 +39,7 @@ class TableCommand(NamedTuple):
         current: of the motor, A.
     """
 
-    current: Scalar
-
-    UNITS = {"current": "A"}  # noqa: RUF012
+    current: Annotated[Scalar, "A"]
 
 
 class DriveRecord(NamedTuple):
@@ -61,10 +50,8 @@ class DriveRecord(NamedTuple):
         power: drawn from the bus, W.
     """
 
-    saturated: Scalar
-    power: Scalar
-
-    UNITS = {"saturated": "1", "power": "W"}  # noqa: RUF012
+    saturated: Annotated[Scalar, "1"]
+    power: Annotated[Scalar, "W"]
 
 
 class _Carrier(NamedTuple):

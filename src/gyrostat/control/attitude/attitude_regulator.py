@@ -30,11 +30,9 @@ class RegulatorCommand(NamedTuple):
         valid: whether that equation was solved.
     """
 
-    torque: PerWheel
-    residual: Scalar
+    torque: Annotated[PerWheel, "N·m"]
+    residual: Annotated[Scalar, "1"]
     valid: Bool[Array, ""]
-
-    UNITS = {"torque": "N·m", "residual": "1"}  # noqa: RUF012
 
 
 class AttitudeRegulator(Checked):

@@ -1,6 +1,6 @@
 """Output feedback: a state-feedback controller behind an attitude filter."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from gyrostat.control.missing_sample import predicted
 from gyrostat.control.recorded import recorded_with
@@ -12,20 +12,12 @@ from gyrostat.spacecraft import SpacecraftMeasurement
 
 
 class _Estimated(NamedTuple):
-    estimated_attitude: Quaternion
-    estimated_rate: Vector3
-    estimated_bias: Vector3
-    attitude_sigma: Vector3
-    innovation: Vector3
+    estimated_attitude: Annotated[Quaternion, "1"]
+    estimated_rate: Annotated[Vector3, "rad/s"]
+    estimated_bias: Annotated[Vector3, "rad/s"]
+    attitude_sigma: Annotated[Vector3, "rad"]
+    innovation: Annotated[Vector3, "rad"]
     surprise: Scalar
-
-    UNITS = {  # noqa: RUF012
-        "estimated_attitude": "1",
-        "estimated_rate": "rad/s",
-        "estimated_bias": "rad/s",
-        "attitude_sigma": "rad",
-        "innovation": "rad",
-    }
 
 
 class EstimatedControlMemory(NamedTuple):

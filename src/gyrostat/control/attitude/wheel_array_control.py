@@ -41,12 +41,10 @@ class ArrayCommand(NamedTuple):
         works: (wheels,) which wheels are taken to work.
     """
 
-    torque: PerWheel
-    external_torque: Vector3
-    target: Quaternion
+    torque: Annotated[PerWheel, "N·m"]
+    external_torque: Annotated[Vector3, "N·m"]
+    target: Annotated[Quaternion, "1"]
     works: Working
-
-    UNITS = {"torque": "N·m", "external_torque": "N·m", "target": "1"}  # noqa: RUF012
 
 
 class AttitudeTargets(Checked):

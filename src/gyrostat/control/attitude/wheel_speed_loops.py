@@ -24,10 +24,8 @@ class WheelSpeedCommand(NamedTuple):
         speed: (wheels,) that they shall come to, relative to the body, rad/s.
     """
 
-    torque: PerWheel
-    speed: PerWheel
-
-    UNITS = {"torque": "N·m", "speed": "rad/s"}  # noqa: RUF012
+    torque: Annotated[PerWheel, "N·m"]
+    speed: Annotated[PerWheel, "rad/s"]
 
 
 class WheelSpeedMemory(NamedTuple):

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
@@ -34,11 +34,9 @@ class FeedbackCommand(NamedTuple):
         valid: whether that equation was solved and the loop, linear at this state, is stable.
     """
 
-    torque: Float[Array, " m"]
-    residual: Scalar
+    torque: Annotated[Float[Array, " m"], "N·m"]
+    residual: Annotated[Scalar, "1"]
     valid: Bool[Array, ""]
-
-    UNITS = {"torque": "N·m", "residual": "1"}  # noqa: RUF012
 
 
 _solved = jax.jit(partial(riccati, doublings=DOUBLINGS))

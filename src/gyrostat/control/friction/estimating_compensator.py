@@ -52,21 +52,12 @@ class EstimatingCommand(NamedTuple):
         friction_scale: friction of the wheel over friction of the model.
     """
 
-    current: Scalar
-    attitude_current: Scalar
-    friction_current: Scalar
-    estimated_speed: Scalar
-    estimated_torque: Scalar
-    friction_scale: Scalar
-
-    UNITS = {  # noqa: RUF012
-        "current": "A",
-        "attitude_current": "A",
-        "friction_current": "A",
-        "estimated_speed": "rad/s",
-        "estimated_torque": "N·m",
-        "friction_scale": "1",
-    }
+    current: Annotated[Scalar, "A"]
+    attitude_current: Annotated[Scalar, "A"]
+    friction_current: Annotated[Scalar, "A"]
+    estimated_speed: Annotated[Scalar, "rad/s"]
+    estimated_torque: Annotated[Scalar, "N·m"]
+    friction_scale: Annotated[Scalar, "1"]
 
 
 class EstimatingCompensator(Checked):

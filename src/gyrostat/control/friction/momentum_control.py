@@ -33,25 +33,14 @@ class MomentumCommand(NamedTuple):
         innovation_sigma: what the estimator expects of it, N·m·s.
     """
 
-    torque: Scalar
-    fading_torque: Scalar
-    fading_rate: Scalar
-    estimated_momentum: Scalar
-    estimated_friction: Scalar
-    reference_momentum: Scalar
-    innovation: Scalar
-    innovation_sigma: Scalar
-
-    UNITS = {  # noqa: RUF012
-        "torque": "N·m",
-        "fading_torque": "N·m",
-        "fading_rate": "1/s",
-        "estimated_momentum": "N·m·s",
-        "estimated_friction": "N·m",
-        "reference_momentum": "N·m·s",
-        "innovation": "N·m·s",
-        "innovation_sigma": "N·m·s",
-    }
+    torque: Annotated[Scalar, "N·m"]
+    fading_torque: Annotated[Scalar, "N·m"]
+    fading_rate: Annotated[Scalar, "1/s"]
+    estimated_momentum: Annotated[Scalar, "N·m·s"]
+    estimated_friction: Annotated[Scalar, "N·m"]
+    reference_momentum: Annotated[Scalar, "N·m·s"]
+    innovation: Annotated[Scalar, "N·m·s"]
+    innovation_sigma: Annotated[Scalar, "N·m·s"]
 
 
 class _Memory(NamedTuple):

@@ -62,18 +62,11 @@ class ZeroingCommand(NamedTuple):
         gain: (2, 2) of a compensator; zero without one, 1/s.
     """
 
-    speed: Pair
-    virtual_input: Pair
+    speed: Annotated[Pair, "rad/s"]
+    virtual_input: Annotated[Pair, "1/s"]
     singular: Bool[Array, ""]
-    model_error: Pair
-    gain: Float[Array, "2 2"]
-
-    UNITS = {  # noqa: RUF012
-        "speed": "rad/s",
-        "virtual_input": "1/s",
-        "model_error": "1",
-        "gain": "1/s",
-    }
+    model_error: Annotated[Pair, "1"]
+    gain: Annotated[Float[Array, "2 2"], "1/s"]
 
 
 class OutputZeroing(Checked):

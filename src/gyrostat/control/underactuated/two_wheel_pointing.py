@@ -36,17 +36,10 @@ class PointingCommand(NamedTuple):
         compensator_gain: (2,) in use, 1/s.
     """
 
-    speed: Pair
-    share: Scalar
-    model_error: Pair
-    compensator_gain: Pair
-
-    UNITS = {  # noqa: RUF012
-        "speed": "rad/s",
-        "share": "1",
-        "model_error": "rad",
-        "compensator_gain": "1/s",
-    }
+    speed: Annotated[Pair, "rad/s"]
+    share: Annotated[Scalar, "1"]
+    model_error: Annotated[Pair, "rad"]
+    compensator_gain: Annotated[Pair, "1/s"]
 
 
 class PointingMemory(NamedTuple):

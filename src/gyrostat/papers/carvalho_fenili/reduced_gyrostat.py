@@ -25,10 +25,8 @@ class ReducedState(NamedTuple):
         rotor_momentum: (wheels,) of each rotor about its axis in inertial space, N·m·s.
     """
 
-    attitude: Quaternion
-    rotor_momentum: PerWheel
-
-    UNITS = {"attitude": "1", "rotor_momentum": "N·m·s"}  # noqa: RUF012
+    attitude: Annotated[Quaternion, "1"]
+    rotor_momentum: Annotated[PerWheel, "N·m·s"]
 
 
 class ReducedGyrostat(Checked):

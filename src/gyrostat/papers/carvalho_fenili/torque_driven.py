@@ -39,21 +39,12 @@ class EulerState(NamedTuple):
         psi_rate: rad/s.
     """
 
-    theta: Scalar
-    phi: Scalar
-    psi: Scalar
-    theta_rate: Scalar
-    phi_rate: Scalar
-    psi_rate: Scalar
-
-    UNITS = {  # noqa: RUF012
-        "theta": "rad",
-        "phi": "rad",
-        "psi": "rad",
-        "theta_rate": "rad/s",
-        "phi_rate": "rad/s",
-        "psi_rate": "rad/s",
-    }
+    theta: Annotated[Scalar, "rad"]
+    phi: Annotated[Scalar, "rad"]
+    psi: Annotated[Scalar, "rad"]
+    theta_rate: Annotated[Scalar, "rad/s"]
+    phi_rate: Annotated[Scalar, "rad/s"]
+    psi_rate: Annotated[Scalar, "rad/s"]
 
     def body_rate(self) -> Vector3:
         """Rate of the body in inertial space, body axes, rad/s."""
@@ -68,9 +59,7 @@ class BodyTorqueCommand(NamedTuple):
         torque: (3,) M_x, M_y, M_z, N·m.
     """
 
-    torque: Vector3
-
-    UNITS = {"torque": "N·m"}  # noqa: RUF012
+    torque: Annotated[Vector3, "N·m"]
 
 
 class BodyRateRecord(NamedTuple):
@@ -80,9 +69,7 @@ class BodyRateRecord(NamedTuple):
         body_rate: (3,) in body axes, rad/s.
     """
 
-    body_rate: Vector3
-
-    UNITS = {"body_rate": "rad/s"}  # noqa: RUF012
+    body_rate: Annotated[Vector3, "rad/s"]
 
 
 class TorqueDrivenBody(Checked):
@@ -233,10 +220,8 @@ class EulerMeasurement(NamedTuple):
         rates: (3,) of them, rad/s.
     """
 
-    angles: Vector3
-    rates: Vector3
-
-    UNITS = {"angles": "rad", "rates": "rad/s"}  # noqa: RUF012
+    angles: Annotated[Vector3, "rad"]
+    rates: Annotated[Vector3, "rad/s"]
 
 
 class EulerSensor(eqx.Module):

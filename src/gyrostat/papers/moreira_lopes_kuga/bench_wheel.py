@@ -22,10 +22,8 @@ class BenchWheelState(NamedTuple):
         bristle: deflection of the bristles, rad; zero where the friction has none.
     """
 
-    speed: Scalar
-    bristle: Scalar
-
-    UNITS = {"speed": "rad/s", "bristle": "rad"}  # noqa: RUF012
+    speed: Annotated[Scalar, "rad/s"]
+    bristle: Annotated[Scalar, "rad"]
 
 
 class TorqueCommand(NamedTuple):
@@ -37,11 +35,9 @@ class TorqueCommand(NamedTuple):
         fading_rate: 1/s.
     """
 
-    torque: Scalar
-    fading_torque: Scalar = 0.0
-    fading_rate: Scalar = 0.0
-
-    UNITS = {"torque": "N·m", "fading_torque": "N·m", "fading_rate": "1/s"}  # noqa: RUF012
+    torque: Annotated[Scalar, "N·m"]
+    fading_torque: Annotated[Scalar, "N·m"] = 0.0
+    fading_rate: Annotated[Scalar, "1/s"] = 0.0
 
 
 class BenchRecord(NamedTuple):
@@ -52,10 +48,8 @@ class BenchRecord(NamedTuple):
         friction: torque in the bearing, N·m; of a resting wheel without bristles the motor torque.
     """
 
-    momentum: Scalar
-    friction: Scalar
-
-    UNITS = {"momentum": "N·m·s", "friction": "N·m"}  # noqa: RUF012
+    momentum: Annotated[Scalar, "N·m·s"]
+    friction: Annotated[Scalar, "N·m"]
 
 
 class _OnBench(Contact):
@@ -131,9 +125,7 @@ class MomentumMeasurement(NamedTuple):
         momentum: N·m·s.
     """
 
-    momentum: Scalar
-
-    UNITS = {"momentum": "N·m·s"}  # noqa: RUF012
+    momentum: Annotated[Scalar, "N·m·s"]
 
 
 class MomentumSensor(Checked):

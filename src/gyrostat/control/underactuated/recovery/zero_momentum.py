@@ -46,11 +46,9 @@ class ZeroMomentumCommand(NamedTuple):
         left: of the sweep under way, s.
     """
 
-    torque: Float[Array, " wheels"]
-    started: Scalar
-    left: Scalar
-
-    UNITS = {"torque": "N·m", "started": "1", "left": "s"}  # noqa: RUF012
+    torque: Annotated[Float[Array, " wheels"], "N·m"]
+    started: Annotated[Scalar, "1"]
+    left: Annotated[Scalar, "s"]
 
 
 class ZeroMomentumRecovery(Checked):
