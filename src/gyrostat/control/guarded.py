@@ -1,10 +1,6 @@
 """A controller behind the validation of its measurements."""
 
-from collections import namedtuple
-from functools import cache
 from typing import Any, NamedTuple
-
-import equinox as eqx
 
 from gyrostat.control.measurement_guard import (
     GuardMemory,
@@ -13,10 +9,11 @@ from gyrostat.control.measurement_guard import (
     SampleStatus,
 )
 from gyrostat.control.missing_sample import predicted
+from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, check_period
 
 ACTUATED = ("current", "torque", "external_torque", "fading_torque", "speed")
 """Fields of a command that go to actuators: zero in the safe command "zero"."""
@@ -38,7 +35,7 @@ class GuardedMemory(NamedTuple):
     period: Scalar
 
 
-class Guarded(eqx.Module):
+class Guarded(Checked):
     """Controller that survives bad samples.
 
     A sample that the guard accepts goes to the controller. One that it rejects does not: the
@@ -61,18 +58,12 @@ class Guarded(eqx.Module):
     controller: Any
     guard: MeasurementGuard
 
-    def check(self) -> None:
-        """Refuse what controller or guard refuse, by `InputError`."""
-        check_parts(self.controller, self.guard)
-
-    def check_period(self, period: float) -> None:
-        """Refuse a control period, s, that the controller refuses.
+    def check_own_period(self, period: float) -> None:
+        """Refuse a control period, s, at which the controller would never give a command.
 
         Raises:
-            InputError: the controller refuses it, or its memory is not finite at the start, so that
-                it would never give a command.
+            InputError: Its memory is not finite at the start.
         """
-        check_period(period, self.controller)
         if not finite(self.controller.start(period)):
             raise InputError(
                 f"{type(self.controller).__name__}: found a memory that is not finite at the "
@@ -109,7 +100,7 @@ class Guarded(eqx.Module):
         memory, command, report = self.step(memory, measurement)
         if not hasattr(command, "_fields"):
             return memory, command
-        return memory, _with_report(type(command))(*command, *report)
+        return memory, recorded_with("Guarded", command, report)
 
     def step(
         self, memory: GuardedMemory, measurement: Any
@@ -189,11 +180,3 @@ def finite(tree: Any, known: Any = ()) -> Any:
 def _as(like: Any, function: Any) -> Any:
     """The function, its results of the types of an example."""
     return lambda: jax.tree.map(lambda x, y: jnp.asarray(x, y.dtype), function(), like)
-
-
-@cache
-def _with_report(command: Any) -> Any:
-    """Type of a command that also records the status of its sample."""
-    made: Any = namedtuple(f"Guarded{command.__name__}", (*command._fields, *SampleReport._fields))
-    made.UNITS = {**getattr(command, "UNITS", {}), "samples_missed": "1"}
-    return made

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping
 from enum import IntEnum
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Int
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 
@@ -67,7 +68,7 @@ class SampleReport(NamedTuple):
     """
 
     sample_status: Int[Array, ""]
-    samples_missed: Int[Array, ""]
+    samples_missed: Annotated[Int[Array, ""], "1"]
 
     ENUMS = {"sample_status": SampleStatus}  # noqa: RUF012
 
@@ -105,7 +106,7 @@ class Validated(NamedTuple):
     missed: GuardMemory
 
 
-class MeasurementGuard(eqx.Module):
+class MeasurementGuard(Checked):
     """Tests each real field of a measurement before anything is computed from it.
 
     A value is accepted if it is finite, within [lower, upper], and |x - x_last| <= rate T (n + 1),
@@ -161,7 +162,7 @@ class MeasurementGuard(eqx.Module):
             raise InputError(f"on bad samples: found {on_bad!r}, expected {' or '.join(ON_BAD)}")
         return cls({name: given.get(name, FieldLimits()) for name in names}, on_bad, shapes)
 
-    def check(self) -> None:
+    def check_own(self) -> None:
         """Refuse limits that accept nothing.
 
         Raises:

@@ -1,16 +1,16 @@
 """Multiplicative extended Kalman filter for attitude and gyro bias, from star tracker and gyro."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import inverse_definite, symmetric
 from gyrostat.core.rotations import cross_matrix
-from gyrostat.core.validation import require
 from gyrostat.wheel.array import listed
 
 
@@ -38,7 +38,7 @@ class AttitudeEstimate(NamedTuple):
     turn: Vector3
 
 
-class AttitudeFilter(eqx.Module):
+class AttitudeFilter(Checked):
     """Kalman filter for the small rotation d from estimated to true attitude, q* = q exp(d).
 
     d' = -w x d - (b* - b) - noise, where w is the gyro rate minus the bias b. After each correction
@@ -73,19 +73,13 @@ class AttitudeFilter(eqx.Module):
             the rate, 0 if the gyro compensates for coning internally.
     """
 
-    attitude_sigma: Vector3 | float = eqx.field(converter=listed)
-    angle_walk: Scalar
-    bias_walk: Scalar
-    bias_sigma: Scalar
-    coning: Scalar = 1.0
-
-    def check(self) -> None:
-        """Validate parameters; raises `InputError`."""
-        require("attitude sigma", self.attitude_sigma, "rad", positive=True)
-        require("gyro angle walk", self.angle_walk, "rad/√s", positive=True)
-        require("gyro bias walk", self.bias_walk, "rad/s/√s")
-        require("bias sigma", self.bias_sigma, "rad/s")
-        require("coning share", self.coning)
+    attitude_sigma: Annotated[Vector3 | float, positive("attitude sigma", "rad")] = eqx.field(
+        converter=listed
+    )
+    angle_walk: Annotated[Scalar, positive("gyro angle walk", "rad/√s")]
+    bias_walk: Annotated[Scalar, size("gyro bias walk", "rad/s/√s")]
+    bias_sigma: Annotated[Scalar, size("bias sigma", "rad/s")]
+    coning: Annotated[Scalar, size("coning share")] = 1.0
 
     def start(self) -> AttitudeEstimate:
         """Initial estimate; the first measured attitude initialises the filter."""

@@ -1,13 +1,12 @@
 """Extended Kalman filter for wheel speed and a slowly varying scale of the friction model."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-import equinox as eqx
 from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.wheel import Wheel, advance
 from gyrostat.wheel.friction import static_curve
 
@@ -57,7 +56,7 @@ class FrictionScaleEstimate(NamedTuple):
         return self.innovation**2 / jnp.where(seen, self.innovation_variance, 1.0)
 
 
-class FrictionScaleFilter(eqx.Module):
+class FrictionScaleFilter(Checked):
     """Kalman filter for the speed and friction scale of a wheel, from current and tachometer.
 
     The wheel model, including dry friction, predicts the speed. Its friction is multiplied by a
@@ -78,22 +77,10 @@ class FrictionScaleFilter(eqx.Module):
     """
 
     wheel: Wheel
-    speed_sigma: Scalar
-    scale_drift: Scalar
-    torque_sigma: Scalar = 0.0
-    initial_scale_sigma: Scalar = 0.3
-
-    def check(self) -> None:
-        """Validate parameters.
-
-        Raises:
-            InputError: A standard deviation, the inertia or the motor constant is not above zero,
-                the torque noise is negative, or a friction parameter is invalid.
-        """
-        for name in ("speed_sigma", "scale_drift", "initial_scale_sigma"):
-            require(name, getattr(self, name), positive=True)
-        require("torque_sigma", self.torque_sigma, "N·m √s")
-        check_parts(self.wheel)
+    speed_sigma: Annotated[Scalar, positive("speed_sigma")]
+    scale_drift: Annotated[Scalar, positive("scale_drift")]
+    torque_sigma: Annotated[Scalar, size("torque_sigma", "N·m √s")] = 0.0
+    initial_scale_sigma: Annotated[Scalar, positive("initial_scale_sigma")] = 0.3
 
     def start(
         self, speed: Scalar = 0.0, speed_sigma: Scalar | None = None

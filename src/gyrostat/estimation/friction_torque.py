@@ -1,11 +1,11 @@
 """Kalman filter for the friction torque of a wheel from its momentum, without a friction model."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-import equinox as eqx
 from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import require
 from gyrostat.estimation.torque_walk import TorqueWalk, correct, predict
@@ -37,7 +37,7 @@ class FrictionTorqueEstimate(NamedTuple):
         return -self.walk.torque
 
 
-class FrictionTorqueFilter(eqx.Module):
+class FrictionTorqueFilter(Checked):
     """Kalman filter with states momentum h and friction torque N: h' = u - N, N' = noise.
 
     Moreira, Lopes and Kuga, "Estimation of torque in a reaction wheel using a bristle model for
@@ -50,18 +50,9 @@ class FrictionTorqueFilter(eqx.Module):
             and N·m.
     """
 
-    momentum_sigma: Scalar
-    torque_drift: Scalar
-    initial_sigma: Scalar
-
-    def check(self) -> None:
-        """Validate parameters.
-
-        Raises:
-            InputError: A standard deviation is not finite or not above zero.
-        """
-        for name in ("momentum_sigma", "torque_drift", "initial_sigma"):
-            require(name, getattr(self, name), positive=True)
+    momentum_sigma: Annotated[Scalar, positive("momentum_sigma")]
+    torque_drift: Annotated[Scalar, positive("torque_drift")]
+    initial_sigma: Annotated[Scalar, positive("initial_sigma")]
 
     def start(self, momentum: Scalar = 0.0, friction: Scalar = 0.0) -> FrictionTorqueEstimate:
         """Initial state, before the first measurement."""

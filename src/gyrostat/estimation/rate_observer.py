@@ -1,10 +1,9 @@
 """Extended state observer of body rate and disturbance torque."""
 
-from typing import NamedTuple
-
-import equinox as eqx
+from typing import Annotated, NamedTuple
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
 
 
@@ -20,7 +19,7 @@ class RateEstimate(NamedTuple):
     torque: Scalar
 
 
-class RateObserver(eqx.Module):
+class RateObserver(Checked):
     """Observer of J dΩ/dt = known torque + d with constant d; both poles at the bandwidth.
 
     J. Han, "From PID to active disturbance rejection control", IEEE Transactions on Industrial
@@ -31,8 +30,8 @@ class RateObserver(eqx.Module):
         bandwidth: Bandwidth of the observer, rad/s.
     """
 
-    inertia: Scalar
-    bandwidth: Scalar
+    inertia: Annotated[Scalar, positive("compensator table inertia")]
+    bandwidth: Annotated[Scalar, positive("compensator bandwidth")]
 
     def start(self) -> RateEstimate:
         """Initial estimate: zero rate and zero disturbance torque."""

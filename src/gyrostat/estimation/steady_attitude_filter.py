@@ -1,11 +1,11 @@
 """Complementary filter for attitude and gyro bias, from star tracker and gyro, with fixed gains."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-import equinox as eqx
 from jaxtyping import Array, Bool
 
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import (
     error,
@@ -14,7 +14,6 @@ from gyrostat.core.rotations import (
     product,
     rotation_vector,
 )
-from gyrostat.core.validation import require
 
 
 class SteadyAttitudeEstimate(NamedTuple):
@@ -33,7 +32,7 @@ class SteadyAttitudeEstimate(NamedTuple):
     begun: Bool[Array, ""]
 
 
-class SteadyAttitudeFilter(eqx.Module):
+class SteadyAttitudeFilter(Checked):
     """Propagate the attitude by the gyro; correct attitude and bias by the star tracker.
 
     With the bandwidth w, the errors obey e' = -2 w e - (bias error), (bias error)' = w^2 e. These
@@ -46,11 +45,7 @@ class SteadyAttitudeFilter(eqx.Module):
         bandwidth: Bandwidth w, rad/s.
     """
 
-    bandwidth: Scalar = 0.05
-
-    def check(self) -> None:
-        """Validate the bandwidth; raises `InputError`."""
-        require("attitude filter bandwidth", self.bandwidth, "rad/s", positive=True)
+    bandwidth: Annotated[Scalar, positive("attitude filter bandwidth", "rad/s")] = 0.05
 
     def start(self) -> SteadyAttitudeEstimate:
         """Initial state, before the first sample."""

@@ -1,10 +1,9 @@
 """Wheel speed from the total momentum of wheel and table, independent of friction."""
 
-from typing import NamedTuple
-
-import equinox as eqx
+from typing import Annotated, NamedTuple
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
 from gyrostat.estimation.torque_walk import TorqueWalk, correct, predict
 
@@ -42,7 +41,7 @@ class MomentumEstimate(NamedTuple):
     started: Scalar
 
 
-class WheelMomentumFilter(eqx.Module):
+class WheelMomentumFilter(Checked):
     """Kalman filter for h = J_w w + (J + J_w) Ω, which only the external torque changes.
 
     Friction is an internal torque and does not appear, so that errors of a friction model cannot
@@ -58,9 +57,9 @@ class WheelMomentumFilter(eqx.Module):
         torque_drift: Random walk of the external torque, N·m/√s.
     """
 
-    wheel_inertia: Scalar
-    table_inertia: Scalar
-    speed_sigma: Scalar
+    wheel_inertia: Annotated[Scalar, positive("compensator wheel inertia")]
+    table_inertia: Annotated[Scalar, positive("compensator table inertia")]
+    speed_sigma: Annotated[Scalar, positive("compensator speed sigma")]
     torque_drift: Scalar
 
     def start(self) -> MomentumEstimate:

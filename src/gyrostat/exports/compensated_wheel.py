@@ -1,6 +1,6 @@
 """A wheel with its compensator as one unit, for simulators that move the body."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Bool, Float, Int
@@ -9,6 +9,7 @@ from gyrostat.control import EstimatingCompensator, Guarded, MeasurementGuard
 from gyrostat.control.guarded import GuardedMemory
 from gyrostat.control.measurement_guard import SampleReport
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.delay_line import empty_line, pushed
 from gyrostat.core.jax64 import jnp
 from gyrostat.spacecraft import TableMeasurement
 from gyrostat.wheel import Wheel, advance
@@ -22,10 +23,8 @@ class BodyMeasurement(NamedTuple):
         rate: about it, rad/s.
     """
 
-    attitude: Float[Array, ""]
-    rate: Float[Array, ""]
-
-    UNITS = {"attitude": "rad", "rate": "rad/s"}  # noqa: RUF012
+    attitude: Annotated[Float[Array, ""], "rad"]
+    rate: Annotated[Float[Array, ""], "rad/s"]
 
 
 class CompensatedState(NamedTuple):
@@ -56,23 +55,16 @@ class CompensatedOutput(NamedTuple):
         samples_missed: Samples since the last one that gave a command; 0 where this one did.
     """
 
-    torque: Scalar
-    speed: Scalar
-    current: Scalar
-    estimated_torque: Scalar
-    friction_scale: Scalar
+    torque: Annotated[Scalar, "N·m"]
+    speed: Annotated[Scalar, "rad/s"]
+    current: Annotated[Scalar, "A"]
+    estimated_torque: Annotated[Scalar, "N·m"]
+    friction_scale: Annotated[Scalar, "1"]
     resolved: Bool[Array, ""]
     sample_status: Int[Array, ""]
     samples_missed: Int[Array, ""]
 
     ENUMS = SampleReport.ENUMS
-    UNITS = {  # noqa: RUF012
-        "torque": "N·m",
-        "speed": "rad/s",
-        "current": "A",
-        "estimated_torque": "N·m",
-        "friction_scale": "1",
-    }
 
 
 class CompensatedWheel(eqx.Module):
@@ -97,7 +89,7 @@ class CompensatedWheel(eqx.Module):
 
     def start(self, speed: Scalar, period: Scalar) -> CompensatedState:
         """At a wheel speed, rad/s; the control period is in s."""
-        under_way = jnp.zeros(self.compensator.delay)
+        under_way = empty_line(jnp.zeros(()), self.compensator.delay)
         memory = Guarded(self.compensator, self.guard).start(period)
         return CompensatedState(memory, jnp.asarray(speed), under_way)
 
@@ -114,16 +106,16 @@ class CompensatedWheel(eqx.Module):
         seen = TableMeasurement(measurement.attitude, measurement.rate, state.speed)
         guarded = Guarded(self.compensator, self.guard)
         memory, command, report = guarded.step(state.memory, seen)
-        currents = jnp.append(state.under_way, command.current)
-        speed, resolved = advance(self.wheel, state.speed, currents[0], 0.0, period)
+        under_way, current = pushed(state.under_way, command.current)
+        speed, resolved = advance(self.wheel, state.speed, current, 0.0, period)
         output = CompensatedOutput(
             torque=self.wheel.inertia * (state.speed - speed) / period,
             speed=speed,
-            current=currents[0],
+            current=current,
             estimated_torque=command.estimated_torque,
             friction_scale=command.friction_scale,
             resolved=resolved,
             sample_status=report.sample_status,
             samples_missed=report.samples_missed,
         )
-        return CompensatedState(memory, speed, currents[1:]), output
+        return CompensatedState(memory, speed, under_way), output

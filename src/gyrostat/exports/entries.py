@@ -1,7 +1,7 @@
 """Functions of emitted modules, as Python."""
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import equinox as eqx
 
@@ -23,9 +23,7 @@ class AppliedCurrent(NamedTuple):
         current: Motor current, A.
     """
 
-    current: Scalar
-
-    UNITS = {"current": "A"}  # noqa: RUF012
+    current: Annotated[Scalar, "A"]
 
 
 class MeasuredSpeed(NamedTuple):
@@ -35,9 +33,7 @@ class MeasuredSpeed(NamedTuple):
         measured: Wheel speed, rad/s.
     """
 
-    measured: Scalar
-
-    UNITS = {"measured": "rad/s"}  # noqa: RUF012
+    measured: Annotated[Scalar, "rad/s"]
 
 
 class EstimatorCheck(NamedTuple):

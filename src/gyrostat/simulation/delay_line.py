@@ -3,6 +3,7 @@
 from typing import Any
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.delay_line import empty_line, pushed
 from gyrostat.core.jax64 import dce_jaxpr, jax, jnp
 
 DelayLine = tuple[Any, ...]
@@ -23,7 +24,7 @@ def delay_line(plant: Any, state: Any, command: Any, period: Scalar, delay: int)
     if delay == 0:
         return (None,) * len(leaves)
     return tuple(
-        jnp.zeros((delay, *leaf.shape), leaf.dtype) if moves else None
+        empty_line(leaf, delay) if moves else None
         for leaf, moves in zip(leaves, _moves(plant, state, command, period), strict=True)
     )
 
@@ -52,7 +53,7 @@ def delayed(line: DelayLine, command: Any) -> tuple[DelayLine, Any]:
     leaves, tree = jax.tree.flatten(command)
     after, acting = [], []
     for values, leaf in zip(line, leaves, strict=True):
-        queue = None if values is None else jnp.concatenate([values, leaf[None]])
-        after.append(None if queue is None else queue[1:])
-        acting.append(leaf if queue is None else queue[0])
+        left, arrived = (None, leaf) if values is None else pushed(values, leaf)
+        after.append(left)
+        acting.append(arrived)
     return tuple(after), jax.tree.unflatten(tree, acting)

@@ -8,6 +8,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.units import declared_units
 from gyrostat.core.validation import MOST_PERIODS, check_parts, check_period, require_period
 from gyrostat.simulation.loop import Controller, Histories, Plant, Sensor, Status, run
 from gyrostat.simulation.native import fly_in_lanes
@@ -269,8 +270,10 @@ def labelled(histories: Histories, period: float) -> "xr.Dataset":
         ("measured_", histories.measurement),
         ("commanded_", histories.command),
     ):
-        units = getattr(signals, "UNITS", {})
+        units = declared_units(type(signals))
         for name, values in signals._asdict().items():
+            if values is None:
+                continue
             label = prefix + name if name in variables else name
             extra = [f"{label}_{k}" for k in range(1, values.ndim - 1)]
             mask = fine.reshape(*fine.shape, *(1,) * len(extra))

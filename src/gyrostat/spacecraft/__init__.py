@@ -10,13 +10,14 @@ from gyrostat.spacecraft.environment import CircularOrbit, GravityGradient, Harm
 from gyrostat.spacecraft.failures import WheelFailures
 from gyrostat.spacecraft.friction_steps import FrictionSteps
 from gyrostat.spacecraft.gyro import Gyro, TableMeasurement, TableSensors, TrueTurn, Turn
-from gyrostat.spacecraft.gyrostat import Gyrostat, GyrostatRecord, GyrostatState, WheelTorqueCommand
-from gyrostat.spacecraft.imbalance import (
-    Imbalance,
-    ImbalancedGyrostat,
-    ImbalancedRecord,
-    ImbalancedState,
+from gyrostat.spacecraft.gyrostat import (
+    Gyrostat,
+    GyrostatRecord,
+    GyrostatState,
+    RateRecord,
+    WheelTorqueCommand,
 )
+from gyrostat.spacecraft.imbalance import Imbalance, ImbalancedGyrostat
 from gyrostat.spacecraft.rate_gyro import BodyMotion, RateGyro, integrated_rate
 from gyrostat.spacecraft.sensor_faults import FaultySensor, SensorFault
 from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia
@@ -24,12 +25,11 @@ from gyrostat.spacecraft.spacecraft_file import SpacecraftFile, read_spacecraft
 from gyrostat.spacecraft.spacecraft_sensor import SpacecraftMeasurement, SpacecraftSensor
 from gyrostat.spacecraft.speed_driven import (
     SinusoidalMomentum,
-    SpeedDrivenRecord,
     SpeedDrivenSpacecraft,
     WheelSpeedCommand,
     unit_quaternion,
 )
-from gyrostat.spacecraft.speed_loop import SpeedLoopRecord, SpeedLoopSpacecraft, SpeedLoopState
+from gyrostat.spacecraft.speed_loop import SpeedLoopSpacecraft, SpeedLoopState
 from gyrostat.spacecraft.table import AirBearingTable, DriveRecord, TableCommand, TableState
 
 __all__ = [
@@ -48,18 +48,15 @@ __all__ = [
     "HarmonicTorque",
     "Imbalance",
     "ImbalancedGyrostat",
-    "ImbalancedRecord",
-    "ImbalancedState",
     "RateGyro",
+    "RateRecord",
     "SensorFault",
     "SinusoidalMomentum",
     "Spacecraft",
     "SpacecraftFile",
     "SpacecraftMeasurement",
     "SpacecraftSensor",
-    "SpeedDrivenRecord",
     "SpeedDrivenSpacecraft",
-    "SpeedLoopRecord",
     "SpeedLoopSpacecraft",
     "SpeedLoopState",
     "StarTracker",

@@ -1,22 +1,27 @@
 """Star tracker and gyro of a spacecraft."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, PRNGKeyArray
 
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
-from gyrostat.core.errors import InputError
+from gyrostat.core.checked import Checked, size, within
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import from_rotation_vector, product
-from gyrostat.core.validation import check_parts, require
 from gyrostat.spacecraft.rate_gyro import BodyMotion, RateGyro
 from gyrostat.spacecraft.spacecraft_sensor import SpacecraftSensor
 from gyrostat.wheel.array import listed
 
+_whole = within(
+    "star tracker periods",
+    "whole numbers of 1 or more",
+    lambda value: (value >= 1.0) & (value == np.round(value)),
+)
 
-class StarTracker(eqx.Module):
+
+class StarTracker(Checked):
     """The attitude with white noise about each body axis, in every so many control periods.
 
     Attributes:
@@ -26,21 +31,10 @@ class StarTracker(eqx.Module):
             that at time 0.
     """
 
-    sigma: Vector3 | float = eqx.field(converter=listed)
-    periods: Scalar = 1
-
-    def check(self) -> None:
-        """Refuse what is no noise or no number of periods.
-
-        Raises:
-            InputError: as said.
-        """
-        require("star tracker sigma", self.sigma, "rad")
-        every = np.asarray(self.periods)
-        if not np.all((every >= 1) & (every == np.round(every))):
-            raise InputError(
-                f"star tracker periods: found {self.periods}, expected whole numbers of 1 or more"
-            )
+    sigma: Annotated[Vector3 | float, size("star tracker sigma", "rad")] = eqx.field(
+        converter=listed
+    )
+    periods: Annotated[Scalar, _whole] = 1
 
     def __call__(
         self, attitude: Quaternion, samples: Scalar, key: PRNGKeyArray
@@ -72,13 +66,11 @@ class TrackerGyroMeasurement(NamedTuple):
         wheel_measured: (wheels,) whether the tachometer works.
     """
 
-    attitude: Quaternion
+    attitude: Annotated[Quaternion, "1"]
     attitude_measured: Bool[Array, ""]
-    rate: Vector3
-    wheel_speed: PerWheel
+    rate: Annotated[Vector3, "rad/s"]
+    wheel_speed: Annotated[PerWheel, "rad/s"]
     wheel_measured: Bool[Array, " wheels"]
-
-    UNITS = {"attitude": "1", "rate": "rad/s", "wheel_speed": "rad/s"}  # noqa: RUF012
 
 
 class _Memory(NamedTuple):
@@ -89,7 +81,7 @@ class _Memory(NamedTuple):
     bias: Vector3
 
 
-class TrackerGyroSensors(eqx.Module):
+class TrackerGyroSensors(Checked):
     """Star tracker, gyro and tachometers of a spacecraft.
 
     Attributes:
@@ -101,10 +93,6 @@ class TrackerGyroSensors(eqx.Module):
     truth: SpacecraftSensor
     tracker: StarTracker
     gyro: RateGyro
-
-    def check(self) -> None:
-        """Refuse what a part refuses, by `InputError`."""
-        check_parts(self.truth, self.tracker, self.gyro)
 
     def start(self, state: Any, period: Scalar) -> _Memory:
         """Memory before the first sample, as if the body had turned evenly before."""

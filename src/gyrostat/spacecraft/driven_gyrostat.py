@@ -1,17 +1,15 @@
 """Gyrostat with motor electronics between command and wheel."""
 
-from collections import namedtuple
-from functools import cache
-from typing import Any
+from typing import Annotated, Any
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool
 
 from gyrostat.core.arrays import PerWheel, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.spacecraft.gyrostat import Gyrostat
 from gyrostat.spacecraft.imbalance import ImbalancedGyrostat
 from gyrostat.spacecraft.spacecraft import Spacecraft
@@ -19,25 +17,13 @@ from gyrostat.wheel import Driver
 from gyrostat.wheel.array import listed
 
 
-@cache
-def _with_current(state: Any) -> Any:
-    """The kind of a state that also has the currents of the motors."""
-    made: Any = namedtuple(f"Driven{state.__name__}", (*state._fields, "motor_current"))
-    made.UNITS = {**state.UNITS, "motor_current": "A"}
-    made.inner = state
-    return made
-
-
-class DrivenGyrostat(eqx.Module):
+class DrivenGyrostat(Checked):
     """A gyrostat behind a current loop for each wheel.
 
     A commanded torque, cut to the limit of the wheel, asks for its current; the driver takes the
     current towards it within its own limits, on its steps and through its lag. Through an
     integration step the motor gives the mean of that current: so the momentum of the wheels is
-    exact, and attitude and dry friction, which feel when within the step it came, to the second
-    order of the step.
-
-    Its state is that of the gyrostat and `motor_current` (wheels,), A.
+    exact; the error of attitude and dry friction is of second order in the step.
 
     Attributes:
         gyrostat: `Gyrostat` or `ImbalancedGyrostat`.
@@ -47,7 +33,9 @@ class DrivenGyrostat(eqx.Module):
 
     gyrostat: Gyrostat | ImbalancedGyrostat
     driver: Driver
-    motor_constant: PerWheel | float = eqx.field(converter=listed)
+    motor_constant: Annotated[PerWheel | float, positive("motor_constant", "N·m/A")] = eqx.field(
+        converter=listed
+    )
 
     @property
     def spacecraft(self) -> Spacecraft:
@@ -59,14 +47,12 @@ class DrivenGyrostat(eqx.Module):
         """Of the wheels; see `Gyrostat`."""
         return self.gyrostat.failures
 
-    def check(self) -> None:
-        """Refuse what gyrostat or driver refuse, and numbers of another number of wheels.
+    def check_own(self) -> None:
+        """Validate shapes.
 
         Raises:
-            InputError: as said, or a motor constant that is not positive.
+            InputError: Numbers of another number of wheels.
         """
-        check_parts(self.gyrostat, self.driver)
-        require("motor_constant", self.motor_constant, "N·m/A", positive=True)
         count = self.spacecraft.wheels.count
         numbers = {"motor_constant": self.motor_constant, **vars(self.driver)}
         for name, value in numbers.items():
@@ -85,16 +71,13 @@ class DrivenGyrostat(eqx.Module):
         """
         state = self.gyrostat.start(**motion)
         current = jnp.asarray(motor_current, dtype=float)
-        return self._driven(state, jnp.broadcast_to(current, state.wheel_speed.shape))
+        return state._replace(motor_current=jnp.broadcast_to(current, state.wheel_speed.shape))
 
     def check_state(self, state: Any) -> None:
         """Refuse what is no state of this spacecraft, by `InputError`."""
-        self.gyrostat.check_state(self._undriven(state))
-        if np.shape(state.motor_current) != np.shape(state.wheel_speed):
-            raise InputError(
-                f"motor_current: found shape {np.shape(state.motor_current)}, expected "
-                f"{np.shape(state.wheel_speed)}"
-            )
+        self.gyrostat.check_state(state)
+        if state.motor_current is None:
+            raise InputError("motor_current: found none, expected the currents of the motors, A")
 
     def rate(self, state: Any) -> Vector3:
         """Body rate in body axes, rad/s."""
@@ -111,17 +94,18 @@ class DrivenGyrostat(eqx.Module):
         _, target = self._set_point(state, command)
         mean = self.driver.mean_current(state.motor_current, target, duration)
         given = command._replace(torque=self.motor_constant * mean)
-        after, resolved = self.gyrostat(self._undriven(state), given, time, duration)
+        inner = state._replace(motor_current=None)
+        after, resolved = self.gyrostat(inner, given, time, duration)
         current = self.driver.current(state.motor_current, target, duration)
-        return self._driven(after, current), resolved
+        return after._replace(motor_current=current), resolved
 
     def diverged(self, state: Any) -> Bool[Array, ""]:
         """See `Gyrostat.diverged`."""
-        return self.gyrostat.diverged(self._undriven(state))
+        return self.gyrostat.diverged(state)
 
     def record(self, state: Any, command: Any) -> Any:
         """That of the gyrostat; a wheel is saturated where a limit of its driver cuts, too."""
-        record = self.gyrostat.record(self._undriven(state), command)
+        record = self.gyrostat.record(state, command)
         wanted, target = self._set_point(state, command)
         return record._replace(saturated=record.saturated | self.driver.limited(wanted, target))
 
@@ -130,9 +114,3 @@ class DrivenGyrostat(eqx.Module):
         torque = self.spacecraft.wheels.within_torque_limit(command.torque)
         wanted = torque / self.motor_constant
         return wanted, self.driver.set_point(wanted, state.wheel_speed, self.motor_constant)
-
-    def _driven(self, state: Any, current: PerWheel | Scalar) -> Any:
-        return _with_current(type(state))(*state, current)
-
-    def _undriven(self, state: Any) -> Any:
-        return type(state).inner(*state[:-1])

@@ -4,17 +4,20 @@ Each is called with the spacecraft, its attitude and the time, s, for a torque (
 N·m. The total momentum of a gyrostat is the integral of their sum, whatever the wheels do.
 """
 
+from typing import Annotated
+
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive, signed, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import to_body
-from gyrostat.core.validation import check_parts, require
+from gyrostat.core.validation import require
 from gyrostat.spacecraft.spacecraft import Spacecraft
-from gyrostat.wheel.array import listed
+from gyrostat.wheel.array import listed, zeros
 
 EARTH = 3.986004418e14
 """m³/s²: gravitational parameter of the Earth (IERS Conventions, 2010)."""
@@ -22,7 +25,7 @@ EARTH_RADIUS = 6378137.0
 """m: equatorial (WGS 84)."""
 
 
-class CircularOrbit(eqx.Module):
+class CircularOrbit(Checked):
     """A circular orbit without perturbations: what torques along it need, no more.
 
     Attributes:
@@ -32,10 +35,10 @@ class CircularOrbit(eqx.Module):
         latitude: argument of latitude at time 0, from the ascending node, rad.
     """
 
-    rate: Scalar
-    inclination: Scalar = 0.0
-    ascending_node: Scalar = 0.0
-    latitude: Scalar = 0.0
+    rate: Annotated[Scalar, positive("orbital rate", "rad/s")]
+    inclination: Annotated[Scalar, signed("size of the orbit's inclination", "rad")] = 0.0
+    ascending_node: Annotated[Scalar, signed("size of the orbit's ascending_node", "rad")] = 0.0
+    latitude: Annotated[Scalar, signed("size of the orbit's latitude", "rad")] = 0.0
 
     @classmethod
     def at_altitude(cls, altitude: float, **elements: Scalar) -> "CircularOrbit":
@@ -50,12 +53,6 @@ class CircularOrbit(eqx.Module):
         """
         require("altitude", altitude, "m", positive=True)
         return cls(float(np.sqrt(EARTH / (EARTH_RADIUS + altitude) ** 3)), **elements)
-
-    def check(self) -> None:
-        """Refuse a rate that is not positive and angles that are not finite, by `InputError`."""
-        require("orbital rate", self.rate, "rad/s", positive=True)
-        for name in ("inclination", "ascending_node", "latitude"):
-            require(f"size of the orbit's {name}", np.abs(getattr(self, name)), "rad")
 
     def zenith(self, time: Scalar) -> Vector3:
         """Unit vector from the centre of the Earth to the spacecraft, inertial axes.
@@ -76,7 +73,7 @@ class CircularOrbit(eqx.Module):
         )
 
 
-class GravityGradient(eqx.Module):
+class GravityGradient(Checked):
     """T = 3 n² r x J r, r the zenith in body axes and J the inertia with its wheels.
 
     P. C. Hughes, "Spacecraft Attitude Dynamics", section 8.1.
@@ -87,10 +84,6 @@ class GravityGradient(eqx.Module):
 
     orbit: CircularOrbit
 
-    def check(self) -> None:
-        """Refuse what the orbit refuses, by `InputError`."""
-        check_parts(self.orbit)
-
     def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
         """See the module."""
         zenith = to_body(attitude, self.orbit.zenith(time))
@@ -98,7 +91,7 @@ class GravityGradient(eqx.Module):
         return 3.0 * jnp.asarray(self.orbit.rate) ** 2 * pull
 
 
-class HarmonicTorque(eqx.Module):
+class HarmonicTorque(Checked):
     """T = constant + sum over k of cosine_k cos(k n t) + sine_k sin(k n t), in body axes.
 
     What aerodynamic drag, sunlight and residual dipoles do to a spacecraft that keeps its attitude,
@@ -111,25 +104,21 @@ class HarmonicTorque(eqx.Module):
         sine: (harmonics, 3) N·m, as many.
     """
 
-    rate: Scalar
-    constant: Vector3 = eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
-    cosine: Float[Array, "harmonics 3"] = eqx.field(
-        converter=listed, default_factory=lambda: np.zeros((1, 3))
-    )
-    sine: Float[Array, "harmonics 3"] = eqx.field(
-        converter=listed, default_factory=lambda: np.zeros((1, 3))
+    rate: Annotated[Scalar, size("rate of the disturbance", "rad/s")]
+    constant: Annotated[Vector3, signed("size of the constant disturbance", "N·m")] = zeros()
+    cosine: Annotated[
+        Float[Array, "harmonics 3"], signed("size of a disturbance's cosine", "N·m")
+    ] = eqx.field(converter=listed, default_factory=lambda: np.zeros((1, 3)))
+    sine: Annotated[Float[Array, "harmonics 3"], signed("size of a disturbance's sine", "N·m")] = (
+        eqx.field(converter=listed, default_factory=lambda: np.zeros((1, 3)))
     )
 
-    def check(self) -> None:
-        """Refuse what is no series.
+    def check_own(self) -> None:
+        """Validate shapes.
 
         Raises:
-            InputError: a rate that is negative, values that are not finite, other shapes.
+            InputError: Other shapes than those of the attributes.
         """
-        require("rate of the disturbance", self.rate, "rad/s")
-        require("size of the constant disturbance", np.abs(self.constant), "N·m")
-        require("size of a disturbance's cosine", np.abs(self.cosine), "N·m")
-        require("size of a disturbance's sine", np.abs(self.sine), "N·m")
         constant, cosine, sine = map(np.shape, (self.constant, self.cosine, self.sine))
         if constant[-1:] != (3,) or cosine[-1:] != (3,) or sine != cosine or len(sine) < 2:
             raise InputError(

@@ -1,19 +1,19 @@
 """Wheel failures during a run."""
 
-from typing import Self
+from typing import Annotated, Self
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import PerWheel
+from gyrostat.core.checked import Checked, finite, from_start, share, size
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import require
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel.array import listed
 
 
-class WheelFailures(eqx.Module):
+class WheelFailures(Checked):
     """What happens to each wheel, and when; a wheel without failure has an infinite time.
 
     From its time on the motor torque of a wheel is `torque_share` of the commanded one plus
@@ -30,11 +30,15 @@ class WheelFailures(eqx.Module):
         sensor_lost: (wheels,) whether the speed is no longer measured.
     """
 
-    time: PerWheel = eqx.field(converter=listed)
-    torque_share: PerWheel = eqx.field(converter=listed)
-    stuck_torque: PerWheel = eqx.field(converter=listed)
+    time: Annotated[PerWheel, from_start("failure time")] = eqx.field(converter=listed)
+    torque_share: Annotated[PerWheel, share("torque share of a failed wheel")] = eqx.field(
+        converter=listed
+    )
+    stuck_torque: Annotated[PerWheel, finite("stuck torque", "N·m")] = eqx.field(converter=listed)
     seized: Bool[Array, " wheels"] = eqx.field(converter=listed)
-    added_viscous: PerWheel = eqx.field(converter=listed)
+    added_viscous: Annotated[PerWheel, size("drag added by a failure", "N·m·s/rad")] = eqx.field(
+        converter=listed
+    )
     sensor_lost: Bool[Array, " wheels"] = eqx.field(converter=listed)
 
     @classmethod
@@ -77,17 +81,9 @@ class WheelFailures(eqx.Module):
                 "expected one failure a wheel"
             )
         share = 0.0 if stuck_torque or seized else torque_share
-        values = (time, share, stuck_torque, seized, added_viscous, sensor_lost)
-        fields = (
-            self.time,
-            self.torque_share,
-            self.stuck_torque,
-            self.seized,
-            self.added_viscous,
-            self.sensor_lost,
-        )
+        failure = type(self)(time, share, stuck_torque, seized, added_viscous, sensor_lost)
         own = jnp.arange(count) == wheel
-        return type(self)(*(jnp.where(own, v, f) for v, f in zip(values, fields, strict=True)))
+        return jax.tree.map(lambda new, old: jnp.where(own, new, old), failure, self)
 
     def torque_lost(self, wheel: int, time: float, *, added_viscous: float = 0.0) -> Self:
         """A motor without torque: the rotor runs down by its own friction and `added_viscous`."""
@@ -105,21 +101,3 @@ class WheelFailures(eqx.Module):
         """What the motors give where `torque` is commanded, N·m."""
         share = jnp.where(failed, self.torque_share, 1.0)
         return share * torque + jnp.where(failed, self.stuck_torque, 0.0)
-
-    def check(self) -> None:
-        """Refuse failures that cannot happen.
-
-        Raises:
-            InputError: a time before the start or not a number, a share outside 0 to 1, a stuck
-                torque that is not finite, drag that is negative.
-        """
-        time, share = np.asarray(self.time, dtype=float), np.asarray(self.torque_share, dtype=float)
-        if not np.all(time >= 0.0):
-            odd = time[~(time >= 0.0)].flat[0]
-            raise InputError(f"failure time: found {odd:g} s, expected 0 s (the start) or later")
-        if not np.all((share >= 0.0) & (share <= 1.0)):
-            odd = share[~((share >= 0.0) & (share <= 1.0))].flat[0]
-            raise InputError(f"torque share of a failed wheel: found {odd:g}, expected 0 to 1")
-        if not np.all(np.isfinite(np.asarray(self.stuck_torque, dtype=float))):
-            raise InputError("stuck torque: found a value that is not finite, expected N·m")
-        require("drag added by a failure", self.added_viscous, "N·m·s/rad")

@@ -1,14 +1,13 @@
 """Gyro and combined sensors of an air-bearing table."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
-import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, signed, size
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.wheel import Tachometer
 
 
@@ -36,7 +35,7 @@ class TrueTurn(eqx.Module):
         return memory, Turn(state.attitude, state.rate)
 
 
-class Gyro(eqx.Module):
+class Gyro(Checked):
     """The angle turned since the last sample over the period, with noise and bias, and its sum.
 
     Attributes:
@@ -44,13 +43,8 @@ class Gyro(eqx.Module):
         bias: rad/s.
     """
 
-    sigma: Scalar = 0.0
-    bias: Scalar = 0.0
-
-    def check(self) -> None:
-        """Refuse a noise or bias that is no number, by `InputError`."""
-        require("gyro sigma", self.sigma, "rad/s")
-        require("gyro bias", np.abs(self.bias), "rad/s")
+    sigma: Annotated[Scalar, size("gyro sigma", "rad/s")] = 0.0
+    bias: Annotated[Scalar, signed("gyro bias", "rad/s")] = 0.0
 
     def start(self, state: Any, period: Scalar) -> tuple[Array, Array, Scalar]:
         """True attitude a period before, integrated attitude, period."""
@@ -76,14 +70,12 @@ class TableMeasurement(NamedTuple):
         speed: of the wheel relative to the table, rad/s.
     """
 
-    attitude: Float[Array, ""]
-    rate: Float[Array, ""]
-    speed: Float[Array, ""]
-
-    UNITS = {"attitude": "rad", "rate": "rad/s", "speed": "rad/s"}  # noqa: RUF012
+    attitude: Annotated[Float[Array, ""], "rad"]
+    rate: Annotated[Float[Array, ""], "rad/s"]
+    speed: Annotated[Float[Array, ""], "rad/s"]
 
 
-class TableSensors(eqx.Module):
+class TableSensors(Checked):
     """The gyro of a table and the tachometer of its wheel.
 
     Attributes:
@@ -93,10 +85,6 @@ class TableSensors(eqx.Module):
 
     gyro: Any = TrueTurn()
     tachometer: Any = Tachometer()
-
-    def check(self) -> None:
-        """Refuse what either refuses, by `InputError`."""
-        check_parts(self.gyro, self.tachometer)
 
     def start(self, state: Any, period: Scalar) -> tuple[Any, Any]:
         """Memories of both."""

@@ -1,24 +1,24 @@
 """Gyrostat: a rigid body with reaction wheels."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool
 
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, size, three
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import check_unit, normalised, to_body, to_inertial
-from gyrostat.core.validation import check_parts, require
 from gyrostat.spacecraft.failures import WheelFailures
 from gyrostat.spacecraft.friction_steps import FrictionSteps
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.wheels_on_body import Carrier, WheelsOnBody
 from gyrostat.wheel import Motion, slide_together
-from gyrostat.wheel.array import listed
+from gyrostat.wheel.array import listed, zeros
 
 FASTEST = 10.0
 """rad/s: beyond this body rate no controller means what it does."""
@@ -31,13 +31,17 @@ class GyrostatState(NamedTuple):
         attitude: (4,) quaternion of the body in inertial space, scalar first.
         momentum: (3,) of everything, in inertial axes, N·m·s.
         wheel_speed: (wheels,) relative to the body, rad/s; exactly zero is at rest.
+        wheel_angle: (wheels,) of the rotors relative to the body, rad; None where no part of the
+            plant needs it (`ImbalancedGyrostat` does).
+        motor_current: (wheels,) A; None where the motors give their torque at once, without a
+            `DrivenGyrostat`.
     """
 
-    attitude: Quaternion
-    momentum: Vector3
-    wheel_speed: PerWheel
-
-    UNITS = {"attitude": "1", "momentum": "N·m·s", "wheel_speed": "rad/s"}  # noqa: RUF012
+    attitude: Annotated[Quaternion, "1"]
+    momentum: Annotated[Vector3, "N·m·s"]
+    wheel_speed: Annotated[PerWheel, "rad/s"]
+    wheel_angle: Annotated[PerWheel | None, "rad"] = None
+    motor_current: Annotated[PerWheel | None, "A"] = None
 
 
 class WheelTorqueCommand(NamedTuple):
@@ -47,28 +51,42 @@ class WheelTorqueCommand(NamedTuple):
         torque: (wheels,) N·m; positive speeds the wheel up and pushes the body back.
     """
 
-    torque: PerWheel
-
-    UNITS = {"torque": "N·m"}  # noqa: RUF012
+    torque: Annotated[PerWheel, "N·m"]
 
 
 class GyrostatRecord(NamedTuple):
     """What is worth recording.
 
     Attributes:
-        rate: (3,) of the body, in body axes, rad/s.
+        rate: (3,) of the body without jitter, in body axes, rad/s.
         wheel_momentum: (wheels,) rotor inertia times speed relative to the body, N·m·s.
-        saturated: (wheels,) whether the torque limit cuts the command.
+        saturated: (wheels,) whether a limit cuts the command.
+        jitter: (3,) rotation vector from the attitude with balanced wheels to the attitude, rad;
+            None for balanced wheels.
     """
 
-    rate: Vector3
-    wheel_momentum: PerWheel
+    rate: Annotated[Vector3, "rad/s"]
+    wheel_momentum: Annotated[PerWheel, "N·m·s"]
     saturated: Bool[Array, " wheels"]
+    jitter: Annotated[Vector3 | None, "rad"] = None
 
-    UNITS = {"rate": "rad/s", "wheel_momentum": "N·m·s"}  # noqa: RUF012
+
+class RateRecord(NamedTuple):
+    """What is worth recording of a plant without wheel limits.
+
+    Attributes:
+        rate: (3,) of the body, in body axes, rad/s.
+    """
+
+    rate: Annotated[Vector3, "rad/s"]
 
 
-class Gyrostat(eqx.Module):
+def too_fast(rate: Vector3) -> Bool[Array, ""]:
+    """Whether a body rate, rad/s, is beyond `FASTEST`, or no number."""
+    return ~(rate @ rate < FASTEST**2)
+
+
+class Gyrostat(Checked):
     """H = R (J w + sum a_i h_i), dH/dt = R T, dh_i/dt = m_i - F_i, h_i = J_i (W_i + a_i w).
 
     J is the inertia of the spacecraft without that of the rotors about their axes a_i, W_i the
@@ -94,12 +112,14 @@ class Gyrostat(eqx.Module):
 
     spacecraft: Spacecraft
     failures: WheelFailures | None = None
-    external_torque: Vector3 = eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
+    external_torque: Annotated[Vector3, three("external torque", "N·m")] = zeros()
     torque_history: Callable[[Quaternion, Scalar], Vector3] | None = eqx.field(
         static=True, default=None
     )
     environment: tuple[Any, ...] = ()
-    external_torque_limit: Vector3 | None = eqx.field(converter=listed, default=None)
+    external_torque_limit: Annotated[Vector3 | None, size("external torque limit", "N·m")] = (
+        eqx.field(converter=listed, default=None)
+    )
     friction_steps: FrictionSteps | None = None
 
     def torque(self, attitude: Quaternion, time: Scalar) -> Vector3:
@@ -111,30 +131,22 @@ class Gyrostat(eqx.Module):
             torque = torque + item(self.spacecraft, attitude, time)
         return torque
 
-    def check(self) -> None:
-        """Refuse what no spacecraft is.
+    def check_own(self) -> None:
+        """Validate shapes.
 
         Raises:
-            InputError: see `Spacecraft.check` and `WheelFailures.check`; an external torque that is
-                not finite or not (3,), failures of another number of wheels.
+            InputError: An external torque limit that is not (3,), failures or friction steps of
+                another number of wheels.
         """
-        self.spacecraft.check()
-        torque = np.asarray(self.external_torque, dtype=float)
-        if torque.shape[-1:] != (3,) or not np.all(np.isfinite(torque)):
-            raise InputError(f"external torque: found {torque}, expected three finite values, N·m")
-        check_parts(*self.environment)
         if self.external_torque_limit is not None:
-            require("external torque limit", self.external_torque_limit, "N·m")
             shape = np.shape(self.external_torque_limit)
             if shape[-1:] != (3,):
                 raise InputError(f"external torque limit: found shape {shape}, expected (3,)")
         if self.failures is not None:
-            self.failures.check()
             told, count = np.shape(self.failures.time)[-1], self.spacecraft.wheels.count
             if told != count:
                 raise InputError(f"wheel failures: found {told} wheels, expected {count}")
         if self.friction_steps is not None:
-            self.friction_steps.check()
             self.friction_steps.check_wheels(self.spacecraft.wheels)
 
     def start(
@@ -169,10 +181,10 @@ class Gyrostat(eqx.Module):
                 beyond its momentum limit.
         """
         wheels = self.spacecraft.wheels
-        sizes = (4, 3, wheels.count)
-        for name, value, size in zip(state._fields, state, sizes, strict=True):
-            if np.shape(value)[-1:] != (size,):
-                raise InputError(f"{name}: found shape {np.shape(value)}, expected ({size},)")
+        for name, value in state._asdict().items():
+            length = {"attitude": 4, "momentum": 3}.get(name, wheels.count)
+            if value is not None and np.shape(value)[-1:] != (length,):
+                raise InputError(f"{name}: found shape {np.shape(value)}, expected ({length},)")
         check_unit(state.attitude)
         wheels.check_speed(state.wheel_speed)
 
@@ -268,8 +280,7 @@ class Gyrostat(eqx.Module):
 
     def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""
-        rate = self.rate(state)
-        return ~(rate @ rate < FASTEST**2)
+        return too_fast(self.rate(state))
 
     def record(self, state: GyrostatState, command: WheelTorqueCommand) -> GyrostatRecord:
         """Rate and wheel momentum at the start of a control period."""

@@ -1,23 +1,23 @@
 """Static and dynamic wheel imbalance, and the jitter that it causes."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Scalar, Vector3
+from gyrostat.core.checked import Checked, signed, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import from_rotation_vector, product
-from gyrostat.core.validation import check_parts, require
-from gyrostat.spacecraft.gyrostat import Gyrostat, GyrostatState
+from gyrostat.spacecraft.gyrostat import Gyrostat, GyrostatRecord, GyrostatState
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed
 
 
-class Imbalance(eqx.Module):
+class Imbalance(Checked):
     """U_s and U_d of every wheel: a force U_s W² and a torque U_d W² that go round with the rotor.
 
     R. A. Masterson, D. W. Miller, R. L. Grogan, "Development and validation of reaction wheel
@@ -29,15 +29,11 @@ class Imbalance(eqx.Module):
         position: (3, wheels) of the wheels from the centre of mass, body axes, m.
     """
 
-    static: PerWheel = eqx.field(converter=listed)
-    dynamic: PerWheel = eqx.field(converter=listed)
-    position: Float[Array, "3 wheels"] = eqx.field(converter=listed)
-
-    def check(self) -> None:
-        """Refuse imbalances that are no sizes and positions that are none, by `InputError`."""
-        require("static imbalance", self.static, "kg·m")
-        require("dynamic imbalance", self.dynamic, "kg·m²")
-        require("size of a wheel's position", np.abs(self.position), "m")
+    static: Annotated[PerWheel, size("static imbalance", "kg·m")] = eqx.field(converter=listed)
+    dynamic: Annotated[PerWheel, size("dynamic imbalance", "kg·m²")] = eqx.field(converter=listed)
+    position: Annotated[Float[Array, "3 wheels"], signed("size of a wheel's position", "m")] = (
+        eqx.field(converter=listed)
+    )
 
     def loads(self, axes: Any, speed: PerWheel, angle: PerWheel) -> tuple[Vector3, Vector3]:
         """Force, N, and torque about the centre of mass, N·m, on the body, in body axes.
@@ -100,48 +96,7 @@ def _turning(axes: Any, angle: PerWheel) -> tuple[Any, Any]:
     return cosine * first + sine * second, cosine * second - sine * first
 
 
-class ImbalancedState(NamedTuple):
-    """State of a spacecraft with wheels out of balance.
-
-    Attributes:
-        attitude: (4,) quaternion of the body, its jitter included, scalar first.
-        momentum: (3,) of everything, in inertial axes, N·m·s.
-        wheel_speed: (wheels,) relative to the body, rad/s.
-        wheel_angle: (wheels,) turned relative to the body, rad.
-    """
-
-    attitude: Quaternion
-    momentum: Vector3
-    wheel_speed: PerWheel
-    wheel_angle: PerWheel
-
-    UNITS = {  # noqa: RUF012
-        "attitude": "1",
-        "momentum": "N·m·s",
-        "wheel_speed": "rad/s",
-        "wheel_angle": "rad",
-    }
-
-
-class ImbalancedRecord(NamedTuple):
-    """What is worth recording.
-
-    Attributes:
-        rate: (3,) of the body without its jitter, in body axes, rad/s.
-        wheel_momentum: (wheels,) rotor inertia times speed relative to the body, N·m·s.
-        saturated: (wheels,) whether the torque limit cuts the command.
-        jitter: (3,) turn of the body from where it would be with balanced wheels, rad.
-    """
-
-    rate: Vector3
-    wheel_momentum: PerWheel
-    saturated: Bool[Array, " wheels"]
-    jitter: Vector3
-
-    UNITS = {"rate": "rad/s", "wheel_momentum": "N·m·s", "jitter": "rad"}  # noqa: RUF012
-
-
-class ImbalancedGyrostat(eqx.Module):
+class ImbalancedGyrostat(Checked):
     """A gyrostat whose wheels are out of balance.
 
     The momentum of an imbalance, W p(angle), is part of the total: so the body's rate has the part
@@ -169,20 +124,19 @@ class ImbalancedGyrostat(eqx.Module):
         """Of the wheels; see `Gyrostat`."""
         return self.gyrostat.failures
 
-    def check(self) -> None:
-        """Refuse what the gyrostat refuses, and imbalances of another number of wheels.
+    def check_own(self) -> None:
+        """Validate shapes.
 
         Raises:
-            InputError: as said.
+            InputError: Imbalances of another number of wheels.
         """
-        check_parts(self.gyrostat, self.imbalance)
         count = self.spacecraft.wheels.count
         for name in ("static", "dynamic", "position"):
             found = np.shape(getattr(self.imbalance, name))[-1:]
             if found != (count,):
                 raise InputError(f"imbalance {name}: found {found}, expected one of {count} wheels")
 
-    def start(self, *, wheel_angle: Any = 0.0, **motion: Any) -> ImbalancedState:
+    def start(self, *, wheel_angle: Any = 0.0, **motion: Any) -> GyrostatState:
         """A state from what is measured.
 
         Args:
@@ -191,49 +145,45 @@ class ImbalancedGyrostat(eqx.Module):
         """
         state = self.gyrostat.start(**motion)
         angle = jnp.broadcast_to(jnp.asarray(wheel_angle, dtype=float), state.wheel_speed.shape)
-        return self._turned(state, angle, 1.0)
+        return self._turned(state, angle, 1.0)._replace(wheel_angle=angle)
 
-    def check_state(self, state: ImbalancedState) -> None:
+    def check_state(self, state: GyrostatState) -> None:
         """Refuse what is no state of this spacecraft, by `InputError`."""
-        self.gyrostat.check_state(GyrostatState(*state[:3]))
-        if np.shape(state.wheel_angle) != np.shape(state.wheel_speed):
-            raise InputError(
-                f"wheel_angle: found shape {np.shape(state.wheel_angle)}, expected "
-                f"{np.shape(state.wheel_speed)}"
-            )
+        self.gyrostat.check_state(state)
+        if state.wheel_angle is None:
+            raise InputError("wheel_angle: found none, expected the angles of the rotors, rad")
 
-    def rate(self, state: ImbalancedState) -> Vector3:
+    def rate(self, state: GyrostatState) -> Vector3:
         """Body rate with its jitter, in body axes, rad/s."""
         jitter = self.imbalance.jitter_rate(self.spacecraft, state.wheel_speed, state.wheel_angle)
         return self.balanced_rate(state) + jitter
 
-    def balanced_rate(self, state: ImbalancedState) -> Vector3:
+    def balanced_rate(self, state: GyrostatState) -> Vector3:
         """Body rate without jitter, in body axes, rad/s."""
         return self.gyrostat.rate(self._balanced(state))
 
     def __call__(
-        self, state: ImbalancedState, command: Any, time: Scalar, duration: Scalar
-    ) -> tuple[ImbalancedState, Bool[Array, ""]]:
+        self, state: GyrostatState, command: Any, time: Scalar, duration: Scalar
+    ) -> tuple[GyrostatState, Bool[Array, ""]]:
         """Carry the spacecraft over an interval of held command; see `Gyrostat`."""
         after, resolved = self.gyrostat(self._balanced(state), command, time, duration)
         # exact where the wheels' acceleration is constant, as it is nearly under a held torque
         mean = 0.5 * (state.wheel_speed + after.wheel_speed)
         angle = state.wheel_angle + duration * mean
-        return self._turned(after, angle, 1.0), resolved
+        return self._turned(after, angle, 1.0)._replace(wheel_angle=angle), resolved
 
-    def _balanced(self, state: ImbalancedState) -> GyrostatState:
-        return GyrostatState(*self._turned(state, state.wheel_angle, -1.0)[:3])
+    def _balanced(self, state: GyrostatState) -> GyrostatState:
+        return self._turned(state, state.wheel_angle, -1.0)._replace(wheel_angle=None)
 
-    def _turned(self, state: Any, angle: PerWheel, sense: float) -> ImbalancedState:
+    def _turned(self, state: GyrostatState, angle: Any, sense: float) -> GyrostatState:
         jitter = from_rotation_vector(sense * self.imbalance.jitter(self.spacecraft, angle))
-        attitude = product(state.attitude, jitter)
-        return ImbalancedState(attitude, state.momentum, state.wheel_speed, angle)
+        return state._replace(attitude=product(state.attitude, jitter))
 
-    def diverged(self, state: ImbalancedState) -> Bool[Array, ""]:
+    def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
         """See `Gyrostat.diverged`."""
         return self.gyrostat.diverged(self._balanced(state))
 
-    def record(self, state: ImbalancedState, command: Any) -> ImbalancedRecord:
+    def record(self, state: GyrostatState, command: Any) -> GyrostatRecord:
         """Rate, wheel momentum and jitter at the start of a control period."""
         record = self.gyrostat.record(self._balanced(state), command)
-        return ImbalancedRecord(*record, self.imbalance.jitter(self.spacecraft, state.wheel_angle))
+        return record._replace(jitter=self.imbalance.jitter(self.spacecraft, state.wheel_angle))

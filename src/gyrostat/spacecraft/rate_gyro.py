@@ -1,17 +1,16 @@
 """Rate-integrating gyro of a spacecraft."""
 
-from typing import NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import PRNGKeyArray
 
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
-from gyrostat.core.errors import InputError
+from gyrostat.core.checked import Checked, limit, share, signed, size
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import error, from_rotation_vector, rotation_vector, to_body
 from gyrostat.core.validation import require
-from gyrostat.wheel.array import listed
+from gyrostat.wheel.array import zeros
 
 
 class BodyMotion(NamedTuple):
@@ -59,7 +58,11 @@ def integrated_rate(turn: Vector3, before: Vector3, now: Vector3, period: Scalar
     return turn - first / 2.0 + second / 6.0
 
 
-class RateGyro(eqx.Module):
+def _above_minus_one(scale_factor: Any) -> None:
+    require("1 + gyro scale factor", 1.0 + np.asarray(scale_factor), positive=True)
+
+
+class RateGyro(Checked):
     """Integral of the body rate over the period, divided by the period, with the gyro's errors.
 
     Scale factor and misalignment act on the true mean rate; bias and noise are added; the sum is
@@ -82,32 +85,13 @@ class RateGyro(eqx.Module):
         coning_compensation: share of the coning that the unit itself compensates for, 0 to 1.
     """
 
-    angle_walk: Scalar = 0.0
-    bias_walk: Scalar = 0.0
-    bias: Vector3 = eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
-    scale_factor: Vector3 = eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
-    misalignment: Vector3 = eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
-    rate_limit: Scalar = np.inf
-    coning_compensation: Scalar = 0.0
-
-    def check(self) -> None:
-        """Validate parameters.
-
-        Raises:
-            InputError: noise, bias, scale factor or misalignment that are not finite, a scale
-                factor of -1 or less, a rate limit that is not above 0, a share outside 0 to 1.
-        """
-        require("gyro angle walk", self.angle_walk, "rad/√s")
-        require("gyro bias walk", self.bias_walk, "rad/s/√s")
-        require("size of the gyro bias", np.abs(self.bias), "rad/s")
-        require("1 + gyro scale factor", 1.0 + np.asarray(self.scale_factor), positive=True)
-        require("size of the gyro misalignment", np.abs(self.misalignment), "rad")
-        # comparisons with NaN are false
-        if not np.all(np.asarray(self.rate_limit) > 0.0):
-            raise InputError(f"gyro rate limit: found {self.rate_limit}, expected above 0 rad/s")
-        share = np.asarray(self.coning_compensation)
-        if not np.all((share >= 0.0) & (share <= 1.0)):
-            raise InputError(f"gyro coning compensation: found {share}, expected 0 to 1")
+    angle_walk: Annotated[Scalar, size("gyro angle walk", "rad/√s")] = 0.0
+    bias_walk: Annotated[Scalar, size("gyro bias walk", "rad/s/√s")] = 0.0
+    bias: Annotated[Vector3, signed("size of the gyro bias", "rad/s")] = zeros()
+    scale_factor: Annotated[Vector3, _above_minus_one] = zeros()
+    misalignment: Annotated[Vector3, signed("size of the gyro misalignment", "rad")] = zeros()
+    rate_limit: Annotated[Scalar, limit("gyro rate limit", "rad/s")] = np.inf
+    coning_compensation: Annotated[Scalar, share("gyro coning compensation")] = 0.0
 
     def __call__(
         self, before: BodyMotion, now: BodyMotion, bias: Vector3, period: Scalar, key: PRNGKeyArray

@@ -7,15 +7,15 @@ import numpy as np
 from jaxtyping import PRNGKeyArray
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, check_period
 
 DROPOUT, SPIKE, STUCK = "dropout", "spike", "stuck"
 KINDS = (DROPOUT, SPIKE, STUCK)
 
 
-class SensorFault(eqx.Module):
+class SensorFault(Checked):
     """Fault of one field of a measurement.
 
     Attributes:
@@ -38,7 +38,7 @@ class SensorFault(eqx.Module):
     share: Scalar = 1.0
     element: int | None = eqx.field(static=True, default=None)
 
-    def check(self) -> None:
+    def check_own(self) -> None:
         """Refuse faults that cannot happen.
 
         Raises:
@@ -88,7 +88,7 @@ class _Memory(NamedTuple):
     before: tuple[Any, ...]
 
 
-class FaultySensor(eqx.Module):
+class FaultySensor(Checked):
     """A sensor of the loop with faults of its fields, in the order in which they are given.
 
     Attributes:
@@ -98,14 +98,6 @@ class FaultySensor(eqx.Module):
 
     sensor: Any
     faults: tuple[SensorFault, ...]
-
-    def check(self) -> None:
-        """Refuse what the sensor or a fault refuses, by `InputError`."""
-        check_parts(self.sensor, *self.faults)
-
-    def check_period(self, period: float) -> None:
-        """Refuse a control period, s, that the sensor refuses, by `InputError`."""
-        check_period(period, self.sensor)
 
     def start(self, state: Any, period: Scalar) -> _Memory:
         """Memory before the first sample."""

@@ -1,9 +1,12 @@
 """Parameters of a rigid body with wheels."""
 
+from typing import Annotated
+
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
+from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.wheel import WheelArray
@@ -11,33 +14,6 @@ from gyrostat.wheel.array import listed
 
 SYMMETRY = 1e-9
 """Largest difference of products of inertia that should be equal, over the largest inertia."""
-
-
-class Spacecraft(eqx.Module):
-    """A rigid body and the wheels that it carries.
-
-    Attributes:
-        inertia: (3, 3) of everything about the centre of mass in body axes, but for the inertia of
-            each rotor about its own spin axis, kg·m².
-        wheels: that it carries.
-    """
-
-    inertia: Float[Array, "3 3"] = eqx.field(converter=listed)
-    wheels: WheelArray
-
-    def inertia_locked(self) -> Float[Array, "3 3"]:
-        """Inertia of the body with every rotor locked to it, kg·m²."""
-        axes = jnp.asarray(self.wheels.axes)
-        return self.inertia + (axes * self.wheels.inertia) @ axes.T
-
-    def check(self) -> None:
-        """Refuse what no spacecraft is.
-
-        Raises:
-            InputError: see `check_inertia` and `WheelArray.check`.
-        """
-        check_inertia(self.inertia)
-        self.wheels.check()
 
 
 def check_inertia(inertia: Float[Array, "... 3 3"]) -> None:
@@ -71,3 +47,21 @@ def check_inertia(inertia: Float[Array, "... 3 3"]) -> None:
                 f"body inertia: found principal inertias {least:g}, {middle:g}, {most:g} kg·m², "
                 "expected none larger than the sum of the others"
             )
+
+
+class Spacecraft(Checked):
+    """A rigid body and the wheels that it carries.
+
+    Attributes:
+        inertia: (3, 3) of everything about the centre of mass in body axes, but for the inertia of
+            each rotor about its own spin axis, kg·m².
+        wheels: that it carries.
+    """
+
+    inertia: Annotated[Float[Array, "3 3"], check_inertia] = eqx.field(converter=listed)
+    wheels: WheelArray
+
+    def inertia_locked(self) -> Float[Array, "3 3"]:
+        """Inertia of the body with every rotor locked to it, kg·m²."""
+        axes = jnp.asarray(self.wheels.axes)
+        return self.inertia + (axes * self.wheels.inertia) @ axes.T

@@ -1,16 +1,15 @@
 """Attitude, rate and wheel measurements of a spacecraft."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, PRNGKeyArray
 
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, signed, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import from_rotation_vector, product
-from gyrostat.core.validation import check_parts, require
 from gyrostat.spacecraft.failures import WheelFailures
 from gyrostat.spacecraft.gyrostat import Gyrostat, GyrostatState
 from gyrostat.wheel import Tachometer
@@ -29,12 +28,10 @@ class SpacecraftMeasurement(NamedTuple):
         wheel_measured: (wheels,) whether the tachometer works.
     """
 
-    attitude: Quaternion
-    rate: Vector3
-    wheel_speed: PerWheel
+    attitude: Annotated[Quaternion, "1"]
+    rate: Annotated[Vector3, "rad/s"]
+    wheel_speed: Annotated[PerWheel, "rad/s"]
     wheel_measured: Bool[Array, " wheels"]
-
-    UNITS = {"attitude": "1", "rate": "rad/s", "wheel_speed": "rad/s"}  # noqa: RUF012
 
 
 class WheelMotion(NamedTuple):
@@ -57,7 +54,7 @@ class _Memory(NamedTuple):
     measured: PerWheel
 
 
-class SpacecraftSensor(eqx.Module):
+class SpacecraftSensor(Checked):
     """Attitude and body rate with white noise, and wheel speeds from tachometers.
 
     Where the plant does not carry the angles of the rotors, which pulses are counted of, they are
@@ -76,25 +73,20 @@ class SpacecraftSensor(eqx.Module):
     """
 
     gyrostat: Gyrostat
-    attitude_sigma: Scalar = 0.0
-    rate_sigma: Scalar = 0.0
-    wheel_sigma: Scalar = 0.0
-    rate_bias: Vector3 | Scalar = 0.0
+    attitude_sigma: Annotated[Scalar, size("attitude sigma", "rad")] = 0.0
+    rate_sigma: Annotated[Scalar, size("rate sigma", "rad/s")] = 0.0
+    wheel_sigma: Annotated[Scalar, size("wheel momentum sigma", "N·m·s")] = 0.0
+    rate_bias: Annotated[Vector3 | Scalar, signed("rate bias", "rad/s")] = 0.0
     tachometer: Any = None
 
-    def check(self) -> None:
-        """Refuse noise that is negative or not finite.
+    def check_own(self) -> None:
+        """Validate the noise of the tachometers.
 
         Raises:
-            InputError: as said, or both `wheel_sigma` and a tachometer are given.
+            InputError: Both `wheel_sigma` and a tachometer are given.
         """
-        require("attitude sigma", self.attitude_sigma, "rad")
-        require("rate sigma", self.rate_sigma, "rad/s")
-        require("wheel momentum sigma", self.wheel_sigma, "N·m·s")
-        require("rate bias", np.abs(self.rate_bias), "rad/s")
         if self.tachometer is not None and np.any(np.asarray(self.wheel_sigma) != 0.0):
             raise InputError("spacecraft sensor: found wheel_sigma and a tachometer, expected one")
-        check_parts(self.gyrostat, self.tachometer)
 
     def _tachometer(self) -> Any:
         if self.tachometer is not None:
@@ -104,7 +96,8 @@ class SpacecraftSensor(eqx.Module):
     def start(self, state: GyrostatState, period: Scalar) -> _Memory:
         """Memory before the first sample."""
         speed = jnp.asarray(state.wheel_speed)
-        wheels = WheelMotion(speed, getattr(state, "wheel_angle", jnp.zeros_like(speed)))
+        angle = getattr(state, "wheel_angle", None)
+        wheels = WheelMotion(speed, jnp.zeros_like(speed) if angle is None else angle)
         tachometer = self._tachometer().start(wheels, period)
         period = jnp.asarray(period, dtype=float)
         # no time passes before the first sample

@@ -1,22 +1,20 @@
 """Spacecraft with wheel speeds as input and prescribed total momentum."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool
 
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, size, three
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import normalised, rate_of_quaternion, to_body
-from gyrostat.core.validation import check_parts, require
-from gyrostat.spacecraft.gyrostat import FASTEST, Gyrostat, GyrostatState
+from gyrostat.spacecraft.gyrostat import Gyrostat, GyrostatState, RateRecord, too_fast
 from gyrostat.spacecraft.spacecraft import Spacecraft
-
-PerWheel = Float[Array, " wheels"]
 
 UNIT_LENGTH = 1e-6
 """Largest distance of a quaternion's length from 1 that is rounding."""
@@ -48,24 +46,10 @@ class WheelSpeedCommand(NamedTuple):
         speed: (wheels,) relative to the body, rad/s.
     """
 
-    speed: PerWheel
-
-    UNITS = {"speed": "rad/s"}  # noqa: RUF012
+    speed: Annotated[PerWheel, "rad/s"]
 
 
-class SpeedDrivenRecord(NamedTuple):
-    """What is worth recording.
-
-    Attributes:
-        rate: (3,) of the body while the command acts, in body axes, rad/s.
-    """
-
-    rate: Vector3
-
-    UNITS = {"rate": "rad/s"}  # noqa: RUF012
-
-
-class SinusoidalMomentum(eqx.Module):
+class SinusoidalMomentum(Checked):
     """H_k(t) = offset_k + amplitude_k sin(2 pi frequency t + phase_k), inertial axes.
 
     Attributes:
@@ -75,18 +59,12 @@ class SinusoidalMomentum(eqx.Module):
         offset: (3,) N·m·s.
     """
 
-    amplitude: Vector3
-    frequency: Scalar
-    phase: Vector3
-    offset: Vector3 = eqx.field(default_factory=lambda: np.zeros(3))
-
-    def check(self) -> None:
-        """Refuse a frequency that is none, and what is not three finite values."""
-        require("momentum frequency", self.frequency, "Hz")
-        for name in ("amplitude", "phase", "offset"):
-            value = np.asarray(getattr(self, name), dtype=float)
-            if value.shape[-1:] != (3,) or not np.all(np.isfinite(value)):
-                raise InputError(f"momentum {name}: found {value}, expected three finite values")
+    amplitude: Annotated[Vector3, three("momentum amplitude")]
+    frequency: Annotated[Scalar, size("momentum frequency", "Hz")]
+    phase: Annotated[Vector3, three("momentum phase")]
+    offset: Annotated[Vector3, three("momentum offset")] = eqx.field(
+        default_factory=lambda: np.zeros(3)
+    )
 
     def __call__(self, time: Scalar) -> Vector3:
         """Total momentum at a time, s; N·m·s."""
@@ -94,11 +72,19 @@ class SinusoidalMomentum(eqx.Module):
         return self.offset + jnp.asarray(self.amplitude) * jnp.sin(turn + jnp.asarray(self.phase))
 
 
+def started(plant: Any, attitude: Any, wheel_speed: Any) -> GyrostatState:
+    """State at time zero of a spacecraft with a given momentum; see `SpeedDrivenSpacecraft`."""
+    count = plant.spacecraft.wheels.count
+    speed = jnp.broadcast_to(jnp.asarray(wheel_speed, dtype=float), (count,))
+    momentum = jnp.asarray(plant.momentum(jnp.zeros(())))
+    return GyrostatState(unit_quaternion("attitude", attitude), momentum, speed)
+
+
 def _finite(limit: Array) -> Array:
     return jnp.where(jnp.isinf(limit), 0.0, limit)
 
 
-class SpeedDrivenSpacecraft(eqx.Module):
+class SpeedDrivenSpacecraft(Checked):
     """dR/dt = R [w]x, J_t w = R^T H(t) - sum J_i a_i u_i: the wheel speeds u are the input.
 
     H. Endo, K. Sekiguchi, K. Nonaka, "Model error compensator for attitude control of 2-wheel
@@ -117,10 +103,6 @@ class SpeedDrivenSpacecraft(eqx.Module):
     spacecraft: Spacecraft
     momentum: Callable[[Scalar], Vector3]
 
-    def check(self) -> None:
-        """Refuse what no spacecraft is, and what the momentum refuses, by `InputError`."""
-        check_parts(self.spacecraft, self.momentum)
-
     def start(
         self, *, attitude: Any = (1.0, 0.0, 0.0, 0.0), wheel_speed: Any = 0.0
     ) -> GyrostatState:
@@ -133,10 +115,7 @@ class SpeedDrivenSpacecraft(eqx.Module):
         Raises:
             InputError: a quaternion that is not of unit length.
         """
-        count = self.spacecraft.wheels.count
-        speed = jnp.broadcast_to(jnp.asarray(wheel_speed, dtype=float), (count,))
-        quaternion = unit_quaternion("attitude", attitude)
-        return GyrostatState(quaternion, jnp.asarray(self.momentum(jnp.zeros(()))), speed)
+        return started(self, attitude, wheel_speed)
 
     def rate(self, state: GyrostatState) -> Vector3:
         """Body rate in body axes, rad/s."""
@@ -188,10 +167,9 @@ class SpeedDrivenSpacecraft(eqx.Module):
 
     def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""
-        rate = self.rate(state)
-        return ~(rate @ rate < FASTEST**2)
+        return too_fast(self.rate(state))
 
-    def record(self, state: GyrostatState, command: Any) -> SpeedDrivenRecord:
+    def record(self, state: GyrostatState, command: Any) -> RateRecord:
         """Rate at the start of a control period, the wheels at what they reach without delay."""
         acting = self._speed_at(state, command, jnp.zeros(()))
-        return SpeedDrivenRecord(self.rate(state._replace(wheel_speed=acting)))
+        return RateRecord(self.rate(state._replace(wheel_speed=acting)))

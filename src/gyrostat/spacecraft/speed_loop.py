@@ -1,24 +1,22 @@
 """Spacecraft with closed wheel-speed loops, including motor limits and bearing friction."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool
 
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import from_rotation_vector, normalised, product, to_body
-from gyrostat.core.validation import check_parts, require
-from gyrostat.spacecraft.gyrostat import FASTEST, Gyrostat, GyrostatState
+from gyrostat.spacecraft.gyrostat import Gyrostat, RateRecord, too_fast
 from gyrostat.spacecraft.spacecraft import Spacecraft
-from gyrostat.spacecraft.speed_driven import unit_quaternion
+from gyrostat.spacecraft.speed_driven import started
 from gyrostat.wheel.friction import ViscousCoulomb
-
-PerWheel = Float[Array, " wheels"]
 
 SET_POINT_WEIGHT = 0.5
 """Of the set-point in the proportional part: with it, speed follows set-point as a lag of order 1,
@@ -38,36 +36,15 @@ class SpeedLoopState(NamedTuple):
             of the motor, N·m.
     """
 
-    attitude: Quaternion
-    momentum: Vector3
-    wheel_speed: PerWheel
-    set_point: PerWheel
-    integral: PerWheel
-    torque_demand: PerWheel
-
-    UNITS = {  # noqa: RUF012
-        "attitude": "1",
-        "momentum": "N·m·s",
-        "wheel_speed": "rad/s",
-        "set_point": "rad/s",
-        "integral": "rad",
-        "torque_demand": "N·m",
-    }
+    attitude: Annotated[Quaternion, "1"]
+    momentum: Annotated[Vector3, "N·m·s"]
+    wheel_speed: Annotated[PerWheel, "rad/s"]
+    set_point: Annotated[PerWheel, "rad/s"]
+    integral: Annotated[PerWheel, "rad"]
+    torque_demand: Annotated[PerWheel, "N·m"]
 
 
-class SpeedLoopRecord(NamedTuple):
-    """What is worth recording.
-
-    Attributes:
-        rate: (3,) of the body, in body axes, rad/s.
-    """
-
-    rate: Vector3
-
-    UNITS = {"rate": "rad/s"}  # noqa: RUF012
-
-
-class SpeedLoopSpacecraft(eqx.Module):
+class SpeedLoopSpacecraft(Checked):
     """H(t) = R (J w + sum a_i h_i), dh_i/dt = m_i - F_i; m_i is that of a sampled speed loop.
 
     The equations of `Gyrostat`, for long dispersed runs: Coulomb friction alone, and a total
@@ -90,30 +67,27 @@ class SpeedLoopSpacecraft(eqx.Module):
 
     spacecraft: Spacecraft
     momentum: Callable[[Scalar], Vector3]
-    natural_frequency: Scalar = 2.0
+    natural_frequency: Annotated[Scalar, positive("speed loop natural frequency", "rad/s")] = 2.0
     ticks: int = eqx.field(static=True, default=2)
 
-    def check(self) -> None:
-        """Refuse what no spacecraft is.
+    def check_own(self) -> None:
+        """Validate friction and ticks.
 
         Raises:
-            InputError: see `Spacecraft.check`; other friction than Coulomb's, a natural frequency
-                that is not positive, less than one tick, what the momentum refuses.
+            InputError: Other friction than Coulomb's, less than one tick.
         """
-        check_parts(self.spacecraft, self.momentum)
         friction = self.spacecraft.wheels.friction
         if not isinstance(friction, ViscousCoulomb) or np.any(np.asarray(friction.viscous) != 0.0):
             raise InputError(
                 f"wheel friction: found {type(friction).__name__}, expected ViscousCoulomb with no "
                 "viscous part: Gyrostat steps the others"
             )
-        require("speed loop natural frequency", self.natural_frequency, "rad/s", positive=True)
         if self.ticks < 1:
             raise InputError(
                 f"speed loop: found {self.ticks} ticks in a period, expected 1 or more"
             )
 
-    def check_period(self, period: float) -> None:
+    def check_own_period(self, period: float) -> None:
         """Refuse a control period, s, at whose ticks the speed loop is unstable.
 
         Raises:
@@ -139,17 +113,14 @@ class SpeedLoopSpacecraft(eqx.Module):
         Raises:
             InputError: a quaternion that is not of unit length.
         """
-        count = self.spacecraft.wheels.count
-        speed = jnp.broadcast_to(jnp.asarray(wheel_speed, dtype=float), (count,))
-        quaternion = unit_quaternion("attitude", attitude)
-        momentum = jnp.asarray(self.momentum(jnp.zeros(())))
+        quaternion, momentum, speed, *_ = started(self, attitude, wheel_speed)
         # the weight of the set-point leaves this to the integral
         integral = 2.0 * (1.0 - SET_POINT_WEIGHT) * speed / self.natural_frequency
-        return SpeedLoopState(quaternion, momentum, speed, speed, integral, jnp.zeros(count))
+        return SpeedLoopState(quaternion, momentum, speed, speed, integral, jnp.zeros_like(speed))
 
     def rate(self, state: SpeedLoopState) -> Vector3:
         """Body rate in body axes, rad/s."""
-        return Gyrostat(self.spacecraft).rate(GyrostatState(*state[:3]))
+        return Gyrostat(self.spacecraft).rate(state)
 
     def __call__(
         self, state: SpeedLoopState, command: Any, time: Scalar, duration: Scalar
@@ -227,9 +198,8 @@ class SpeedLoopSpacecraft(eqx.Module):
 
     def diverged(self, state: SpeedLoopState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""
-        rate = self.rate(state)
-        return ~(rate @ rate < FASTEST**2)
+        return too_fast(self.rate(state))
 
-    def record(self, state: SpeedLoopState, command: Any) -> SpeedLoopRecord:
+    def record(self, state: SpeedLoopState, command: Any) -> RateRecord:
         """Rate at the start of a control period."""
-        return SpeedLoopRecord(self.rate(state))
+        return RateRecord(self.rate(state))

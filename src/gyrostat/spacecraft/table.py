@@ -1,16 +1,14 @@
 """One-axis air-bearing table with a reaction wheel."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
-import numpy as np
 from jaxtyping import Array, Bool
 
 from gyrostat.core.arrays import Scalar
-from gyrostat.core.errors import InputError
+from gyrostat.core.checked import Checked, finite, positive
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.wheel import Contact, Driver, Motion, Wheel, carry
 
 
@@ -26,21 +24,12 @@ class TableState(NamedTuple):
         bristle: deflection of the bristles, rad; zero where the friction has none.
     """
 
-    attitude: Scalar
-    rate: Scalar
-    speed: Scalar
-    wheel_angle: Scalar
-    current: Scalar
-    bristle: Scalar
-
-    UNITS = {  # noqa: RUF012
-        "attitude": "rad",
-        "rate": "rad/s",
-        "speed": "rad/s",
-        "wheel_angle": "rad",
-        "current": "A",
-        "bristle": "rad",
-    }
+    attitude: Annotated[Scalar, "rad"]
+    rate: Annotated[Scalar, "rad/s"]
+    speed: Annotated[Scalar, "rad/s"]
+    wheel_angle: Annotated[Scalar, "rad"]
+    current: Annotated[Scalar, "A"]
+    bristle: Annotated[Scalar, "rad"]
 
 
 class TableCommand(NamedTuple):
@@ -50,9 +39,7 @@ class TableCommand(NamedTuple):
         current: of the motor, A.
     """
 
-    current: Scalar
-
-    UNITS = {"current": "A"}  # noqa: RUF012
+    current: Annotated[Scalar, "A"]
 
 
 class DriveRecord(NamedTuple):
@@ -63,10 +50,8 @@ class DriveRecord(NamedTuple):
         power: drawn from the bus, W.
     """
 
-    saturated: Scalar
-    power: Scalar
-
-    UNITS = {"saturated": "1", "power": "W"}  # noqa: RUF012
+    saturated: Annotated[Scalar, "1"]
+    power: Annotated[Scalar, "W"]
 
 
 class _Carrier(NamedTuple):
@@ -109,7 +94,7 @@ class _OnTable(Contact):
         return self.table.driver.longest_segment(time)
 
 
-class AirBearingTable(eqx.Module):
+class AirBearingTable(Checked):
     """J dΩ/dt = T_d - (k_m I - F) and J_w (dw/dt + dΩ/dt) = k_m I - F.
 
     Carrara and Kuga, "Estimating friction parameters in reaction wheels for attitude control", eq.
@@ -127,27 +112,16 @@ class AirBearingTable(eqx.Module):
             slow there: a peak inside a step may pass unseen. Choose `step` of `simulate` by it.
     """
 
-    inertia: Scalar
+    inertia: Annotated[Scalar, positive("table inertia", "kg·m²")]
     wheel: Wheel
     driver: Driver = Driver()
-    external_torque: Scalar = 0.0
+    external_torque: Annotated[Scalar, finite("external torque", "N·m")] = 0.0
     torque_history: Callable[[Scalar], Scalar] | None = eqx.field(static=True, default=None)
 
     def torque(self, time: Scalar) -> Scalar:
         """External torque T_d on the table, N·m, at a time, s."""
         extra = 0.0 if self.torque_history is None else self.torque_history(time)
         return self.external_torque + extra
-
-    def check(self) -> None:
-        """Refuse values that no table has.
-
-        Raises:
-            InputError: an inertia or the motor constant is not positive, or not finite.
-        """
-        require("table inertia", self.inertia, "kg·m²", positive=True)
-        if not np.all(np.isfinite(np.asarray(self.external_torque))):
-            raise InputError("external torque: found a value that is not finite, expected N·m")
-        check_parts(self.driver, self.wheel)
 
     def start(
         self, *, attitude: Scalar = 0.0, rate: Scalar = 0.0, speed: Scalar = 0.0

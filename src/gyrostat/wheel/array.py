@@ -1,15 +1,15 @@
 """Array of wheels on one body."""
 
-from typing import Any
+from typing import Annotated, Any
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import PerWheel, Scalar
+from gyrostat.core.checked import Checked, limit, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.wheel.friction import Friction, LuGre, ViscousCoulomb
 
 UNIT_TOLERANCE = 1e-6
@@ -34,11 +34,16 @@ def listed(value: Any) -> Any:
     return array if array.dtype == bool else array.astype(float)
 
 
+def zeros() -> Any:
+    """A field of three components, by default zero."""
+    return eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
+
+
 def _no_friction() -> Friction:
     return ViscousCoulomb(viscous=0.0, coulomb=0.0)
 
 
-class WheelArray(eqx.Module):
+class WheelArray(Checked):
     """Wheels on any axes, commanded in motor torque.
 
     Attributes:
@@ -51,9 +56,13 @@ class WheelArray(eqx.Module):
     """
 
     axes: Float[Array, "3 wheels"] = eqx.field(converter=listed)
-    inertia: PerWheel = eqx.field(converter=listed)
-    torque_limit: PerWheel | float = eqx.field(converter=listed, default=jnp.inf)
-    momentum_limit: PerWheel | float = eqx.field(converter=listed, default=jnp.inf)
+    inertia: Annotated[PerWheel, positive("wheel inertia", "kg·m²")] = eqx.field(converter=listed)
+    torque_limit: Annotated[PerWheel | float, limit("wheel torque_limit", "N·m")] = eqx.field(
+        converter=listed, default=jnp.inf
+    )
+    momentum_limit: Annotated[PerWheel | float, limit("wheel momentum_limit", "N·m·s")] = eqx.field(
+        converter=listed, default=jnp.inf
+    )
     friction: Any = eqx.field(default_factory=_no_friction)
 
     @property
@@ -113,13 +122,12 @@ class WheelArray(eqx.Module):
                 "N·m·s"
             )
 
-    def check(self) -> None:
-        """Refuse what no wheels are.
+    def check_own(self) -> None:
+        """Validate axes, friction and shapes.
 
         Raises:
-            InputError: axes that are not (3, wheels) or not of unit length, an inertia or limit
-                that is not positive, friction that is not static, parameters of another number of
-                wheels.
+            InputError: Axes that are not (3, wheels) or not of unit length, friction that is not
+                static, parameters of another number of wheels.
         """
         axes = np.asarray(self.axes, dtype=float)
         if axes.ndim < 2 or axes.shape[-2] != 3 or axes.shape[-1] < 1:
@@ -128,14 +136,6 @@ class WheelArray(eqx.Module):
         if not np.all(np.abs(lengths - 1.0) < UNIT_TOLERANCE):
             odd = lengths[~(np.abs(lengths - 1.0) < UNIT_TOLERANCE)].flat[0]
             raise InputError(f"wheel axes: found a length of {odd:g}, expected unit vectors")
-        require("wheel inertia", self.inertia, "kg·m²", positive=True)
-        for name, value, unit in (
-            ("torque_limit", self.torque_limit, "N·m"),
-            ("momentum_limit", self.momentum_limit, "N·m·s"),
-        ):
-            # comparisons with NaN are false
-            if not np.all(np.asarray(value) > 0.0):
-                raise InputError(f"wheel {name}: found {value}, expected above 0 {unit}")
         if not isinstance(self.friction, Friction):
             kind = type(self.friction).__name__
             wanted = "a static model" if isinstance(self.friction, LuGre) else "a friction model"
@@ -152,4 +152,3 @@ class WheelArray(eqx.Module):
                 raise InputError(
                     f"wheel {name}: found {shape[-1]} values, expected {self.count}, one a wheel"
                 )
-        check_parts(self.friction)

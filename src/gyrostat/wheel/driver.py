@@ -1,9 +1,11 @@
 """Motor electronics: lag, limits, quantisation, back-EMF."""
 
-import equinox as eqx
+from typing import Annotated
+
 import numpy as np
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, Rule, within
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 
@@ -13,7 +15,11 @@ LAG_STEP = 0.1
 """Share of its time constant in which a lag that has just begun is resolved."""
 
 
-class Driver(eqx.Module):
+def _size(name: str) -> Rule:
+    return within(f"driver {name}", "0 or more", lambda value: value >= 0.0)
+
+
+class Driver(Checked):
     """A current loop: limits and quantisation once a control period, then a first-order lag.
 
     The current that the supply allows falls with speed: V = R I + k_m w, with the back-EMF constant
@@ -28,23 +34,19 @@ class Driver(eqx.Module):
         resistance: of the winding, Ω.
     """
 
-    time_constant: Scalar = 0.0
-    current_limit: Scalar = np.inf
-    torque_limit: Scalar = np.inf
-    current_quantum: Scalar = 0.0
-    bus_voltage: Scalar = np.inf
-    resistance: Scalar = 0.0
+    time_constant: Annotated[Scalar, _size("time_constant")] = 0.0
+    current_limit: Annotated[Scalar, _size("current_limit")] = np.inf
+    torque_limit: Annotated[Scalar, _size("torque_limit")] = np.inf
+    current_quantum: Annotated[Scalar, _size("current_quantum")] = 0.0
+    bus_voltage: Annotated[Scalar, _size("bus_voltage")] = np.inf
+    resistance: Annotated[Scalar, _size("resistance")] = 0.0
 
-    def check(self) -> None:
-        """Refuse values that no drive has.
+    def check_own(self) -> None:
+        """Validate the voltage limit.
 
         Raises:
-            InputError: a negative or NaN value, or a finite bus voltage without a resistance.
+            InputError: A finite bus voltage without a resistance.
         """
-        for name in self.__dataclass_fields__:
-            value = np.asarray(getattr(self, name))
-            if not np.all(value >= 0.0):
-                raise InputError(f"driver {name}: found {np.min(value):g}, expected 0 or more")
         limited = np.isfinite(np.asarray(self.bus_voltage))
         if np.any(limited & (np.asarray(self.resistance) == 0.0)):
             raise InputError(

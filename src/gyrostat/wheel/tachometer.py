@@ -4,28 +4,25 @@ A sensor has `start(state, period) -> memory` and `sensor(memory, state, key) ->
 is sampled once in each control period.
 """
 
-from typing import Any
+from typing import Annotated, Any
 
 import equinox as eqx
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive, size
+from gyrostat.core.delay_line import empty_line, pushed
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, require
 
 
-class Tachometer(eqx.Module):
+class Tachometer(Checked):
     """The speed with white noise.
 
     Attributes:
         sigma: standard deviation of a sample, rad/s.
     """
 
-    sigma: Scalar = 0.0
-
-    def check(self) -> None:
-        """Refuse a noise that is no number, by `InputError`."""
-        require("tachometer sigma", self.sigma, "rad/s")
+    sigma: Annotated[Scalar, size("tachometer sigma", "rad/s")] = 0.0
 
     def start(self, state: Any, period: Scalar) -> tuple[()]:
         """It has no memory."""
@@ -38,7 +35,7 @@ class Tachometer(eqx.Module):
         return memory, state.speed + self.sigma * jax.random.normal(key, jnp.shape(state.speed))
 
 
-class PulseTachometer(eqx.Module):
+class PulseTachometer(Checked):
     """Pulses counted over a gate time, with the sense of rotation (two channels, or Hall sensors).
 
     One pulse more or less is a speed of 2 pi / (N gate). One wheel, or several at once.
@@ -48,13 +45,10 @@ class PulseTachometer(eqx.Module):
         gate_periods: gate time in control periods, a whole number.
     """
 
-    pulses: Scalar
-    gate_periods: int = eqx.field(static=True, default=1)
-
-    def check(self) -> None:
-        """Refuse a count that is not positive, by `InputError`."""
-        require("tachometer pulses", self.pulses, "", positive=True)
-        require("tachometer gate", self.gate_periods, "periods", positive=True)
+    pulses: Annotated[Scalar, positive("tachometer pulses")]
+    gate_periods: Annotated[int, positive("tachometer gate", "periods")] = eqx.field(
+        static=True, default=1
+    )
 
     def _count(self, state: Any) -> Float[Array, ""]:
         return jnp.floor(state.wheel_angle * self.pulses / (2.0 * jnp.pi))
@@ -76,7 +70,7 @@ class PulseTachometer(eqx.Module):
         return (jnp.concatenate([counts[1:], count[None]]), gate), speed
 
 
-class WheelTachometer(eqx.Module):
+class WheelTachometer(Checked):
     """Tachometer of one or several wheels with pulses, white noise and a first-order lag.
 
     The pulses of each control period are counted as by `PulseTachometer` and give the mean speed of
@@ -89,15 +83,9 @@ class WheelTachometer(eqx.Module):
         time_constant: of the lag, s; 0: none.
     """
 
-    sigma: Scalar = 0.0
-    pulses: Scalar = 0.0
-    time_constant: Scalar = 0.0
-
-    def check(self) -> None:
-        """Refuse noise, pulses or a lag that are negative or not finite, by `InputError`."""
-        require("tachometer sigma", self.sigma, "rad/s")
-        require("tachometer pulses", self.pulses)
-        require("tachometer time constant", self.time_constant, "s")
+    sigma: Annotated[Scalar, size("tachometer sigma", "rad/s")] = 0.0
+    pulses: Annotated[Scalar, size("tachometer pulses")] = 0.0
+    time_constant: Annotated[Scalar, size("tachometer time constant", "s")] = 0.0
 
     def _counter(self) -> PulseTachometer:
         return PulseTachometer(jnp.where(jnp.asarray(self.pulses) > 0.0, self.pulses, 1.0))
@@ -122,7 +110,7 @@ class WheelTachometer(eqx.Module):
         return (counter, filtered, jnp.array(True), decay), filtered
 
 
-class LowPass(eqx.Module):
+class LowPass(Checked):
     """A sensor behind a first-order low pass, exact for its samples.
 
     Attributes:
@@ -131,12 +119,7 @@ class LowPass(eqx.Module):
     """
 
     sensor: Any
-    time_constant: Scalar
-
-    def check(self) -> None:
-        """Refuse a time constant that is not positive, by `InputError`."""
-        require("low pass time constant", self.time_constant, "s", positive=True)
-        check_parts(self.sensor)
+    time_constant: Annotated[Scalar, positive("low pass time constant", "s")]
 
     def start(self, state: Any, period: Scalar) -> tuple[Any, Array, Array, Scalar]:
         """Memory of the sensor, the filtered value, whether there is one, and its decay."""
@@ -153,7 +136,7 @@ class LowPass(eqx.Module):
         return (inner, filtered, jnp.array(True), decay), filtered
 
 
-class Delayed(eqx.Module):
+class Delayed(Checked):
     """A sensor whose samples arrive late; until the first arrives it stands for all.
 
     Attributes:
@@ -162,27 +145,18 @@ class Delayed(eqx.Module):
     """
 
     sensor: Any
-    periods: int = eqx.field(static=True)
-
-    def check(self) -> None:
-        """Refuse a delay of less than one period, by `InputError`."""
-        require("sensor delay", self.periods, "periods", positive=True)
-        check_parts(self.sensor)
+    periods: Annotated[int, positive("sensor delay", "periods")] = eqx.field(static=True)
 
     def start(self, state: Any, period: Scalar) -> Any:
         """Memory of the sensor, and the samples under way (none yet)."""
         memory = self.sensor.start(state, period)
         sample = jax.eval_shape(self.sensor, memory, state, jax.random.key(0))[1]
-        under_way = jax.tree.map(lambda s: jnp.zeros((self.periods, *s.shape), s.dtype), sample)
-        return memory, under_way, jnp.array(False)
+        return memory, empty_line(sample, self.periods), jnp.array(False)
 
     def __call__(self, memory: Any, state: Any, key: PRNGKeyArray) -> tuple[Any, Any]:
         """Measure now, return what was measured `periods` ago."""
         inner, under_way, started = memory
         inner, sample = self.sensor(inner, state, key)
         under_way = jax.tree.map(lambda u, s: jnp.where(started, u, s), under_way, sample)
-        arrived = jax.tree.map(lambda u: u[0], under_way)
-        moved = jax.tree.map(
-            lambda u, s: jnp.concatenate([u[1:], jnp.asarray(s)[None]]), under_way, sample
-        )
-        return (inner, moved, jnp.array(True)), arrived
+        under_way, arrived = pushed(under_way, sample)
+        return (inner, under_way, jnp.array(True)), arrived

@@ -1,13 +1,13 @@
 """Parameters of one reaction wheel: rotor, motor, bearing friction."""
 
-import equinox as eqx
+from typing import Annotated
 
 from gyrostat.core.arrays import Scalar
-from gyrostat.core.validation import check_parts, require
+from gyrostat.core.checked import Checked, positive
 from gyrostat.wheel.friction import Friction, LuGre
 
 
-class Wheel(eqx.Module):
+class Wheel(Checked):
     """J dw/dt = k_m I - F(w), with F a static friction curve.
 
     Carrara and Kuga, "Estimating friction parameters in reaction wheels for attitude control",
@@ -19,16 +19,6 @@ class Wheel(eqx.Module):
         friction: bearing friction.
     """
 
-    inertia: Scalar
-    motor_constant: Scalar
+    inertia: Annotated[Scalar, positive("wheel inertia", "kg·m²")]
+    motor_constant: Annotated[Scalar, positive("motor_constant", "N·m/A")]
     friction: Friction | LuGre
-
-    def check(self) -> None:
-        """Validate parameters.
-
-        Raises:
-            InputError: inertia or motor constant are not positive, or see the friction.
-        """
-        require("wheel inertia", self.inertia, "kg·m²", positive=True)
-        require("motor_constant", self.motor_constant, "N·m/A", positive=True)
-        check_parts(self.friction)

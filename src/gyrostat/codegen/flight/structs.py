@@ -15,7 +15,7 @@ from gyrostat.codegen.program import Kind, Name
 from gyrostat.codegen.scope import LARGEST, kind_of
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
-from gyrostat.core.units import SI_UNIT
+from gyrostat.core.units import SI_UNIT, declared_units
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Structs:
         own = type(tree).__name__
         named = own if own not in ("tuple", "list", "dict") else name
         self.enums |= {e.__name__: e for e in getattr(tree, "ENUMS", {}).values()}
-        units, meanings = getattr(tree, "UNITS", {}), documented(type(tree))
+        units, meanings = declared_units(type(tree)), documented(type(tree))
         members = []
         for field, value, metadata in _fields(tree):
             content = self.of(value, f"{named}_{field}")

@@ -6,16 +6,15 @@ loop asks of K that K M e = M u - F (y - M y), linear in K, from recorded signal
 and others, "Online controller tuning via FRIT and recursive least-squares", 2013.
 """
 
-from typing import Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple, Protocol
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive, positive_share, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, require
 
 Signal = Float[Array, " n"]
 Gain = Float[Array, "n n"]
@@ -37,7 +36,7 @@ class SampledModel(Protocol):
         ...
 
 
-class FirstOrderLags(eqx.Module):
+class FirstOrderLags(Checked):
     """y' = rate (gain u - y) on each channel, exact for a held input.
 
     Attributes:
@@ -45,12 +44,8 @@ class FirstOrderLags(eqx.Module):
         gain: (n,) at rest, or one for all.
     """
 
-    rate: Signal
+    rate: Annotated[Signal, positive("lag rate", "1/s")]
     gain: Signal | float = 1.0
-
-    def check(self) -> None:
-        """Refuse a rate that is not positive, by `InputError`."""
-        require("lag rate", self.rate, "1/s", positive=True)
 
     def start(self, output: Signal) -> Signal:
         """At rest at an output."""
@@ -116,15 +111,6 @@ class FritMemory(NamedTuple):
     output: Any
 
 
-def check_shares(**shares: Scalar) -> None:
-    """Refuse forgetting and smoothing outside (0, 1], by `InputError`."""
-    for name, value in shares.items():
-        every = np.asarray(value, dtype=float)
-        bad = ~((every > 0.0) & (every <= 1.0))
-        if np.any(bad):
-            raise InputError(f"FRIT {name}: found {every[bad].flat[0]:g}, expected in (0, 1]")
-
-
 def regression(tuner: Any, memory: Any, output: Signal) -> tuple[Signal, Signal]:
     """Xi and eta of K xi = eta at a sample.
 
@@ -138,7 +124,7 @@ def regression(tuner: Any, memory: Any, output: Signal) -> tuple[Signal, Signal]
     return tuner.reference.output(memory.error), eta
 
 
-class OnlineFrit(eqx.Module):
+class OnlineFrit(Checked):
     """Tunes the gain K of u = F (r - y) + K e so that y = M r, from u, y and e as they come.
 
     Endo, Sekiguchi and Nonaka, (15)-(30), with the sign of (25) corrected: row j of K is the
@@ -162,24 +148,19 @@ class OnlineFrit(eqx.Module):
 
     feedback: Signal
     reference: SampledModel
-    forgetting: Scalar
-    smoothing: Scalar
-    dead_zone: Signal
+    forgetting: Annotated[Scalar, positive_share("FRIT forgetting")]
+    smoothing: Annotated[Scalar, positive_share("FRIT smoothing")]
+    dead_zone: Annotated[Signal, size("FRIT dead zone")]
     initial_gain: Gain
-    initial_covariance: Scalar = 100.0
+    initial_covariance: Annotated[Scalar, positive("FRIT initial covariance")] = 100.0
     filters_from_output: Bool[Array, ""] | bool = False
 
-    def check(self) -> None:
-        """Refuse what no tuning is.
+    def check_own(self) -> None:
+        """Validate feedback and gain.
 
         Raises:
-            InputError: forgetting or smoothing outside (0, 1], a covariance that is not positive, a
-                dead zone below zero, a gain or feedback of the wrong shape or not finite.
+            InputError: One is of the wrong shape or not finite.
         """
-        check_parts(self.reference)
-        check_shares(forgetting=self.forgetting, smoothing=self.smoothing)
-        require("FRIT initial covariance", self.initial_covariance, positive=True)
-        require("FRIT dead zone", self.dead_zone)
         feedback, gain = np.asarray(self.feedback), np.asarray(self.initial_gain)
         if feedback.ndim < 1 or not np.all(np.isfinite(feedback)):
             raise InputError(f"FRIT feedback: found {feedback}, expected (n,) finite values")

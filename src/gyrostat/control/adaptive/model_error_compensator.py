@@ -9,9 +9,9 @@ from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.adaptive.frit import FritMemory, Gain, OnlineFrit, SampledModel, Signal
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp, ravel_pytree
-from gyrostat.core.validation import check_parts
 
 
 class Compensation(NamedTuple):
@@ -102,7 +102,7 @@ def _own_loop(model: SampledModel, gain: Gain, period: float) -> Float[Array, "x
     return carry - drive @ gain @ jax.jacfwd(lambda state: model.output(whole(state)))(state)
 
 
-class ModelErrorCompensator(eqx.Module):
+class ModelErrorCompensator(Checked):
     """u = u_n + K (y_n - y): the law's input u_n, driven through a nominal model, gives y_n.
 
     Endo, Sekiguchi and Nonaka, (13) and (14); H. Okajima and others, "A design method of
@@ -123,9 +123,12 @@ class ModelErrorCompensator(eqx.Module):
     gain: Float[Array, "n n"]
     tuner: OnlineFrit | None = None
 
-    def check(self) -> None:
-        """Refuse what law, model and tuner refuse, and a gain that is no finite square matrix."""
-        check_parts(self.law, self.model, self.tuner)
+    def check_own(self) -> None:
+        """Validate the gain.
+
+        Raises:
+            InputError: It is no finite square matrix.
+        """
         gain = np.asarray(self.gain, dtype=float)
         square = gain.ndim >= 2 and gain.shape[-1] == gain.shape[-2]
         if not square or not np.all(np.isfinite(gain)):
@@ -133,7 +136,7 @@ class ModelErrorCompensator(eqx.Module):
                 f"compensator gain: found {gain.tolist()}, expected a finite square matrix"
             )
 
-    def check_period(self, period: float) -> None:
+    def check_own_period(self, period: float) -> None:
         """Refuse a gain with which the compensator itself is unstable at a control period.
 
         On a plant that is the model, the difference to the model obeys x+ = (A - B K C) x; on

@@ -1,8 +1,7 @@
 """FRIT with bounded gains, adapted only while excitation suffices."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool
 
@@ -10,14 +9,13 @@ from gyrostat.control.adaptive.frit import (
     LeastSquares,
     SampledModel,
     Signal,
-    check_shares,
     recursive_least_squares,
     regression,
 )
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive, positive_share, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, require
 
 
 class SafeFritMemory(NamedTuple):
@@ -40,7 +38,7 @@ class SafeFritMemory(NamedTuple):
     quiet: Scalar
 
 
-class SafeFrit(eqx.Module):
+class SafeFrit(Checked):
     """`OnlineFrit` with what keeps it from harm.
 
     K is diagonal, so that one channel's disturbance cannot be taken for another's; the filters
@@ -63,32 +61,23 @@ class SafeFrit(eqx.Module):
         wait: s after the actuators were last cut.
     """
 
-    feedback: Signal
+    feedback: Annotated[Signal, positive("FRIT feedback", "1/s")]
     reference: SampledModel
-    forgetting: Scalar
-    smoothing: Scalar
-    dead_zone: Signal
+    forgetting: Annotated[Scalar, positive_share("FRIT forgetting")]
+    smoothing: Annotated[Scalar, positive_share("FRIT smoothing")]
+    dead_zone: Annotated[Signal, size("FRIT dead zone")]
     initial_gain: Signal
-    lowest: Signal
-    highest: Signal
-    largest_covariance: Scalar
-    wait: Scalar = 60.0
+    lowest: Annotated[Signal, size("FRIT lowest gain")]
+    highest: Annotated[Signal, size("FRIT highest gain")]
+    largest_covariance: Annotated[Scalar, positive("FRIT largest covariance")]
+    wait: Annotated[Scalar, size("FRIT wait", "s")] = 60.0
 
-    def check(self) -> None:
-        """Refuse what no tuning is.
+    def check_own(self) -> None:
+        """Validate the initial gain.
 
         Raises:
-            InputError: forgetting or smoothing outside (0, 1], a covariance that is not positive, a
-                dead zone, gain or wait below zero, a first gain outside its range.
+            InputError: It is outside its range.
         """
-        check_parts(self.reference)
-        check_shares(forgetting=self.forgetting, smoothing=self.smoothing)
-        require("FRIT largest covariance", self.largest_covariance, positive=True)
-        require("FRIT feedback", self.feedback, "1/s", positive=True)
-        require("FRIT dead zone", self.dead_zone)
-        require("FRIT wait", self.wait, "s")
-        require("FRIT lowest gain", self.lowest)
-        require("FRIT highest gain", self.highest)
         gain = np.asarray(self.initial_gain, dtype=float)
         low, high = np.asarray(self.lowest), np.asarray(self.highest)
         if not np.all((low <= gain) & (gain <= high)):

@@ -1,15 +1,16 @@
 """Momentum unloading (desaturation) by an external torque."""
 
+from typing import Annotated
+
 import equinox as eqx
-import numpy as np
 
 from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import require
 from gyrostat.wheel.array import listed
 
 
-class MomentumManagement(eqx.Module):
+class MomentumManagement(Checked):
     """T = -k H within the limit: the momentum of the whole spacecraft fades with k.
 
     Along every body axis for itself, as an ideal set of magnetorquers would. B. Wie, "Space Vehicle
@@ -20,13 +21,10 @@ class MomentumManagement(eqx.Module):
         gain: k, 1/s; slow against the attitude loop.
     """
 
-    limit: Vector3 = eqx.field(converter=listed)
-    gain: Scalar = 1e-3
-
-    def check(self) -> None:
-        """Refuse a limit or gain that is no size, by `InputError`."""
-        require("limit of the momentum management", self.limit, "N·m")
-        require("gain of the momentum management", np.asarray(self.gain), "1/s", positive=True)
+    limit: Annotated[Vector3, size("limit of the momentum management", "N·m")] = eqx.field(
+        converter=listed
+    )
+    gain: Annotated[Scalar, positive("gain of the momentum management", "1/s")] = 1e-3
 
     def __call__(self, momentum: Vector3) -> Vector3:
         """The torque, in body axes, N·m.

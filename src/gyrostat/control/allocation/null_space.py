@@ -1,7 +1,7 @@
 """Null-space control: wheel speeds shaped by torques that cancel on the body."""
 
 from itertools import product
-from typing import Self
+from typing import Annotated, Self
 
 import equinox as eqx
 import numpy as np
@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from gyrostat.control.allocation.allocation import Axes, Working, spread
 from gyrostat.core.arrays import PerWheel, Scalar
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.types import Matrix
-from gyrostat.core.validation import require
 from gyrostat.wheel.array import listed
 
 NOTHING = 1e-9
@@ -21,7 +21,7 @@ KEPT = 2.0
 """Weight of the gap that the wheels are in: another must be wider by this factor."""
 
 
-class NullSpaceControl(eqx.Module):
+class NullSpaceControl(Checked):
     """u = k N (h_d - h), N = 1 - A⁺ A: wheels away from zero speed and from saturation.
 
     The momentum q = A⁺ A h that the body asks for is not to be chosen; h_d adds z d to it, d = N s
@@ -38,13 +38,10 @@ class NullSpaceControl(eqx.Module):
     """
 
     pattern: PerWheel = eqx.field(converter=listed)
-    largest: PerWheel = eqx.field(converter=listed)
-    gain: Scalar = 0.05
-
-    def check(self) -> None:
-        """Refuse momenta and gains that are not positive, by `InputError`."""
-        require("largest wanted wheel momentum", self.largest, "N·m·s", positive=True)
-        require("null-space gain", self.gain, "1/s", positive=True)
+    largest: Annotated[PerWheel, positive("largest wanted wheel momentum", "N·m·s")] = eqx.field(
+        converter=listed
+    )
+    gain: Annotated[Scalar, positive("null-space gain", "1/s")] = 0.05
 
     def __call__(self, axes: Axes, works: Working, momentum: PerWheel, room: PerWheel) -> PerWheel:
         """Motor torques whose sum over the axes is zero, N·m.

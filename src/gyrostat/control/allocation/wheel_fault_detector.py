@@ -1,17 +1,17 @@
 """Wheel fault detector: estimates drag on each wheel and declares failures."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool
 
 from gyrostat.control.allocation.allocation import Working
-from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
+from gyrostat.control.allocation.drag_filter import lost_torque, low_passed
 from gyrostat.core.arrays import PerWheel, Scalar
-from gyrostat.core.errors import InputError
+from gyrostat.core.checked import Checked, limit, positive, within
+from gyrostat.core.delay_line import Sent, empty_line, is_delay, pushed
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import require
 from gyrostat.wheel.array import listed
 
 
@@ -35,7 +35,10 @@ class WheelWatchMemory(NamedTuple):
     begun: Bool[Array, ""]
 
 
-class WheelWatch(eqx.Module):
+_time = within("time at which a failure is told", "s", lambda value: ~np.isnan(value))
+
+
+class WheelWatch(Checked):
     """Two low passes of (commanded torque - change of the rotor's momentum), one for each use.
 
     The slow one is the drag of the bearing, to be added to the next command. The quick one tells a
@@ -53,39 +56,23 @@ class WheelWatch(eqx.Module):
             `gyrostat.simulation.simulate`; a delay that is not told is taken for a loss of torque.
     """
 
-    drag_time: Scalar = 10.0
-    failure_time: Scalar = 5.0
-    failure_torque: PerWheel | float = eqx.field(converter=listed, default=np.inf)
-    told: PerWheel | float = eqx.field(converter=listed, default=np.inf)
-    delay: int = eqx.field(static=True, default=0)
-
-    def check(self) -> None:
-        """Refuse what is no time or torque.
-
-        Raises:
-            InputError: a time constant or torque that is not above 0, a time that is no number, a
-                delay below 0.
-        """
-        require("drag time", self.drag_time, "s", positive=True)
-        require("failure time", self.failure_time, "s", positive=True)
-        # comparisons with NaN are false
-        if not np.all(np.asarray(self.failure_torque) > 0.0):
-            raise InputError(
-                f"failure torque: found {self.failure_torque}, expected above 0 N·m in every wheel"
-            )
-        if np.any(np.isnan(np.asarray(self.told))):
-            raise InputError("time at which a failure is told: found NaN, expected s")
-        check_delay(self.delay)
+    drag_time: Annotated[Scalar, positive("drag time", "s")] = 10.0
+    failure_time: Annotated[Scalar, positive("failure time", "s")] = 5.0
+    failure_torque: Annotated[PerWheel | float, limit("failure torque", "N·m in every wheel")] = (
+        eqx.field(converter=listed, default=np.inf)
+    )
+    told: Annotated[PerWheel | float, _time] = eqx.field(converter=listed, default=np.inf)
+    delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
 
     def start(self, count: int) -> WheelWatchMemory:
         """Nothing measured yet, all wheels working."""
         none = jnp.zeros(count)
-        torque = nothing_sent(self.delay, count)
+        torque = empty_line(none, self.delay + 1)
         return WheelWatchMemory(none, torque, none, none, none == 0.0, jnp.array(False))
 
     def commanded(self, memory: WheelWatchMemory, torque: PerWheel) -> WheelWatchMemory:
         """Take in what is commanded at this sample, (wheels,), N·m."""
-        return memory._replace(torque=sent_too(memory.torque, torque))
+        return memory._replace(torque=pushed(memory.torque, torque)[0])
 
     def missed(self, memory: WheelWatchMemory, torque: PerWheel) -> WheelWatchMemory:
         """Memory after a sample that is missing: the next one is not compared with an older one.
@@ -115,16 +102,10 @@ class WheelWatch(eqx.Module):
             time: of the sample, s.
             period: since the last one, s.
         """
-        lost = memory.torque[0] - (momentum - memory.momentum) / period
-        judged = memory.begun & measured
-
-        def passed(mean: PerWheel, constant: Scalar) -> PerWheel:
-            share = period / (constant + period)
-            return mean + share * jnp.where(judged, lost - mean, 0.0)
-
-        quick = passed(memory.lost, self.failure_time)
+        lost, judged = lost_torque(memory, momentum, period), memory.begun & measured
+        quick = low_passed(memory.lost, lost, self.failure_time, period, judged)
         failed = (jnp.abs(quick) > self.failure_torque) | (jnp.asarray(self.told) <= time)
         works = memory.works & ~failed
-        drag = jnp.clip(passed(memory.drag, self.drag_time), -limit / 2.0, limit / 2.0)
-        drag = jnp.where(works, drag, 0.0)
+        slow = low_passed(memory.drag, lost, self.drag_time, period, judged)
+        drag = jnp.where(works, jnp.clip(slow, -limit / 2.0, limit / 2.0), 0.0)
         return WheelWatchMemory(momentum, memory.torque, drag, quick, works, jnp.array(True))

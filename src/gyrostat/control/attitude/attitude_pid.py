@@ -1,15 +1,14 @@
 """PID control of the attitude about one axis."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.control.attitude.command import CurrentCommand
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive, signed
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, require
 
 
 class PIDMemory(NamedTuple):
@@ -24,7 +23,7 @@ class PIDMemory(NamedTuple):
     period: Scalar
 
 
-class AttitudePID(eqx.Module):
+class AttitudePID(Checked):
     """Wheel torque K_p e + K_i (sum of e T) + K_d Ω, with e the attitude minus its reference.
 
     A positive wheel torque pushes the table back, so positive gains are stable. The derivative is
@@ -40,20 +39,11 @@ class AttitudePID(eqx.Module):
         reference: attitude to hold, rad.
     """
 
-    proportional: Scalar
-    integral: Scalar
-    derivative: Scalar
+    proportional: Annotated[Scalar, signed("size of the proportional gain", "N·m/rad")]
+    integral: Annotated[Scalar, signed("size of the integral gain", "N·m/(rad·s)")]
+    derivative: Annotated[Scalar, signed("size of the derivative gain", "N·m·s/rad")]
     torque_limit: Scalar = np.inf
     reference: Scalar = 0.0
-
-    def check(self) -> None:
-        """Refuse gains that are not finite or of absurd size, by `InputError`."""
-        for name, unit in (
-            ("proportional", "N·m/rad"),
-            ("integral", "N·m/(rad·s)"),
-            ("derivative", "N·m·s/rad"),
-        ):
-            require(f"size of the {name} gain", np.abs(getattr(self, name)), unit)
 
     def start(self, period: Scalar) -> PIDMemory:
         """Nothing summed up yet."""
@@ -87,7 +77,7 @@ class AttitudePID(eqx.Module):
         return after._replace(integral=jnp.where(further, before.integral, after.integral))
 
 
-class CurrentMode(eqx.Module):
+class CurrentMode(Checked):
     """The attitude law alone: demanded torque over motor constant.
 
     Carrara and Kuga, section "Torque mode control".
@@ -99,13 +89,8 @@ class CurrentMode(eqx.Module):
     """
 
     law: AttitudePID
-    motor_constant: Scalar
+    motor_constant: Annotated[Scalar, positive("motor_constant", "N·m/A")]
     current_limit: Scalar = np.inf
-
-    def check(self) -> None:
-        """Refuse a motor constant that is not positive, and what the law refuses."""
-        require("motor_constant", self.motor_constant, "N·m/A", positive=True)
-        check_parts(self.law)
 
     def start(self, period: Scalar) -> PIDMemory:
         """Memory of the law."""

@@ -1,9 +1,8 @@
 """State feedback of attitude and rate, LQR or SDRE, on any number of wheels."""
 
 from dataclasses import replace
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
@@ -11,11 +10,11 @@ from gyrostat.control.allocation.working_wheels import SPAN
 from gyrostat.control.design.factorisations import MRPBody
 from gyrostat.control.design.riccati import RiccatiSolution, riccati
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import check_unit
-from gyrostat.core.validation import check_parts, require
 from gyrostat.spacecraft import Spacecraft
 
 _solved = jax.jit(riccati)
@@ -31,14 +30,12 @@ class RegulatorCommand(NamedTuple):
         valid: whether that equation was solved.
     """
 
-    torque: PerWheel
-    residual: Scalar
+    torque: Annotated[PerWheel, "N·m"]
+    residual: Annotated[Scalar, "1"]
     valid: Bool[Array, ""]
 
-    UNITS = {"torque": "N·m", "residual": "1"}  # noqa: RUF012
 
-
-class AttitudeRegulator(eqx.Module):
+class AttitudeRegulator(Checked):
     """u = -R^-1 B' P x of the Riccati equation, shared among the wheels by the pseudo-inverse.
 
     x = (sigma, w) of `MRPBody`, Q = diag(q_s, q_s, q_s, q_w, q_w, q_w), R = r 1. A and B are those
@@ -61,10 +58,10 @@ class AttitudeRegulator(eqx.Module):
     """
 
     spacecraft: Spacecraft
-    target: Quaternion
-    attitude_weight: Scalar = 16.0
-    rate_weight: Scalar = 16.0
-    torque_weight: Scalar = 1.0
+    target: Annotated[Quaternion, check_unit]
+    attitude_weight: Annotated[Scalar, positive("attitude weight")] = 16.0
+    rate_weight: Annotated[Scalar, positive("rate weight", "s²/rad²")] = 16.0
+    torque_weight: Annotated[Scalar, positive("torque weight", "1/(N·m)²")] = 1.0
     gain: Float[Array, "3 6"] | None = None
 
     def linear(self) -> Self:
@@ -73,17 +70,12 @@ class AttitudeRegulator(eqx.Module):
         # what has no solution shall not fly: a NaN ends the run
         return replace(self, gain=jnp.where(solution.valid, solution.gain, jnp.nan))
 
-    def check(self) -> None:
-        """Refuse weights that are not positive, no attitude, or wheels that do not span space.
+    def check_own(self) -> None:
+        """Validate the wheel axes.
 
         Raises:
-            InputError: as said, or no spacecraft.
+            InputError: They do not span space.
         """
-        check_parts(self.spacecraft)
-        check_unit(self.target)
-        require("attitude weight", self.attitude_weight, positive=True)
-        require("rate weight", self.rate_weight, "s²/rad²", positive=True)
-        require("torque weight", self.torque_weight, "1/(N·m)²", positive=True)
         axes = np.asarray(self.spacecraft.wheels.axes, dtype=float)
         if np.min(np.linalg.matrix_rank(axes, tol=SPAN)) < 3:
             raise InputError(

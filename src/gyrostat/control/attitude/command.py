@@ -1,6 +1,6 @@
 """Current command of a wheel."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from gyrostat.core.arrays import Scalar
 
@@ -17,8 +17,6 @@ class CurrentCommand(NamedTuple):
         friction_current: for the friction that is expected, A.
     """
 
-    current: Scalar
-    attitude_current: Scalar
-    friction_current: Scalar
-
-    UNITS = {"current": "A", "attitude_current": "A", "friction_current": "A"}  # noqa: RUF012
+    current: Annotated[Scalar, "A"]
+    attitude_current: Annotated[Scalar, "A"]
+    friction_current: Annotated[Scalar, "A"]

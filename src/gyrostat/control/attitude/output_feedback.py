@@ -1,35 +1,23 @@
 """Output feedback: a state-feedback controller behind an attitude filter."""
 
-from collections import namedtuple
-from functools import cache
-from typing import Any, NamedTuple
-
-import equinox as eqx
+from typing import Annotated, Any, NamedTuple
 
 from gyrostat.control.missing_sample import predicted
+from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, check_period
 from gyrostat.estimation import AttitudeEstimate, AttitudeFilter
 from gyrostat.spacecraft import SpacecraftMeasurement
 
 
 class _Estimated(NamedTuple):
-    estimated_attitude: Quaternion
-    estimated_rate: Vector3
-    estimated_bias: Vector3
-    attitude_sigma: Vector3
-    innovation: Vector3
+    estimated_attitude: Annotated[Quaternion, "1"]
+    estimated_rate: Annotated[Vector3, "rad/s"]
+    estimated_bias: Annotated[Vector3, "rad/s"]
+    attitude_sigma: Annotated[Vector3, "rad"]
+    innovation: Annotated[Vector3, "rad"]
     surprise: Scalar
-
-
-_UNITS = {
-    "estimated_attitude": "1",
-    "estimated_rate": "rad/s",
-    "estimated_bias": "rad/s",
-    "attitude_sigma": "rad",
-    "innovation": "rad",
-}
 
 
 class EstimatedControlMemory(NamedTuple):
@@ -46,7 +34,7 @@ class EstimatedControlMemory(NamedTuple):
     period: Scalar
 
 
-class EstimatedControl(eqx.Module):
+class EstimatedControl(Checked):
     """A controller that is given what an attitude filter makes of star tracker and gyro.
 
     Its command is that of the controller, and to be recorded: `estimated_attitude` (4,),
@@ -61,14 +49,6 @@ class EstimatedControl(eqx.Module):
 
     filter: AttitudeFilter
     controller: Any
-
-    def check(self) -> None:
-        """Refuse what filter or controller refuse, by `InputError`."""
-        check_parts(self.filter, self.controller)
-
-    def check_period(self, period: float) -> None:
-        """Refuse a control period, s, that the controller refuses, by `InputError`."""
-        check_period(period, self.controller)
 
     def start(self, period: Scalar) -> EstimatedControlMemory:
         """Nothing measured yet."""
@@ -117,16 +97,8 @@ class EstimatedControl(eqx.Module):
         )
         controller, command = self.controller(memory.controller, known)
         sigma = jnp.sqrt(jnp.diagonal(estimate.covariance)[:3])
-        told = _Estimated(
+        estimated = _Estimated(
             estimate.attitude, rate, estimate.bias, sigma, estimate.innovation, estimate.surprise
         )
         after = EstimatedControlMemory(estimate, controller, memory.period)
-        return after, _with_estimate(type(command))(*command, *told)
-
-
-@cache
-def _with_estimate(command: Any) -> Any:
-    """The kind of a command that also records an estimate."""
-    made: Any = namedtuple(f"Estimated{command.__name__}", (*command._fields, *_Estimated._fields))
-    made.UNITS = {**getattr(command, "UNITS", {}), **_UNITS}
-    return made
+        return after, recorded_with("Estimated", command, estimated)

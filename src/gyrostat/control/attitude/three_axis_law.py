@@ -1,8 +1,8 @@
 """Body-rate command that turns a spacecraft with three-axis control to an attitude."""
 
-import equinox as eqx
+from typing import Annotated
 
-from gyrostat.control.attitude.wheel_rate_loop import PerWheel, WheelRateLoop
+from gyrostat.control.attitude.wheel_rate_loop import WheelRateLoop
 from gyrostat.control.underactuated.two_wheel_law import (
     BRAKING_SHARE,
     GYROSCOPIC_SHARE,
@@ -11,12 +11,12 @@ from gyrostat.control.underactuated.two_wheel_law import (
     largest_inertia,
 )
 from gyrostat.core import rotations
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, require
 
 
-class ThreeAxisLaw(eqx.Module):
+class ThreeAxisLaw(Checked):
     """Rate over attitude, for working axes that span space: a turn about the error axis.
 
     The turn brakes within the wheels' torque, is slow enough that they can turn their momentum with
@@ -38,14 +38,8 @@ class ThreeAxisLaw(eqx.Module):
     wheels: WheelRateLoop
     target: Quaternion
     total_momentum: Vector3
-    turn_gain: Scalar = 0.25
-    largest_rate: Scalar = 0.1
-
-    def check(self) -> None:
-        """Refuse gains and limits that are not positive, by `InputError`."""
-        require("turn gain", self.turn_gain, "1/s", positive=True)
-        require("largest rate", self.largest_rate, "rad/s", positive=True)
-        check_parts(self.wheels)
+    turn_gain: Annotated[Scalar, positive("turn gain", "1/s")] = 0.25
+    largest_rate: Annotated[Scalar, positive("largest rate", "rad/s")] = 0.1
 
     def __call__(
         self, attitude: Quaternion, held: Scalar, momentum: PerWheel, way: Way

@@ -1,6 +1,6 @@
 """Attitude control by an array of wheels: attitude and rate to wheel torques."""
 
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
@@ -11,13 +11,13 @@ from gyrostat.control.allocation.allocation import LeastLargest, Working, spread
 from gyrostat.control.allocation.momentum_unloading import MomentumManagement
 from gyrostat.control.allocation.null_space import NullSpaceControl
 from gyrostat.control.allocation.wheel_fault_detector import WheelWatch, WheelWatchMemory
-from gyrostat.control.attitude.commands_sent import Sent, nothing_sent, sent_too
 from gyrostat.control.underactuated.two_wheel_law import brake
 from gyrostat.core import rotations
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, limit, positive
+from gyrostat.core.delay_line import Sent, empty_line, pushed
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed
 
@@ -41,15 +41,13 @@ class ArrayCommand(NamedTuple):
         works: (wheels,) which wheels are taken to work.
     """
 
-    torque: PerWheel
-    external_torque: Vector3
-    target: Quaternion
+    torque: Annotated[PerWheel, "N·m"]
+    external_torque: Annotated[Vector3, "N·m"]
+    target: Annotated[Quaternion, "1"]
     works: Working
 
-    UNITS = {"torque": "N·m", "external_torque": "N·m", "target": "1"}  # noqa: RUF012
 
-
-class AttitudeTargets(eqx.Module):
+class AttitudeTargets(Checked):
     """The attitude wanted over time: each from its own time on.
 
     The targets say where to point and not how fast: a law that is given them takes each for a
@@ -69,8 +67,12 @@ class AttitudeTargets(eqx.Module):
         """One attitude for all times."""
         return cls(jnp.zeros(1), jnp.asarray(attitude, dtype=float)[None])
 
-    def check(self) -> None:
-        """Refuse times that do not rise and quaternions that are no attitudes, by `InputError`."""
+    def check_own(self) -> None:
+        """Validate times and attitudes.
+
+        Raises:
+            InputError: Times that do not rise, quaternions that are no attitudes.
+        """
         times = np.asarray(self.times, dtype=float)
         rising = times.size > 0 and times.ndim > 0 and np.all(np.isfinite(times))
         if not rising or not np.all(np.diff(times, axis=-1) > 0.0):
@@ -108,7 +110,7 @@ class ArrayControlMemory(NamedTuple):
     watch: WheelWatchMemory
 
 
-class WheelArrayControl(eqx.Module):
+class WheelArrayControl(Checked):
     """A u = T + D - w x H - J (w_d' + k (w_d - w)), shared among the wheels that work.
 
     T is the torque of the external actuator, H the momentum of spacecraft and wheels in body axes:
@@ -152,36 +154,29 @@ class WheelArrayControl(eqx.Module):
 
     spacecraft: Spacecraft
     targets: AttitudeTargets
-    turn_gain: Scalar = 0.1
-    rate_gain: Scalar = 0.4
-    torque_time: Scalar = 20.0
-    largest_rate: Scalar = 0.05
+    turn_gain: Annotated[Scalar, positive("turn gain", "1/s")] = 0.1
+    rate_gain: Annotated[Scalar, positive("rate gain", "1/s")] = 0.4
+    torque_time: Annotated[Scalar, limit("torque time", "s")] = 20.0
+    largest_rate: Annotated[Scalar, positive("largest rate", "rad/s")] = 0.05
     allocation: Any = LeastLargest()
     null_space: NullSpaceControl | None = None
     management: MomentumManagement | None = None
     watch: WheelWatch = WheelWatch()
 
-    def check(self) -> None:
-        """Refuse what cannot be controlled.
+    def check_own(self) -> None:
+        """Validate the limits of the wheels.
 
         Raises:
-            InputError: gains, times or limits that are not positive, wheels without finite limits,
-                or what a part refuses.
+            InputError: One is infinite.
         """
-        check_parts(self.spacecraft, self.targets, self.null_space, self.management, self.watch)
-        require("turn gain", self.turn_gain, "1/s", positive=True)
-        require("rate gain", self.rate_gain, "1/s", positive=True)
-        require("largest rate", self.largest_rate, "rad/s", positive=True)
-        if not np.all(np.asarray(self.torque_time) > 0.0):
-            raise InputError(f"torque time: found {self.torque_time}, expected above 0 s")
         for name in ("torque_limit", "momentum_limit"):
             if not np.all(np.isfinite(np.asarray(getattr(self.spacecraft.wheels, name)))):
                 raise InputError(
                     f"wheel {name}: found none, expected one for every wheel of the controller"
                 )
 
-    def check_period(self, period: float) -> None:
-        """Refuse a control period that is too long for the rate gain, by `InputError`."""
+    def check_own_period(self, period: float) -> None:
+        """Refuse a control period, s, that is too long for the rate gain, by `InputError`."""
         longest = COARSEST / np.max(np.asarray(self.rate_gain))
         if period > longest:
             raise InputError(
@@ -193,7 +188,7 @@ class WheelArrayControl(eqx.Module):
         """Nothing measured yet."""
         none, watch = jnp.zeros(3), self.watch.start(self.spacecraft.wheels.count)
         period = jnp.asarray(period, dtype=float)
-        given = nothing_sent(self.watch.delay, 3)
+        given = empty_line(none, self.watch.delay + 1)
         return ArrayControlMemory(jnp.zeros(()), period, none, given, none, watch)
 
     def __call__(
@@ -232,7 +227,7 @@ class WheelArrayControl(eqx.Module):
             torque += self.null_space(axes, watch.works, relative, left - jnp.abs(torque))
         torque = wheels.within_momentum_limit(torque + watch.drag, relative, period)
         watch = self.watch.commanded(watch, torque)
-        given = sent_too(memory.given, external)
+        given, _ = pushed(memory.given, external)
         after = ArrayControlMemory(memory.samples + 1.0, period, in_space, given, unknown, watch)
         return after, ArrayCommand(torque, external, target, watch.works)
 
@@ -248,7 +243,7 @@ class WheelArrayControl(eqx.Module):
         """
         return memory._replace(
             samples=memory.samples + 1.0,
-            given=sent_too(memory.given, command.external_torque),
+            given=pushed(memory.given, command.external_torque)[0],
             watch=self.watch.missed(memory.watch, command.torque),
         )
 

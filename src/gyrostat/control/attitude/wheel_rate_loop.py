@@ -1,17 +1,16 @@
 """Rate loop: commanded body rate to torques of wheels that carry momentum."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Bool, Float
 
-from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
-from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.control.allocation.drag_filter import lost_torque, low_passed
+from gyrostat.core.arrays import PerWheel, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
+from gyrostat.core.delay_line import Sent, empty_line, is_delay, pushed
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import require
 from gyrostat.spacecraft import WheelTorqueCommand
-
-PerWheel = Float[Array, " wheels"]
 
 TUMBLING = 3.0
 """Gyroscopic torque over the torque of the wheels, beyond which no rate is tracked."""
@@ -37,7 +36,7 @@ class RateLoopMemory(NamedTuple):
     period: Scalar
 
 
-class WheelRateLoop(eqx.Module):
+class WheelRateLoop(Checked):
     """u = A⁺ (b x w - J w_d') + k A⁺ J (w - w_d) + drag, within the limits of the wheels.
 
     A⁺ shares a torque among the working wheels, w_d is the wanted rate, b = R' H the total momentum
@@ -65,20 +64,14 @@ class WheelRateLoop(eqx.Module):
     rotor_inertia: PerWheel
     torque_limit: PerWheel
     momentum_limit: PerWheel
-    gain: Scalar = 0.8
-    drag_time: Scalar = 10.0
-    delay: int = eqx.field(static=True, default=0)
-
-    def check(self) -> None:
-        """Refuse gains and times that are not positive, a delay below 0, by `InputError`."""
-        require("rate gain", self.gain, "1/s", positive=True)
-        require("drag time", self.drag_time, "s", positive=True)
-        check_delay(self.delay)
+    gain: Annotated[Scalar, positive("rate gain", "1/s")] = 0.8
+    drag_time: Annotated[Scalar, positive("drag time", "s")] = 10.0
+    delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
 
     def start(self, period: Scalar) -> RateLoopMemory:
         """Nothing measured yet."""
         none = jnp.zeros(self.axes.shape[-1])
-        torque = nothing_sent(self.delay, len(none))
+        torque = empty_line(none, self.delay + 1)
         period = jnp.asarray(period, dtype=float)
         return RateLoopMemory(none, torque, none, jnp.array(False), period)
 
@@ -144,7 +137,7 @@ class WheelRateLoop(eqx.Module):
         lowest = (-self.momentum_limit - relative) / period
         torque = jnp.clip(torque, lowest, (self.momentum_limit - relative) / period)
         torque = jnp.where(working, jnp.clip(torque, -limit, limit), 0.0)
-        sent = sent_too(memory.torque, torque)
+        sent, _ = pushed(memory.torque, torque)
         after = RateLoopMemory(absolute, sent, drag, jnp.array(True), period)
         return after, WheelTorqueCommand(torque)
 
@@ -158,13 +151,11 @@ class WheelRateLoop(eqx.Module):
             measurement: not used.
             command: that is sent.
         """
-        sent = sent_too(memory.torque, command.torque)
+        sent, _ = pushed(memory.torque, command.torque)
         return memory._replace(torque=sent, begun=jnp.array(False))
 
     def _drag(self, memory: RateLoopMemory, absolute: PerWheel) -> PerWheel:
-        # what the commanded torque should have given, less what the rotors have
-        lost = memory.torque[0] - (absolute - memory.momentum) / memory.period
-        share = memory.period / (self.drag_time + memory.period)
-        drag = memory.drag + share * jnp.where(memory.begun, lost - memory.drag, 0.0)
+        lost = lost_torque(memory, absolute, memory.period)
+        drag = low_passed(memory.drag, lost, self.drag_time, memory.period, memory.begun)
         # a wheel at its limits loses torque that is no drag
         return jnp.clip(drag, -self.torque_limit / 2, self.torque_limit / 2)

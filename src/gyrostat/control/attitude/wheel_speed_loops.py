@@ -1,16 +1,15 @@
 """Adapts speed commands to torque-commanded wheels."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool
 
 from gyrostat.control.missing_sample import predicted
 from gyrostat.core.arrays import PerWheel, Scalar
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, check_period, require
 from gyrostat.spacecraft.speed_loop import SET_POINT_WEIGHT
 
 COARSEST = 0.8
@@ -25,10 +24,8 @@ class WheelSpeedCommand(NamedTuple):
         speed: (wheels,) that they shall come to, relative to the body, rad/s.
     """
 
-    torque: PerWheel
-    speed: PerWheel
-
-    UNITS = {"torque": "N·m", "speed": "rad/s"}  # noqa: RUF012
+    torque: Annotated[PerWheel, "N·m"]
+    speed: Annotated[PerWheel, "rad/s"]
 
 
 class WheelSpeedMemory(NamedTuple):
@@ -47,7 +44,7 @@ class WheelSpeedMemory(NamedTuple):
     period: Scalar
 
 
-class WheelSpeedLoops(eqx.Module):
+class WheelSpeedLoops(Checked):
     """m = w_n² J integral(r - W) + 2 w_n J (r / 2 - W) on each wheel, within its torque.
 
     The loop of `gyrostat.spacecraft.SpeedLoopSpacecraft`, sampled with the controller: r is the
@@ -64,26 +61,16 @@ class WheelSpeedLoops(eqx.Module):
     controller: Any
     inertia: PerWheel
     torque_limit: PerWheel
-    natural_frequency: Scalar = 2.0
+    natural_frequency: Annotated[Scalar, positive("speed loop natural frequency", "rad/s")] = 2.0
 
-    def check(self) -> None:
-        """Refuse a natural frequency that is not positive, and what the controller refuses."""
-        require("speed loop natural frequency", self.natural_frequency, "rad/s", positive=True)
-        check_parts(self.controller)
-
-    def check_period(self, period: float) -> None:
-        """Refuse a control period, s, at which loop or controller are unstable.
-
-        Raises:
-            InputError: as said.
-        """
+    def check_own_period(self, period: float) -> None:
+        """Refuse a control period, s, at which the speed loops are unstable, by `InputError`."""
         longest = COARSEST / float(np.max(np.asarray(self.natural_frequency)))
         if period > longest:
             raise InputError(
                 f"control period: found {period:g} s, expected {longest:g} s or less at this "
                 "natural frequency of the speed loops"
             )
-        check_period(period, self.controller)
 
     def start(self, period: Scalar) -> WheelSpeedMemory:
         """Nothing measured yet."""

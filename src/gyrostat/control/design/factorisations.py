@@ -1,15 +1,17 @@
 """State-dependent factorisations x' = A(x) x + B(x) u of a rigid body under torque."""
 
+from typing import Annotated
+
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import product, solve
 from gyrostat.core.rotations import cross_matrix, error, mrp_rate_matrix, to_mrp
-from gyrostat.core.validation import require
 from gyrostat.spacecraft.spacecraft import check_inertia
 
 Pair = tuple[Float[Array, "6 6"], Float[Array, "6 3"]]
@@ -26,7 +28,7 @@ HALVES = (0.5, 0.5, 0.5, 0.5, 0.5)
 """Every product in halves."""
 
 
-class EulerCube(eqx.Module):
+class EulerCube(Checked):
     """A cube under body torques, in 3-1-3 angles and their rates.
 
     Carvalho and Fenili, eqs. (17), (18) with A(2,4), A(6,4) and A(6,6) corrected. The state is
@@ -40,12 +42,11 @@ class EulerCube(eqx.Module):
             psi' theta' and phi' theta' in psi''.
     """
 
-    inertia: Scalar
+    inertia: Annotated[Scalar, positive("inertia", "kg·m²")]
     split: tuple[float, ...] = eqx.field(static=True, default=PRINTED)
 
-    def check(self) -> None:
-        """Refuse an inertia or a split that is none, by `InputError`."""
-        require("inertia", self.inertia, "kg·m²", positive=True)
+    def check_own(self) -> None:
+        """Refuse a split of another length or with values that are not finite, by `InputError`."""
         if len(self.split) != len(PRINTED) or not np.all(np.isfinite(self.split)):
             raise InputError(f"split: found {self.split}, expected {len(PRINTED)} finite shares")
 
@@ -98,7 +99,7 @@ def _body(
     return dynamics, jnp.concatenate([nothing, inverse])
 
 
-class MRPBody(eqx.Module):
+class MRPBody(Checked):
     """A rigid body with wheels under body torques: MRP of the attitude error, and the rate.
 
     The state is (sigma, w): sigma = axis tan(angle / 4) of the turn from the target, at rest, to
@@ -110,12 +111,8 @@ class MRPBody(eqx.Module):
             w times J w.
     """
 
-    inertia: Float[Array, "3 3"]
+    inertia: Annotated[Float[Array, "3 3"], check_inertia]
     split: Scalar = 1.0
-
-    def check(self) -> None:
-        """Refuse an inertia that no body has, by `InputError`."""
-        check_inertia(self.inertia)
 
     def __call__(self, state: Float[Array, "6"], momentum: Vector3 | float = 0.0) -> Pair:
         """A and B at a state.
@@ -132,7 +129,7 @@ class MRPBody(eqx.Module):
         return jnp.concatenate([to_mrp(error(attitude, target)), rate])
 
 
-class QuaternionBody(eqx.Module):
+class QuaternionBody(Checked):
     """The same body with the vector part of the error quaternion in place of the MRP.
 
     The error is the shorter turn; half a turn away, where the scalar part is zero, one direction of
@@ -143,12 +140,8 @@ class QuaternionBody(eqx.Module):
         split: as there.
     """
 
-    inertia: Float[Array, "3 3"]
+    inertia: Annotated[Float[Array, "3 3"], check_inertia]
     split: Scalar = 1.0
-
-    def check(self) -> None:
-        """Refuse an inertia that no body has, by `InputError`."""
-        check_inertia(self.inertia)
 
     def __call__(self, state: Float[Array, "6"], momentum: Vector3 | float = 0.0) -> Pair:
         """A and B at a state (vector part, w); see `MRPBody`."""

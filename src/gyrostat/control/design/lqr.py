@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from gyrostat.control.design.controllability import uncontrollable
 from gyrostat.control.design.riccati import RiccatiSolution, riccati
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix
@@ -33,11 +34,9 @@ class FeedbackCommand(NamedTuple):
         valid: whether that equation was solved and the loop, linear at this state, is stable.
     """
 
-    torque: Float[Array, " m"]
-    residual: Scalar
+    torque: Annotated[Float[Array, " m"], "N·m"]
+    residual: Annotated[Scalar, "1"]
     valid: Bool[Array, ""]
-
-    UNITS = {"torque": "N·m", "residual": "1"}  # noqa: RUF012
 
 
 _solved = jax.jit(partial(riccati, doublings=DOUBLINGS))
@@ -123,7 +122,7 @@ def _state(measurement: Any) -> Array:
     return measurement.state
 
 
-class LinearQuadratic(eqx.Module):
+class LinearQuadratic(Checked):
     """u = -K x, sampled: a controller of the loop.
 
     Attributes:
@@ -135,8 +134,8 @@ class LinearQuadratic(eqx.Module):
     gain: Float[Array, "m n"]
     reading: Callable[[Any], Array] = eqx.field(static=True, default=_state)
 
-    def check(self) -> None:
-        """Refuse a gain that is none, by `InputError`."""
+    def check_own(self) -> None:
+        """Refuse a gain that is no matrix of finite values, by `InputError`."""
         gain = np.asarray(self.gain, dtype=float)
         if gain.ndim < 2 or not np.all(np.isfinite(gain)):
             raise InputError(

@@ -10,9 +10,9 @@ from jaxtyping import Array, Float
 from gyrostat.control.design.lqr import FeedbackCommand, check_weight
 from gyrostat.control.design.riccati import DOUBLINGS, RiccatiSolution, riccati
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts
 
 Factorisation = Callable[..., tuple[Float[Array, "n n"], Float[Array, "n m"]]]
 """(x, ...) -> A, B with x' = A x + B u exactly."""
@@ -22,7 +22,7 @@ def _state(measurement: Any) -> tuple[Any, ...]:
     return (measurement.state,)
 
 
-class StateDependentRiccati(eqx.Module):
+class StateDependentRiccati(Checked):
     """u = -R^-1 B(x)' P(x) x, where P(x) solves the Riccati equation of A(x), B(x), Q, R.
 
     T. Cimen, "State-Dependent Riccati Equation (SDRE) Control: A Survey", IFAC World Congress 2008;
@@ -44,13 +44,12 @@ class StateDependentRiccati(eqx.Module):
     reading: Callable[[Any], tuple[Any, ...]] = eqx.field(static=True, default=_state)
     doublings: int = eqx.field(static=True, default=DOUBLINGS)
 
-    def check(self) -> None:
-        """Refuse weights that are none, and what the factorisation refuses.
+    def check_own(self) -> None:
+        """Validate the weights.
 
         Raises:
-            InputError: as said.
+            InputError: See `check_weight`.
         """
-        check_parts(self.factorisation)
         for name, weight, definite in (
             ("state weight Q", self.state_weight, False),
             ("input weight R", self.input_weight, True),

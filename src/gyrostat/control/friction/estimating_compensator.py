@@ -1,6 +1,6 @@
 """Friction compensation with on-line estimation of speed and friction."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
@@ -8,8 +8,9 @@ from jaxtyping import Array, Float
 
 from gyrostat.control.attitude.attitude_pid import AttitudePID, PIDMemory
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive
+from gyrostat.core.delay_line import empty_line, pushed
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.estimation import MomentumEstimate, RateEstimate, RateObserver, WheelMomentumFilter
 from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import Friction, static_curve
@@ -51,24 +52,15 @@ class EstimatingCommand(NamedTuple):
         friction_scale: friction of the wheel over friction of the model.
     """
 
-    current: Scalar
-    attitude_current: Scalar
-    friction_current: Scalar
-    estimated_speed: Scalar
-    estimated_torque: Scalar
-    friction_scale: Scalar
-
-    UNITS = {  # noqa: RUF012
-        "current": "A",
-        "attitude_current": "A",
-        "friction_current": "A",
-        "estimated_speed": "rad/s",
-        "estimated_torque": "N·m",
-        "friction_scale": "1",
-    }
+    current: Annotated[Scalar, "A"]
+    attitude_current: Annotated[Scalar, "A"]
+    friction_current: Annotated[Scalar, "A"]
+    estimated_speed: Annotated[Scalar, "rad/s"]
+    estimated_torque: Annotated[Scalar, "N·m"]
+    friction_scale: Annotated[Scalar, "1"]
 
 
-class EstimatingCompensator(eqx.Module):
+class EstimatingCompensator(Checked):
     """Friction of the model under an estimated speed, its level learned, the rest observed away.
 
     - The speed comes from the momentum of wheel and table, which friction cannot disturb.
@@ -96,7 +88,7 @@ class EstimatingCompensator(eqx.Module):
 
     law: AttitudePID
     friction: Friction
-    motor_constant: Scalar
+    motor_constant: Annotated[Scalar, positive("motor_constant")]
     momentum: WheelMomentumFilter
     observer: RateObserver
     learning_rate: Scalar = 0.1
@@ -146,23 +138,6 @@ class EstimatingCompensator(eqx.Module):
             delay=delay,
         )
 
-    def check(self) -> None:
-        """Refuse what leaves nothing to estimate with.
-
-        Raises:
-            InputError: an inertia, the motor constant, the noise of the tachometer or the
-                observer's bandwidth is not above zero, or what law or friction refuse.
-        """
-        for name, value in (
-            ("compensator wheel inertia", self.momentum.wheel_inertia),
-            ("compensator table inertia", self.momentum.table_inertia),
-            ("compensator speed sigma", self.momentum.speed_sigma),
-            ("compensator bandwidth", self.observer.bandwidth),
-            ("motor_constant", self.motor_constant),
-        ):
-            require(name, value, positive=True)
-        check_parts(self.law, self.friction)
-
     def start(self, period: Scalar) -> EstimatingMemory:
         """Nothing seen yet."""
         return EstimatingMemory(
@@ -170,7 +145,7 @@ class EstimatingCompensator(eqx.Module):
             self.momentum.start(),
             self.observer.start(),
             jnp.array(1.0),
-            jnp.zeros(self.delay),
+            empty_line(jnp.zeros(()), self.delay),
         )
 
     def __call__(
@@ -204,13 +179,13 @@ class EstimatingCompensator(eqx.Module):
         current = jnp.clip(wished, -self.current_limit, self.current_limit)
         law = self.law.within_limit(memory.law, law, wished - current)
         known = friction - self.motor_constant * current
-        queue = jnp.append(memory.under_way, known)
+        under_way, acting = pushed(memory.under_way, known)
         memory = EstimatingMemory(
             law,
             self.momentum.predict(momentum, period),
-            self.observer.predict(rate, queue[0], period),
+            self.observer.predict(rate, acting, period),
             scale,
-            queue[1:],
+            under_way,
         )
         return memory, EstimatingCommand(current, *parts, speed, momentum.torque, scale)
 
@@ -226,13 +201,13 @@ class EstimatingCompensator(eqx.Module):
         """
         period = memory.law.period
         known = self.motor_constant * (command.friction_current - command.current)
-        queue = jnp.append(memory.under_way, known)
+        under_way, acting = pushed(memory.under_way, known)
         return EstimatingMemory(
             memory.law,
             self.momentum.predict(memory.momentum, period),
-            self.observer.predict(memory.rate, queue[0], period),
+            self.observer.predict(memory.rate, acting, period),
             memory.scale,
-            queue[1:],
+            under_way,
         )
 
     def _expected_friction(self, speed: Scalar, sigma: Scalar, demanded: Scalar) -> Scalar:

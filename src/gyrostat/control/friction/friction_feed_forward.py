@@ -1,20 +1,18 @@
 """Friction feed-forward: adds modelled friction to the wheel torques of another controller."""
 
-from typing import Any
-
-import equinox as eqx
+from typing import Annotated, Any
 
 from gyrostat.control.missing_sample import predicted
 from gyrostat.core.arrays import PerWheel, Scalar
+from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, check_period, require
 from gyrostat.wheel.friction import Friction
 
 SOFTNESS = 0.2
 """Demanded torque over the breakaway torque at which a wheel at rest gets all of the latter."""
 
 
-class FrictionFeedForward(eqx.Module):
+class FrictionFeedForward(Checked):
     """m_i = u_i + share F_i(W_i), with W_i the measured speed of wheel i.
 
     Below `band` the sign of a noisy speed says nothing: there the friction is the breakaway torque
@@ -33,18 +31,8 @@ class FrictionFeedForward(eqx.Module):
     controller: Any
     friction: Friction
     torque_limit: PerWheel
-    band: Scalar
-    share: Scalar = 1.0
-
-    def check(self) -> None:
-        """Refuse sizes that are none, and what the parts refuse, by `InputError`."""
-        require("speed band of the compensator", self.band, "rad/s", positive=True)
-        require("share of the compensator", self.share)
-        check_parts(self.controller, self.friction)
-
-    def check_period(self, period: float) -> None:
-        """Refuse a control period, s, that the controller refuses, by `InputError`."""
-        check_period(period, self.controller)
+    band: Annotated[Scalar, positive("speed band of the compensator", "rad/s")]
+    share: Annotated[Scalar, size("share of the compensator")] = 1.0
 
     def start(self, period: Scalar) -> Any:
         """Memory of the controller."""

@@ -1,15 +1,15 @@
 """Friction feed-forward from a Kalman filter on each wheel."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from gyrostat.control.attitude.commands_sent import Sent, check_delay, nothing_sent, sent_too
 from gyrostat.control.missing_sample import predicted
 from gyrostat.core.arrays import PerWheel, Scalar
+from gyrostat.core.checked import Checked
+from gyrostat.core.delay_line import Sent, empty_line, is_delay, pushed
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, check_period
 from gyrostat.estimation import FrictionTorqueEstimate, FrictionTorqueFilter
 
 
@@ -29,7 +29,7 @@ class FrictionFilterMemory(NamedTuple):
     period: Scalar
 
 
-class FrictionFilterFeedForward(eqx.Module):
+class FrictionFilterFeedForward(Checked):
     """m_i = u_i + N_i, with N_i the friction torque that a filter finds without a friction model.
 
     The filter of Moreira, Lopes and Kuga on the momentum of each rotor in space, which motor and
@@ -50,23 +50,14 @@ class FrictionFilterFeedForward(eqx.Module):
     axes: Float[Array, "3 wheels"]
     inertia: PerWheel
     torque_limit: PerWheel
-    delay: int = eqx.field(static=True, default=0)
-
-    def check(self) -> None:
-        """Refuse a delay below 0, and what the parts refuse, by `InputError`."""
-        check_parts(self.controller, self.filter)
-        check_delay(self.delay)
-
-    def check_period(self, period: float) -> None:
-        """Refuse a control period, s, that the controller refuses, by `InputError`."""
-        check_period(period, self.controller)
+    delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
 
     def start(self, period: Scalar) -> FrictionFilterMemory:
         """Nothing measured yet."""
         none = jnp.zeros(self.axes.shape[-1])
         estimate = jax.vmap(self.filter.start)(none)
         period = jnp.asarray(period, dtype=float)
-        torque = nothing_sent(self.delay, len(none))
+        torque = empty_line(none, self.delay + 1)
         return FrictionFilterMemory(self.controller.start(period), estimate, torque, period)
 
     def predicted(
@@ -84,7 +75,7 @@ class FrictionFilterFeedForward(eqx.Module):
             memory.estimate, impulse
         )
         controller = predicted(self.controller, memory.controller, measurement, command)
-        sent = sent_too(memory.torque, command.torque)
+        sent, _ = pushed(memory.torque, command.torque)
         return FrictionFilterMemory(controller, estimate, sent, memory.period)
 
     def __call__(self, memory: FrictionFilterMemory, measurement: Any) -> tuple[Any, Any]:
@@ -108,6 +99,6 @@ class FrictionFilterFeedForward(eqx.Module):
         demanded = command.torque
         torque = demanded + jnp.where(demanded == 0.0, 0.0, estimate.friction)
         torque = jnp.clip(torque, -self.torque_limit, self.torque_limit)
-        sent = sent_too(memory.torque, torque)
+        sent, _ = pushed(memory.torque, torque)
         after = FrictionFilterMemory(controller, estimate, sent, memory.period)
         return after, command._replace(torque=torque)

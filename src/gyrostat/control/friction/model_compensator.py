@@ -1,19 +1,18 @@
 """Dynamic model compensator: adds modelled friction to the commanded torque."""
 
-from typing import Any
+from typing import Annotated, Any
 
-import equinox as eqx
 import numpy as np
 
 from gyrostat.control.attitude.attitude_pid import AttitudePID, PIDMemory
 from gyrostat.control.attitude.command import CurrentCommand
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.wheel.friction import Friction
 
 
-class DynamicModelCompensator(eqx.Module):
+class DynamicModelCompensator(Checked):
     """I = u + F(w) / k_m, and at exactly zero speed I = u + sgn(u) T_s / k_m.
 
     Carrara and Kuga, eqs. (18), (19), with u = demanded torque over k_m, for any friction model.
@@ -28,13 +27,8 @@ class DynamicModelCompensator(eqx.Module):
 
     law: AttitudePID
     friction: Friction
-    motor_constant: Scalar
+    motor_constant: Annotated[Scalar, positive("motor_constant", "N·m/A")]
     current_limit: Scalar = np.inf
-
-    def check(self) -> None:
-        """Refuse a motor constant that is not positive, and what law or friction refuse."""
-        require("motor_constant", self.motor_constant, "N·m/A", positive=True)
-        check_parts(self.law, self.friction)
 
     def start(self, period: Scalar) -> PIDMemory:
         """Memory of the law."""

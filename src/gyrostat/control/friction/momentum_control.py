@@ -1,14 +1,14 @@
 """Wheel momentum control, with and without a friction estimate."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Int
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, size
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import require
 from gyrostat.estimation import (
     FrictionScaleEstimate,
     FrictionScaleFilter,
@@ -33,25 +33,14 @@ class MomentumCommand(NamedTuple):
         innovation_sigma: what the estimator expects of it, N·m·s.
     """
 
-    torque: Scalar
-    fading_torque: Scalar
-    fading_rate: Scalar
-    estimated_momentum: Scalar
-    estimated_friction: Scalar
-    reference_momentum: Scalar
-    innovation: Scalar
-    innovation_sigma: Scalar
-
-    UNITS = {  # noqa: RUF012
-        "torque": "N·m",
-        "fading_torque": "N·m",
-        "fading_rate": "1/s",
-        "estimated_momentum": "N·m·s",
-        "estimated_friction": "N·m",
-        "reference_momentum": "N·m·s",
-        "innovation": "N·m·s",
-        "innovation_sigma": "N·m·s",
-    }
+    torque: Annotated[Scalar, "N·m"]
+    fading_torque: Annotated[Scalar, "N·m"]
+    fading_rate: Annotated[Scalar, "1/s"]
+    estimated_momentum: Annotated[Scalar, "N·m·s"]
+    estimated_friction: Annotated[Scalar, "N·m"]
+    reference_momentum: Annotated[Scalar, "N·m·s"]
+    innovation: Annotated[Scalar, "N·m·s"]
+    innovation_sigma: Annotated[Scalar, "N·m·s"]
 
 
 class _Memory(NamedTuple):
@@ -60,7 +49,7 @@ class _Memory(NamedTuple):
     period: Scalar
 
 
-class FrictionTorqueControl(eqx.Module):
+class FrictionTorqueControl(Checked):
     """u = N - gamma (h - h_ref) on the filter without a friction model.
 
     Moreira, Lopes and Kuga, eqs. (8), (11), (15), (16): between measurements h runs on as the
@@ -73,13 +62,8 @@ class FrictionTorqueControl(eqx.Module):
     """
 
     estimator: FrictionTorqueFilter
-    gain: Scalar
+    gain: Annotated[Scalar, size("momentum gain", "1/s")]
     reference: Profile = eqx.field(static=True)
-
-    def check(self) -> None:
-        """Refuse a negative gain and what the estimator refuses, by `InputError`."""
-        require("momentum gain", self.gain, "1/s")
-        self.estimator.check()
 
     def start(self, period: Scalar) -> _Memory:
         """Nothing measured yet."""
@@ -107,7 +91,7 @@ class FrictionTorqueControl(eqx.Module):
         return _Memory(predicted, memory.sample + 1, memory.period), command
 
 
-class FrictionScaleControl(eqx.Module):
+class FrictionScaleControl(Checked):
     """The same law, held through the period, on the filter that carries the friction model.
 
     Attributes:
@@ -117,13 +101,8 @@ class FrictionScaleControl(eqx.Module):
     """
 
     estimator: FrictionScaleFilter
-    gain: Scalar
+    gain: Annotated[Scalar, size("momentum gain", "1/s")]
     reference: Profile = eqx.field(static=True)
-
-    def check(self) -> None:
-        """Refuse a negative gain and what the estimator refuses, by `InputError`."""
-        require("momentum gain", self.gain, "1/s")
-        self.estimator.check()
 
     def start(self, period: Scalar) -> _Memory:
         """Nothing measured yet."""

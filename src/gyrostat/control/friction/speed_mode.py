@@ -1,16 +1,15 @@
 """Speed mode: the attitude law commands wheel speed, an inner loop tracks it."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.attitude.attitude_pid import AttitudePID, PIDMemory
 from gyrostat.control.attitude.command import CurrentCommand
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, require
 
 
 class SpeedModeMemory(NamedTuple):
@@ -29,7 +28,7 @@ class SpeedModeMemory(NamedTuple):
     started: Bool[Array, ""]
 
 
-class SpeedMode(eqx.Module):
+class SpeedMode(Checked):
     """Outer attitude loop, inner speed loop.
 
     The demanded torque, integrated over the wheel's inertia, is the reference of a proportional and
@@ -46,23 +45,11 @@ class SpeedMode(eqx.Module):
     """
 
     law: AttitudePID
-    inertia: Scalar
-    motor_constant: Scalar
-    natural_frequency: Scalar = 1.0
-    damping_ratio: Scalar = 1.0
+    inertia: Annotated[Scalar, positive("wheel inertia", "kg·m²")]
+    motor_constant: Annotated[Scalar, positive("motor_constant", "N·m/A")]
+    natural_frequency: Annotated[Scalar, positive("natural frequency", "rad/s")] = 1.0
+    damping_ratio: Annotated[Scalar, size("damping ratio")] = 1.0
     current_limit: Scalar = np.inf
-
-    def check(self) -> None:
-        """Refuse constants of the wheel or the loop that are not positive, and what the law does.
-
-        Raises:
-            InputError: as said.
-        """
-        require("wheel inertia", self.inertia, "kg·m²", positive=True)
-        require("motor_constant", self.motor_constant, "N·m/A", positive=True)
-        require("natural frequency", self.natural_frequency, "rad/s", positive=True)
-        require("damping ratio", self.damping_ratio)
-        check_parts(self.law)
 
     def start(self, period: Scalar) -> SpeedModeMemory:
         """Nothing seen yet."""

@@ -1,16 +1,13 @@
 """Boresight pointing with two wheels: turn rate towards a direction, and wheel torques for it."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-import equinox as eqx
-import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Scalar, Vector3
-from gyrostat.core.errors import InputError
+from gyrostat.core.checked import Checked, positive, positive_share
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import inverse_definite
-from gyrostat.core.validation import require
 from gyrostat.spacecraft import Spacecraft
 
 Pair = Float[Array, "2"]
@@ -56,7 +53,7 @@ class WheelMap(NamedTuple):
         return self.inverse @ (self.momentum @ momentum - rate)
 
 
-class BoresightLaw(eqx.Module):
+class BoresightLaw(Checked):
     """w = g(theta) n: body z is led to a direction p on the great circle, n = z x p / |z x p|.
 
     g = k theta near the end, sqrt(2 a (theta - a / 2k^2)) from theta = a/k^2 on, which is the same
@@ -71,17 +68,9 @@ class BoresightLaw(eqx.Module):
         top_share: of the wheels' largest speed, that turning counts on.
     """
 
-    gain: Scalar = 0.1
-    braking: Scalar = 0.9
-    top_share: Scalar = 0.97
-
-    def check(self) -> None:
-        """Refuse a gain or shares that are not positive, or shares above 1, by `InputError`."""
-        require("boresight gain", self.gain, "1/s", positive=True)
-        for name in ("braking", "top_share"):
-            share = np.asarray(getattr(self, name), dtype=float)
-            if not np.all((share > 0.0) & (share <= 1.0)):
-                raise InputError(f"boresight {name}: found {share}, expected in (0, 1]")
+    gain: Annotated[Scalar, positive("boresight gain", "1/s")] = 0.1
+    braking: Annotated[Scalar, positive_share("boresight braking")] = 0.9
+    top_share: Annotated[Scalar, positive_share("boresight top_share")] = 0.97
 
     def __call__(
         self, direction: Vector3, resting: Pair, map: WheelMap, limits: tuple[Pair, Pair]

@@ -1,6 +1,6 @@
 """Two-wheel pointing by input-output linearisation of two quaternion components."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
@@ -8,11 +8,11 @@ from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.adaptive.model_error_compensator import Compensation
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import to_body
-from gyrostat.core.validation import require
 from gyrostat.spacecraft import Spacecraft
 
 Pair = Float[Array, "2"]
@@ -62,21 +62,14 @@ class ZeroingCommand(NamedTuple):
         gain: (2, 2) of a compensator; zero without one, 1/s.
     """
 
-    speed: Pair
-    virtual_input: Pair
+    speed: Annotated[Pair, "rad/s"]
+    virtual_input: Annotated[Pair, "1/s"]
     singular: Bool[Array, ""]
-    model_error: Pair
-    gain: Float[Array, "2 2"]
-
-    UNITS = {  # noqa: RUF012
-        "speed": "rad/s",
-        "virtual_input": "1/s",
-        "model_error": "1",
-        "gain": "1/s",
-    }
+    model_error: Annotated[Pair, "1"]
+    gain: Annotated[Float[Array, "2 2"], "1/s"]
 
 
-class OutputZeroing(eqx.Module):
+class OutputZeroing(Checked):
     """u = -alpha(q) + beta(q) mu, mu = -F (q1, q2): body z is led to inertial z by wheel speeds.
 
     Endo, Sekiguchi and Nonaka, (9)-(12): with the right inertia and momentum the outputs q1 and q2
@@ -94,20 +87,17 @@ class OutputZeroing(eqx.Module):
     """
 
     spacecraft: Spacecraft
-    feedback: Pair
+    feedback: Annotated[Pair, positive("output zeroing feedback", "1/s")]
     total_momentum: Vector3 = eqx.field(default_factory=lambda: np.zeros(3))
     momentum_measured: bool = eqx.field(static=True, default=False)
 
-    def check(self) -> None:
-        """Refuse what cannot point.
+    def check_own(self) -> None:
+        """Validate wheels and momentum.
 
         Raises:
-            InputError: see `Spacecraft.check` and `check_two_wheels`; feedback that is not
-                positive, a momentum that is not finite.
+            InputError: See `check_two_wheels`; a momentum that is not finite.
         """
-        self.spacecraft.check()
         check_two_wheels("output zeroing", self.spacecraft)
-        require("output zeroing feedback", self.feedback, "1/s", positive=True)
         if not np.all(np.isfinite(np.asarray(self.total_momentum))):
             raise InputError("output zeroing: found a momentum that is not finite")
 

@@ -1,21 +1,20 @@
 """Body-rate command that brings a spacecraft with two working wheels to a feasible attitude."""
 
 from itertools import product
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-import equinox as eqx
 import numpy as np
 
-from gyrostat.control.attitude.wheel_rate_loop import PerWheel, WheelRateLoop
+from gyrostat.control.attitude.wheel_rate_loop import WheelRateLoop
 from gyrostat.control.underactuated.momentum_angles import (
     MomentumFrame,
     momentum_angles,
     momentum_frame,
 )
 from gyrostat.core import rotations
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, require
 
 GYROSCOPIC_SHARE = 0.97
 """Of the wheels' torque that turning their momentum with the body may take."""
@@ -83,7 +82,7 @@ def largest_inertia(inertia) -> Scalar:
     return jnp.max(jnp.sum(jnp.abs(inertia), axis=1))
 
 
-class TwoWheelLaw(eqx.Module):
+class TwoWheelLaw(Checked):
     """Rate over attitude, for working axes that span a plane with normal n.
 
     The wheels choose J w but for n.J w = s = n.b - c: b = R' H is the total momentum in body axes
@@ -119,19 +118,11 @@ class TwoWheelLaw(eqx.Module):
     normal: Vector3
     target: Quaternion
     total_momentum: Vector3
-    tilt_gain: Scalar = 0.4
-    roll_gain: Scalar = 0.25
-    lag_gain: Scalar = 0.2
-    largest_tilt: Scalar = 1.0
-    largest_rate: Scalar = 0.1
-
-    def check(self) -> None:
-        """Refuse gains and limits that are not positive, by `InputError`."""
-        for name in ("tilt_gain", "roll_gain", "lag_gain"):
-            require(name.replace("_", " "), getattr(self, name), "1/s", positive=True)
-        require("largest tilt", self.largest_tilt, "rad", positive=True)
-        require("largest rate", self.largest_rate, "rad/s", positive=True)
-        check_parts(self.wheels)
+    tilt_gain: Annotated[Scalar, positive("tilt gain", "1/s")] = 0.4
+    roll_gain: Annotated[Scalar, positive("roll gain", "1/s")] = 0.25
+    lag_gain: Annotated[Scalar, positive("lag gain", "1/s")] = 0.2
+    largest_tilt: Annotated[Scalar, positive("largest tilt", "rad")] = 1.0
+    largest_rate: Annotated[Scalar, positive("largest rate", "rad/s")] = 0.1
 
     def __call__(
         self, attitude: Quaternion, held: Scalar, momentum: PerWheel, way: Way

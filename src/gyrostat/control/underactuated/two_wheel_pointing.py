@@ -1,6 +1,6 @@
 """Two-wheel pointing with torque limits, momentum and error compensation."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
@@ -15,10 +15,10 @@ from gyrostat.control.adaptive.safe_frit import SafeFrit, SafeFritMemory
 from gyrostat.control.underactuated.boresight import BoresightLaw, Pair, WheelMap, governed
 from gyrostat.control.underactuated.output_zeroing import check_two_wheels
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive, positive_share, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import error, rotation_vector, to_body, to_inertial
-from gyrostat.core.validation import check_parts, require
 from gyrostat.estimation import SteadyAttitudeEstimate, SteadyAttitudeFilter
 from gyrostat.spacecraft import Spacecraft
 
@@ -36,17 +36,10 @@ class PointingCommand(NamedTuple):
         compensator_gain: (2,) in use, 1/s.
     """
 
-    speed: Pair
-    share: Scalar
-    model_error: Pair
-    compensator_gain: Pair
-
-    UNITS = {  # noqa: RUF012
-        "speed": "rad/s",
-        "share": "1",
-        "model_error": "rad",
-        "compensator_gain": "1/s",
-    }
+    speed: Annotated[Pair, "rad/s"]
+    share: Annotated[Scalar, "1"]
+    model_error: Annotated[Pair, "rad"]
+    compensator_gain: Annotated[Pair, "1/s"]
 
 
 class PointingMemory(NamedTuple):
@@ -75,7 +68,7 @@ class PointingMemory(NamedTuple):
     period: Scalar
 
 
-class TwoWheelPointing(eqx.Module):
+class TwoWheelPointing(Checked):
     """Leads body z to a direction fixed in space by two wheels that take commanded speeds.
 
     The body rates about x and y follow from total momentum and wheel speeds (`WheelMap`), so wheel
@@ -100,36 +93,31 @@ class TwoWheelPointing(eqx.Module):
     spacecraft: Spacecraft
     law: BoresightLaw = BoresightLaw()
     filter: SteadyAttitudeFilter = SteadyAttitudeFilter()
-    momentum_time: Scalar = 30.0
-    gain: Pair = eqx.field(default_factory=lambda: np.full(2, 0.05))
-    torque_share: Scalar = 0.98
+    momentum_time: Annotated[Scalar, positive("momentum time", "s")] = 30.0
+    gain: Annotated[Pair, size("compensator gain", "1/s")] = eqx.field(
+        default_factory=lambda: np.full(2, 0.05)
+    )
+    torque_share: Annotated[Scalar, positive_share("torque share")] = 0.98
     tuner: SafeFrit | None = None
     along: Vector3 = eqx.field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
 
-    def check(self) -> None:
-        """Refuse what cannot point.
+    def check_own(self) -> None:
+        """Validate wheels and direction.
 
         Raises:
-            InputError: see the parts and `check_two_wheels`; wheels without a torque limit, a
-                momentum time that is not positive, a negative gain, a torque share outside (0, 1],
-                a direction that is no unit vector.
+            InputError: See `check_two_wheels`; wheels without a torque limit, a direction that is
+                no unit vector.
         """
-        check_parts(self.spacecraft, self.law, self.filter, self.tuner)
         check_two_wheels("two-wheel pointing", self.spacecraft)
         limit = np.asarray(self.spacecraft.wheels.torque_limit)
         if not np.all(np.isfinite(limit)):
             raise InputError(f"two-wheel pointing: found a torque limit of {limit}, expected N·m")
-        require("momentum time", self.momentum_time, "s", positive=True)
-        share = np.asarray(self.torque_share, dtype=float)
-        if not np.all((share > 0.0) & (share <= 1.0)):
-            raise InputError(f"torque share: found {share}, expected in (0, 1]")
-        require("compensator gain", self.gain, "1/s")
         length = np.linalg.norm(np.asarray(self.along, dtype=float), axis=-1)
         # comparisons with NaN are false
         if not np.all(np.abs(length - 1.0) < 1e-6):
             raise InputError(f"pointing direction: found {self.along}, expected a unit vector")
 
-    def check_period(self, period: float) -> None:
+    def check_own_period(self, period: float) -> None:
         """Refuse a gain beyond which the compensator is unstable at a control period, s.
 
         Raises:

@@ -1,17 +1,18 @@
 """The gyrostat with ideal wheels: momentum-exact, free of singularities, quick."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, PRNGKeyArray
 
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, three
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import check_unit, normalised, rate_of_quaternion, to_body
-from gyrostat.spacecraft.gyrostat import FASTEST, WheelTorqueCommand
+from gyrostat.spacecraft.gyrostat import RateRecord, WheelTorqueCommand, too_fast
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.spacecraft_sensor import SpacecraftMeasurement
 
@@ -24,25 +25,11 @@ class ReducedState(NamedTuple):
         rotor_momentum: (wheels,) of each rotor about its axis in inertial space, N·m·s.
     """
 
-    attitude: Quaternion
-    rotor_momentum: PerWheel
-
-    UNITS = {"attitude": "1", "rotor_momentum": "N·m·s"}  # noqa: RUF012
+    attitude: Annotated[Quaternion, "1"]
+    rotor_momentum: Annotated[PerWheel, "N·m·s"]
 
 
-class ReducedRecord(NamedTuple):
-    """What is worth recording.
-
-    Attributes:
-        rate: (3,) of the body, in body axes, rad/s.
-    """
-
-    rate: Vector3
-
-    UNITS = {"rate": "rad/s"}  # noqa: RUF012
-
-
-class ReducedGyrostat(eqx.Module):
+class ReducedGyrostat(Checked):
     """R' = R [w]x, w = J^-1 (R' H - A h), h_i' = u_i, with the total momentum H given.
 
     Wheels without friction; a failed one keeps its momentum. No external torque acts, so that H is
@@ -57,14 +44,7 @@ class ReducedGyrostat(eqx.Module):
 
     spacecraft: Spacecraft
     working: Bool[Array, " wheels"]
-    total_momentum: Vector3
-
-    def check(self) -> None:
-        """Refuse what no spacecraft is, by `InputError`."""
-        self.spacecraft.check()
-        momentum = np.asarray(self.total_momentum, dtype=float)
-        if momentum.shape[-1:] != (3,) or not np.all(np.isfinite(momentum)):
-            raise InputError(f"total momentum: found {momentum}, expected three finite values")
+    total_momentum: Annotated[Vector3, three("total momentum")]
 
     def check_state(self, state: ReducedState) -> None:
         """Refuse what is no state of this spacecraft; see `Gyrostat.check_state`."""
@@ -129,13 +109,12 @@ class ReducedGyrostat(eqx.Module):
 
     def diverged(self, state: ReducedState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""
-        rate = self.rate(state)
-        return ~(rate @ rate < FASTEST**2)
+        return too_fast(self.rate(state))
 
-    def record(self, state: ReducedState, command: WheelTorqueCommand) -> ReducedRecord:
+    def record(self, state: ReducedState, command: WheelTorqueCommand) -> RateRecord:
         """Rate at the start of a control period."""
         del command
-        return ReducedRecord(self.rate(state))
+        return RateRecord(self.rate(state))
 
 
 class ReducedSensor(eqx.Module):

@@ -6,17 +6,17 @@ up the momentum that they give the body, as wheels would.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import EulerAngles, rate_of_euler
-from gyrostat.core.validation import require
 
 LEAST_SINE = 0.005
 """Of theta: below it the angles say nothing that a controller should act on."""
@@ -39,21 +39,12 @@ class EulerState(NamedTuple):
         psi_rate: rad/s.
     """
 
-    theta: Scalar
-    phi: Scalar
-    psi: Scalar
-    theta_rate: Scalar
-    phi_rate: Scalar
-    psi_rate: Scalar
-
-    UNITS = {  # noqa: RUF012
-        "theta": "rad",
-        "phi": "rad",
-        "psi": "rad",
-        "theta_rate": "rad/s",
-        "phi_rate": "rad/s",
-        "psi_rate": "rad/s",
-    }
+    theta: Annotated[Scalar, "rad"]
+    phi: Annotated[Scalar, "rad"]
+    psi: Annotated[Scalar, "rad"]
+    theta_rate: Annotated[Scalar, "rad/s"]
+    phi_rate: Annotated[Scalar, "rad/s"]
+    psi_rate: Annotated[Scalar, "rad/s"]
 
     def body_rate(self) -> Vector3:
         """Rate of the body in inertial space, body axes, rad/s."""
@@ -68,9 +59,7 @@ class BodyTorqueCommand(NamedTuple):
         torque: (3,) M_x, M_y, M_z, N·m.
     """
 
-    torque: Vector3
-
-    UNITS = {"torque": "N·m"}  # noqa: RUF012
+    torque: Annotated[Vector3, "N·m"]
 
 
 class BodyRateRecord(NamedTuple):
@@ -80,12 +69,10 @@ class BodyRateRecord(NamedTuple):
         body_rate: (3,) in body axes, rad/s.
     """
 
-    body_rate: Vector3
-
-    UNITS = {"body_rate": "rad/s"}  # noqa: RUF012
+    body_rate: Annotated[Vector3, "rad/s"]
 
 
-class TorqueDrivenBody(eqx.Module):
+class TorqueDrivenBody(Checked):
     """I dw/dt = M for a body whose principal inertias are equal, on 3-1-3 angles.
 
     Equation (5) of the paper reads, corrected,
@@ -100,18 +87,17 @@ class TorqueDrivenBody(eqx.Module):
             fails. A torque acts to the end of a step that begins before.
     """
 
-    inertia: Scalar
+    inertia: Annotated[Scalar, positive("body inertia", "kg·m²")]
     failure_time: Float[Array, "3"] | np.ndarray = eqx.field(
         default_factory=lambda: np.full(3, np.inf)
     )
 
-    def check(self) -> None:
-        """Refuse what is no body, or a failure that came before the start.
+    def check_own(self) -> None:
+        """Validate the failure times.
 
         Raises:
-            InputError: as said.
+            InputError: Not (3,), or before the start.
         """
-        require("body inertia", self.inertia, "kg·m²", positive=True)
         times = np.asarray(self.failure_time, float)
         if times.shape[-1:] != (3,):
             raise InputError(f"failure time: found shape {times.shape}, expected (3,), one an axis")
@@ -234,10 +220,8 @@ class EulerMeasurement(NamedTuple):
         rates: (3,) of them, rad/s.
     """
 
-    angles: Vector3
-    rates: Vector3
-
-    UNITS = {"angles": "rad", "rates": "rad/s"}  # noqa: RUF012
+    angles: Annotated[Vector3, "rad"]
+    rates: Annotated[Vector3, "rad/s"]
 
 
 class EulerSensor(eqx.Module):

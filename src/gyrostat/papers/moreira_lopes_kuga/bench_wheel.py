@@ -1,13 +1,12 @@
 """A wheel on a fixed bench that is commanded in torque, and a sensor of its momentum."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-import equinox as eqx
 from jaxtyping import Array, Bool, PRNGKeyArray
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, require
 from gyrostat.wheel import Contact, Motion, Wheel, carry
 from gyrostat.wheel.friction import LuGre
 
@@ -23,10 +22,8 @@ class BenchWheelState(NamedTuple):
         bristle: deflection of the bristles, rad; zero where the friction has none.
     """
 
-    speed: Scalar
-    bristle: Scalar
-
-    UNITS = {"speed": "rad/s", "bristle": "rad"}  # noqa: RUF012
+    speed: Annotated[Scalar, "rad/s"]
+    bristle: Annotated[Scalar, "rad"]
 
 
 class TorqueCommand(NamedTuple):
@@ -38,11 +35,9 @@ class TorqueCommand(NamedTuple):
         fading_rate: 1/s.
     """
 
-    torque: Scalar
-    fading_torque: Scalar = 0.0
-    fading_rate: Scalar = 0.0
-
-    UNITS = {"torque": "N·m", "fading_torque": "N·m", "fading_rate": "1/s"}  # noqa: RUF012
+    torque: Annotated[Scalar, "N·m"]
+    fading_torque: Annotated[Scalar, "N·m"] = 0.0
+    fading_rate: Annotated[Scalar, "1/s"] = 0.0
 
 
 class BenchRecord(NamedTuple):
@@ -53,10 +48,8 @@ class BenchRecord(NamedTuple):
         friction: torque in the bearing, N·m; of a resting wheel without bristles the motor torque.
     """
 
-    momentum: Scalar
-    friction: Scalar
-
-    UNITS = {"momentum": "N·m·s", "friction": "N·m"}  # noqa: RUF012
+    momentum: Annotated[Scalar, "N·m·s"]
+    friction: Annotated[Scalar, "N·m"]
 
 
 class _OnBench(Contact):
@@ -82,7 +75,7 @@ class _OnBench(Contact):
         return jnp.where(fades, FADING_STEP / rate, jnp.inf)
 
 
-class BenchWheel(eqx.Module):
+class BenchWheel(Checked):
     """J dw/dt = u - N, the friction N static or of bristles.
 
     Moreira, Lopes and Kuga, "Estimation of torque in a reaction wheel using a bristle model for
@@ -93,16 +86,6 @@ class BenchWheel(eqx.Module):
     """
 
     wheel: Wheel
-
-    def check(self) -> None:
-        """Refuse an inertia or a friction that no wheel has.
-
-        Raises:
-            InputError: the inertia is not finite, or not above zero; see `Friction.check` and
-                `LuGre.check`.
-        """
-        require("wheel inertia", self.wheel.inertia, "kg·m²", positive=True)
-        check_parts(self.wheel.friction)
 
     def start(self, *, speed: Scalar = 0.0, bristle: Scalar = 0.0) -> BenchWheelState:
         """A state: speed, rad/s, and deflection of the bristles, rad."""
@@ -142,12 +125,10 @@ class MomentumMeasurement(NamedTuple):
         momentum: N·m·s.
     """
 
-    momentum: Scalar
-
-    UNITS = {"momentum": "N·m·s"}  # noqa: RUF012
+    momentum: Annotated[Scalar, "N·m·s"]
 
 
-class MomentumSensor(eqx.Module):
+class MomentumSensor(Checked):
     """Momentum of the wheel with white noise: a measured speed times an inertia.
 
     Attributes:
@@ -155,13 +136,8 @@ class MomentumSensor(eqx.Module):
         sigma: standard deviation of a sample, N·m·s.
     """
 
-    inertia: Scalar
-    sigma: Scalar = 0.0
-
-    def check(self) -> None:
-        """Refuse an inertia that is not above zero and a negative noise, by `InputError`."""
-        require("sensor inertia", self.inertia, "kg·m²", positive=True)
-        require("momentum sigma", self.sigma, "N·m·s")
+    inertia: Annotated[Scalar, positive("sensor inertia", "kg·m²")]
+    sigma: Annotated[Scalar, size("momentum sigma", "N·m·s")] = 0.0
 
     def start(self, state: Any, period: Scalar) -> tuple[()]:
         """It has no memory."""

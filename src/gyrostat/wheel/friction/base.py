@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Self
 import equinox as eqx
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked
 from gyrostat.core.units import SI_UNIT
 from gyrostat.core.validation import require
 
@@ -21,7 +22,7 @@ def parameter(dimension: str) -> Any:
     return eqx.field(metadata={"dimension": dimension})
 
 
-class Friction(eqx.Module):
+class Friction(Checked):
     """A static friction curve: torque that opposes the rotation of a wheel.
 
     A model is one final subclass in a file of its own in this package: fields declared with
@@ -70,11 +71,11 @@ class Friction(eqx.Module):
             coulomb: N·m.
         """
 
-    def check(self) -> None:
-        """Refuse a curve that no bearing has.
+    def check_own(self) -> None:
+        """Validate parameters.
 
         Raises:
-            InputError: a parameter is negative or not finite, or a speed is zero.
+            InputError: One is negative or not finite, or a speed is zero.
         """
         for name, dimension in self.dimensions().items():
             value, unit = getattr(self, name), SI_UNIT[dimension]

@@ -1,21 +1,21 @@
 """LuGre friction: bristles that bend before they slip, so that friction remembers."""
 
 import math
-from typing import Self
+from typing import Annotated, Self
 
-import equinox as eqx
 import numpy as np
 
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts, require
+from gyrostat.core.validation import require
 from gyrostat.wheel.friction.base import Friction
 from gyrostat.wheel.friction.stribeck import Stribeck
 from gyrostat.wheel.friction.viscous_coulomb import ViscousCoulomb
 
 
-class LuGre(eqx.Module):
+class LuGre(Checked):
     """dz/dt = w - s_0 abs(w) z / g(w) and F = s_0 z + s_1 dz/dt + b w.
 
     C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of systems
@@ -31,8 +31,8 @@ class LuGre(eqx.Module):
     """
 
     curve: Friction
-    stiffness: Scalar
-    damping: Scalar
+    stiffness: Annotated[Scalar, positive("bristle stiffness", "N·m/rad")]
+    damping: Annotated[Scalar, size("bristle damping", "N·m·s/rad")]
 
     @classmethod
     def from_linear(
@@ -90,16 +90,12 @@ class LuGre(eqx.Module):
         """
         return cls(ViscousCoulomb(viscous=0.0, coulomb=coulomb), stiffness, 0.0)
 
-    def check(self) -> None:
-        """Refuse bristles that no bearing has.
+    def check_own(self) -> None:
+        """Validate the levels at which the bristles slip.
 
         Raises:
-            InputError: what the curve refuses; the stiffness or a level is not above zero, the
-                damping is negative, or the level at rest is below that of fast rotation.
+            InputError: A level is not above zero, or that at rest is below that of fast rotation.
         """
-        require("bristle stiffness", self.stiffness, "N·m/rad", positive=True)
-        require("bristle damping", self.damping, "N·m·s/rad")
-        check_parts(self.curve)
         for direction in (1.0, -1.0):
             peak, low = np.broadcast_arrays(*self._levels(direction))
             require("bristle level", low, "N·m", positive=True)

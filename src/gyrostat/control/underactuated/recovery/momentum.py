@@ -2,7 +2,6 @@
 
 from typing import Any, NamedTuple, Self
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
@@ -14,6 +13,7 @@ from gyrostat.control.underactuated.momentum_angles import momentum_frame
 from gyrostat.control.underactuated.two_wheel_law import NO_WAY, TwoWheelLaw, Way
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft, WheelTorqueCommand
@@ -34,7 +34,7 @@ class MomentumRecoveryMemory(NamedTuple):
     way: Way
 
 
-class MomentumRecovery(eqx.Module):
+class MomentumRecovery(Checked):
     """Brings a spacecraft to rest at a holdable attitude, whatever its motion at the start.
 
     The law gives a rate for each attitude, its change along the measured motion the acceleration
@@ -60,10 +60,6 @@ class MomentumRecovery(eqx.Module):
     normal: Vector3
     failed_axes: Float[Array, "3 wheels"]
     rotor_inertia: Float[Array, " wheels"]
-
-    def check(self) -> None:
-        """Refuse what the law refuses, by `InputError`."""
-        self.law.check()
 
     def start(self, period: Scalar) -> MomentumRecoveryMemory:
         """Nothing measured yet."""

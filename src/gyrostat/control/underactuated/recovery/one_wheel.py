@@ -1,22 +1,19 @@
 """Recovery law for one working wheel and nonzero total momentum."""
 
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from gyrostat.control.allocation.working_wheels import SPAN, WorkingWheels
 from gyrostat.control.design.lqr import lqr
 from gyrostat.core import rotations, types
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
-from gyrostat.core.validation import require
 from gyrostat.spacecraft import Spacecraft, WheelTorqueCommand
-
-PerWheel = Float[Array, " wheels"]
 
 LEAST_SINE = 1e-3
 """Of the angles on which controllability rests: below it motion takes too long to be of use."""
@@ -58,7 +55,7 @@ class OneWheelMemory(NamedTuple):
     period: Scalar
 
 
-class OneWheelRecovery(eqx.Module):
+class OneWheelRecovery(Checked):
     """Brings a spacecraft with one direction of torque to rest at a holdable attitude.
 
     With h the momentum of the working wheel along its axis a, p that of the failed ones, both in
@@ -104,20 +101,15 @@ class OneWheelRecovery(eqx.Module):
     total_momentum: Vector3
     target: Quaternion
     gain: Float[Array, "4"]
-    damping: Scalar
-    following: Scalar
-    widest_excess: Scalar
+    damping: Annotated[Scalar, positive("recovery damping")]
+    following: Annotated[Scalar, positive("recovery following")]
+    widest_excess: Annotated[Scalar, positive("recovery widest_excess")]
     widest_roll: Float[Array, "2"]
     torque_limit: PerWheel
     momentum_limit: PerWheel
     rotor_inertia: PerWheel
-    inner: Scalar = 0.8
-    outer: Scalar = 1.4
-
-    def check(self) -> None:
-        """Refuse gains and bounds that are not positive, by `InputError`."""
-        for name in ("damping", "following", "widest_excess", "inner", "outer"):
-            require(f"recovery {name}", getattr(self, name), positive=True)
+    inner: Annotated[Scalar, positive("recovery inner")] = 0.8
+    outer: Annotated[Scalar, positive("recovery outer")] = 1.4
 
     def start(self, period: Scalar) -> OneWheelMemory:
         """Far from rest."""

@@ -15,12 +15,10 @@ from gyrostat.control.underactuated.recovery.rest_to_rest import (
     turned,
 )
 from gyrostat.core import rotations
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft
-
-PerWheel = Float[Array, " wheels"]
 
 AIMS = 8
 """Taken for a sweep, each corrected by the drift on the way of the one before."""

@@ -1,8 +1,7 @@
 """Recovery law for two working wheels and almost zero total momentum."""
 
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
@@ -10,8 +9,8 @@ from gyrostat.control.underactuated.recovery.rest_to_rest import Sweep, progress
 from gyrostat.control.underactuated.recovery.two_wheel_sweeps import TwoWheelSweeps
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import require
 from gyrostat.spacecraft import Spacecraft
 
 SWING_TIME = 20.0
@@ -47,14 +46,12 @@ class ZeroMomentumCommand(NamedTuple):
         left: of the sweep under way, s.
     """
 
-    torque: Float[Array, " wheels"]
-    started: Scalar
-    left: Scalar
-
-    UNITS = {"torque": "N·m", "started": "1", "left": "s"}  # noqa: RUF012
+    torque: Annotated[Float[Array, " wheels"], "N·m"]
+    started: Annotated[Scalar, "1"]
+    left: Annotated[Scalar, "s"]
 
 
-class ZeroMomentumRecovery(eqx.Module):
+class ZeroMomentumRecovery(Checked):
     """Sweeps of `rest_to_rest`, each tracked in two directions and planned again at its end.
 
     Without momentum no smooth feedback brings a body with two wheels to rest at a target: one
@@ -88,14 +85,14 @@ class ZeroMomentumRecovery(eqx.Module):
 
     sweeps: TwoWheelSweeps
     target: Quaternion
-    fine: Scalar = np.radians(0.015)
-    coarse: Scalar = np.radians(0.03)
-    lean: Scalar = np.radians(0.015)
-    swing: Scalar = np.radians(1.5)
-    lean_gain: Scalar = 0.06
-    frequency: Scalar = 0.5
-    share: Scalar = 0.92
-    rest_rate: Scalar = 1e-3
+    fine: Annotated[Scalar, positive("recovery fine")] = np.radians(0.015)
+    coarse: Annotated[Scalar, positive("recovery coarse")] = np.radians(0.03)
+    lean: Annotated[Scalar, size("recovery lean")] = np.radians(0.015)
+    swing: Annotated[Scalar, positive("recovery swing")] = np.radians(1.5)
+    lean_gain: Annotated[Scalar, size("recovery lean_gain")] = 0.06
+    frequency: Annotated[Scalar, positive("recovery frequency")] = 0.5
+    share: Annotated[Scalar, positive("recovery share")] = 0.92
+    rest_rate: Annotated[Scalar, positive("recovery rest_rate")] = 1e-3
 
     @classmethod
     def plan(
@@ -114,13 +111,6 @@ class ZeroMomentumRecovery(eqx.Module):
         """
         quaternion = rotations.normalised(jnp.asarray(target, dtype=float))
         return cls(TwoWheelSweeps.of(spacecraft, working), quaternion, **tuning)
-
-    def check(self) -> None:
-        """Refuse a tuning that means nothing, by `InputError`."""
-        for name in ("fine", "coarse", "swing", "frequency", "share", "rest_rate"):
-            require(f"recovery {name}", getattr(self, name), positive=True)
-        require("recovery lean", self.lean)
-        require("recovery lean_gain", self.lean_gain)
 
     def start(self, period: Scalar) -> ZeroMomentumMemory:
         """As after a sweep."""
