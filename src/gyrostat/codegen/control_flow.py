@@ -1,11 +1,12 @@
-"""Lower loops and branches of a jaxpr to loops and branches."""
+"""Rules for loops and branches."""
 
 import re
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import (
     Assign,
@@ -19,11 +20,7 @@ from gyrostat.codegen.program import (
     Store,
     Table,
 )
-from gyrostat.codegen.source import Source, refusal, refused
-
-if TYPE_CHECKING:
-    from gyrostat.codegen.lower import Lowering
-
+from gyrostat.codegen.source import refusal
 
 UNBOUNDED = 2**62
 """Passes of a loop that nothing bounds but its test."""
@@ -36,76 +33,86 @@ def argument_name(closed: Any, number: int) -> str:
     return re.sub(r"\W+", "_", str(name or "")).strip("_")
 
 
-def _carried_names(
-    lowering: "Lowering", body: Any, fixed: int, atoms: Sequence[Any], where: Source
-) -> list[Scalars]:
-    """Names for what a loop carries: those of the Python that its body is, where they are known."""
+def _carried_names(build: Builder, body: Any, fixed: int, count: int) -> list[Scalars]:
+    """Names of what a loop carries: those of the arguments of its body, where they are known."""
     return [
-        lowering.names(atom, where._replace(name=argument_name(body, fixed + k) or where.name))
-        for k, atom in enumerate(atoms)
+        build.names(atom, argument_name(body, fixed + k) or None)
+        for k, atom in enumerate(build.equation.outvars[:count])
     ]
 
 
-def _inner(lowering: "Lowering", closed: Any, inputs: list[Scalars], block: Block, where: Source):
-    """Results of what a loop or a branch does; rows of a long scan are none."""
-    made = lowering.graph(closed, inputs, block)
+def _inner(build: Builder, closed: Any, inputs: list[Scalars], block: Block) -> list[Scalars]:
+    """Results of the body of a loop or a branch; rows of a long scan are refused."""
+    made = build.lower(closed, inputs, block)
     if any(array.shape == () and isinstance(array.item(), Table) for array in made):
         raise refusal(
-            where,
-            f"rows of a scan of more than {lowering.scope.longest} passes inside a loop or branch",
+            build.where,
+            f"rows of a scan of more than {build.scope.longest} passes inside a loop or branch",
             "them only as a result",
         )
     return made
 
 
-def _scan(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block):
-    params, where = equation.params, lowering.source(equation)
+def _picked(build: Builder, body: Block, rows: Scalars, index: Operand, atom: Any) -> Scalars:
+    """The row of a table, made before a loop, at its index, read in its body."""
+    names = build.names(atom)
+    if not names.size:
+        return names
+    table, inside = build.table(rows), build.inside(body)
+    width = Number("integer", names.size)
+    for offset, name in enumerate(names.flat):
+        place: Operand = index
+        for operation, other in (("mul", width), ("add", Number("integer", offset))):
+            if other.value != (operation == "mul"):  # neither times 1 nor plus 0
+                place = inside.compute(operation, place, other, hint="index")
+        inside.element(table, place, name)
+    return names
+
+
+def _scan(build: Builder, *given: Scalars) -> Sequence[Scalars]:
+    params, where = build.params, build.where
     constants, carries = params["num_consts"], params["num_carry"]
     body_jaxpr, count = params["jaxpr"], params["length"]
-    fixed, first, rows = (
-        given[:constants],
-        given[constants : constants + carries],
-        given[constants + carries :],
-    )
-    results = equation.outvars
+    split = constants + carries
+    fixed, first, rows = given[:constants], given[constants:split], given[split:]
+    results = build.equation.outvars
     if count == 0:
-        return [*first, *(np.empty(atom.aval.shape, object) for atom in equation.outvars[carries:])]
-    counter = Name("integer", "pass", lowering.new_group())
-    carried = _carried_names(lowering, body_jaxpr, constants, results[:carries], where)
+        return [*first, *(np.empty(atom.aval.shape, object) for atom in results[carries:])]
+    counter = Name("integer", "pass", next(build.groups))
+    carried = _carried_names(build, body_jaxpr, constants, carries)
     body: Block = []
     index: Operand = counter
     if params["reverse"]:
-        index = Name("integer", "backward", lowering.new_group())
+        index = Name("integer", "backward", next(build.groups))
         body.append(Assign(index, "sub", (Number("integer", count - 1), counter), where))
     picked = [
-        lowering.picked(block, body, array, index, atom, where)
-        for array, atom in zip(rows, body_jaxpr.jaxpr.invars[constants + carries :], strict=True)
+        _picked(build, body, array, index, atom)
+        for array, atom in zip(rows, body_jaxpr.jaxpr.invars[split:], strict=True)
     ]
-    made = _inner(lowering, body_jaxpr, [*fixed, *carried, *picked], body, where)
+    made = _inner(build, body_jaxpr, [*fixed, *carried, *picked], body)
     tables = []
-    kept = count > lowering.scope.longest
+    kept = count > build.scope.longest
     for array, atom in zip(made[carries:], results[carries:], strict=True):
-        table = Table(lowering.kind(atom), count * array.size, where.name, kept)
+        table = Table(build.scope.kind(atom), count * array.size, where.name, kept)
         tables.append(table)
         for offset, value in enumerate(array.flat):
             body.append(Store(table, index, array.size, offset, value, where))
-    block.append(
-        Loop(
-            count, counter, _carried(carried, first, made[:carries]), body, [], None, tables, where
-        )
-    )
+    every = _carried(carried, first, made[:carries])
+    build.block.append(Loop(count, counter, every, body, [], None, tables, where))
     if kept:
         return [*carried, *(np.array(table, dtype=object) for table in tables)]
     stacked = []
     for table, atom in zip(tables, results[carries:], strict=True):
-        names = lowering.names(atom, where)
+        names: Any = build.names(atom)
         for offset, name in enumerate(names.flat):
-            block.append(Assign(name, "element", (Number("integer", offset),), where, table))
+            build.element(table, Number("integer", offset), name)
         stacked.append(names)
     return [*carried, *stacked]
 
 
-def _carried(names: list[Scalars], first: list[Scalars], last: list[Scalars]) -> list[Carried]:
+def _carried(
+    names: Sequence[Scalars], first: Sequence[Scalars], last: Sequence[Scalars]
+) -> list[Carried]:
     return [
         Carried(*each)
         for arrays in zip(names, first, last, strict=True)
@@ -113,31 +120,27 @@ def _carried(names: list[Scalars], first: list[Scalars], last: list[Scalars]) ->
     ]
 
 
-def _while(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block):
-    params, where = equation.params, lowering.source(equation)
-    split = params["cond_nconsts"]
-    ends = split + params["body_nconsts"]
-    test_fixed, body_fixed, first = given[:split], given[split:ends], given[ends:]
-    fixed = params["body_nconsts"]
-    carried = _carried_names(lowering, params["body_jaxpr"], fixed, equation.outvars, where)
+def _while(build: Builder, *given: Scalars) -> Sequence[Scalars]:
+    params = build.params
+    split, fixed = params["cond_nconsts"], params["body_nconsts"]
+    test_fixed, body_fixed, first = given[:split], given[split:][:fixed], given[split + fixed :]
+    carried = _carried_names(build, params["body_jaxpr"], fixed, len(first))
     test: Block = []
-    goes_on = lowering.graph(params["cond_jaxpr"], [*test_fixed, *carried], test)[0].item()
+    goes_on = build.lower(params["cond_jaxpr"], [*test_fixed, *carried], test)[0].item()
     body: Block = []
-    made = _inner(lowering, params["body_jaxpr"], [*body_fixed, *carried], body, where)
+    made = _inner(build, params["body_jaxpr"], [*body_fixed, *carried], body)
     every = _carried(carried, first, made)
     count = _bound(goes_on, test, every, body)
-    if count is None and lowering.scope.unbounded:
+    if count is None and build.scope.unbounded:
         count = UNBOUNDED
     if count is None:
-        raise refused(
-            equation,
-            where,
+        raise build.refused(
             "a loop without a bound",
             "a test that ends with `& (number < BOUND)`, where number starts at a constant and "
             "grows by 1",
         )
-    counter = Name("integer", "pass", lowering.new_group())
-    block.append(Loop(count, counter, every, body, test, goes_on, [], where))
+    counter = Name("integer", "pass", next(build.groups))
+    build.block.append(Loop(count, counter, every, body, test, goes_on, [], build.where))
     return carried
 
 
@@ -177,31 +180,29 @@ def _grows(carried: Carried, assigned: dict[Name, Assign]) -> bool:
     return set(step.operands) == {carried.name, Number("integer", 1)}
 
 
-def _cond(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block):
-    where = lowering.source(equation)
-    index, operands = given[0].item(), given[1:]
-    branches = equation.params["branches"]
+def _cond(build: Builder, which: Scalars, *operands: Scalars) -> Sequence[Scalars]:
+    index, branches = which.item(), build.params["branches"]
     if isinstance(index, Number):
         chosen = min(max(int(index.value), 0), len(branches) - 1)
-        return lowering.graph(branches[chosen], operands, block)
-    targets = [lowering.names(atom, where) for atom in equation.outvars]
+        return build.lower(branches[chosen], operands, build.block)
+    targets = [build.names(atom) for atom in build.equation.outvars]
     blocks: list[Block] = []
     values: list[list[Operand]] = []
     for branch in branches:
         inner: Block = []
-        made = _inner(lowering, branch, operands, inner, where)
+        made = _inner(build, branch, [*operands], inner)
         blocks.append(inner)
         values.append([scalar for array in made for scalar in array.flat])
-    flat = [name for array in targets for name in array.flat]
-    for statement in block:
+    flat: list[Any] = [name for array in targets for name in array.flat]
+    for statement in build.block:
         # jax.lax.cond makes a number of its condition
         if isinstance(statement, Assign) and statement.target is index:
             if statement.operation == "to_integer":
                 index = statement.operands[0]
             break
-    block.append(Branch(index, blocks, values, flat, where))
+    build.block.append(Branch(index, blocks, values, flat, build.where))
     return targets
 
 
-LOWERED: dict[str, Callable[..., list[Scalars]]] = {"cond": _cond, "scan": _scan, "while": _while}
-"""Primitive -> (lowering, equation, operands, block) -> results."""
+RULES: dict[str, Callable[..., Sequence[Scalars]]] = {"cond": _cond, "scan": _scan, "while": _while}
+"""Primitive -> (builder, operands) -> results."""

@@ -1,60 +1,44 @@
-"""Elements picked and replaced by indices, known beforehand or computed."""
+"""Rules for elements picked and replaced by indices, known beforehand or computed."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.primitives import Scalars
-from gyrostat.codegen.program import Assign, Block, Fill, Name, Number, Operand, Table
-from gyrostat.codegen.source import Source
+from gyrostat.codegen.program import Name, Number, Operand
 from gyrostat.codegen.tracing import closed
-
-if TYPE_CHECKING:
-    from gyrostat.codegen.lower import Lowering
 
 ZERO = Number("integer", 0)
 
 
 class _Pick:
-    """An array whose elements are picked by a running index, kept within it."""
+    """An array whose elements are picked by a computed index, kept within it."""
 
-    def __init__(
-        self,
-        lowering: "Lowering",
-        array: Scalars,
-        sizes: Sequence[int],
-        block: Block,
-        where: Source,
-    ) -> None:
-        self._lowering, self._block, self._where = lowering, block, where
-        self._array, self._sizes = array, sizes
+    def __init__(self, build: Builder, array: Scalars, sizes: Sequence[int]) -> None:
+        self._build, self._array, self._sizes = build, array, sizes
         self._strides = [int(np.prod(array.shape[k + 1 :])) for k in range(array.ndim)]
-        self._table = Table(array.flat[0].kind, array.size, where.name)
-        block.append(Fill(self._table, tuple(array.flat), where))
+        self._table = build.table(array)
 
     def base(self, starts: Sequence[Operand]) -> Operand:
         """Where a part that starts at some indices begins in the table."""
         base: Operand = ZERO
         for axis, start in enumerate(starts):
             last = Number("integer", self._array.shape[axis] - self._sizes[axis])
-            kept = self._lowering.within(self._block, start, ZERO, last, self._where)
-            step = self._new("mul", kept, Number("integer", self._strides[axis]))
-            base = step if base == ZERO else self._new("add", base, step)
+            step = self._build.clamp(start, ZERO, last)
+            if self._strides[axis] != 1:
+                stride = Number("integer", self._strides[axis])
+                step = self._build.compute("mul", step, stride, hint="index")
+            base = step if base == ZERO else self._build.compute("add", base, step, hint="index")
         return base
 
     def element(self, base: Operand, offset: Sequence[int], name: Name) -> Name:
         """An element of that part."""
         steps = sum(place * stride for place, stride in zip(offset, self._strides, strict=True))
-        index = self._new("add", base, Number("integer", steps)) if steps else base
-        self._block.append(Assign(name, "element", (index,), self._where, self._table))
-        return name
-
-    def _new(self, operation: str, *operands: Operand) -> Operand:
-        if operation == "mul" and operands[1] == Number("integer", 1):
-            return operands[0]
-        name = Name("integer", "index", self._lowering.new_group())
-        return self._lowering.assigned(self._block, operation, operands, name, self._where)
+        if steps:
+            base = self._build.compute("add", base, Number("integer", steps), hint="index")
+        return self._build.element(self._table, base, name)
 
 
 class _Windows(NamedTuple):
@@ -103,40 +87,29 @@ def _filling(params: dict[str, Any], dtype: Any) -> Any:
     return dtype == np.bool_ or np.nan
 
 
-def _inside(
-    lowering: "Lowering",
-    block: Block,
-    starts: Sequence[Operand],
-    limits: Sequence[int],
-    where: Source,
-) -> Operand:
+def _inside(build: Builder, starts: Sequence[Operand], limits: Sequence[int]) -> Operand:
     """Whether a part that starts at some indices lies within the array."""
     inside: Operand = Number("logical", True)
     for start, limit in zip(starts, limits, strict=True):
-        for test, operands in (("le", (ZERO, start)), ("le", (start, Number("integer", limit)))):
-            name = Name("logical", "inside", lowering.new_group())
-            one = lowering.assigned(block, test, operands, name, where)
-            name = Name("logical", "inside", lowering.new_group())
-            inside = lowering.assigned(block, "and", (inside, one), name, where)
+        for low, high in ((ZERO, start), (start, Number("integer", limit))):
+            one = build.compute("le", low, high, hint="inside")
+            inside = build.compute("and", inside, one, hint="inside")
     return inside
 
 
-def _dynamic_slice(
-    lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source
-):
-    """A part that starts at a running index."""
-    pick = _Pick(lowering, given[0], equation.params["slice_sizes"], block, where)
-    base = pick.base([start.item() for start in given[1:]])
-    names: Any = lowering.names(equation.outvars[0], where)
+def _dynamic_slice(build: Builder, array: Scalars, *starts: Scalars) -> Scalars:
+    """A part that starts at a computed index."""
+    pick = _Pick(build, array, build.params["slice_sizes"])
+    base = pick.base([start.item() for start in starts])
+    names: Any = build.names(build.target)
     for place in np.ndindex(names.shape):
         pick.element(base, place, names[place])
     return names
 
 
-def _gather(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source):
-    """Parts that start at running indices, one for each element of an array of indices."""
-    array, indices = given
-    params = equation.params
+def _gather(build: Builder, array: Scalars, indices: Scalars) -> Scalars:
+    """Parts that start at computed indices, one for each element of an array of indices."""
+    params = build.params
     dimensions, sizes = params["dimension_numbers"], params["slice_sizes"]
     batched = dimensions.operand_batching_dims
     gone = (*dimensions.collapsed_slice_dims, *batched)
@@ -147,35 +120,33 @@ def _gather(lowering: "Lowering", equation: Any, given: list[Scalars], block: Bl
         dict(zip(batched, dimensions.start_indices_batching_dims, strict=True)),
     )
     limits = [size - part for size, part in zip(array.shape, sizes, strict=True)]
-    filled = _filling(params, equation.outvars[0].aval.dtype)
-    pick = _Pick(lowering, array, sizes, block, where)
-    names: Any = lowering.names(equation.outvars[0], where)
+    filled = _filling(params, build.target.aval.dtype)
+    pick = _Pick(build, array, sizes)
+    names: Any = build.names(build.target)
     bases: dict[tuple[int, ...], tuple[Operand, Operand]] = {}
     for place, row, offset in windows.places(names.shape, array.ndim):
         if row not in bases:
             starts = windows.starts(row, indices, array.ndim)
             inside: Operand = Number("logical", True)
             if filled is not None:
-                inside = _inside(lowering, block, starts, limits, where)
+                inside = _inside(build, starts, limits)
             bases[row] = pick.base(starts), inside
         base, inside = bases[row]
         element = pick.element(base, offset, names[place])
         if filled is not None:
             choice = (inside, element, Number(element.kind, filled))
-            name = Name(element.kind, where.name, element.group, place)
-            names[place] = lowering.assigned(block, "select", choice, name, where)
+            name = Name(element.kind, build.where.name, element.group, place)
+            names[place] = build.assign("select", choice, name)
     return names
 
 
 def _placed(
-    lowering: "Lowering",
-    block: Block,
+    build: Builder,
     arrays: Sequence[Scalars],
     windows: _Windows,
     join: Callable[[Operand, Operand], Operand],
     *,
     clipped: bool,
-    where: Source,
 ) -> Scalars:
     """An array some of whose parts are joined with others, at indices.
 
@@ -187,46 +158,38 @@ def _placed(
     for axis, k in zip(windows.kept, windows.axes, strict=True):
         limits[axis] -= updates.shape[k] - 1
 
-    def test(operation: str, *operands: Operand) -> Operand:
-        name = Name("logical", "chosen", lowering.new_group())
-        return lowering.assigned(block, operation, operands, name, where)
-
     def tests(row: tuple[int, ...]) -> list[list[Operand]]:
         found = []
         for start, limit in zip(windows.starts(row, indices, array.ndim), limits, strict=True):
-            last = Number("integer", limit - 1)
-            kept = lowering.within(block, start, ZERO, last, where) if clipped else start
-            found.append([test("eq", kept, Number("integer", k)) for k in range(limit)])
+            kept = build.clamp(start, ZERO, Number("integer", limit - 1)) if clipped else start
+            numbers = (Number("integer", k) for k in range(limit))
+            found.append([build.compute("eq", kept, number, hint="chosen") for number in numbers])
         return found
 
     known: dict[tuple[int, ...], list[list[Operand]]] = {}
-    group = lowering.new_group()
+    group = next(build.groups)
     for place, row, offset in windows.places(updates.shape, array.ndim):
         if row not in known:
             known[row] = tests(row)
         for cell in np.ndindex(*limits):
             chosen: Operand = Number("logical", True)
             for axis, k in enumerate(cell):
-                chosen = test("and", chosen, known[row][axis][k])
+                chosen = build.compute("and", chosen, known[row][axis][k], hint="chosen")
             if chosen == Number("logical", False):
                 continue
             target = tuple(k + step for k, step in zip(cell, offset, strict=True))
             old: Any = made[target]
             new = join(old, updates[place])  # pyright: ignore[reportArgumentType]
-            name = Name(new.kind, where.name, group, target)
-            made[target] = lowering.assigned(block, "select", (chosen, new, old), name, where)
+            name = Name(new.kind, build.where.name, group, target)
+            made[target] = build.assign("select", (chosen, new, old), name)
     return made
 
 
-def _scatter(
-    lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source
-):
+def _scatter(build: Builder, *arrays: Scalars) -> Scalars:
     """An array some of whose parts are replaced or joined with others; those beyond it are left."""
-    params, count = equation.params, given[0].ndim
-    dimensions, batched = (
-        params["dimension_numbers"],
-        params["dimension_numbers"].operand_batching_dims,
-    )
+    params, count = build.params, arrays[0].ndim
+    dimensions = params["dimension_numbers"]
+    batched = dimensions.operand_batching_dims
     gone = (*dimensions.inserted_window_dims, *batched)
     windows = _Windows(
         dimensions.update_window_dims,
@@ -240,26 +203,20 @@ def _scatter(
             return update
         inner = closed(params["update_jaxpr"], params["update_consts"])
         both = [np.array(operand, dtype=object) for operand in (old, update)]
-        return lowering.library(inner, both, block, where)[0].item()
+        return build.lower(inner, both, build.block, build.where)[0].item()
 
-    clipped = "CLIP" in str(params["mode"])
-    return _placed(lowering, block, given, windows, join, clipped=clipped, where=where)
+    return _placed(build, arrays, windows, join, clipped="CLIP" in str(params["mode"]))
 
 
-def _dynamic_update(
-    lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source
-):
-    """An array of which a part that starts at running indices is replaced."""
-    array, updates, *starts = given
+def _dynamic_update(build: Builder, array: Scalars, updates: Scalars, *starts: Scalars) -> Scalars:
+    """An array of which a part that starts at computed indices is replaced."""
     axes = range(array.ndim)
     windows = _Windows(tuple(axes), list(axes), {axis: axis for axis in axes}, {})
     arrays = (array, np.array([start.item() for start in starts], dtype=object), updates)
-    return _placed(
-        lowering, block, arrays, windows, lambda _, update: update, clipped=True, where=where
-    )
+    return _placed(build, arrays, windows, lambda _, update: update, clipped=True)
 
 
-LOWERED: dict[str, Callable[..., Scalars]] = {
+RULES: dict[str, Callable[..., Scalars]] = {
     "dynamic_slice": _dynamic_slice,
     "dynamic_update_slice": _dynamic_update,
     "gather": _gather,
@@ -270,4 +227,4 @@ LOWERED: dict[str, Callable[..., Scalars]] = {
     "scatter-max": _scatter,
     "scatter_max": _scatter,
 }
-"""Primitive -> (lowering, equation, operands, block, source) -> result."""
+"""Primitive -> (builder, operands) -> result."""

@@ -1,4 +1,4 @@
-"""JAX primitives that flight code may contain."""
+"""Primitives of JAX that work on each element or only move elements, and operations on numbers."""
 
 import operator
 from collections.abc import Callable, Sequence
@@ -42,6 +42,7 @@ ELEMENTWISE = {
 """Primitive -> operation on each element."""
 
 TEST = frozenset({"lt", "le", "gt", "ge", "eq", "ne"})
+"""Operations whose result is logical."""
 LOGICAL_ONLY = frozenset({"and", "or", "not", "xor"})
 
 FOLDED: dict[str, Callable[..., Any]] = {
@@ -77,17 +78,6 @@ OVERFLOWING = frozenset(
     }
 )
 """Primitives whose result may need more bits than their operands have."""
-
-REDUCTIONS = {
-    "reduce_sum": "add",
-    "reduce_prod": "mul",
-    "reduce_max": "max",
-    "reduce_min": "min",
-    "reduce_and": "and",
-    "reduce_or": "or",
-    "reduce_xor": "xor",
-}
-"""Primitive -> operation that joins the elements, the first ones first."""
 
 ALIKE = frozenset({"copy", "copy_p", "stop_gradient", "reduce_precision", "optimization_barrier"})
 """Primitives whose results are their operands."""

@@ -1,178 +1,149 @@
-"""Lower primitives that need more than one operation for each element."""
+"""Rules for primitives that need more than one operation for each element."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.primitives import Scalars, one_by_one
-from gyrostat.codegen.program import Block, Name, Number, Operand
-from gyrostat.codegen.source import Source, refused
+from gyrostat.codegen.program import Number, Operand
 
-if TYPE_CHECKING:
-    from gyrostat.codegen.lower import Lowering
-
-ONE = Number("real", 1.0)
+ONE = np.array(Number("real", 1.0), dtype=object)
 
 
-def _power(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source):
+def _power(build: Builder, base: Scalars) -> Scalars:
     """A whole power, by squaring as XLA does."""
-    (base,) = given
-    exponent = equation.params["y"]
+    exponent = build.params["y"]
     left, total = abs(exponent), None
-    target = equation.outvars[0]
     while left:
         if left & 1:
-            if total is None:
-                total = base
-            else:
-                total = lowering.applied(block, "mul", target, where, total, base)
+            total = base if total is None else build.apply("mul", total, base)
         left >>= 1
         if left:
-            base = lowering.applied(block, "mul", target, where, base, base)
+            base = build.apply("mul", base, base)
     if total is None:
-        return np.full(target.aval.shape, ONE, dtype=object)
-    return total if exponent > 0 else _inverse(lowering, equation, total, block, where)
+        return np.broadcast_to(ONE, build.shape)
+    return total if exponent > 0 else build.apply("div", ONE, total)
 
 
-def _inverse(lowering: "Lowering", equation: Any, array: Scalars, block: Block, where: Source):
-    ones = np.full(array.shape, ONE, dtype=object)
-    return lowering.applied(block, "div", equation.outvars[0], where, ones, array)
+def _logistic(build: Builder, array: Scalars) -> Scalars:
+    power = build.apply("exp", build.apply("neg", array))
+    return build.apply("div", ONE, build.apply("add", ONE, power))
 
 
-def _square(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source):
-    return lowering.applied(block, "mul", equation.outvars[0], where, given[0], given[0])
-
-
-def _rsqrt(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source):
-    root = lowering.applied(block, "sqrt", equation.outvars[0], where, *given)
-    return _inverse(lowering, equation, root, block, where)
-
-
-def _logistic(
-    lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source
-):
-    target = equation.outvars[0]
-    power = lowering.applied(block, "neg", target, where, *given)
-    power = lowering.applied(block, "exp", target, where, power)
-    ones = np.full(power.shape, ONE, dtype=object)
-    total = lowering.applied(block, "add", target, where, ones, power)
-    return _inverse(lowering, equation, total, block, where)
-
-
-def _select(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source):
+def _select(build: Builder, which: Scalars, *cases: Scalars) -> Scalars:
     """One of several cases by a condition or a number."""
-    which, *cases = given
-    target, kind = equation.outvars[0], lowering.kind(equation.invars[0])
+    kind = build.scope.kind(build.equation.invars[0])
     if kind == "logical":
-        which = np.broadcast_to(which, target.aval.shape)
-        return lowering.applied(block, "select", target, where, which, cases[1], cases[0])
+        return build.apply("select", which, cases[1], cases[0])
     chosen = cases[-1]
     for k in range(len(cases) - 2, -1, -1):
-        here = lowering.tested(block, "le", which, Number(kind, k), where)
-        here = np.broadcast_to(here, target.aval.shape)
-        chosen = lowering.applied(block, "select", target, where, here, cases[k], chosen)
+        group, number = next(build.groups), Number(kind, k)
+        here = one_by_one(
+            which.shape,
+            lambda operand: build.compute("le", operand, number, group=group),  # noqa: B023
+            which,
+        )
+        chosen = build.apply("select", here, cases[k], chosen)
     return chosen
 
 
-def _clamp(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source):
-    target = equation.outvars[0]
-    low, array, high = (np.broadcast_to(each, target.aval.shape) for each in given)
-    if lowering.kind(target) == "integer":
-
-        def kept(first: Operand, index: Operand, last: Operand) -> Operand:
-            return lowering.within(block, index, first, last, where)
-
-        return one_by_one(target.aval.shape, kept, low, array, high)
-    above = lowering.applied(block, "max", target, where, low, array)
-    return lowering.applied(block, "min", target, where, above, high)
+def _clamp(build: Builder, low: Scalars, array: Scalars, high: Scalars) -> Scalars:
+    if build.scope.kind(build.target) == "integer":
+        filled = (np.broadcast_to(each, build.shape) for each in (array, low, high))
+        return one_by_one(build.shape, build.clamp, *filled)
+    return build.apply("min", build.apply("max", low, array), high)
 
 
-def _convert(
-    lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source
-):
+def _convert(build: Builder, array: Scalars) -> Scalars:
     """A conversion as XLA does it: whole numbers wrap around, real ones end at the limits."""
-    source, target = equation.invars[0], equation.outvars[0]
+    source, target, scope = build.equation.invars[0], build.target, build.scope
     before, after = source.aval.dtype, target.aval.dtype
-    kind, narrow = lowering.kind(target), lowering.scope.narrow.get(after)
-
-    def made(operation: str, *operands: Any) -> Scalars:
-        return lowering.applied(block, operation, target, where, *operands)
-
-    if kind == lowering.kind(source) and (narrow is None or before == after):
-        return given[0]
+    kind, narrow = scope.kind(target), scope.narrow.get(after)
+    if kind == scope.kind(source) and (narrow is None or before == after):
+        return array
     if kind == "logical":
-        return made("ne", given[0], np.array(Number(lowering.kind(source), 0)))
-    if before != np.float64 and all(isinstance(operand, Number) for operand in given[0].flat):
-        values = np.vectorize(lambda operand: operand.value, otypes=[before])(given[0])
-        return lowering.numbers(values.astype(after))
+        return build.apply("ne", array, np.array(Number(scope.kind(source), 0)))
+    if before != np.float64 and all(isinstance(operand, Number) for operand in array.flat):
+        values = np.vectorize(lambda operand: operand.value, otypes=[before])(array)
+        return scope.numbers(values.astype(after))
     if before not in (np.float64, np.bool_) and narrow is not None:
-        return made(narrow, given[0])
-    converted = made(f"to_{kind}", given[0])
+        return build.apply(narrow, array)
+    converted = build.apply(f"to_{kind}", array)
     if before == np.float64 and np.issubdtype(after, np.integer) and after.itemsize < 8:
         limits = np.iinfo(after)
-        converted = made("max", converted, np.array(Number(kind, int(limits.min))))
-        converted = made("min", converted, np.array(Number(kind, int(limits.max))))
+        converted = build.apply("max", converted, np.array(Number(kind, int(limits.min))))
+        converted = build.apply("min", converted, np.array(Number(kind, int(limits.max))))
     return converted
 
 
-def _round(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source):
-    to_even = int(equation.params["rounding_method"]) == 1
-    return lowering.applied(
-        block, "rint" if to_even else "round", equation.outvars[0], where, *given
-    )
+def _round(build: Builder, array: Scalars) -> Scalars:
+    to_even = int(build.params["rounding_method"]) == 1
+    return build.apply("rint" if to_even else "round", array)
 
 
-def _iota(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source):
-    shape, axis = equation.params["shape"], equation.params["dimension"]
-    every = np.indices(shape)[axis].astype(equation.params["dtype"])
-    return lowering.numbers(every)
+def _iota(build: Builder) -> Scalars:
+    every = np.indices(build.params["shape"])[build.params["dimension"]]
+    return build.scope.numbers(every.astype(build.params["dtype"]))
 
 
-def _dot(lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source):
+def _dot(build: Builder, one: Scalars, other: Scalars) -> Scalars:
     """Sums of products, the first ones first."""
-    (left_axes, right_axes), (left_batch, right_batch) = equation.params["dimension_numbers"]
-    if equation.invars[0].aval.dtype != np.float64 or equation.invars[1].aval.dtype != np.float64:
-        raise refused(equation, where, "operands of other types", "float64 ones")
+    (left_axes, right_axes), (left_batch, right_batch) = build.params["dimension_numbers"]
+    if any(operand.aval.dtype != np.float64 for operand in build.equation.invars):
+        raise build.refused("operands of other types", "float64 ones")
 
     def rows(array: Scalars, batch: Sequence[int], axes: Sequence[int]) -> Scalars:
         free = [k for k in range(array.ndim) if k not in (*batch, *axes)]
         counts = [int(np.prod([array.shape[k] for k in group])) for group in (batch, free, axes)]
         return array.transpose([*batch, *free, *axes]).reshape(counts)
 
-    left, right = rows(given[0], left_batch, left_axes), rows(given[1], right_batch, right_axes)
+    left, right = rows(one, left_batch, left_axes), rows(other, right_batch, right_axes)
     made = np.empty((len(left), left.shape[1], right.shape[1]), dtype=object)
-    group = lowering.new_group()
+    group = next(build.groups)
     for b, i, j in np.ndindex(made.shape):
-        terms: list[Operand] = []
-        for one, other in zip(left[b, i], right[b, j], strict=True):
-            name = Name("real", where.name, group)
-            terms.append(lowering.assigned(block, "mul", (one, other), name, where))
-        made[b, i, j] = lowering.folded(block, "add", terms, where)
-    return made.reshape(equation.outvars[0].aval.shape)
+        terms: list[Operand] = [
+            build.compute("mul", *pair, group=group)
+            for pair in zip(left[b, i], right[b, j], strict=True)
+        ]
+        made[b, i, j] = build.fold("add", terms)
+    return made.reshape(build.shape)
 
 
-def _platform(
-    lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source
-):
+def _reduction(operation: str) -> Callable[..., Scalars]:
+    """A rule that joins the elements along some axes, the first ones first."""
+
+    def rule(build: Builder, array: Scalars) -> Scalars:
+        axes = build.params["axes"]
+        kept = [axis for axis in range(array.ndim) if axis not in axes]
+        count = int(np.prod([array.shape[k] for k in axes]))
+        rows = array.transpose([*kept, *axes]).reshape([*(array.shape[k] for k in kept), count])
+        made = np.empty(rows.shape[:-1], dtype=object)
+        for place in np.ndindex(made.shape):
+            made[place] = build.fold(operation, list(rows[place]))
+        return made
+
+    return rule
+
+
+def _platform(build: Builder, *_: Any) -> Scalars:
     """The number of the branch for a processor, or of the one for whatever there is."""
-    platforms = equation.params["platforms"]
+    platforms = build.params["platforms"]
     for number, names in enumerate(platforms):
         if names is None or "cpu" in names:
             return np.array(Number("integer", number), dtype=object)
-    raise refused(equation, where, f"code for {platforms} alone", "code for a processor")
+    raise build.refused(f"code for {platforms} alone", "code for a processor")
 
 
-def _shifted(
-    lowering: "Lowering", equation: Any, given: list[Scalars], block: Block, where: Source
-):
+def _shifted(build: Builder, *given: Scalars) -> Scalars:
     """Bits moved to the right, zeros after them."""
-    if equation.outvars[0].aval.dtype == np.int32:
-        raise refused(equation, where, "a shift of int32", "one of int64 or an unsigned type")
-    return lowering.applied(block, "shift_right", equation.outvars[0], where, *given)
+    if build.target.aval.dtype == np.int32:
+        raise build.refused("a shift of int32", "one of int64 or an unsigned type")
+    return build.apply("shift_right", *given)
 
 
-LOWERED: dict[str, Callable[..., Scalars]] = {
+RULES: dict[str, Callable[..., Scalars]] = {
     "clamp": _clamp,
     "convert_element_type": _convert,
     "dot_general": _dot,
@@ -180,10 +151,17 @@ LOWERED: dict[str, Callable[..., Scalars]] = {
     "iota": _iota,
     "logistic": _logistic,
     "platform_index": _platform,
+    "reduce_and": _reduction("and"),
+    "reduce_max": _reduction("max"),
+    "reduce_min": _reduction("min"),
+    "reduce_or": _reduction("or"),
+    "reduce_prod": _reduction("mul"),
+    "reduce_sum": _reduction("add"),
+    "reduce_xor": _reduction("xor"),
     "round": _round,
-    "rsqrt": _rsqrt,
+    "rsqrt": lambda build, array: build.apply("div", ONE, build.apply("sqrt", array)),
     "select_n": _select,
     "shift_right_logical": _shifted,
-    "square": _square,
+    "square": lambda build, array: build.apply("mul", array, array),
 }
-"""Primitive -> (lowering, equation, operands, block, source) -> result."""
+"""Primitive -> (builder, operands) -> result."""

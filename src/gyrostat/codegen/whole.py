@@ -1,34 +1,11 @@
-"""Operations that are others on whole numbers and on logical ones than on real ones."""
+"""Operations that whole and logical numbers compute in another way than real ones."""
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
-from gyrostat.codegen.program import Block, Name, Number, Operand
-from gyrostat.codegen.source import Source
-
-if TYPE_CHECKING:
-    from gyrostat.codegen.lower import Lowering
+from gyrostat.codegen.program import Number, Operand
 
 Append = Callable[..., Operand]
 """(operation, operands) -> result; appends the operation to a block."""
-
-
-def lowered(
-    lowering: "Lowering",
-    block: Block,
-    operation: str,
-    operands: Sequence[Operand],
-    target: Name,
-    where: Source,
-) -> Operand:
-    """The result of one of `OPERATIONS` on numbers that are not real."""
-
-    def append(operation: str, *operands: Operand) -> Operand:
-        tests = operation in ("lt", "gt")
-        name = Name("logical" if tests else target.kind, target.hint, lowering.new_group())
-        return lowering.assigned(block, operation, operands, name, where)
-
-    return OPERATIONS[operation](append, *operands)
 
 
 def _largest(append: Append, a: Operand, b: Operand) -> Operand:

@@ -5,11 +5,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.codegen.lower import Lowering
+from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.primitives import Scalars, one_by_one
-from gyrostat.codegen.program import Block, Kind, Number
+from gyrostat.codegen.program import Kind, Number
 from gyrostat.codegen.scope import Scope, kind_of
-from gyrostat.codegen.source import Source, refused
 from gyrostat.core.jax64 import jax, jnp
 
 LARGEST = 4096
@@ -34,69 +33,51 @@ def numbers(array: Any) -> NDArray[Any]:
     return np.asarray(array)
 
 
-def _drawn(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
+def _drawn(build: Builder, keys: Scalars) -> Scalars:
     """Words of a key's stream, one for each element: 64 bits, or a key.
 
     Threefry-2x32 of the element's number, as JAX draws with `jax_threefry_partitionable`.
     """
     if (
-        equation.params.get("bit_width", 64) != 64
+        build.params.get("bit_width", 64) != 64
         or not jax.config.values["jax_threefry_partitionable"]
     ):
-        raise refused(equation, where, "random bits of another kind", "64 partitionable ones")
-    names = lowering.names(equation.outvars[0], where)
-    keys = given[0]
+        raise build.refused("random bits of another kind", "64 partitionable ones")
+    names: Any = build.names(build.target)
     words = names.reshape([keys.size, -1])
     for key, row in zip(keys.flat, words, strict=True):
         for number, name in enumerate(row):
-            row[number] = lowering.assigned(
-                block, "threefry", (key, Number("bits", number)), name, where
-            )
-    return [words.reshape(names.shape)]
+            row[number] = build.assign("threefry", (key, Number("bits", number)), name)
+    return words.reshape(names.shape)
 
 
-def _folded_in(
-    lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source
-):
-    """The keys of numbers: that of number n is word n of the stream."""
-    return [lowering.applied(block, "threefry", equation.outvars[0], where, *given)]
-
-
-def _seeded(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
+def _seeded(build: Builder, seed: Scalars) -> Scalars:
     """The key of a seed: its 64 bits."""
-    seed = given[0]
-    size = 8 * equation.invars[0].aval.dtype.itemsize
+    size = 8 * build.equation.invars[0].aval.dtype.itemsize
     if all(isinstance(operand, Number) for operand in seed.flat):
-        return [one_by_one(seed.shape, lambda s: Number("bits", int(s.value) % 2**size), seed)]
-    operation = "to_bits" if size == 64 else "to_word"
-    return [lowering.applied(block, operation, equation.outvars[0], where, seed)]
+        return one_by_one(seed.shape, lambda s: Number("bits", int(s.value) % 2**size), seed)
+    return build.apply("to_bits" if size == 64 else "to_word", seed)
 
 
-def _bitcast(lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source):
-    before, after = equation.invars[0].aval.dtype, equation.outvars[0].aval.dtype
+def _bitcast(build: Builder, array: Scalars) -> Scalars:
+    before, after = build.equation.invars[0].aval.dtype, build.target.aval.dtype
     if before == after:
-        return [given[0]]
+        return array
     if np.bool_ in (before, after) or before.itemsize != after.itemsize:
-        raise refused(equation, where, f"{before} as {after}", "numbers of as many bits")
-    operation = NARROW.get(after) or f"as_{lowering.kind(equation.outvars[0])}"
-    return [lowering.applied(block, operation, equation.outvars[0], where, *given)]
-
-
-def _inverse_error_function(
-    lowering: Lowering, equation: Any, given: list[Scalars], block: Block, where: Source
-):
-    return [lowering.applied(block, "erf_inv", equation.outvars[0], where, *given)]
+        raise build.refused(f"{before} as {after}", "numbers of as many bits")
+    return build.apply(NARROW.get(after) or f"as_{build.scope.kind(build.target)}", array)
 
 
 WIDE = Scope(
     kind_of=wide_kind,
-    lowered={
-        "random_bits": _drawn,
-        "random_split": _drawn,
-        "random_fold_in": _folded_in,
-        "random_seed": _seeded,
+    rules={
         "bitcast_convert_type": _bitcast,
-        "erf_inv": _inverse_error_function,
+        "erf_inv": lambda build, array: build.apply("erf_inv", array),
+        "random_bits": _drawn,
+        # the key of number n is word n of the stream
+        "random_fold_in": lambda build, *given: build.apply("threefry", *given),
+        "random_seed": _seeded,
+        "random_split": _drawn,
     },
     largest=LARGEST,
     in_place=True,

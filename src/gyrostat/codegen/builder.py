@@ -1,0 +1,153 @@
+"""Builder: appends the statements of one equation of a jaxpr to a block of a program."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+
+from gyrostat.codegen import whole
+from gyrostat.codegen.primitives import FOLDED, LOGICAL_ONLY, TEST, WRAPPED, Scalars, one_by_one
+from gyrostat.codegen.program import Assign, Block, Fill, Name, Number, Operand, Table
+from gyrostat.codegen.scope import Scope
+from gyrostat.codegen.source import Source, refusal, refused
+from gyrostat.core.errors import InputError
+
+
+@dataclass(frozen=True)
+class Builder:
+    """Insertion point for the statements of one equation.
+
+    Attributes:
+        equation: Equation of a jaxpr.
+        block: Block that the statements are appended to.
+        where: Line of Python that the equation comes from.
+        scope: What may be lowered.
+        groups: Gives a new number for each operation; see `Name.group`.
+        lower: Appends a closed jaxpr to a block: (closed jaxpr, inputs, block) -> results. With
+            the further argument `called_at`, a line of Python, all its statements have that line.
+    """
+
+    equation: Any
+    block: Block
+    where: Source
+    scope: Scope
+    groups: Iterator[int]
+    lower: Callable[..., list[Scalars]]
+
+    @property
+    def params(self) -> dict[str, Any]:
+        """Parameters of the equation."""
+        return self.equation.params
+
+    @property
+    def target(self) -> Any:
+        """Variable of the first result."""
+        return self.equation.outvars[0]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the first result."""
+        return self.target.aval.shape
+
+    def inside(self, block: Block) -> Self:
+        """The same equation at another block."""
+        return replace(self, block=block)
+
+    def refused(self, what: str, expected: str) -> InputError:
+        """The error for an equation that cannot be compiled; see `refused`."""
+        return refused(self.equation, self.where, what, expected)
+
+    def names(self, atom: Any, hint: str | None = None) -> Scalars:
+        """An array of new names for a variable."""
+        kind, group, shape = self.scope.kind(atom), next(self.groups), atom.aval.shape
+        made = np.empty(shape, dtype=object)
+        for place in np.ndindex(shape):
+            made[place] = Name(kind, self.where.name if hint is None else hint, group, place)
+        return made
+
+    def assign(self, operation: str, operands: Sequence[Operand], target: Name) -> Operand:
+        """The result of an operation: a constant, one of the operands, or the assigned target."""
+        if operation in whole.OPERATIONS and operands[0].kind != "real":
+            return whole.OPERATIONS[operation](
+                lambda inner, *given: self.compute(inner, *given, hint=target.hint), *operands
+            )
+        if operation in FOLDED and all(isinstance(o, Number) for o in operands):
+            value = FOLDED[operation](*(o.value for o in operands if isinstance(o, Number)))
+            return Number(target.kind, WRAPPED.get(target.kind, lambda v: v)(value))
+        if operation == "mul":
+            for one, other in (operands, operands[::-1]):
+                if one == Number("real", 1.0):
+                    return other
+        if operation == "select":
+            test, yes, no = operands
+            if isinstance(test, Number):
+                return yes if test.value else no
+            if yes is no or (isinstance(yes, Number) and repr(yes) == repr(no)):
+                return yes
+        if operation in LOGICAL_ONLY and len(operands) == 2 and target.kind == "logical":
+            for one, other in (operands, operands[::-1]):
+                if operation != "xor" and isinstance(one, Number):
+                    return other if one.value == (operation == "and") else one
+        self.block.append(Assign(target, operation, tuple(operands), self.where))
+        return target
+
+    def compute(
+        self,
+        operation: str,
+        *operands: Operand,
+        hint: str | None = None,
+        group: int | None = None,
+    ) -> Operand:
+        """The result of an operation on scalars, of the kind of the last operand or logical.
+
+        Args:
+            operation: Name of the operation.
+            operands: Its operands.
+            hint: Name for the result; None for that of the line of Python.
+            group: Number of the operation on arrays that it is part of; None for a new one.
+        """
+        name = Name(
+            "logical" if operation in TEST else operands[-1].kind,
+            self.where.name if hint is None else hint,
+            next(self.groups) if group is None else group,
+        )
+        return self.assign(operation, operands, name)
+
+    def apply(self, operation: str, *arrays: Any) -> Scalars:
+        """Apply an operation to each element; an array of no axes stands for all elements."""
+        names = self.names(self.target)
+
+        def make(name: Name, *operands: Operand) -> Operand:
+            return self.assign(operation, operands, name)
+
+        filled = (np.broadcast_to(array, names.shape) for array in arrays)
+        return one_by_one(names.shape, make, names, *filled)
+
+    def fold(self, operation: str, scalars: Sequence[Operand]) -> Operand:
+        """Join scalars by an operation, the first ones first."""
+        if not scalars:
+            raise refusal(self.where, "a sum of no elements", "one or more")
+        total, group = scalars[0], next(self.groups)
+        for scalar in scalars[1:]:
+            name = Name(scalar.kind, self.where.name, group)
+            total = self.assign(operation, (total, scalar), name)
+        return total
+
+    def clamp(self, index: Operand, first: Operand, last: Operand) -> Operand:
+        """An index kept between the first and the last."""
+        for test, limit in (("lt", first), ("gt", last)):
+            beyond = self.compute(test, index, limit, hint="beyond")
+            index = self.compute("select", beyond, limit, index, hint="index")
+        return index
+
+    def table(self, array: Scalars) -> Table:
+        """A table of the elements of an array, for elements picked by a running index."""
+        made = Table(array.flat[0].kind, array.size, self.where.name)
+        self.block.append(Fill(made, tuple(array.flat), self.where))
+        return made
+
+    def element(self, table: Table, index: Operand, name: Name) -> Name:
+        """An element of a table."""
+        self.block.append(Assign(name, "element", (index,), self.where, table))
+        return name

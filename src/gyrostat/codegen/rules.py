@@ -1,0 +1,34 @@
+"""Rules that lower each primitive of JAX; batches have some more."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from gyrostat.codegen import control_flow, indexing, ordering, special
+from gyrostat.codegen.primitives import ALIKE, ELEMENTWISE, MOVES, Scalars
+
+Rule = Callable[..., Scalars | Sequence[Scalars]]
+"""(builder, operands) -> result, or results."""
+
+
+def _elementwise(operation: str) -> Rule:
+    return lambda build, *given: build.apply(operation, *given)
+
+
+def _move(move: Callable[..., Sequence[Any]]) -> Rule:
+    return lambda build, *given: [
+        np.asarray(array, dtype=object) for array in move(build.params, *given)
+    ]
+
+
+RULES: Mapping[str, Rule] = {
+    **{name: _elementwise(operation) for name, operation in ELEMENTWISE.items()},
+    **{name: _move(move) for name, move in MOVES.items()},
+    **dict.fromkeys(ALIKE, lambda build, *given: given),
+    **special.RULES,
+    **control_flow.RULES,
+    **indexing.RULES,
+    **ordering.RULES,
+}
+"""Primitive -> rule."""
