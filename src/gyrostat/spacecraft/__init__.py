@@ -1,5 +1,6 @@
 """Bodies with reaction wheels, their sensors, failures and environment."""
 
+from gyrostat.core.show import show_values
 from gyrostat.spacecraft.attitude_sensors import (
     StarTracker,
     TrackerGyroMeasurement,
@@ -79,3 +80,5 @@ __all__ = [
     "read_spacecraft",
     "unit_quaternion",
 ]
+
+show_values([*globals().values()])
