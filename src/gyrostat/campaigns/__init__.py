@@ -3,7 +3,9 @@
 from gyrostat.campaigns.description import Campaign
 from gyrostat.campaigns.execute import Job, replay, run_campaign, worst_runs
 from gyrostat.campaigns.executors import cluster, processes
+from gyrostat.campaigns.runs import campaign_runs
 from gyrostat.campaigns.scenario import Dispersion, Event, Scenario
+from gyrostat.campaigns.scenario_file import read_scenario
 from gyrostat.campaigns.store import Store
 
 __all__ = [
@@ -13,8 +15,10 @@ __all__ = [
     "Job",
     "Scenario",
     "Store",
+    "campaign_runs",
     "cluster",
     "processes",
+    "read_scenario",
     "replay",
     "run_campaign",
     "worst_runs",

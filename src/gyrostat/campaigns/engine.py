@@ -213,9 +213,11 @@ def _block(
     rows, error = jax.tree.map(
         lambda *leaves: np.concatenate(leaves, axis=1)[:, : scenario.count + 1], *kept
     )
-    histories = labelled(rows, period).assign_coords(run=runs[is_kept])
+    names = [*scenario.wheels]
+    histories = labelled(rows, period).assign_coords(run=runs[is_kept], wheel=names)
     fine = rows.status == Status.COMPLETE
-    histories["error"] = (("run", "time"), np.where(fine, error, np.nan), {"units": "rad"})
+    about = {"units": "rad", "long_name": "pointing error"}
+    histories["error"] = (("run", "time"), np.where(fine, error, np.nan), about)
     return Flown(columns, histories)
 
 

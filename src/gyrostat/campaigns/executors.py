@@ -2,6 +2,7 @@
 
 import contextlib
 import multiprocessing
+import multiprocessing.spawn
 import os
 import signal
 import threading
@@ -10,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, ProcessPoolExecutor, wait
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for_end
+from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
 from gyrostat.core.errors import InputError
@@ -19,6 +21,42 @@ BARREN = 3
 """Pools that may break one after the other without a result."""
 MOST_WORKERS = 1024
 """All are started at once."""
+
+
+_STARTING = threading.Lock()
+
+
+class _Worker(SpawnProcess):
+    """Spawned process that does not run the main module of its parent.
+
+    A spawned process runs `__main__` again, so that what is defined there can be sent to it.
+    Workers are sent nothing of the kind, and a script without a main guard, or one read from
+    standard input, would start its campaign in each of them.
+    """
+
+    def start(self) -> None:
+        """Start the process."""
+        spawn: Any = multiprocessing.spawn
+        with _STARTING:
+            prepare = spawn.get_preparation_data
+
+            def without_main(name: str) -> dict[str, Any]:
+                data = prepare(name)
+                if name == self.name:  # other threads may start other processes meanwhile
+                    data = {k: v for k, v in data.items() if not k.startswith("init_main")}
+                return data
+
+            spawn.get_preparation_data = without_main
+            try:
+                super().start()
+            finally:
+                spawn.get_preparation_data = prepare
+
+
+class _WorkerContext(SpawnContext):
+    """Context whose processes are workers."""
+
+    Process = _Worker  # pyright: ignore[reportAssignmentType]
 
 
 def _begin_worker() -> None:
@@ -64,9 +102,8 @@ def processes(workers: int) -> Opener:
     @contextlib.contextmanager
     def opened() -> Iterator[Executor]:
         # spawned, not forked: JAX has threads
-        context = multiprocessing.get_context("spawn")
         _start_quiet_tracker()
-        pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker)
+        pool = ProcessPoolExecutor(workers, mp_context=_WorkerContext(), initializer=_begin_worker)
         try:
             yield pool
         except BaseException:

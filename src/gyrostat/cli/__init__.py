@@ -11,7 +11,7 @@ import typer
 from gyrostat.cli.arguments import say
 from gyrostat.cli.campaign import campaign, replay, report, simulate
 from gyrostat.cli.export import export
-from gyrostat.cli.feasibility import holdable
+from gyrostat.cli.feasibility import feasible
 from gyrostat.cli.paper import reproduce
 from gyrostat.cli.recovery import recover
 from gyrostat.cli.wheel import bench, identify, validate
@@ -40,10 +40,11 @@ app = typer.Typer(
     rich_markup_mode=None,  # which takes brackets in a help text for markup
 )
 for _verb in (
-    *(identify, validate, bench, holdable, recover),
+    *(identify, validate, bench, feasible, recover),
     *(simulate, campaign, replay, report, export, reproduce),
 ):
     app.command()(_keeping_programs(_verb))
+app.command("holdable", help="Old name of `feasible`.")(_keeping_programs(feasible))
 
 
 # the class that typer's errors share, which typer does not name

@@ -1,16 +1,20 @@
 """Verbs on scenarios: simulate, campaign, replay, report."""
 
+import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gyrostat.cli.arguments import command_line, say
+from gyrostat import verbs
+from gyrostat.cli.arguments import call, command_line, print_json, say
 from gyrostat.cli.options import ForceModel, Json, Out
-from gyrostat.core.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    import xarray as xr
 
 Device = Annotated[str, typer.Option(help="cpu, or gpu where JAX sees one.")]
 Engine = Annotated[
@@ -35,29 +39,29 @@ def simulate(
     json_output: Json = False,
 ) -> None:
     """Fly a scenario once, with its nominal values: RUN.nc and RUN.html."""
-    from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
-    from gyrostat.core.outputs import check_outputs
-
-    if out.suffix != ".nc":
-        raise InputError(f"--out: found {str(out)!r}, expected a name that ends in .nc")
-    names = (out.name, out.with_suffix(".html").name)
-    check_outputs(out.parent, names, by="simulate", force=force)
-    _engine(engine)
-    use_engine(engine_record(_device(device), FLAGS[device]))
-    from gyrostat.campaigns.engine import fly
-    from gyrostat.campaigns.execute import chosen_engine
-    from gyrostat.campaigns.scenario_file import read_scenario
-    from gyrostat.reports.campaign_run import write_run
-
-    found = read_scenario(scenario, force=force)
-    say(f"flying {found.name}: {found.duration:g} s")
-    text = found.text()
-    flown = fly(text, seed, None, keep=[0], engine=chosen_engine(engine, text, device, say))
-    summary = write_run(found, flown, out, command=command_line(), say=say, force=force)
+    run = call(verbs.simulate, locals(), command=command_line())
     if json_output:
-        print(summary)
-    if int(flown.columns["status"][0]) != 0:
+        print(_run_json(run))
+    if int(run.status) != 0:
         raise typer.Exit(1)
+
+
+def _run_json(run: "xr.Dataset") -> str:
+    """Status, end and metrics of a run."""
+    from gyrostat.simulation import Status
+
+    metrics = {
+        name: value if math.isfinite(value) else None
+        for name, value in run.attrs.items()
+        if name not in ("scenario", "ended")
+    }
+    told = {
+        "scenario": run.attrs["scenario"],
+        "status": Status(int(run.status)).name.lower(),
+        "ended": run.attrs["ended"],
+        "metrics": metrics,
+    }
+    return json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False)
 
 
 def campaign(
@@ -87,37 +91,9 @@ def campaign(
     ] = False,
 ) -> None:
     """Fly a scenario many times, each with its own draws; run again to go on after a stop."""
-    from gyrostat.campaigns import cluster, run_campaign
-    from gyrostat.campaigns.scenario_file import read_scenario
-    from gyrostat.core.files import check_writable
-    from gyrostat.reports.campaign import write_campaign
-
-    check_writable(out)
-    _device(device)
-    _engine(engine)
-    found = read_scenario(scenario, force=force)
-    if not found.dispersions:
-        raise InputError(f"{scenario}: key dispersion: found none, expected what shall scatter")
-    opener = None if scheduler is None else cluster(scheduler)
+    options = locals()
     with _Progress() as told:
-        run_campaign(
-            found,
-            out,
-            runs=runs,
-            seed=seed,
-            device=device,
-            engine=engine,
-            opener=opener,
-            workers=workers,
-            block=block,
-            keep=_numbers(keep),
-            worst=worst,
-            worst_by=worst_by,
-            force=force,
-            on_progress=told,
-            say=say,
-        )
-    write_campaign(out, command=command_line(), say=say)
+        call(verbs.campaign, options, on_progress=told, command=command_line())
 
 
 def replay(
@@ -125,20 +101,7 @@ def replay(
     run: Annotated[int, typer.Argument(min=0, help="Number of the run.")],
 ) -> None:
     """Fly one run of a campaign again, bit for bit: its history and a report of it."""
-    from gyrostat.campaigns import Store, processes
-    from gyrostat.campaigns import replay as fly_again
-    from gyrostat.campaigns.fingerprint import refuse_other
-    from gyrostat.reports.campaign import write_replay
-
-    store = Store(folder, say)
-    known = store.known()
-    if run >= known.runs:
-        raise InputError(f"run: found {run}, expected 0 to {known.runs - 1}")
-    refuse_other(known.engine, str(folder))
-    with store.locked():
-        store.mend(known)
-        path = fly_again(store, known, [run], processes(1))[0]
-    write_replay(known, path, run, command=command_line(), say=say)
+    call(verbs.replay, locals(), command=command_line())
 
 
 def report(
@@ -146,33 +109,9 @@ def report(
     json_output: Json = False,
 ) -> None:
     """Say what a campaign has shown: report.html and report.json."""
-    from gyrostat.reports.campaign import write_campaign
-
-    text = write_campaign(folder, command=command_line(), say=say)
+    call(verbs.report, locals(), command=command_line())
     if json_output:
-        print(text)
-
-
-def _device(name: str) -> str:
-    from gyrostat.campaigns.fingerprint import FLAGS
-
-    if name not in FLAGS:
-        raise InputError(f"--device: found {name!r}, expected one of {', '.join(FLAGS)}")
-    return name
-
-
-def _engine(name: str) -> None:
-    from gyrostat.campaigns.execute import ENGINES
-
-    if name not in ENGINES:
-        raise InputError(f"--engine: found {name!r}, expected one of {', '.join(ENGINES)}")
-
-
-def _numbers(text: str) -> list[int]:
-    try:
-        return [int(part) for part in text.split(",") if part.strip()]
-    except ValueError:
-        raise InputError(f"--keep: found {text!r}, expected numbers with commas between") from None
+        print_json(folder / "report.json")
 
 
 class _Progress:

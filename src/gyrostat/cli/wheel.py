@@ -1,19 +1,14 @@
 """Verbs on one wheel: identify, validate, bench."""
 
-import json
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from gyrostat.cli import arguments as words
-from gyrostat.cli.arguments import command_line, load, say
+from gyrostat import verbs
+from gyrostat.cli.arguments import call, command_line, print_json
 from gyrostat.cli.options import Force, ForceModel, Json, Out
-
-if TYPE_CHECKING:
-    from gyrostat.identification import Fit
-    from gyrostat.telemetry import Record
 
 
 class Method(StrEnum):
@@ -88,76 +83,9 @@ def identify(
     json_output: Json = False,
 ) -> None:
     """Identify a wheel: fit.json, model.toml and report.html from its bench records."""
-    from gyrostat.core.outputs import check_outputs
-    from gyrostat.reports.write import FILES
-
-    check_outputs(out, FILES, by="identify", force=force)
-    name = model or "stribeck"
-    value, tolerance = words.inertia(inertia)
-    factors, shares = words.scales(
-        {"current_scale": current_scale, "speed_scale": speed_scale, "clock": clock}
-    )
-    tolerance |= shares
-    common: dict[str, Any] = {
-        "inertia": value,
-        "hold": words.held(hold or [], name),
-    }
-    sigmas = words.quantities(speed_sigma, "speed", "--speed-sigma")
-    batch_only = {
-        "--free": free,
-        "--prior": prior,
-        "--start": start,
-        "--loss": loss,
-        "--current-hold": current_hold,
-        "--compare": compare,
-        "--held-out": held_out,
-        "more than one --speed-sigma": sigmas[1:],
-    }
-
-    def measured(path: Path) -> "Record":
-        return load(path, columns, units, unsigned_current).scaled(**factors)
-
-    loaded = [measured(path) for path in records]
-    if method is not Method.batch:
-        from gyrostat.identification import identify_dedicated
-
-        words.refuse_given(batch_only, f"--method {method.value}", "--method batch")
-        common["speed_sigma"] = sigmas[0] if sigmas else None
-        fit = identify_dedicated(method.value, loaded, model=model, tolerance=tolerance, **common)
-        _finish(fit, out, json_output, force=force)
-        return
-    from gyrostat import identification as stage
-    from gyrostat.identification.prediction import friction_model
-
-    friction_model(name)
-    say(f"identifying {name} friction from {', '.join(r.name for r in loaded)}")
-    options: dict[str, Any] = {
-        **common,
-        "free": free or [],
-        "prior": words.priors(prior or [], name),
-        "start": words.starts(start or [], name),
-        "speed_sigma": sigmas or None,
-        "loss": loss or "quadratic",
-        "current_hold": (current_hold or Hold.zero_order).value,
-    }
-    fit = stage.identify(
-        loaded, model=name, on_progress=words.progress, tolerance=tolerance, **options
-    )
-    trends = stage.temperature_trends(loaded, model=name, on_left_out=say, **options)
-    rows = []
-    if compare or held_out:
-        others = [measured(path) for path in held_out or []]
-        say("ranking the other friction models")
-        rows = stage.compare(loaded, others, known=fit, **options)
-    _finish(fit, out, json_output, force=force, comparison=rows, temperatures=trends)
-
-
-def _finish(fit: "Fit", out: Path, json_output: bool, **options: Any) -> None:
-    from gyrostat.reports.write import write_fit
-
-    text = write_fit(fit, out, command=command_line(), say=say, **options)
+    fit = call(verbs.identify, locals(), command=command_line())
     if json_output:
-        print(text)
+        print_json(out / "fit.json")
     if not fit.converged or fit.impossible:
         raise typer.Exit(1)
 
@@ -178,33 +106,10 @@ def validate(
     json_output: Json = False,
 ) -> None:
     """Predict a record with a known wheel: validation.json and validation.html."""
-    from gyrostat.core.outputs import check_outputs, new_files
-    from gyrostat.core.units import RPM
-    from gyrostat.identification import validate as predict
-    from gyrostat.reports.page import validation_page
-    from gyrostat.wheel import read_model
-
-    check_outputs(out, ("validation.html", "validation.json"), by="validate", force=force)
-    # a prediction is what shows whether the mark is right
-    wheel = read_model(model, force=True)
-    wheel.wheel()
-    values = {**wheel.values, **words.drive(hold or [], wheel.friction.name)}
-    measured = load(record, columns, units, unsigned_current)
-    result = predict(wheel.friction, values, measured, current_hold=current_hold.value)
-    text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
-    page = validation_page(result, command=command_line())
-    with new_files(out, by="validate", force=force) as folder:
-        (folder / "validation.html").write_text(page, encoding="utf-8")
-        (folder / "validation.json").write_text(text + "\n", encoding="utf-8")
-    say(
-        f"residual {result.rms_speed:.4g} rad/s rms ({result.rms_speed / RPM:.4g} rpm), tachometer "
-        f"noise {result.noise:.4g} rad/s, over {result.samples} samples and {result.crossings} "
-        "zero crossings"
-    )
+    result = call(verbs.validate, locals(), command=command_line())
     if json_output:
-        print(text)
+        print_json(out / "validation.json")
     if not result.converged:
-        say("no valid result: found no initial speed that fits the record best")
         raise typer.Exit(1)
 
 
@@ -226,36 +131,4 @@ def bench(
     force: ForceModel = False,
 ) -> None:
     """Make the record that a test bench would have taken of a known wheel."""
-    from gyrostat.core.files import check_writable
-    from gyrostat.core.outputs import new_files
-    from gyrostat.core.units import parse_quantity
-    from gyrostat.simulation import CurrentRange, Telemetry, bench_record, default_range
-    from gyrostat.telemetry import write_record
-    from gyrostat.wheel import read_model
-
-    check_writable(out.parent)
-    wheel = read_model(model, force=force).wheel()
-    usual = default_range(wheel)
-    record = bench_record(
-        wheel,
-        profile,
-        duration=parse_quantity(duration, "time", "--duration"),
-        telemetry=Telemetry(
-            rate=rate,
-            speed_sigma=parse_quantity(speed_sigma, "speed", "--speed-sigma"),
-            speed_quantum=parse_quantity(speed_quantum, "speed", "--speed-quantum"),
-            jitter=jitter,
-            dropouts=dropouts,
-        ),
-        amplitudes=CurrentRange(
-            parse_quantity(low, "current", "--low") if low else usual.low,
-            parse_quantity(high, "current", "--high") if high else usual.high,
-        ),
-        initial_speed=parse_quantity(initial_speed, "speed", "--initial-speed"),
-        period=parse_quantity(period, "time", "--period") if period else None,
-        seed=seed,
-        name=out.name,
-    )
-    with new_files(out.parent, by="bench", force=force) as folder:
-        write_record(record, folder / out.name)
-    say(f"written: {out}, {len(record.time)} samples, wheel of {model}")
+    call(verbs.bench, locals())

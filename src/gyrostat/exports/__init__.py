@@ -4,15 +4,18 @@ from gyrostat.exports.basilisk import basilisk
 from gyrostat.exports.compensated_wheel import CompensatedWheel
 from gyrostat.exports.fmu import write_fmu
 from gyrostat.exports.folder import files
+from gyrostat.exports.parts import Part, part_kind
 from gyrostat.exports.sheet import sheet
 from gyrostat.exports.targets import TARGETS, Target
 
 __all__ = [
     "TARGETS",
     "CompensatedWheel",
+    "Part",
     "Target",
     "basilisk",
     "files",
+    "part_kind",
     "sheet",
     "write_fmu",
 ]

@@ -112,7 +112,8 @@ def recover(
     )
     aim = jnp.asarray(plan.answer.attitude)
     errors = jax.vmap(error_angle, in_axes=(0, None))(jnp.asarray(flight.attitude.values), aim)
-    flight["error"] = ("time", np.asarray(errors), {"units": "rad"})
+    about = {"units": "rad", "long_name": "angle to the feasible attitude"}
+    flight["error"] = ("time", np.asarray(errors), about)
     settle = settling_time(flight)
     reason = "" if settle is not None else _why_not(flight)
     return Recovery(plan, flight, settle, reason)

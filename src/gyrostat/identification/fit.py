@@ -3,14 +3,17 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.named_vector import NamedVector
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import SI_UNIT
 from gyrostat.identification.averaging import Effect
+from gyrostat.identification.fit_text import table
 from gyrostat.identification.observability import Observability
 from gyrostat.identification.prediction import build_wheel, wheel_dimensions
 from gyrostat.identification.statistics import Whiteness
@@ -18,6 +21,10 @@ from gyrostat.identification.tolerances import Propagated
 from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel, WheelModel
 from gyrostat.wheel.friction import Friction
+
+if TYPE_CHECKING:
+    from gyrostat.identification.comparison import Candidate
+    from gyrostat.identification.temperature import TemperatureTrend
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +55,9 @@ def _curve_and_slope(model: type[Friction], values, speeds):
     return curve, jax.vmap(jax.jacfwd(torque), over_speed)(values, speeds)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Fit:
-    """An identified wheel.
+    """An identified wheel; `print` shows it as a table.
 
     Attributes:
         model: friction model.
@@ -83,6 +90,8 @@ class Fit:
         effects: what the records say of effects beside the friction model.
         tolerances: what stated tolerances add to `covariance`; None without any.
         impossible: values that no wheel has, one sentence each.
+        comparison: ranking of the friction models, best first, where it was asked for.
+        temperatures: trends of parameters over temperature, where the records show any.
     """
 
     model: type[Friction]
@@ -110,11 +119,17 @@ class Fit:
     effects: tuple[Effect, ...] = ()
     tolerances: Propagated | None = None
     impossible: tuple[str, ...] = ()
+    comparison: "tuple[Candidate, ...]" = ()
+    temperatures: "tuple[TemperatureTrend, ...]" = ()
+
+    def __repr__(self) -> str:
+        """The table that the command line prints."""
+        return "\n".join(table(self))
 
     @property
-    def sigma(self) -> Vector:
-        """Standard deviations of the estimates, (n,), SI."""
-        return np.sqrt(np.diag(self.covariance))
+    def sigma(self) -> NamedVector:
+        """Standard deviations of the estimates, (n,), SI; also by name: `sigma["coulomb"]`."""
+        return NamedVector.of(self.names, np.sqrt(np.diag(self.covariance)))
 
     @property
     def variance_shares(self) -> dict[str, Vector]:
@@ -213,7 +228,7 @@ class Fit:
     def to_dict(self) -> dict[str, object]:
         """The content of fit.json."""
         sigma, shares = self.sigma, self.variance_shares
-        return {
+        found = {
             "model": self.model.name,
             "method": self.method,
             "converged": self.converged,
@@ -246,3 +261,8 @@ class Fit:
             "impossible": list(self.impossible),
             "warnings": list(self.warnings),
         }
+        if self.comparison:
+            found["comparison"] = [row.to_dict() for row in self.comparison]
+        if self.temperatures:
+            found["temperature"] = [trend.to_dict() for trend in self.temperatures]
+        return found

@@ -1,6 +1,5 @@
 """Report of one run of a scenario."""
 
-import json
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -13,11 +12,11 @@ from matplotlib.figure import Figure
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.schema import metric_units
 from gyrostat.core.outputs import new_files
+from gyrostat.core.text import plain
 from gyrostat.core.units import RPM
 from gyrostat.reports.figures import MARK, STYLE, literal, svg
 from gyrostat.reports.page import render
 from gyrostat.reports.replay import replay_data
-from gyrostat.reports.text import plain
 from gyrostat.simulation import Status
 
 if TYPE_CHECKING:
@@ -37,7 +36,7 @@ def write_run(
     command: str,
     say: Callable[[str], None],
     force: bool = False,
-) -> str:
+) -> None:
     """Write the histories of a run and its HTML page beside them, and print a summary.
 
     Args:
@@ -47,9 +46,6 @@ def write_run(
         command: Command line that produced the run.
         say: Called with each line of the summary.
         force: Whether to replace files that `simulate` did not write; see `gyrostat.core.outputs`.
-
-    Returns:
-        Status, end and metrics as JSON text, SI units.
 
     Raises:
         InputError: A file of the user is in the way, or a file cannot be written.
@@ -66,13 +62,6 @@ def write_run(
     for name, entry in metric_rows(scenario, values):
         say(f"  {name}: {entry}")
     say(f"written: {out}, {page}")
-    told = {
-        "scenario": scenario.name,
-        "status": Status(values["status"]).name.lower(),
-        "ended": values["ended"],
-        "metrics": {n: _or_none(values[n]) for n in metric_units(scenario.percentiles)},
-    }
-    return json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False)
 
 
 def run_page(
@@ -105,10 +94,6 @@ def _verdict(values: Mapping[str, Any]) -> str:
     if status == Status.COMPLETE:
         return f"complete, {values['ended']:g} s"
     return f"NOT complete: {status.name.lower().replace('_', ' ')} after {values['ended']:g} s"
-
-
-def _or_none(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def told(value: float, unit: str, digits: int = 4) -> str:

@@ -1,18 +1,16 @@
 """Self-contained HTML pages."""
 
-from collections.abc import Sequence
 from functools import lru_cache
 from importlib.metadata import version
 
 import jinja2
 
+from gyrostat.core.text import measured, plain
 from gyrostat.core.units import RPM
 from gyrostat.identification import Fit
-from gyrostat.identification.comparison import Candidate
-from gyrostat.identification.temperature import TemperatureTrend
+from gyrostat.identification.fit_text import effect_rows, parameter_rows, share_rows, summary
 from gyrostat.identification.validation import Validation
 from gyrostat.reports import figures
-from gyrostat.reports.text import effect_rows, measured, parameter_rows, plain, share_rows, summary
 
 
 @lru_cache
@@ -38,20 +36,12 @@ def render(template: str, **content: object) -> str:
     return _environment().get_template(template).render(version=version("gyrostat"), **content)
 
 
-def fit_page(
-    fit: Fit,
-    *,
-    command: str,
-    comparison: Sequence[Candidate] = (),
-    temperatures: Sequence[TemperatureTrend] = (),
-) -> str:
+def fit_page(fit: Fit, *, command: str) -> str:
     """HTML report of an identification.
 
     Args:
         fit: Result of the identification.
         command: Command line that produced it, shown so that it can be repeated.
-        comparison: Candidate friction models, best first; may be empty.
-        temperatures: Trends over temperature; may be empty.
     """
     drawn = [
         (record.name, figures.svg(figures.record_figure(record, speed, sigma, noise)))
@@ -72,10 +62,10 @@ def fit_page(
         friction=figures.svg(figures.friction_figure(fit)) if friction_known else None,
         residuals=figures.svg(figures.residual_figure(fit)) if fit.predicted else None,
         correlation=list(zip(fit.names, fit.correlation.tolist(), strict=True)),
-        comparison=comparison,
+        comparison=fit.comparison,
         temperatures=[
             (t, measured(t.slope, t.slope_sigma), abs(t.slope) > 2.0 * t.slope_sigma)
-            for t in temperatures
+            for t in fit.temperatures
         ],
     )
 

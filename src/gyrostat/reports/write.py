@@ -1,30 +1,16 @@
 """Files and text of an identification."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from gyrostat.core.outputs import new_files
-from gyrostat.identification import Candidate, Effect, Fit, TemperatureTrend
+from gyrostat.identification import Fit
+from gyrostat.identification.fit_text import table
 from gyrostat.reports.page import fit_page
-from gyrostat.reports.text import (
-    aligned,
-    effect_rows,
-    measured,
-    parameter_rows,
-    share_rows,
-    summary,
-)
 from gyrostat.wheel import write_model
 
 FILES = ("fit.json", "model.toml", "report.html")
-LIKELY = 0.5
-"""Posterior probability above which an effect is listed in the terminal."""
-
-
-def shown(effect: Effect) -> bool:
-    """Whether an effect is more likely present than absent."""
-    return effect.probability > LIKELY
 
 
 def write_fit(
@@ -33,8 +19,6 @@ def write_fit(
     *,
     command: str,
     say: Callable[[str], None],
-    comparison: Sequence[Candidate] = (),
-    temperatures: Sequence[TemperatureTrend] = (),
     force: bool = False,
 ) -> str:
     """Write fit.json, report.html and, if there is a wheel model, model.toml; print a summary.
@@ -44,8 +28,6 @@ def write_fit(
         out: Output folder.
         command: Command line that produced it.
         say: Called with each line of the summary.
-        comparison: Candidate friction models; may be empty.
-        temperatures: Trends over temperature; may be empty.
         force: Whether to replace files that an identification did not write; see
             `gyrostat.core.outputs`.
 
@@ -55,13 +37,8 @@ def write_fit(
     Raises:
         InputError: A file of the user is in the way, or the folder cannot be written.
     """
-    content = fit.to_dict()
-    if comparison:
-        content["comparison"] = [row.to_dict() for row in comparison]
-    if temperatures:
-        content["temperature"] = [trend.to_dict() for trend in temperatures]
-    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
-    page = fit_page(fit, command=command, comparison=comparison, temperatures=temperatures)
+    text = json.dumps(fit.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
+    page = fit_page(fit, command=command)
     model = fit.wheel_model()
     results = [out / "report.html", out / "fit.json"]
     with new_files(out, by="identify", force=force) as folder:
@@ -73,26 +50,8 @@ def write_fit(
     if len(results) < len(FILES) and (out / "model.toml").exists():
         say(f"warning: {out / 'model.toml'} is of an earlier run; this run gives no wheel model")
 
-    for line in summary(fit):
+    for line in table(fit):
         say(line)
-    header = ("parameter", "value ± sigma", "unit", "observable?")
-    for line in aligned(list(parameter_rows(fit)), header):
-        say("  " + line)
-    if fit.tolerances is not None:
-        for line in aligned(list(share_rows(fit)), ("share of variance", *fit.variance_shares)):
-            say("  " + line)
-    likely = [row for row, e in zip(effect_rows(fit), fit.effects, strict=True) if shown(e)]
-    if likely:
-        for line in aligned(likely, ("effect outside the model", "size", "probability")):
-            say("  " + line)
-    for trend in temperatures:
-        slope = measured(trend.slope, trend.slope_sigma)
-        say(f"  {trend.name} changes by {slope} {trend.unit} per °C")
-    for warning in fit.warnings:
-        say(f"warning: {warning}")
-    if fit.impossible:
-        say("no valid result: no wheel has these values; model.toml is marked and accepted only")
-        say(f"with --force: {'; '.join(fit.impossible)}")
     if fit.converged:
         say(f"written: {', '.join(str(path) for path in results)}")
     else:

@@ -1,6 +1,7 @@
 """Running models: the closed loop, and the virtual bench."""
 
 from gyrostat.simulation.bench import CurrentRange, Telemetry, bench_record, default_range
+from gyrostat.simulation.labels import status_attributes
 from gyrostat.simulation.loop import (
     Controller,
     Histories,
@@ -13,6 +14,9 @@ from gyrostat.simulation.loop import (
     stretch,
 )
 from gyrostat.simulation.simulation import Batch, labelled, simulate, stack
+
+simulate_loop = simulate
+"""`simulate` under the name that it has at the root, where `simulate` takes a scenario."""
 
 __all__ = [
     "Batch",
@@ -30,6 +34,8 @@ __all__ = [
     "run",
     "run_folded",
     "simulate",
+    "simulate_loop",
     "stack",
+    "status_attributes",
     "stretch",
 ]

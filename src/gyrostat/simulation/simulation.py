@@ -10,6 +10,12 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import declared_units
 from gyrostat.core.validation import MOST_PERIODS, check_parts, check_period, require_period
+from gyrostat.simulation.labels import (
+    attributes,
+    dimensions,
+    status_attributes,
+    with_coordinates,
+)
 from gyrostat.simulation.loop import Controller, Histories, Plant, Sensor, Status, run
 from gyrostat.simulation.native import fly_in_lanes
 
@@ -166,9 +172,11 @@ def simulate(
 
     Returns:
         Histories over `time` (and `run`): every field of state, record, measurement and command
-        under its own name, with units; a measurement or command whose name the plant has taken has
-        `measured_` or `commanded_` before it. `status` says how a run ended, `valid_until` when;
-        later values are NaN, never numbers.
+        under its own name, with unit and long name; a measurement or command whose name the plant
+        has taken has `measured_` or `commanded_` before it. Vectors are over `axis` ("x", "y",
+        "z"), quaternions over `quaternion` ("w", "x", "y", "z"), numbers of wheels over `wheel`.
+        `error` is the angle between `attitude` and `target`, rad, where the command has a target.
+        `status` says how a run ended, `valid_until` when; later values are NaN, never numbers.
 
     Raises:
         InputError: a duration or step that does not fit, a batch of another number of runs,
@@ -264,6 +272,9 @@ def labelled(histories: Histories, period: float) -> "xr.Dataset":
     count = histories.status.shape[1]
     fine = histories.status == Status.COMPLETE
     variables: dict[str, Any] = {}
+    every = (histories.state, histories.measurement)
+    speeds = [signals.wheel_speed for signals in every if hasattr(signals, "wheel_speed")]
+    wheels = speeds[0].shape[-1] if speeds else None
     for prefix, signals in (
         ("", histories.state),
         ("recorded_", histories.record),
@@ -274,20 +285,19 @@ def labelled(histories: Histories, period: float) -> "xr.Dataset":
         for name, values in signals._asdict().items():
             if values is None:
                 continue
-            label = prefix + name if name in variables else name
-            extra = [f"{label}_{k}" for k in range(1, values.ndim - 1)]
+            before = prefix if name in variables else ""
+            label = before + name
+            extra = dimensions(name, label, values.shape[2:], wheels)
             mask = fine.reshape(*fine.shape, *(1,) * len(extra))
             values = values & mask if values.dtype == bool else np.where(mask, values, np.nan)
-            attributes = {"units": units[name]} if name in units else {}
-            variables[label] = (("run", "time", *extra), values, attributes)
+            variables[label] = (("run", "time", *extra), values, attributes(name, before, units))
     last = np.where(fine.all(axis=1), count, np.argmin(fine, axis=1)) - 1
-    meanings = {
-        "flag_values": [int(s) for s in Status],
-        "flag_meanings": " ".join(s.name.lower() for s in Status),
-    }
-    variables["status"] = ("run", histories.status.max(axis=1).astype(np.int8), meanings)
+    ended = histories.status.max(axis=1).astype(np.int8)
+    variables["status"] = ("run", ended, status_attributes())
     # a run that is beyond all bounds from the start was never valid
     until = np.where(last >= 0, last * period, np.nan)
-    variables["valid_until"] = ("run", until, {"units": "s"})
-    time = ("time", np.arange(count) * period, {"units": "s"})
-    return xr.Dataset(variables, coords={"time": time, "run": np.arange(len(fine))})
+    lasts = {"units": "s", "long_name": "time of the last valid sample"}
+    variables["valid_until"] = ("run", until, lasts)
+    time = ("time", np.arange(count) * period, {"units": "s", "long_name": "time"})
+    coordinates = {"time": time, "run": np.arange(len(fine))}
+    return with_coordinates(xr.Dataset(variables, coords=coordinates))

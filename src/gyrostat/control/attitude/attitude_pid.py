@@ -10,6 +10,9 @@ from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, positive, signed
 from gyrostat.core.jax64 import jnp
 
+INTEGRAL_POLE = 0.2
+"""Pole of the integral part over the others, in `AttitudePID.designed`."""
+
 
 class PIDMemory(NamedTuple):
     """Between two samples.
@@ -44,6 +47,24 @@ class AttitudePID(Checked):
     derivative: Annotated[Scalar, signed("size of the derivative gain", "N·m·s/rad")]
     torque_limit: Scalar = np.inf
     reference: Scalar = 0.0
+
+    @classmethod
+    def designed(cls, inertia: Scalar, frequency: Scalar) -> "AttitudePID":
+        """Place the poles of a body without friction: two at -ω, the integral's at -ω / 5.
+
+        J s³ + K_d s² + K_p s + K_i = J (s + ω)² (s + ω / 5). The gains of Carrara and Kuga follow
+        with J = 0.495 kg·m² and ω = 0.287 rad/s.
+
+        Args:
+            inertia: J of what the wheel turns, kg·m².
+            frequency: ω, natural frequency of the loop, rad/s.
+        """
+        slow = INTEGRAL_POLE
+        return cls(
+            proportional=inertia * frequency**2 * (1.0 + 2.0 * slow),
+            integral=inertia * frequency**3 * slow,
+            derivative=inertia * frequency * (2.0 + slow),
+        )
 
     def start(self, period: Scalar) -> PIDMemory:
         """Nothing summed up yet."""

@@ -98,6 +98,42 @@ class EstimatingCompensator(Checked):
     delay: int = eqx.field(static=True, default=0)
 
     @classmethod
+    def designed(
+        cls,
+        wheel: Wheel,
+        *,
+        table_inertia: Scalar,
+        frequency: Scalar,
+        speed_sigma: Scalar,
+        period: Scalar,
+        bandwidth: Scalar = 3.0,
+        current_limit: Scalar = np.inf,
+        delay: int = 0,
+    ) -> "EstimatingCompensator":
+        """Design the attitude law by `AttitudePID.designed` and the filters by `tuned`.
+
+        Args:
+            wheel: identified wheel.
+            table_inertia: inertia of what the wheel turns, without its rotor, kg·m².
+            frequency: natural frequency of the attitude loop, rad/s.
+            speed_sigma: standard deviation of a tachometer sample, rad/s; see `tuned`.
+            period: control period, s.
+            bandwidth: bandwidth of the rate observer, rad/s.
+            current_limit: limit of the motor current, A.
+            delay: control periods from a sample to the command's start.
+        """
+        return cls.tuned(
+            AttitudePID.designed(table_inertia, frequency),
+            wheel,
+            table_inertia,
+            speed_sigma,
+            period,
+            bandwidth=bandwidth,
+            current_limit=current_limit,
+            delay=delay,
+        )
+
+    @classmethod
     def tuned(
         cls,
         law: AttitudePID,

@@ -1,30 +1,49 @@
-"""Numbers and tables as text."""
+"""Result of an identification as text."""
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
+from gyrostat.core.text import aligned, measured, plain
 from gyrostat.core.units import RPM, SI_UNIT
-from gyrostat.identification import Fit
+from gyrostat.identification.averaging import Effect
+
+if TYPE_CHECKING:
+    from gyrostat.identification.fit import Fit
+
+LIKELY = 0.5
+"""Posterior probability from which an effect is listed in the table."""
 
 
-def plain(value: float, digits: int = 4) -> str:
-    """Format a number with significant digits, with a power of ten if that saves zeros."""
-    return f"{value:.{digits}g}"
+def likely(effect: Effect) -> bool:
+    """Whether an effect is more likely present than absent."""
+    return effect.probability > LIKELY
 
 
-def measured(value: float, sigma: float) -> str:
-    """Format a value with its standard deviation, rounded to two digits of the latter."""
-    if not (math.isfinite(value) and math.isfinite(sigma)) or sigma <= 0.0:
-        return plain(value)
-    top = max(abs(value), sigma)
-    power = math.floor(math.log10(top))
-    power = 0 if -3 <= power <= 3 else 3 * (power // 3)
-    decimals = max(0, 1 - math.floor(math.log10(sigma)) + power)
-    scaled = f"{value / 10.0**power:.{decimals}f} ± {sigma / 10.0**power:.{decimals}f}"
-    return scaled if power == 0 else f"({scaled})e{power:+03d}"
+def table(fit: "Fit") -> list[str]:
+    """Format a fit as the command line prints it, in lines."""
+    lines = summary(fit)
+    header = ("parameter", "value ± sigma", "unit", "observable?")
+    tables = [aligned(list(parameter_rows(fit)), header)]
+    if fit.tolerances is not None:
+        names = ("share of variance", *fit.variance_shares)
+        tables.append(aligned(list(share_rows(fit)), names))
+    listed = [row for row, e in zip(effect_rows(fit), fit.effects, strict=True) if likely(e)]
+    if listed:
+        tables.append(aligned(listed, ("effect outside the model", "size", "probability")))
+    lines += [f"  {line}" for rows in tables for line in rows]
+    for trend in fit.temperatures:
+        slope = measured(trend.slope, trend.slope_sigma)
+        lines.append(f"  {trend.name} changes by {slope} {trend.unit} per °C")
+    lines += [f"warning: {warning}" for warning in fit.warnings]
+    if fit.impossible:
+        lines += [
+            "no valid result: no wheel has these values; model.toml is marked and accepted only",
+            f"with --force: {'; '.join(fit.impossible)}",
+        ]
+    return lines
 
 
-def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str]]:
+def parameter_rows(fit: "Fit") -> Iterator[tuple[str, str, str, str]]:
     """Rows of the parameter table: name, value ± sigma, unit, observable or not.
 
     Args:
@@ -40,7 +59,7 @@ def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str]]:
         yield name, plain(value, 6), SI_UNIT[fit.dimensions[name]], "held"
 
 
-def effect_rows(fit: Fit) -> Iterator[tuple[str, str, str]]:
+def effect_rows(fit: "Fit") -> Iterator[tuple[str, str, str]]:
     """Rows of the table of effects outside the model: title, size if present, probability.
 
     Args:
@@ -53,7 +72,7 @@ def effect_rows(fit: Fit) -> Iterator[tuple[str, str, str]]:
         yield effect.title, f"{size} {unit}", f"{100.0 * effect.probability:.0f} %"
 
 
-def share_rows(fit: Fit) -> Iterator[tuple[str, ...]]:
+def share_rows(fit: "Fit") -> Iterator[tuple[str, ...]]:
     """Contributions of record and tolerances to the variance of each estimate, in per cent.
 
     Args:
@@ -65,7 +84,7 @@ def share_rows(fit: Fit) -> Iterator[tuple[str, ...]]:
             yield (name, *(f"{100.0 * float(part[k]):.0f} %" for part in shares.values()))
 
 
-def summary(fit: Fit) -> list[str]:
+def summary(fit: "Fit") -> list[str]:
     """Summary of a fit, one sentence per line."""
     records = ", ".join(r.name for r in fit.records)
     lines = [f"{fit.model.title} friction from {records} by the {fit.method} method"]
@@ -80,12 +99,3 @@ def summary(fit: Fit) -> list[str]:
             f"speed noise {plain(fit.speed_sigma)} rad/s"
         )
     return lines
-
-
-def aligned(rows: Sequence[Sequence[str]], header: Sequence[str]) -> list[str]:
-    """Format a table in aligned columns for a terminal."""
-    every = [list(header), *[list(row) for row in rows]]
-    widths = [max(len(row[k]) for row in every) for k in range(len(header))]
-    return [
-        "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in every
-    ]

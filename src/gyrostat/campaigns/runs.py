@@ -1,0 +1,52 @@
+"""Runs of a finished campaign as labelled arrays."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gyrostat.campaigns.scenario import Scenario
+from gyrostat.campaigns.schema import RESULTS, key_of, metric_units
+from gyrostat.campaigns.store import Store
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def campaign_runs(folder: str | Path) -> "xr.Dataset":
+    """Read the table of a finished campaign.
+
+    Args:
+        folder: folder of the campaign.
+
+    Returns:
+        Over `run`, with units and meanings: every drawn parameter under its key, such as
+        "wheel.a.coulomb", every metric (NaN where a run has none), `status` and `ended` (s). The
+        attributes `folder`, `scenario` and `seed` say where it comes from.
+
+    Raises:
+        InputError: no finished campaign is there.
+    """
+    import xarray as xr
+
+    from gyrostat.campaigns.build import parts_of
+    from gyrostat.simulation import status_attributes
+
+    store = Store(Path(folder))
+    known, table = store.known(), store.read_table()
+    scenario = Scenario.from_text(known.scenario)
+    parts = parts_of(scenario)
+    drawn = {key: key_of(key, parts) for key in scenario.dispersed}
+    attributes = {
+        **{key: {"units": found.unit, "long_name": found.meaning} for key, found in drawn.items()},
+        **{name: {"units": unit} for name, unit in metric_units(scenario.percentiles).items()},
+        "ended": {"units": "s", "long_name": "Time until which the run is valid."},
+        "status": status_attributes(),
+    }
+    for name, (_, meaning) in RESULTS.items():
+        attributes[name]["long_name"] = meaning
+    variables = {
+        name: ("run", table[name].to_numpy(), attributes.get(name, {}))
+        for name in table.column_names
+        if name != "run"
+    }
+    about = {"scenario": scenario.name, "folder": str(folder), "seed": known.seed}
+    return xr.Dataset(variables, {"run": table["run"].to_numpy()}, about)

@@ -1,0 +1,43 @@
+"""Vectors whose entries have names."""
+
+from collections.abc import Sequence
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+class NamedVector(np.ndarray):
+    """Vector of real numbers whose entries can also be looked up by name.
+
+    What is computed or cut from it is a vector without names.
+
+    Attributes:
+        names: name of each entry; empty where it has none.
+    """
+
+    names: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, names: Sequence[str], values: ArrayLike) -> Self:
+        """Name the entries of a vector.
+
+        Args:
+            names: (n,) names.
+            values: (n,) numbers.
+        """
+        made = np.array(values, dtype=np.float64).view(cls)
+        made.names = tuple(names)
+        return made
+
+    def __getitem__(self, key: Any) -> Any:
+        """Return the entry of a name, or what NumPy returns for an index.
+
+        Raises:
+            KeyError: no entry has this name.
+        """
+        if not isinstance(key, str):
+            return super().__getitem__(key)
+        if key not in self.names:
+            raise KeyError(f"found no {key!r}, expected one of {', '.join(self.names) or 'none'}")
+        return float(super().__getitem__(self.names.index(key)))

@@ -1,0 +1,30 @@
+"""Numbers and tables as text."""
+
+import math
+from collections.abc import Sequence
+
+
+def plain(value: float, digits: int = 4) -> str:
+    """Format a number with significant digits, with a power of ten where zeros would hide it."""
+    return f"{value:.{digits}g}"
+
+
+def measured(value: float, sigma: float) -> str:
+    """Format a value with its standard deviation, rounded to two digits of the latter."""
+    if not (math.isfinite(value) and math.isfinite(sigma)) or sigma <= 0.0:
+        return plain(value)
+    top = max(abs(value), sigma)
+    power = math.floor(math.log10(top))
+    power = 0 if -3 <= power <= 3 else 3 * (power // 3)
+    decimals = max(0, 1 - math.floor(math.log10(sigma)) + power)
+    scaled = f"{value / 10.0**power:.{decimals}f} ± {sigma / 10.0**power:.{decimals}f}"
+    return scaled if power == 0 else f"({scaled})e{power:+03d}"
+
+
+def aligned(rows: Sequence[Sequence[str]], header: Sequence[str]) -> list[str]:
+    """Align a table in columns, for a terminal."""
+    every = [list(header), *[list(row) for row in rows]]
+    widths = [max(len(row[k]) for row in every) for k in range(len(header))]
+    return [
+        "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in every
+    ]

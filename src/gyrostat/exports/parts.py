@@ -1,0 +1,21 @@
+"""Parts that can be exported as they are."""
+
+from typing import Any
+
+from gyrostat.control import CurrentMode, EstimatingCompensator
+from gyrostat.estimation import FrictionScaleFilter
+from gyrostat.exports.compensated_wheel import CompensatedWheel
+
+Part = EstimatingCompensator | CurrentMode | FrictionScaleFilter | CompensatedWheel
+"""A part that can be exported as it is."""
+_KINDS = {
+    EstimatingCompensator: "compensator",
+    CurrentMode: "controller",
+    FrictionScaleFilter: "estimator",
+    CompensatedWheel: "compensated-wheel",
+}
+
+
+def part_kind(part: Any) -> str | None:
+    """Key of `gyrostat.exports.TARGETS` of a part; None of everything else, as of a wheel."""
+    return _KINDS.get(type(part))

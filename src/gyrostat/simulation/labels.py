@@ -1,0 +1,97 @@
+"""Dimensions, coordinates and attributes of histories."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gyrostat.simulation.loop import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+COMPONENTS = {"quaternion": ("w", "x", "y", "z"), "axis": ("x", "y", "z")}
+"""Dimension -> its coordinates."""
+_QUATERNIONS = ("attitude", "target", "estimated_attitude")
+_VECTORS = (
+    *("momentum", "rate", "jitter", "external_torque"),
+    *("estimated_rate", "estimated_bias", "attitude_sigma", "innovation"),
+)
+_PER_WHEEL = (
+    *("wheel_speed", "wheel_momentum", "wheel_angle", "wheel_measured", "motor_current"),
+    *("torque", "torque_demand", "speed", "set_point", "integral", "saturated", "works"),
+)
+_LONG_NAMES = {
+    "attitude": "attitude of the body relative to inertial space",
+    "momentum": "total angular momentum, inertial axes",
+    "rate": "body rate, body axes",
+    "torque": "motor torque",
+    "target": "target attitude",
+    "works": "wheel taken to work",
+    "saturated": "at the torque limit",
+}
+
+
+def dimensions(field: str, label: str, shape: tuple[int, ...], wheels: int | None) -> list[str]:
+    """Names of the dimensions of a signal beside run and time.
+
+    Args:
+        field: name of the signal in its named tuple.
+        label: its name in the histories, for dimensions that have no name of their own.
+        shape: shape of one sample.
+        wheels: number of wheels, where it is known.
+    """
+    if len(shape) == 1:
+        for names, count, dimension in (
+            (_QUATERNIONS, 4, "quaternion"),
+            (_VECTORS, 3, "axis"),
+            (_PER_WHEEL, wheels, "wheel"),
+        ):
+            if field in names and shape[0] == count:
+                return [dimension]
+    return [f"{label}_{k}" for k in range(1, len(shape) + 1)]
+
+
+def attributes(field: str, prefix: str, units: dict[str, str]) -> dict[str, str]:
+    """Long name and, where it is declared, unit of a signal.
+
+    Args:
+        field: name of the signal in its named tuple.
+        prefix: put before the name in the histories, such as "measured_"; may be empty.
+        units: name -> unit.
+    """
+    name = prefix.replace("_", " ") + _LONG_NAMES.get(field, field.replace("_", " "))
+    return {"long_name": name, **({"units": units[field]} if field in units else {})}
+
+
+def status_attributes() -> dict[str, Any]:
+    """Attributes of the variable `status`."""
+    return {
+        "long_name": "how the run ended",
+        "flag_values": [int(s) for s in Status],
+        "flag_meanings": " ".join(s.name.lower() for s in Status),
+    }
+
+
+def with_coordinates(dataset: "xr.Dataset") -> "xr.Dataset":
+    """Add the coordinates of named dimensions, and `error` where there is a target.
+
+    Args:
+        dataset: histories; wheels are numbered from 0.
+    """
+    sizes = dataset.sizes
+    known = {name: [*parts] for name, parts in COMPONENTS.items() if name in sizes}
+    if "wheel" in sizes:
+        known["wheel"] = np.arange(sizes["wheel"])
+    dataset = dataset.assign_coords(known)
+    if {"attitude", "target"} <= set(dataset) and dataset.attitude.dims == dataset.target.dims:
+        first, second = dataset.attitude, dataset.target
+        # both signs of a quaternion are the same attitude; an angle a has the chord 2 sin(a / 4)
+        chord = np.sqrt(
+            np.minimum(
+                ((first - second) ** 2).sum("quaternion", skipna=False),
+                ((first + second) ** 2).sum("quaternion", skipna=False),
+            )
+        )
+        told = {"units": "rad", "long_name": "pointing error"}
+        dataset["error"] = (4.0 * np.arcsin(np.minimum(0.5 * chord, 1.0))).assign_attrs(told)
+    return dataset

@@ -1,0 +1,203 @@
+"""Arguments of the verbs: numbers in SI units, text with units, mappings, paths or objects."""
+
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from gyrostat.core.errors import InputError, printable
+from gyrostat.core.units import parse_quantity
+
+if TYPE_CHECKING:
+    from gyrostat.core.types import Vector
+
+Say = Callable[[str], None]
+"""Takes a line of text for a person."""
+Quantity = float | str
+"""A number in SI units, or text with a unit such as "5 rpm"."""
+Named = Mapping[str, Any] | str | Iterable[str] | None
+"""Values by name: a mapping, or text NAME=VALUE,NAME=VALUE in one or several pieces."""
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def silent(line: str) -> None:
+    """Drop a line."""
+
+
+def to_stderr(line: str) -> None:
+    """Print a line on stderr, control characters replaced."""
+    print(printable(line), file=sys.stderr, flush=True)
+
+
+def in_si(value: Quantity, dimension: str, where: str) -> float:
+    """Convert a quantity to SI.
+
+    Args:
+        value: number in SI units, or text.
+        dimension: key of `gyrostat.core.units.SI_UNIT`.
+        where: name for the message.
+
+    Raises:
+        InputError: no number, not finite, or an unknown unit.
+    """
+    return parse_quantity(value if isinstance(value, str) else repr(float(value)), dimension, where)
+
+
+def in_si_or_none(value: Quantity | None, dimension: str, where: str) -> float | None:
+    """Convert a quantity to SI; None stays None."""
+    return None if value is None else in_si(value, dimension, where)
+
+
+def parts_of(value: Quantity | Iterable[Quantity]) -> list[Quantity]:
+    """Split text at its commas; list numbers."""
+    if isinstance(value, str):
+        return [*value.split(",")]
+    return list(value) if isinstance(value, Iterable) else [value]
+
+
+def quantities(
+    value: Quantity | Iterable[Quantity] | None, dimension: str, where: str
+) -> list[float]:
+    """Convert one or several quantities to SI: numbers, or text with commas between.
+
+    Raises:
+        InputError: as `in_si`.
+    """
+    parts = [] if value is None or value == "" else parts_of(value)
+    return [in_si(p.strip() if isinstance(p, str) else p, dimension, where) for p in parts]
+
+
+def numbers(
+    value: str | Iterable[Quantity], count: int, dimension: str | None, where: str
+) -> "Vector":
+    """Convert a fixed number of values to SI.
+
+    Args:
+        value: numbers, or text with commas between.
+        count: number of values.
+        dimension: key of `gyrostat.core.units.SI_UNIT`; None for plain numbers.
+        where: name for the message.
+
+    Returns:
+        (count,) values.
+
+    Raises:
+        InputError: another number of values, or no numbers.
+    """
+    import numpy as np
+
+    parts = parts_of(value)
+    if len(parts) != count:
+        raise InputError(f"{where}: found {value!r}, expected {count} values with commas between")
+    if dimension is not None:
+        return np.array(quantities(parts, dimension, where))
+    try:
+        return np.array([float(part) for part in parts])
+    except (ValueError, TypeError):
+        raise InputError(f"{where}: found {value!r}, expected {count} numbers") from None
+
+
+def whole_numbers(value: str | Iterable[int], where: str) -> list[int]:
+    """Convert whole numbers: a sequence, or text with commas between.
+
+    Raises:
+        InputError: a part is no whole number.
+    """
+    if not isinstance(value, str):
+        return list(value)
+    try:
+        return [int(part) for part in value.split(",") if part.strip()]
+    except ValueError:
+        raise InputError(
+            f"{where}: found {value!r}, expected numbers with commas between"
+        ) from None
+
+
+def direction(value: str | Iterable[float], where: str) -> "Vector":
+    """Convert a direction to a unit vector (3,): three numbers of any length, or x, -y, ....
+
+    Raises:
+        InputError: no direction.
+    """
+    import numpy as np
+
+    from gyrostat.failures.query import unit_vector
+
+    if isinstance(value, str):
+        name, sign = value.strip().lstrip("+-"), -1.0 if value.strip().startswith("-") else 1.0
+        if name in AXES:
+            return sign * np.array(AXES[name])
+    return unit_vector(numbers(value, 3, None, where), 3, where)
+
+
+def one_attitude(what: str, options: Mapping[str, Any]) -> "Vector | None":
+    """Convert the one attitude that is given among several options to a quaternion (4,).
+
+    Args:
+        what: meaning of the attitude, for the message.
+        options: option -> its value; a name with "euler" in it means 3-1-3 angles, one with
+            "boresight" no attitude.
+
+    Returns:
+        Unit quaternion, scalar first; None for an option that is no attitude.
+
+    Raises:
+        InputError: none is given, or several are.
+    """
+    import numpy as np
+
+    given = [option for option, value in options.items() if value is not None]
+    if len(given) != 1:
+        found = " and ".join(given) or "none"
+        raise InputError(f"{what}: found {found}, expected one of {', '.join(options)}")
+    name, value = given[0], options[given[0]]
+    if "boresight" in name:
+        return None
+    if "euler" not in name:
+        return numbers(value, 4, None, name)
+    from scipy.spatial.transform import Rotation
+
+    angles = numbers(value, 3, "angle", name)
+    return Rotation.from_euler("ZXZ", angles).as_quat(scalar_first=True) + np.zeros(4)
+
+
+def named(values: Named, where: str, *, bare: bool = False) -> dict[str, Any]:
+    """Split values by name.
+
+    Args:
+        values: a mapping, or texts.
+        where: option, for the message.
+        bare: whether a NAME may stand without a value, which then is None.
+
+    Raises:
+        InputError: a part has no name, no value or a name that came before.
+    """
+    if values is None or isinstance(values, Mapping):
+        return dict(values or {})
+    found: dict[str, Any] = {}
+    for item in [values] if isinstance(values, str) else values:
+        for part in item.split(","):
+            name, equals, value = (p.strip() for p in part.partition("="))
+            if not bare and not part.strip():
+                continue
+            if not bare and not (name and equals and value):
+                raise InputError(f"{where}: found {part.strip()!r}, expected NAME=VALUE")
+            if name in found:
+                raise InputError(f"{where}: found {name} twice, expected it once")
+            found[name] = value or None
+    return found
+
+
+def refuse_given(options: Mapping[str, object], where: str, expected: str) -> None:
+    """Refuse options that would have no effect.
+
+    Args:
+        options: name -> value that the user gave, empty where none was given.
+        where: what has no use for them.
+        expected: what has.
+
+    Raises:
+        InputError: one was given.
+    """
+    given = [option for option, value in options.items() if value]
+    if given:
+        raise InputError(f"{where}: found {', '.join(given)}, expected these with {expected} only")

@@ -1,0 +1,241 @@
+"""Verb `export`: flight C, FMU, Basilisk module or data sheet."""
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from gyrostat.core.errors import InputError
+from gyrostat.verbs.arguments import (
+    Named,
+    Quantity,
+    Say,
+    in_si,
+    numbers,
+    refuse_given,
+    silent,
+)
+from gyrostat.verbs.measurement_limits import measurement_limits
+from gyrostat.verbs.wheel_arguments import wheel_model
+
+if TYPE_CHECKING:
+    from gyrostat.exports import Part
+    from gyrostat.identification import Fit
+    from gyrostat.wheel import Wheel, WheelModel
+
+FORMATS = ("c", "fmu", "basilisk", "json")
+NEEDED = {
+    "compensated-wheel": ("--gains", "--table-inertia", "--speed-sigma"),
+    "compensator": ("--gains", "--table-inertia", "--speed-sigma"),
+    "controller": ("--gains",),
+    "estimator": ("--speed-sigma", "--scale-drift"),
+    "wheel": (),
+}
+"""What is exported -> options that its design needs."""
+TAKEN = {
+    "compensated-wheel": ("--current-limit", "--delay"),
+    "compensator": ("--current-limit", "--delay"),
+    "controller": ("--current-limit",),
+}
+"""What is exported -> further options that its design takes."""
+
+
+class _Options(NamedTuple):
+    """Options of a design by name, None where not given."""
+
+    given: dict[str, Any]
+
+    def si(self, option: str, dimension: str) -> float:
+        """Value in SI units."""
+        return in_si(self.given[option], dimension, option)
+
+    def gains(self) -> Iterable[float]:
+        """Gains of the attitude law."""
+        return map(float, numbers(self.given["--gains"], 3, None, "--gains"))
+
+
+def export(
+    model: "Part | WheelModel | Wheel | Fit | str | Path",
+    out: "str | Path",
+    to: str,
+    *,
+    what: str | None = None,
+    precision: str = "double",
+    period: Quantity | None = None,
+    gains: str | Iterable[float] | None = None,
+    table_inertia: Quantity | None = None,
+    speed_sigma: Quantity | None = None,
+    current_limit: Quantity | None = None,
+    delay: int = 0,
+    scale_drift: Quantity | None = None,
+    range_: Named = None,
+    rate_limit: Named = None,
+    on_bad: str = "hold",
+    force: bool = False,
+    say: Say = silent,
+    command: str = "gyrostat.export",
+) -> tuple[Path, ...]:
+    """Write flight code in C, a unit or module for other simulators, or a data sheet.
+
+    A part that is ready, such as an `EstimatingCompensator`, is exported as it is. From a wheel,
+    its model or an identification, `what` and the options of its design make one.
+
+    Every input of the emitted code is validated: finite, within its range and its rate limit.
+
+    Args:
+        model: part, wheel, wheel model, identification, or path of model.toml.
+        out: folder for the files.
+        to: "c" for flight, "fmu" (co-simulation unit, FMI 2.0), "basilisk" (Python module) or
+            "json" (data sheet).
+        what: with "c" and "fmu", unless the part says it: "compensated-wheel", "compensator",
+            "controller", "estimator" or "wheel".
+        precision: real numbers in C: "double" or "float".
+        period: control period, s.
+        gains: (3,) gains of the attitude law, N·m/rad, N·m/(rad·s), N·m·s/rad.
+        table_inertia: inertia of what the wheel turns, without its rotor, kg·m².
+        speed_sigma: standard deviation of a tachometer sample, rad/s.
+        current_limit: limit of the motor current, A.
+        delay: control periods from a sample to its command.
+        scale_drift: drift of the friction level for the estimator, 1/√s.
+        range_: accepted values of inputs: field -> (lower, upper).
+        rate_limit: largest accepted change of inputs: field -> SI unit per second.
+        on_bad: command in place of one from a rejected sample: "hold" (last accepted) or "zero".
+        force: whether to replace files that gyrostat did not write, and to take a wheel that is
+            marked as impossible.
+        say: called with each line for a person.
+        command: text that the README of the C code names as its origin.
+
+    Returns:
+        The files written.
+
+    Raises:
+        InputError: a part, model or option that cannot be used, or files in the way.
+    """
+    from gyrostat.core.files import check_writable
+    from gyrostat.core.outputs import new_files
+    from gyrostat.exports import basilisk, files, part_kind, sheet, write_fmu
+
+    folder = Path(out)
+    check_writable(folder)
+    if to not in FORMATS:
+        raise InputError(f"--to: found {to!r}, expected one of {', '.join(FORMATS)}")
+    given = {
+        "--gains": gains,
+        "--table-inertia": table_inertia,
+        "--speed-sigma": speed_sigma,
+        "--current-limit": current_limit,
+        "--delay": delay or None,
+        "--scale-drift": scale_drift,
+    }
+    kind, target, texts = part_kind(model), None, {}
+    content = None if kind is not None else wheel_model(model, force=force)  # pyright: ignore[reportArgumentType]
+    if to != "c":
+        refuse_given({"--precision": precision == "float"}, f"--to {to}", "--to c")
+    if to in ("json", "basilisk"):
+        if content is None:
+            raise InputError(f"--to {to}: found {_name(model)}, expected a wheel or its model")
+        guard = {"--range": range_, "--rate-limit": rate_limit, "--on-bad": on_bad == "zero"}
+        design = {"--what": what, "--period": period, **given}
+        refuse_given({**design, **guard}, f"--to {to}", "--to c or fmu")
+        name = "wheel.json" if to == "json" else "wheel_basilisk.py"
+        texts = {name: sheet(content) if to == "json" else basilisk(content)}
+    else:
+        what = _what(model, kind, what)
+        if what is None or period is None:
+            missing = "--what" if what is None else "--period"
+            raise InputError(f"--to {to}: found no {missing}, expected what flies and its period")
+        if what not in NEEDED:
+            raise InputError(f"--what: found {what!r}, expected one of {', '.join(NEEDED)}")
+        limits = measurement_limits(what, range_, rate_limit)
+        if what == "wheel":
+            refuse_given({"--on-bad": on_bad == "zero"}, f"--what {what}", "another --what")
+        target = _target(model if content is None else content, what, period, given, limits, on_bad)
+        if to == "c":
+            texts = files(target, precision, f"Made by `{command}`.")  # pyright: ignore[reportArgumentType]
+    names = [*texts] if target is None or to == "c" else [f"{target.name}.fmu"]
+    with new_files(folder, by="export", force=force) as scratch:
+        for name, text in texts.items():
+            (scratch / name).write_text(text, encoding="utf-8")
+        if target is not None and to == "fmu" and write_fmu(target, scratch / names[0]) is None:
+            say("found no C compiler: the unit holds its sources alone")
+    written = tuple(folder / name for name in names)
+    say(f"written: {', '.join(map(str, written))}")
+    return written
+
+
+def _name(model: Any) -> str:
+    return f"an object of {type(model).__name__}"
+
+
+def _what(model: Any, kind: str | None, what: str | None) -> str | None:
+    """What is exported: as the part says, or the option."""
+    if kind is not None and what not in (None, kind):
+        raise InputError(f"--what {what}: found {_name(model)}, expected {kind}, or no --what")
+    return kind or what
+
+
+def _target(
+    source: "Part | WheelModel",
+    what: str,
+    period_given: Quantity,
+    given: dict[str, Any],
+    limits: Any,
+    on_bad: str,
+) -> Any:
+    """Flight module of a part, or of the one that the options describe."""
+    from gyrostat.core.validation import check_parts, require_period
+    from gyrostat.exports import TARGETS, part_kind
+
+    ready = part_kind(source) is not None
+    if ready:
+        refuse_given(given, _name(source), "a wheel or its model")
+    else:
+        known = (*NEEDED[what], *TAKEN.get(what, ()))
+        for option in NEEDED[what]:
+            if given[option] is None:
+                raise InputError(f"--what {what}: found no {option}, expected its value")
+        others = {option: value for option, value in given.items() if option not in known}
+        refuse_given(others, f"--what {what}", "what flies being another")
+    period = in_si(period_given, "time", "--period")
+    require_period("--period", period)
+    part = source if ready else _designed(source.wheel(), what, period, _Options(given))
+    if what == "wheel":
+        return TARGETS[what](part, period)
+    check_parts(part)
+    return TARGETS[what](part, period, limits, on_bad)
+
+
+def _designed(wheel: "Wheel", what: str, period: float, options: _Options) -> "Part":
+    """The part that the options describe."""
+    from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
+    from gyrostat.core.validation import LARGEST, check_parts, require
+    from gyrostat.estimation import FrictionScaleFilter
+    from gyrostat.exports import CompensatedWheel
+
+    limit, given = math.inf, options.given
+    if given["--current-limit"] is not None:
+        limit = options.si("--current-limit", "current")
+        require("--current-limit", limit, "A", positive=True)
+    if what == "wheel":
+        return wheel
+    if what == "estimator":
+        drift = float(numbers(given["--scale-drift"], 1, None, "--scale-drift")[0])
+        return FrictionScaleFilter(wheel, options.si("--speed-sigma", "speed"), drift)
+    law = AttitudePID(*options.gains())
+    if not all(abs(g) <= LARGEST for g in (law.proportional, law.integral, law.derivative)):
+        raise InputError(
+            f"--gains: found {given['--gains']}, expected finite numbers of size below {LARGEST:g}"
+        )
+    if what == "controller":
+        return CurrentMode(law, wheel.motor_constant, limit)
+    compensator = EstimatingCompensator.tuned(
+        law,
+        wheel,
+        options.si("--table-inertia", "inertia"),
+        options.si("--speed-sigma", "speed"),
+        period,
+        current_limit=limit,
+        delay=int(given["--delay"] or 0),
+    )
+    check_parts(compensator)
+    return compensator if what == "compensator" else CompensatedWheel(compensator, wheel)

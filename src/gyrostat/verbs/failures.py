@@ -1,0 +1,279 @@
+"""Verbs on failed wheels: which attitudes remain feasible, and the flight to one."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.units import parse_quantity
+from gyrostat.verbs.arguments import (
+    AXES,
+    Named,
+    Quantity,
+    Say,
+    direction,
+    in_si,
+    in_si_or_none,
+    named,
+    numbers,
+    one_attitude,
+    silent,
+)
+
+if TYPE_CHECKING:
+    from gyrostat.core.types import Vector
+    from gyrostat.failures import Holdable, Loss, Recovery
+    from gyrostat.spacecraft import SpacecraftFile
+
+
+def feasible(
+    spacecraft: "SpacecraftFile | str | Path",
+    momentum: str | Iterable[Quantity],
+    out: "str | Path | None" = None,
+    *,
+    failed: Named = None,
+    target: str | Iterable[float] | None = None,
+    euler: str | Iterable[Quantity] | None = None,
+    boresight: str | Iterable[float] | None = None,
+    towards: str | Iterable[float] | None = None,
+    tolerance: Quantity | None = None,
+    force: bool = False,
+    say: Say = silent,
+    command: str = "gyrostat.feasible",
+) -> "Holdable":
+    """Find which attitudes a spacecraft can still hold at rest after wheel failures.
+
+    One of `target`, `euler`, or `boresight` with `towards` says what is wanted.
+
+    Args:
+        spacecraft: spacecraft, or path of spacecraft.toml.
+        momentum: (3,) total angular momentum, inertial axes, N·m·s.
+        out: folder for holdable.json and report.html; None writes no file.
+        failed: wheel -> momentum that it still has, N·m·s, or speed with a unit; None or "seized":
+            none.
+        target: wanted attitude, quaternion (4,), scalar first.
+        euler: wanted attitude, 3-1-3 angles (3,), rad.
+        boresight: body direction, (3,) or "x", "-z", ....
+        towards: wanted inertial direction (3,) of the boresight, at any rotation about it.
+        tolerance: pointing tolerance for the dwell time, rad.
+        force: whether to replace files that gyrostat did not write.
+        say: called with each line for a person.
+        command: text that the report names as its origin.
+
+    Raises:
+        InputError: a spacecraft, wheel or direction that cannot be used, or files in the way.
+    """
+    import numpy as np
+
+    from gyrostat.core.outputs import check_outputs
+    from gyrostat.failures import holdable, holdable_sky
+    from gyrostat.reports.feasibility import FILES, Drawn, Question, write_holdable
+
+    if out is not None:
+        check_outputs(Path(out), FILES, by="holdable", force=force)
+    file = _spacecraft(spacecraft)
+    wanted = {"--target": target, "--euler": euler, "--boresight with --towards": towards}
+    question = Question(
+        file=file,
+        momentum=numbers(momentum, 3, "momentum", "--momentum"),
+        failed=_momenta(failed, file),
+        target=one_attitude("what to hold", wanted),
+        towards=None if towards is None else direction(towards, "--towards"),
+        tolerance=in_si_or_none(tolerance, "angle", "--tolerance"),
+    )
+    body = None if boresight is None else direction(boresight, "--boresight")
+    if question.towards is not None and body is None:
+        raise InputError("--towards: found no --boresight, expected the body direction to point")
+    answer = holdable(
+        file.spacecraft,
+        question.momentum,
+        failed=question.failed,
+        target=question.target,
+        boresight=None if question.towards is None or body is None else (body, question.towards),
+        tolerance=question.tolerance,
+    )
+    if out is None:
+        return answer
+    if answer.sky is not None:
+        maps = [Drawn(answer.sky, question.towards, answer.direction)]
+    else:
+        shown = [np.array(axis) for axis in AXES.values()] if body is None else [body]
+        maps = [
+            Drawn(
+                holdable_sky(
+                    file.spacecraft, question.momentum, failed=question.failed, boresight=axis
+                ),
+                _turned(question.target, axis),
+                _turned(answer.attitude, axis),
+            )
+            for axis in shown
+        ]
+    write_holdable(question, answer, maps, Path(out), command=command, say=say, force=force)
+    return answer
+
+
+def recover(
+    spacecraft: "SpacecraftFile | str | Path",
+    failed: Named,
+    wheels: str | Iterable[Quantity],
+    out: "str | Path | None" = None,
+    *,
+    attitude: str | Iterable[float] | None = None,
+    attitude_euler: str | Iterable[Quantity] | None = None,
+    rate: str | Iterable[Quantity] = (0.0, 0.0, 0.0),
+    target: str | Iterable[float] | None = None,
+    euler: str | Iterable[Quantity] | None = None,
+    duration: Quantity = 600.0,
+    period: Quantity = 0.5,
+    force: bool = False,
+    say: Say = silent,
+    command: str = "gyrostat.recover",
+) -> "Recovery":
+    """Simulate the flight to the nearest feasible attitude after wheel failures.
+
+    Args:
+        spacecraft: spacecraft, or path of spacecraft.toml.
+        failed: wheel -> "seized", "frozen" (no torque, constant momentum) or "rundown:TIME".
+        wheels: momentum of every wheel at the failure, N·m·s, or speed with a unit.
+        out: folder for recover.json, run.nc and report.html; None writes no file.
+        attitude: attitude at the failure, quaternion (4,), scalar first; or
+        attitude_euler: the same as 3-1-3 angles (3,), rad.
+        rate: body rate at the failure, body axes, (3,), rad/s.
+        target: wanted attitude, quaternion (4,), scalar first; or
+        euler: the same as 3-1-3 angles (3,), rad.
+        duration: duration of the flight, s.
+        period: control period, s.
+        force: whether to replace files that gyrostat did not write.
+        say: called with each line for a person.
+        command: text that the report names as its origin.
+
+    Returns:
+        The recovery; `settle` is None where the spacecraft did not settle, and `reason` says why.
+
+    Raises:
+        InputError: a spacecraft, wheel or state that cannot be used, or files in the way.
+    """
+    import numpy as np
+
+    from gyrostat.core.jax64 import jnp
+    from gyrostat.core.outputs import check_outputs
+    from gyrostat.failures import recover as simulate
+    from gyrostat.reports.recovery import FILES, write_recovery
+    from gyrostat.spacecraft import Gyrostat
+
+    if out is not None:
+        check_outputs(Path(out), FILES, by="recover", force=force)
+    file = _spacecraft(spacecraft)
+    wanted = one_attitude("what to hold", {"--target": target, "--euler": euler})
+    losses = _losses(failed, file)
+    now = one_attitude(
+        "attitude at the failure", {"--attitude": attitude, "--attitude-euler": attitude_euler}
+    )
+    start = Gyrostat(file.spacecraft).start(
+        attitude=now, rate=numbers(rate, 3, "speed", "--rate"), wheel_speed=_speeds(wheels, file)
+    )
+    if not np.all([np.all(np.isfinite(part)) for part in start]):
+        raise InputError("--attitude, --rate, --wheels: found no finite state, expected numbers")
+    lost = ", ".join(f"{k}={how}" for k, how in named(failed, "--failed", bare=True).items())
+    say(f"flying {file.name or spacecraft} from the failure of {lost}")
+    found = simulate(
+        file.spacecraft,
+        start,
+        losses,
+        target=jnp.asarray(wanted),
+        duration=in_si(duration, "time", "--duration"),
+        control_period=in_si(period, "time", "--period"),
+    )
+    if found.flight is not None:
+        names = [*file.wheel_names]
+        found = replace(found, flight=found.flight.assign_coords(wheel=names))
+    if out is not None:
+        write_recovery(file, found, losses, Path(out), command=command, say=say, force=force)
+    return found
+
+
+def _spacecraft(spacecraft: "SpacecraftFile | str | Path") -> "SpacecraftFile":
+    """Read spacecraft.toml; pass a spacecraft on."""
+    from gyrostat.spacecraft import read_spacecraft
+
+    return read_spacecraft(spacecraft) if isinstance(spacecraft, str | Path) else spacecraft
+
+
+def _momenta(failed: Named, file: "SpacecraftFile") -> dict[int, float]:
+    """Momenta of the failed wheels: number of the wheel -> N·m·s."""
+    import numpy as np
+
+    from gyrostat.wheel.array import LIMIT_TOLERANCE
+
+    wheels = file.spacecraft.wheels
+    limits = np.broadcast_to(wheels.momentum_limit, wheels.count)
+    found: dict[int, float] = {}
+    for name, value in named(failed, "--failed", bare=True).items():
+        number, where = file.wheel_number(name, "--failed"), f"--failed {name}"
+        momentum = 0.0
+        if value is not None and value != "seized":
+            momentum = _momentum(value, where, float(wheels.inertia[number]))
+        most = float(limits[number])
+        if abs(momentum) > most * (1.0 + LIMIT_TOLERANCE):
+            raise InputError(
+                f"{where}: found {momentum:g} N·m·s, expected at most the wheel's momentum limit, "
+                f"{most:g} N·m·s"
+            )
+        found[number] = momentum
+    return found
+
+
+def _momentum(value: Quantity, where: str, inertia: float) -> float:
+    """Momentum, N·m·s, from a momentum or from a speed with its unit."""
+    try:
+        return in_si(value, "momentum", where)
+    except InputError as error:
+        try:
+            return inertia * in_si(value, "speed", where)
+        except InputError:
+            raise error from None
+
+
+def _turned(attitude: "Vector | None", body: "Vector") -> "Vector | None":
+    """A body direction in inertial axes."""
+    from scipy.spatial.transform import Rotation
+
+    if attitude is None:
+        return None
+    return Rotation.from_quat(attitude, scalar_first=True).apply(body)
+
+
+def _losses(failed: Named, file: "SpacecraftFile") -> "dict[int, Loss]":
+    """Number of each failed wheel -> how it failed."""
+    from gyrostat.failures import Loss
+
+    found: dict[int, Loss] = {}
+    for name, value in named(failed, "--failed", bare=True).items():
+        number = file.wheel_number(name, "--failed")
+        kind, _, constant = (value or "").partition(":")
+        if kind == "rundown" and constant:
+            found[number] = Loss(kind, parse_quantity(constant, "time", f"--failed {name}"))
+        elif kind in ("seized", "frozen", "rundown") and not constant:
+            found[number] = Loss(kind)  # pyright: ignore[reportArgumentType]
+        else:
+            raise InputError(
+                f"--failed {name}: found {value or ''!r}, expected seized, frozen or rundown:TIME"
+            )
+    return found
+
+
+def _speeds(values: str | Iterable[Quantity], file: "SpacecraftFile") -> "Vector":
+    """Wheel speeds relative to the body, rad/s, from momenta or speeds."""
+    import numpy as np
+
+    count = len(file.wheel_names)
+    try:
+        momentum = numbers(values, count, "momentum", "--wheels")
+    except InputError as error:
+        try:
+            return numbers(values, count, "speed", "--wheels")
+        except InputError:
+            raise error from None
+    inertia = np.broadcast_to(np.asarray(file.spacecraft.wheels.inertia), (count,))
+    return momentum / inertia

@@ -1,0 +1,150 @@
+"""Verb `identify`: from bench records to a wheel."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gyrostat.verbs.arguments import Named, Quantity, Say, named, quantities, refuse_given, silent
+from gyrostat.verbs.wheel_arguments import (
+    factors_and_tolerances,
+    inertia_and_tolerance,
+    load_records,
+    parameters_in_si,
+    priors,
+)
+
+if TYPE_CHECKING:
+    from gyrostat.identification import Fit
+    from gyrostat.telemetry import Record
+
+    Records = Record | str | Path | Sequence[Record | str | Path]
+
+
+def identify(
+    records: "Records",
+    out: "str | Path | None" = None,
+    *,
+    inertia: Quantity | None = None,
+    current_scale: Quantity | None = None,
+    speed_scale: Quantity | None = None,
+    clock: Quantity | None = None,
+    model: str | None = None,
+    method: str = "batch",
+    hold: Named = None,
+    free: str | Iterable[str] | None = None,
+    prior: Named = None,
+    start: Named = None,
+    speed_sigma: Quantity | Sequence[Quantity] | None = None,
+    loss: str | None = None,
+    current_hold: str | None = None,
+    compare: bool = False,
+    held_out: "Records | None" = None,
+    columns: Mapping[str, str] | str | None = None,
+    units: Mapping[str, str] | str | None = None,
+    unsigned_current: bool = False,
+    force: bool = False,
+    say: Say = silent,
+    command: str = "gyrostat.identify",
+) -> "Fit":
+    """Identify a wheel from bench records.
+
+    Args:
+        records: records of one wheel, or paths of CSV, Parquet or MATLAB files.
+        out: folder for fit.json, model.toml and report.html; None writes no file.
+        inertia: inertia of rotor and flywheel, kg·m²; text may give a tolerance of one standard
+            deviation: "1.5e-3 +- 1 %".
+        current_scale: true over measured current: "+- 1 %" or "1.01 +- 0.5 %".
+        speed_scale: true over measured speed, likewise.
+        clock: true over recorded time, likewise.
+        model: friction model; by default "stribeck".
+        method: "batch", "steady", "torque-step" or "coast".
+        hold: parameters that are held: name -> value, or None for the default.
+        free: parameters that are estimated as well.
+        prior: a-priori knowledge: name -> (mean, standard deviation).
+        start: name -> value to start from.
+        speed_sigma: standard deviation of the measured speed, rad/s; one, or one for each record.
+        loss: "quadratic" (default), "huber" or "student".
+        current_hold: current between samples: "zero-order" (default) or "linear".
+        compare: whether to rank the other friction models too.
+        held_out: records for the ranking only, which are never fitted.
+        columns: role -> column, such as {"current": "m1cur"}.
+        units: role -> unit, where the file has none.
+        unsigned_current: whether the current has no sign; it is taken from setpoint or speed.
+        force: whether to replace files that gyrostat did not write.
+        say: called with each line for a person.
+        command: text that the report names as its origin.
+
+    Returns:
+        The fit: `print` shows it as a table, `wheel()` gives the wheel. It is a valid result if it
+        has `converged` and nothing of it is `impossible`.
+
+    Raises:
+        InputError: a record or option that cannot be used, or files in the way.
+    """
+    from gyrostat import identification as stage
+    from gyrostat.core.outputs import check_outputs
+    from gyrostat.identification.prediction import friction_model
+    from gyrostat.reports.write import FILES, write_fit
+
+    if out is not None:
+        check_outputs(Path(out), FILES, by="identify", force=force)
+    name = model or "stribeck"
+    value, tolerance = inertia_and_tolerance(inertia)
+    factors, shares = factors_and_tolerances(
+        {"current_scale": current_scale, "speed_scale": speed_scale, "clock": clock}
+    )
+    tolerance |= shares
+    common: dict[str, Any] = {
+        "inertia": value,
+        "hold": parameters_in_si(named(hold, "--hold", bare=True), name, "--hold"),
+    }
+    sigmas = quantities(speed_sigma, "speed", "--speed-sigma")
+    reading = {"columns": columns, "units": units, "unsigned_current": unsigned_current}
+    measured = [record.scaled(**factors) for record in load_records(records, say, **reading)]
+    if method == "batch":
+        friction_model(name)
+        say(f"identifying {name} friction from {', '.join(r.name for r in measured)}")
+        options: dict[str, Any] = {
+            **common,
+            "free": [free] if isinstance(free, str) else list(free or ()),
+            "prior": priors(prior, name),
+            "start": parameters_in_si(named(start, "--start"), name, "--start"),
+            "speed_sigma": sigmas or None,
+            "loss": loss or "quadratic",
+            "current_hold": current_hold or "zero-order",
+        }
+        fit = stage.identify(
+            measured,
+            model=name,
+            tolerance=tolerance,
+            on_progress=lambda stage, count, cost: say(
+                f"  {stage}: iteration {count}, cost {cost:.6g}"
+            ),
+            **options,
+        )
+        trends = stage.temperature_trends(measured, model=name, on_left_out=say, **options)
+        fit = replace(fit, temperatures=tuple(trends))
+        if compare or held_out:
+            others = load_records(held_out or (), say, **reading)
+            say("ranking the other friction models")
+            others = [record.scaled(**factors) for record in others]
+            ranking = stage.compare(measured, others, known=fit, **options)
+            fit = replace(fit, comparison=tuple(ranking))
+    else:
+        batch_only = {
+            "--free": free,
+            "--prior": prior,
+            "--start": start,
+            "--loss": loss,
+            "--current-hold": current_hold,
+            "--compare": compare,
+            "--held-out": held_out,
+            "more than one --speed-sigma": sigmas[1:],
+        }
+        refuse_given(batch_only, f"--method {method}", "--method batch")
+        common["speed_sigma"] = sigmas[0] if sigmas else None
+        fit = stage.identify_dedicated(method, measured, model=model, tolerance=tolerance, **common)
+    if out is not None:
+        write_fit(fit, Path(out), command=command, say=say, force=force)
+    return fit

@@ -1,0 +1,50 @@
+"""Verb `reproduce`: rebuild a paper and judge its claims."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gyrostat.verbs.arguments import Say, silent
+
+if TYPE_CHECKING:
+    from gyrostat.papers import Reproduction
+
+
+def reproduce(
+    paper: str,
+    out: "str | Path | None" = None,
+    *,
+    quick: bool = False,
+    force: bool = False,
+    say: Say = silent,
+    command: str = "gyrostat.reproduce",
+) -> "Reproduction":
+    """Rebuild a paper's experiments and judge each of its claims.
+
+    Args:
+        paper: "carrara-kuga", "moreira-lopes-kuga", "carvalho-fenili" or "endo-sekiguchi-nonaka".
+        out: folder for claims.json and report.html; None writes no file.
+        quick: whether to use fewer seeds.
+        force: whether to replace files that gyrostat did not write.
+        say: called with each line for a person.
+        command: text that the page names as its origin.
+
+    Raises:
+        InputError: an unknown paper, or files in the way.
+    """
+    from gyrostat.core.outputs import check_outputs, new_files
+    from gyrostat.papers import paper_named
+
+    experiment = paper_named(paper)
+    if out is not None:
+        check_outputs(Path(out), ("claims.json", "report.html"), by="reproduce", force=force)
+    result = experiment.reproduce(quick=quick, say=say)
+    if out is not None:
+        text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
+        page = result.page(command=command)
+        with new_files(Path(out), by="reproduce", force=force) as folder:
+            (folder / "report.html").write_text(page, encoding="utf-8")
+            (folder / "claims.json").write_text(text + "\n", encoding="utf-8")
+    for line in result.lines():
+        say(line)
+    return result

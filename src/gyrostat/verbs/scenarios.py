@@ -1,0 +1,249 @@
+"""Verbs on scenarios: simulate, campaign, replay, report."""
+
+import json
+import re
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gyrostat.core.errors import InputError
+from gyrostat.verbs.arguments import Say, silent, to_stderr, whole_numbers
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gyrostat.campaigns import Scenario
+
+
+def simulate(
+    scenario: "Scenario | str | Path",
+    out: "str | Path | None" = None,
+    *,
+    seed: int = 0,
+    device: str = "cpu",
+    engine: str = "auto",
+    force: bool = False,
+    say: Say = silent,
+    command: str = "gyrostat.simulate",
+) -> "xr.Dataset":
+    """Simulate one run of a scenario with its nominal values.
+
+    Args:
+        scenario: scenario, or path of scenario.toml.
+        out: netCDF file RUN.nc for the histories, and RUN.html beside it; None writes no file.
+        seed: seed of the noise.
+        device: "cpu", or "gpu" where JAX sees one.
+        engine: "lanes" (compiled C), "jax", or "auto": lanes where there is a C compiler.
+        force: whether to replace files that gyrostat did not write, and to take wheels that are
+            marked as impossible.
+        say: called with each line for a person.
+        command: text that the page names as its origin.
+
+    Returns:
+        Histories over `time`: state, measurements, commands and `error` (pointing error, rad), with
+        units. `status` is 0 where the run came to its end; attributes: `scenario`, `ended` (s) and
+        every metric.
+
+    Raises:
+        InputError: a scenario, device or engine that cannot be used, or files in the way.
+    """
+    from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
+    from gyrostat.campaigns.schema import metric_units
+    from gyrostat.core.outputs import check_outputs
+
+    path = None if out is None else Path(out)
+    if path is not None:
+        if path.suffix != ".nc":
+            raise InputError(f"--out: found {str(path)!r}, expected a name that ends in .nc")
+        names = (path.name, path.with_suffix(".html").name)
+        check_outputs(path.parent, names, by="simulate", force=force)
+    _check_engine(engine)
+    _check_device(device)
+    use_engine(engine_record(device, FLAGS[device]))
+    from gyrostat.campaigns.engine import fly
+    from gyrostat.campaigns.execute import chosen_engine
+
+    found = _scenario(scenario, force=force)
+    say(f"flying {found.name}: {found.duration:g} s")
+    text = found.text()
+    flown = fly(text, seed, None, keep=[0], engine=chosen_engine(engine, text, device, say))
+    if path is not None:
+        from gyrostat.reports.campaign_run import write_run
+
+        write_run(found, flown, path, command=command, say=say, force=force)
+    assert flown.histories is not None
+    names = ("ended", *metric_units(found.percentiles))
+    values = {name: flown.columns[name][0].item() for name in names}
+    return flown.histories.isel(run=0).assign_attrs(scenario=found.name, **values)
+
+
+def campaign(
+    scenario: "Scenario | str | Path",
+    runs: int,
+    out: "str | Path | None" = None,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    device: str = "cpu",
+    engine: str = "auto",
+    block: int = 64,
+    keep: str | Iterable[int] = (),
+    worst: int = 3,
+    worst_by: str | None = None,
+    force: bool = False,
+    on_progress: Callable[[int, int], None] | None = None,
+    say: Say = silent,
+    command: str = "gyrostat.campaign",
+) -> "xr.Dataset":
+    """Simulate a scenario many times, each run with its own draws; resume where it was stopped.
+
+    Args:
+        scenario: scenario with dispersions, or path of scenario.toml.
+        runs: number of runs.
+        out: folder of the campaign. None: a folder in the current one, named after scenario, runs
+            and seed, as "cubesat-1000-runs-seed-1"; one line on stderr says so.
+        seed: seed of all draws.
+        workers: worker processes; None: one for each core.
+        scheduler: address of a Dask scheduler, in place of local processes.
+        device: "cpu", or "gpu" where JAX sees one.
+        engine: "lanes" (compiled C), "jax", or "auto": lanes where there is a C compiler.
+        block: runs in a block; results do not depend on it.
+        keep: numbers of runs whose histories are kept.
+        worst: number of worst runs whose histories are kept too.
+        worst_by: metric that ranks them; None: the last percentile of the error.
+        force: whether to begin beside files that gyrostat did not write, which are renamed
+            NAME.changed, and to take wheels that are marked as impossible.
+        on_progress: called with the runs done and the runs in all.
+        say: called with each line for a person.
+        command: text that the report names as its origin.
+
+    Returns:
+        As `campaign_runs` reads it: one value a run of every drawn parameter and metric. The folder
+        also has report.html, report.json and the histories of the worst runs.
+
+    Raises:
+        InputError: a scenario without dispersions, another campaign in the folder, or options that
+            cannot be used.
+    """
+    from gyrostat.campaigns import campaign_runs, cluster, run_campaign
+    from gyrostat.core.files import check_writable
+    from gyrostat.reports.campaign import write_campaign
+
+    if out is not None:
+        check_writable(Path(out))
+    _check_device(device)
+    _check_engine(engine)
+    found = _scenario(scenario, force=force)
+    if not found.dispersions:
+        place = scenario if isinstance(scenario, str | Path) else found.name
+        raise InputError(f"{place}: key dispersion: found none, expected what shall scatter")
+    folder = Path(_folder_name(found.name, runs, seed) if out is None else out)
+    if out is None:
+        check_writable(folder)
+        to_stderr(f"the campaign's files go to the folder {folder}")
+    run_campaign(
+        found,
+        folder,
+        runs=runs,
+        seed=seed,
+        device=device,
+        engine=engine,
+        opener=None if scheduler is None else cluster(scheduler),
+        workers=workers,
+        block=block,
+        keep=whole_numbers(keep, "--keep"),
+        worst=worst,
+        worst_by=worst_by,
+        force=force,
+        on_progress=on_progress,
+        say=say,
+    )
+    write_campaign(folder, command=command, say=say)
+    return campaign_runs(folder)
+
+
+def replay(
+    folder: "str | Path", run: int, *, say: Say = silent, command: str = "gyrostat.replay"
+) -> "xr.Dataset":
+    """Simulate one run of a campaign again, bit for bit; write its history and its page.
+
+    Args:
+        folder: folder of a finished campaign; the files are runs/run_NNNNNN.nc and .html in it.
+        run: number of the run.
+        say: called with each line for a person.
+        command: text that the page names as its origin.
+
+    Returns:
+        Histories over `time`, as `simulate` returns them.
+
+    Raises:
+        InputError: no finished campaign, no such run, or software or hardware that gives other
+            numbers than those of the table.
+    """
+    import xarray as xr
+
+    from gyrostat.campaigns import Store, processes
+    from gyrostat.campaigns import replay as simulate_again
+    from gyrostat.campaigns.fingerprint import refuse_other
+    from gyrostat.reports.campaign import write_replay
+
+    store = Store(Path(folder), say)
+    known = store.known()
+    if run not in range(known.runs):
+        raise InputError(f"run: found {run}, expected 0 to {known.runs - 1}")
+    refuse_other(known.engine, str(folder))
+    with store.locked():
+        store.mend(known)
+        path = simulate_again(store, known, [run], processes(1))[0]
+    write_replay(known, path, run, command=command, say=say)
+    with xr.open_dataset(path, engine="h5netcdf") as history:
+        return history.load()
+
+
+def report(
+    folder: "str | Path", *, say: Say = silent, command: str = "gyrostat.report"
+) -> "dict[str, Any]":
+    """Write report.html and report.json of a finished campaign into its folder.
+
+    Args:
+        folder: folder of a finished campaign.
+        say: called with each line for a person.
+        command: text that the page names as its origin.
+
+    Returns:
+        The content of report.json, SI units.
+
+    Raises:
+        InputError: no finished campaign is there, or the folder cannot be written.
+    """
+    from gyrostat.reports.campaign import write_campaign
+
+    return json.loads(write_campaign(Path(folder), command=command, say=say))
+
+
+def _scenario(scenario: "Scenario | str | Path", *, force: bool) -> "Scenario":
+    """Read scenario.toml; pass a scenario on."""
+    from gyrostat.campaigns import read_scenario
+
+    return read_scenario(scenario, force=force) if isinstance(scenario, str | Path) else scenario
+
+
+def _folder_name(name: str, runs: int, seed: int) -> str:
+    """Folder of a campaign that is not told another one."""
+    plain = re.sub(r"\W+", "-", name).strip("-") or "campaign"
+    return f"{plain}-{runs}-runs-seed-{seed}"
+
+
+def _check_device(name: str) -> None:
+    from gyrostat.campaigns.fingerprint import FLAGS
+
+    if name not in FLAGS:
+        raise InputError(f"--device: found {name!r}, expected one of {', '.join(FLAGS)}")
+
+
+def _check_engine(name: str) -> None:
+    from gyrostat.campaigns.execute import ENGINES
+
+    if name not in ENGINES:
+        raise InputError(f"--engine: found {name!r}, expected one of {', '.join(ENGINES)}")

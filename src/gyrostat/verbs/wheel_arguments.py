@@ -1,0 +1,158 @@
+"""Arguments of the verbs on wheels: records, wheel models, friction parameters, tolerances."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.units import parse_uncertain
+from gyrostat.verbs.arguments import Named, Quantity, Say, in_si, in_si_or_none, named
+
+if TYPE_CHECKING:
+    from gyrostat.identification import Fit
+    from gyrostat.telemetry import Record
+    from gyrostat.wheel import Wheel, WheelModel
+
+
+def load_records(
+    records: "Record | str | Path | Iterable[Record | str | Path]", say: Say, **reading: Any
+) -> "list[Record]":
+    """Read the records that are given as paths, and say what the reader noted.
+
+    Args:
+        records: one or several records or paths.
+        say: called with each note.
+        reading: options of `gyrostat.telemetry.read_record`; columns and units also as text.
+
+    Raises:
+        InputError: a file cannot be read.
+    """
+    from gyrostat.telemetry import Record, read_record
+
+    for name in ("columns", "units"):
+        reading[name] = named(reading[name], f"--{name}") or None
+    several = [records] if isinstance(records, Record | str | Path) else list(records)
+    found = []
+    for item in several:
+        record = item if isinstance(item, Record) else read_record(item, **reading)
+        for note in record.notes if record is not item else ():
+            say(f"{record.name}: {note}")
+        found.append(record)
+    return found
+
+
+def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) -> "WheelModel":
+    """Read a wheel model, or make it from a wheel or an identification.
+
+    Args:
+        model: path of model.toml, or an object.
+        force: whether to take a wheel that its identification marked as impossible.
+
+    Raises:
+        InputError: the file cannot be read, the identification gives no wheel, or the wheel has
+            bristle friction, which no model file has.
+    """
+    from gyrostat.identification import Fit
+    from gyrostat.wheel import Wheel, WheelModel, read_model
+    from gyrostat.wheel.friction import Friction
+
+    if isinstance(model, str | Path):
+        return read_model(Path(model), force=force)
+    if isinstance(model, Fit):
+        model.wheel()
+        found = model.wheel_model()
+        if found is not None and found.impossible and not force:
+            raise InputError(
+                f"{model.method} fit: found a wheel that cannot exist ({found.impossible}), "
+                "expected one that can; force=True takes it where it can be computed with"
+            )
+        assert found is not None
+        return found
+    if isinstance(model, WheelModel):
+        return model
+    if not isinstance(model, Wheel) or not isinstance(model.friction, Friction):
+        friction = type(getattr(model, "friction", model)).__name__
+        raise InputError(f"model: found {friction}, expected a wheel with a static friction curve")
+    values = {"inertia": model.inertia, "motor_constant": model.motor_constant}
+    values |= model.friction.parameters()
+    return WheelModel(type(model.friction), {name: float(v) for name, v in values.items()})
+
+
+def parameters_in_si(values: Mapping[str, Any], model: str, where: str) -> dict[str, Any]:
+    """Convert values of named wheel parameters to SI.
+
+    Args:
+        values: name -> number, text or None, which stays.
+        model: friction model, which gives the dimension of each name.
+        where: option, for the message.
+
+    Raises:
+        InputError: an unknown name, no number, or an unknown unit.
+    """
+    return {
+        name: None if value is None else _parameter_in_si(value, name, model, where)
+        for name, value in values.items()
+    }
+
+
+def _parameter_in_si(value: Quantity, name: str, model: str, where: str) -> float:
+    from gyrostat.identification.prediction import friction_model, parameter_dimension
+
+    dimension = parameter_dimension(friction_model(model), name, where)
+    return in_si(value, dimension, f"{where} {name}")
+
+
+def priors(values: Named, model: str) -> dict[str, tuple[float, float]]:
+    """Convert a-priori means and standard deviations of wheel parameters to SI.
+
+    Args:
+        values: name -> (mean, sigma), or text NAME=MEAN:SIGMA.
+        model: friction model, which gives the dimension of each name.
+
+    Raises:
+        InputError: an unknown name, no two numbers, or an unknown unit.
+    """
+    found = {}
+    for name, value in named(values, "--prior").items():
+        both = value.split(":", 1) if isinstance(value, str) else value
+        if not isinstance(both, Sequence) or len(both) != 2:
+            raise InputError(f"--prior {name}: found {value!r}, expected MEAN:SIGMA")
+        mean, sigma = (_parameter_in_si(part, name, model, "--prior") for part in both)
+        found[name] = (mean, sigma)
+    return found
+
+
+def inertia_and_tolerance(value: Quantity | None) -> tuple[float | None, dict[str, float]]:
+    """Convert an inertia to kg·m², and its tolerance to a share where one is given."""
+    if not isinstance(value, str):
+        return in_si_or_none(value, "inertia", "--inertia"), {}
+    number, sigma = parse_uncertain(value, "inertia", "--inertia")
+    if number is None:
+        raise InputError(
+            f"--inertia: found {value.strip()!r}, expected a value before the tolerance"
+        )
+    return number, {"inertia": sigma} if sigma else {}
+
+
+def factors_and_tolerances(
+    options: Mapping[str, Quantity | None],
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Convert factors on recorded signals, and their tolerances to shares where they are given.
+
+    Args:
+        options: name of an option with underscores -> number, text, or None.
+
+    Raises:
+        InputError: a factor that is not positive.
+    """
+    factors, tolerances = {}, {}
+    for name, given in options.items():
+        where = f"--{name.replace('_', '-')}"
+        text = given if given is None or isinstance(given, str) else repr(float(given))
+        value, sigma = (1.0, 0.0) if text is None else parse_uncertain(text, None, where)
+        factors[name] = 1.0 if value is None else value
+        if not factors[name] > 0.0:
+            raise InputError(f"{where}: found {factors[name]:g}, expected a factor above 0")
+        if sigma:
+            tolerances[name] = sigma
+    return factors, tolerances

@@ -1,0 +1,175 @@
+"""Verbs on a known wheel: validate, bench."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gyrostat.core.errors import InputError
+from gyrostat.verbs.arguments import Named, Quantity, Say, in_si, in_si_or_none, named, silent
+from gyrostat.verbs.wheel_arguments import load_records, parameters_in_si, wheel_model
+
+if TYPE_CHECKING:
+    from gyrostat.identification import Fit, Validation
+    from gyrostat.telemetry import Record
+    from gyrostat.wheel import Wheel, WheelModel
+
+
+def validate(
+    model: "WheelModel | Wheel | Fit | str | Path",
+    record: "Record | str | Path",
+    out: "str | Path | None" = None,
+    *,
+    hold: Named = None,
+    current_hold: str = "zero-order",
+    columns: Mapping[str, str] | str | None = None,
+    units: Mapping[str, str] | str | None = None,
+    unsigned_current: bool = False,
+    force: bool = False,
+    say: Say = silent,
+    command: str = "gyrostat.validate",
+) -> "Validation":
+    """Predict an independent record with a known wheel.
+
+    Args:
+        model: wheel, its model, an identification, or path of model.toml.
+        record: record that the model was not fitted to, or its path.
+        out: folder for validation.json and validation.html; None writes no file.
+        hold: {"current_bias": value}, offset of the drive, A.
+        current_hold: current between samples: "zero-order" or "linear".
+        columns: role -> column of the file.
+        units: role -> unit, where the file has none.
+        unsigned_current: whether the current has no sign.
+        force: whether to replace files that gyrostat did not write.
+        say: called with each line for a person.
+        command: text that the page names as its origin.
+
+    Returns:
+        Residuals and their size; a valid result if it has `converged`.
+
+    Raises:
+        InputError: a model or record that cannot be used, or files in the way.
+    """
+    from gyrostat.core.outputs import check_outputs, new_files
+    from gyrostat.core.units import RPM
+    from gyrostat.identification import validate as predict
+    from gyrostat.reports.page import validation_page
+
+    if out is not None:
+        names = ("validation.html", "validation.json")
+        check_outputs(Path(out), names, by="validate", force=force)
+    # a prediction is what shows whether a wheel marked as impossible is one
+    known = wheel_model(model, force=True)
+    known.wheel()
+    values = {**known.values, **_drive(hold, known.friction.name)}
+    reading = {"columns": columns, "units": units, "unsigned_current": unsigned_current}
+    measured = load_records(record, say, **reading)[0]
+    result = predict(known.friction, values, measured, current_hold=current_hold)  # pyright: ignore[reportArgumentType]
+    if out is not None:
+        text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
+        page = validation_page(result, command=command)
+        with new_files(Path(out), by="validate", force=force) as folder:
+            (folder / "validation.html").write_text(page, encoding="utf-8")
+            (folder / "validation.json").write_text(text + "\n", encoding="utf-8")
+    say(
+        f"residual {result.rms_speed:.4g} rad/s rms ({result.rms_speed / RPM:.4g} rpm), tachometer "
+        f"noise {result.noise:.4g} rad/s, over {result.samples} samples and {result.crossings} "
+        "zero crossings"
+    )
+    if not result.converged:
+        say("no valid result: found no initial speed that fits the record best")
+    return result
+
+
+def bench(
+    model: "WheelModel | Wheel | Fit | str | Path",
+    out: "str | Path | None" = None,
+    *,
+    profile: str = "steps",
+    duration: Quantity = 300.0,
+    rate: float = 10.0,
+    low: Quantity | None = None,
+    high: Quantity | None = None,
+    period: Quantity | None = None,
+    initial_speed: Quantity = 0.0,
+    speed_sigma: Quantity = 0.0,
+    speed_quantum: Quantity = 0.0,
+    jitter: float = 0.0,
+    dropouts: float = 0.0,
+    seed: int = 0,
+    force: bool = False,
+    say: Say = silent,
+) -> "Record":
+    """Simulate the record that a test bench would have taken of a known wheel.
+
+    Args:
+        model: wheel, its model, an identification, or path of model.toml.
+        out: file for the record, .csv or .parquet; None writes no file.
+        profile: "steps", "sines" or "ramps".
+        duration: duration of the record, s.
+        rate: samples per second, Hz.
+        low: smallest current amplitude, A.
+        high: largest current amplitude, A.
+        period: period of one step, cycle or ramp, s.
+        initial_speed: wheel speed at the first sample, rad/s.
+        speed_sigma: standard deviation of the tachometer noise, rad/s.
+        speed_quantum: step of the tachometer, rad/s.
+        jitter: jitter of the sample times, share of the interval.
+        dropouts: share of missing speeds.
+        seed: seed of currents and noise.
+        force: whether to replace a file that gyrostat did not write, and to take a wheel that its
+            identification marked as impossible.
+        say: called with each line for a person.
+
+    Raises:
+        InputError: a wheel or option that cannot be used, or a file in the way.
+    """
+    from gyrostat.core.files import check_writable
+    from gyrostat.core.outputs import new_files
+    from gyrostat.simulation import CurrentRange, Telemetry, bench_record, default_range
+    from gyrostat.telemetry import write_record
+
+    path = None if out is None else Path(out)
+    if path is not None:
+        check_writable(path.parent)
+    wheel = wheel_model(model, force=force).wheel()
+    usual = default_range(wheel)
+    record = bench_record(
+        wheel,
+        profile,
+        duration=in_si(duration, "time", "--duration"),
+        telemetry=Telemetry(
+            rate=rate,
+            speed_sigma=in_si(speed_sigma, "speed", "--speed-sigma"),
+            speed_quantum=in_si(speed_quantum, "speed", "--speed-quantum"),
+            jitter=jitter,
+            dropouts=dropouts,
+        ),
+        amplitudes=CurrentRange(
+            usual.low if low is None else in_si(low, "current", "--low"),
+            usual.high if high is None else in_si(high, "current", "--high"),
+        ),
+        initial_speed=in_si(initial_speed, "speed", "--initial-speed"),
+        period=in_si_or_none(period, "time", "--period"),
+        seed=seed,
+        name="bench" if path is None else path.name,
+    )
+    if path is not None:
+        with new_files(path.parent, by="bench", force=force) as folder:
+            write_record(record, folder / path.name)
+        source = model if isinstance(model, str | Path) else type(model).__name__
+        say(f"written: {path}, {len(record.time)} samples, wheel of {source}")
+    return record
+
+
+def _drive(hold: Named, model: str) -> dict[str, float]:
+    """Offset of the drive, A, which no model file holds."""
+    given = parameters_in_si(named(hold, "--hold", bare=True), model, "--hold")
+    for name, value in given.items():
+        if name != "current_bias":
+            raise InputError(
+                f"--hold: found {name}, expected current_bias: the model file holds the wheel"
+            )
+        if value is None:
+            raise InputError("--hold current_bias: found no value, expected one in A")
+    return given
