@@ -15,11 +15,12 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel.contact import Motion
 from gyrostat.wheel.contacts import Contacts, Modes
 from gyrostat.wheel.segment import (
-    MAX_SEGMENTS,
     NEWTON_STEPS,
+    Segment,
     ends,
     falls_through_zero,
     narrowed,
+    through_segments,
     within,
 )
 from gyrostat.wheel.step_bounds import outlook, stays
@@ -44,16 +45,6 @@ def _runge_kutta(contacts: Contacts, motion: Motion, modes: Modes, start, rate, 
 
     total = jax.tree.map(lambda y, k: y + duration / 6.0 * k, motion, rate)
     return jax.lax.scan(stage, (rate, total), (STAGES, WEIGHTS))[0][1]
-
-
-class _Segment(NamedTuple):
-    motion: Motion
-    elapsed: Float[Array, ""]
-    released: PerWheel
-    """Sense (±1) in which a load has just reached the breakaway level, else 0."""
-    landed: Bool[Array, ""]
-    """Whether a speed has just come to zero."""
-    number: Int[Array, ""]
 
 
 def _modes(contacts: Contacts, motion: Motion, released: PerWheel, time: Scalar) -> Modes:
@@ -260,15 +251,8 @@ def slide_together(
         The motion at the end, and whether the interval was resolved: False when it needed more than
         `MAX_SEGMENTS` segments. Differentiable in forward mode in every argument and parameter.
     """
-    motion = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), motion)
-    duration = jnp.asarray(duration, dtype=float)
 
-    def unfinished(segment: _Segment):
-        # wheels that come to zero at the very end have still to stick or to go through, in no time
-        more = (segment.elapsed < duration) | segment.landed
-        return more & (segment.number < MAX_SEGMENTS)
-
-    def go(segment: _Segment) -> _Segment:
+    def go(segment: Segment, duration: Scalar) -> Segment:
         motion, elapsed = segment.motion, segment.elapsed
         modes = _modes(contacts, motion, segment.released, elapsed)
         after, time, finished, hit, rising = _travel(
@@ -276,7 +260,7 @@ def slide_together(
         )
         held = modes.direction == 0.0
         breaks_away = hit & held
-        return _Segment(
+        return Segment(
             motion=after,
             elapsed=jnp.where(finished, duration, elapsed + time),
             released=jnp.where(breaks_away, rising, 0.0),
@@ -284,8 +268,5 @@ def slide_together(
             number=segment.number + 1,
         )
 
-    start = _Segment(
-        motion, jnp.zeros(()), jnp.zeros_like(motion.speed), jnp.array(False), jnp.array(0)
-    )
-    last = jax.lax.while_loop(unfinished, go, start)
+    last = through_segments(go, motion, duration)
     return last.motion, (last.elapsed >= duration) & ~last.landed

@@ -12,31 +12,22 @@ once the wheel sticks. Only the search that leads there is hidden from different
 
 from typing import NamedTuple
 
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel.contact import Contact, Motion
 from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.segment import (
-    MAX_SEGMENTS,
     NEWTON_STEPS,
+    Segment,
     ends,
     falls_through_zero,
     friction_limit,
     narrowed,
+    through_segments,
     within,
 )
-
-
-class _Segment(NamedTuple):
-    motion: Motion
-    elapsed: Float[Array, ""]
-    released: Float[Array, ""]
-    """Sense (±1) in which the load has just reached the breakaway level, else 0."""
-    landed: Bool[Array, ""]
-    """Whether the speed has just come to zero."""
-    number: Int[Array, ""]
 
 
 @jax.jit  # a function of its own in the trace: traced once, not at every use
@@ -198,16 +189,8 @@ def slide(contact: Contact, motion: Motion, duration: Scalar) -> tuple[Motion, B
     """
     if not isinstance(contact.friction, Friction):
         raise TypeError(f"friction: found {type(contact.friction).__name__}, expected a static one")
-    motion = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), motion)
-    duration = jnp.asarray(duration, dtype=float)
 
-    def unfinished(segment: _Segment):
-        # a wheel that comes to zero at the very end has still to stick or to go through, in no
-        # time: its speed is zero either way, but not the derivative
-        more = (segment.elapsed < duration) | segment.landed
-        return more & (segment.number < MAX_SEGMENTS)
-
-    def go(segment: _Segment) -> _Segment:
+    def go(segment: Segment, duration: Scalar) -> Segment:
         motion, elapsed = segment.motion, segment.elapsed
         load = contact.load(motion.carrier, elapsed)
         at_rest = motion.speed == 0.0
@@ -217,7 +200,7 @@ def slide(contact: Contact, motion: Motion, duration: Scalar) -> tuple[Motion, B
         direction = jnp.where(at_rest, jnp.where(holds, 0.0, free), jnp.sign(motion.speed))
         travel, rising = _travel(contact, motion, direction, elapsed, duration - elapsed)
         breaks_away = travel.ran_out & (direction == 0.0)
-        return _Segment(
+        return Segment(
             motion=travel.motion,
             elapsed=jnp.where(travel.finished, duration, elapsed + travel.time),
             released=jnp.where(breaks_away, rising, 0.0),
@@ -225,7 +208,5 @@ def slide(contact: Contact, motion: Motion, duration: Scalar) -> tuple[Motion, B
             number=segment.number + 1,
         )
 
-    nothing = jnp.zeros_like(duration)
-    start = _Segment(motion, nothing, nothing, jnp.array(False), jnp.array(0))
-    last = jax.lax.while_loop(unfinished, go, start)
+    last = through_segments(go, motion, duration)
     return last.motion, last.elapsed >= duration
