@@ -12,8 +12,8 @@ from jaxtyping import Array, Bool, Float, Int
 
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.wheel.contact import Motion
-from gyrostat.wheel.contacts import Contacts, Modes
+from gyrostat.wheel.bearing_equation import Motion
+from gyrostat.wheel.coupled_bearings import CoupledBearings, Modes
 from gyrostat.wheel.segment import (
     NEWTON_STEPS,
     Segment,
@@ -23,7 +23,7 @@ from gyrostat.wheel.segment import (
     through_segments,
     within,
 )
-from gyrostat.wheel.step_bounds import outlook, stays
+from gyrostat.wheel.step_bounds import stays, step_bounds
 
 EVENT_TOLERANCE = 1e-9
 """Share of a height that may be left where it only dips to zero."""
@@ -33,7 +33,7 @@ STAGES, WEIGHTS = jnp.array([0.5, 0.5, 1.0]), jnp.array([2.0, 2.0, 1.0]) / 6.0
 
 
 @jax.jit
-def _runge_kutta(contacts: Contacts, motion: Motion, modes: Modes, start, rate, duration):
+def _runge_kutta(contacts: CoupledBearings, motion: Motion, modes: Modes, start, rate, duration):
     """One classical fourth-order step of frozen modes; later stages a loop, compiled sooner."""
 
     def stage(carry, share):
@@ -47,7 +47,7 @@ def _runge_kutta(contacts: Contacts, motion: Motion, modes: Modes, start, rate, 
     return jax.lax.scan(stage, (rate, total), (STAGES, WEIGHTS))[0][1]
 
 
-def _modes(contacts: Contacts, motion: Motion, released: PerWheel, time: Scalar) -> Modes:
+def _modes(contacts: CoupledBearings, motion: Motion, released: PerWheel, time: Scalar) -> Modes:
     """Mode of each wheel: turning ones keep their sense, resting ones hold if they can."""
     start = jnp.where(motion.speed == 0.0, released, jnp.sign(motion.speed))
 
@@ -81,7 +81,7 @@ class _Loads(NamedTuple):
 
 
 @jax.jit
-def _loads(contacts: Contacts, motion: Motion, modes: Modes, time) -> _Loads:
+def _loads(contacts: CoupledBearings, motion: Motion, modes: Modes, time) -> _Loads:
     """What the wheels rub against while the modes of motion are frozen."""
     torque, along = jax.linearize(
         lambda motion, time: contacts.torques(motion, modes, time), motion, time
@@ -107,7 +107,7 @@ class _Trial(NamedTuple):
     steps: Int[Array, ""]
 
 
-def _travel(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
+def _travel(contacts: CoupledBearings, motion: Motion, modes: Modes, start, remaining):
     """Move in frozen modes until the interval, the segment limit or one of the modes runs out.
 
     Returns:
@@ -117,7 +117,7 @@ def _travel(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
     torque = contacts.torques(motion, modes, start)
     rate = contacts.rate_under(motion, torque, modes, start)
     frozen = jax.lax.stop_gradient((contacts, motion, modes, start, torque, rate, remaining))
-    begin, limit = outlook(*frozen)
+    begin, limit = step_bounds(*frozen)
     last = limit >= remaining
     duration = jnp.where(last, remaining, limit)
     direction = modes.direction
@@ -237,8 +237,8 @@ def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
     return *jax.lax.cond(jnp.any(past_zero | dips), locate, go_on, None), rising
 
 
-def slide_together(
-    contacts: Contacts, motion: Motion, duration: Scalar
+def step_coupled_wheels(
+    contacts: CoupledBearings, motion: Motion, duration: Scalar
 ) -> tuple[Motion, Bool[Array, ""]]:
     """Carry several wheels and their carrier over one interval.
 

@@ -16,7 +16,7 @@ from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.wheel.contact import Contact, Motion
+from gyrostat.wheel.bearing_equation import BearingEquation, Motion
 from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.segment import (
     NEWTON_STEPS,
@@ -31,7 +31,7 @@ from gyrostat.wheel.segment import (
 
 
 @jax.jit  # a function of its own in the trace: traced once, not at every use
-def _runge_kutta(contact: Contact, motion: Motion, direction, start, duration) -> Motion:
+def _runge_kutta(contact: BearingEquation, motion: Motion, direction, start, duration) -> Motion:
     """One classical fourth-order step of the smooth field of one mode of motion."""
 
     def ahead(rate, share):
@@ -53,7 +53,7 @@ def _runge_kutta(contact: Contact, motion: Motion, direction, start, duration) -
 
 
 @jax.jit
-def _height(contact: Contact, motion: Motion, direction, rising, time):
+def _height(contact: BearingEquation, motion: Motion, direction, rising, time):
     """What is left before a mode of motion ends, and how fast it changes.
 
     For a turning wheel the speed in its sense; for a wheel at rest what the load lacks to the
@@ -71,7 +71,7 @@ def _height(contact: Contact, motion: Motion, direction, rising, time):
 
 
 @jax.jit
-def _segment_limit(contact: Contact, motion: Motion, direction, start, remaining):
+def _segment_limit(contact: BearingEquation, motion: Motion, direction, start, remaining):
     """Longest segment that resolves the friction curve and the drive."""
     whole_rate = contact.rate(motion, direction, start)
     along = (whole_rate.carrier, jnp.ones_like(start))
@@ -122,7 +122,7 @@ class _Travel(NamedTuple):
     """Whether the height ran out: a turning wheel came to zero, a held one breaks away."""
 
 
-def _travel(contact: Contact, motion: Motion, direction, start, remaining):
+def _travel(contact: BearingEquation, motion: Motion, direction, start, remaining):
     """Move in one mode until the interval, the segment limit or the mode itself runs out.
 
     Returns:
@@ -172,7 +172,9 @@ def _travel(contact: Contact, motion: Motion, direction, start, remaining):
     return jax.lax.cond(past_zero | dips, locate, go_on, None), rising
 
 
-def slide(contact: Contact, motion: Motion, duration: Scalar) -> tuple[Motion, Bool[Array, ""]]:
+def step_dry_friction(
+    contact: BearingEquation, motion: Motion, duration: Scalar
+) -> tuple[Motion, Bool[Array, ""]]:
     """Carry a wheel and its carrier over one interval.
 
     Args:
@@ -185,7 +187,7 @@ def slide(contact: Contact, motion: Motion, duration: Scalar) -> tuple[Motion, B
         `MAX_SEGMENTS` segments. Differentiable in forward mode in every argument and parameter.
 
     Raises:
-        TypeError: the friction is not static: bristles are for `bend`.
+        TypeError: the friction is not static: bristles are for `step_bristles`.
     """
     if not isinstance(contact.friction, Friction):
         raise TypeError(f"friction: found {type(contact.friction).__name__}, expected a static one")

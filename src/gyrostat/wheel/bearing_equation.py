@@ -22,7 +22,7 @@ class Motion(NamedTuple):
     carrier: Any
 
 
-class Contact(eqx.Module):
+class BearingEquation(eqx.Module):
     """A wheel, what carries it and what drives both, over one interval of smooth drive.
 
     J_e dw/dt = L - F and dy/dt = f(y, w, F, t): w is the speed of the wheel relative to its
@@ -31,7 +31,7 @@ class Contact(eqx.Module):
     """
 
     friction: eqx.AbstractVar[Any]
-    """A static `Friction` for `slide`, a `LuGre` for `bend`."""
+    """A static `Friction` for `step_dry_friction`, a `LuGre` for `step_bristles`."""
 
     @abc.abstractmethod
     def inertia(self) -> Scalar:
