@@ -34,7 +34,7 @@ ten times the share, by ten times that.
 def step_bristles(
     contact: BearingEquation, motion: Motion, deflection: Scalar, duration: Scalar
 ) -> tuple[Motion, Float[Array, ""], Bool[Array, ""]]:
-    """Carry a wheel, its bristles and its carrier over one interval.
+    """Advance a wheel, its bristles and its carrier over one interval.
 
     Args:
         contact: the equations of motion; its friction is LuGre.
@@ -87,7 +87,7 @@ def step_bristles(
 def step_wheel(
     contact: BearingEquation, motion: Motion, deflection: Scalar, duration: Scalar
 ) -> tuple[Motion, Scalar, Bool[Array, ""]]:
-    """Carry a wheel over one interval by `step_bristles` or `step_dry_friction`.
+    """Advance a wheel over one interval, whatever its friction model.
 
     Args:
         contact: the equations of motion.

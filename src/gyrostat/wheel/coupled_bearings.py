@@ -42,7 +42,7 @@ class Changes(NamedTuple):
 
 
 class CoupledBearings(eqx.Module):
-    """Wheels, what carries them and what drives all, over one interval of smooth drive.
+    """Equations of motion at the bearings of wheels on one carrier, in smooth drive.
 
     dw/dt = M (m - F) + g and dy/dt = f(y, w, F, t): w (wheels,) are the speeds relative to the
     carrier, m the torques that drive them, F the friction torques, y the state of the carrier.

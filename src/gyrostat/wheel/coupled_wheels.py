@@ -240,7 +240,7 @@ def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
 def step_coupled_wheels(
     contacts: CoupledBearings, motion: Motion, duration: Scalar
 ) -> tuple[Motion, Bool[Array, ""]]:
-    """Carry several wheels and their carrier over one interval.
+    """Advance several wheels with static friction, and their carrier, over one interval.
 
     Args:
         contacts: the equations of motion.

@@ -49,7 +49,7 @@ class _FixedBench(BearingEquation):
 def advance(
     wheel: Wheel, speed: Scalar, current: Scalar, slope: Scalar, duration: Scalar
 ) -> WheelStep:
-    """Carry a wheel over one interval in which its current is a straight line in time.
+    """Advance a wheel over one interval in which its current is linear in time.
 
     Args:
         wheel: the wheel.

@@ -175,7 +175,7 @@ def _travel(contact: BearingEquation, motion: Motion, direction, start, remainin
 def step_dry_friction(
     contact: BearingEquation, motion: Motion, duration: Scalar
 ) -> tuple[Motion, Bool[Array, ""]]:
-    """Carry a wheel and its carrier over one interval.
+    """Advance a wheel with static friction, and its carrier, over one interval.
 
     Args:
         contact: the equations of motion.

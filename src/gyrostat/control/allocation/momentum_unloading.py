@@ -11,9 +11,9 @@ from gyrostat.wheel.array import listed
 
 
 class MomentumUnloading(Checked):
-    """T = -k H within the limit: the momentum of the whole spacecraft fades with k.
+    """T = -k H within the limit: the total momentum of the spacecraft decays at the rate k.
 
-    Along every body axis for itself, as an ideal set of magnetorquers would. B. Wie, "Space Vehicle
+    Each body axis by itself, as with ideal magnetorquers. B. Wie, "Space Vehicle
     Dynamics and Control", section 7.5, has the same with real dipoles.
 
     Attributes:

@@ -39,13 +39,13 @@ _time = within("time at which a failure is notified", "s", lambda value: ~np.isn
 
 
 class WheelFaultDetector(Checked):
-    """Two low passes of (commanded torque - change of the rotor's momentum), one for each use.
+    """Two low passes of the torque that a rotor loses: commanded torque less change of momentum.
 
-    The slow one is the drag of the bearing, to be added to the next command. The quick one tells a
-    wheel whose motor does not answer, or whose rotor seizes: beyond `failure_torque` it is taken to
-    have failed, for good. That must be above what bearings take, and below what is commanded at
-    times: the drag that is made up for raises the command to a dead motor until it is told. A wheel
-    whose speed is not measured is neither judged nor corrected.
+    The slow one estimates the drag of the bearing, which is added to the next command. The quick
+    one detects a motor that does not respond or a rotor that seizes: above `failure_torque` the
+    wheel is declared failed, for good. Choose that above the drag of the bearings and below the
+    commanded torque at times: compensated drag raises the command to a dead motor until it is
+    detected. A wheel whose speed is not measured is neither judged nor corrected.
 
     Attributes:
         drag_time: of the slow low pass, s.

@@ -35,16 +35,16 @@ class OutputFeedbackMemory(NamedTuple):
 
 
 class OutputFeedback(Checked):
-    """A controller that is given what an attitude filter makes of star tracker and gyro.
+    """State-feedback controller behind a filter of star tracker and gyro.
 
-    Its command is that of the controller, and to be recorded: `estimated_attitude` (4,),
-    `estimated_rate` and `estimated_bias` (3,), rad/s, `attitude_sigma` (3,), what the filter takes
-    for its error about each body axis, rad, `innovation` (3,), rad, and `surprise`, see
-    `AttitudeEstimate`.
+    Recorded beside the command of the controller: `estimated_attitude` (4,), `estimated_rate` and
+    `estimated_bias` (3,), rad/s, `attitude_sigma` (3,), standard deviation of the attitude error
+    about each body axis as the filter estimates it, rad, `innovation` (3,), rad, and `surprise`,
+    see `AttitudeEstimate`.
 
     Attributes:
         filter: of attitude and gyro bias.
-        controller: is called with a `SpacecraftMeasurement`.
+        controller: any controller of a `SpacecraftMeasurement`.
     """
 
     filter: AttitudeFilter
