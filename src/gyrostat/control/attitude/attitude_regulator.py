@@ -11,7 +11,7 @@ from gyrostat.control.design.factorisations import MRPBody
 from gyrostat.control.design.lqr import FeedbackCommand
 from gyrostat.control.design.riccati import RiccatiSolution, riccati
 from gyrostat.core.arrays import Quaternion, Scalar
-from gyrostat.core.checked import Checked, positive
+from gyrostat.core.checked import Checked, Rule, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
@@ -45,7 +45,7 @@ class AttitudeRegulator(Checked):
     """
 
     spacecraft: Spacecraft
-    target: Annotated[Quaternion, check_unit]
+    target: Annotated[Quaternion, Rule("of unit length", check_unit)]
     attitude_weight: Annotated[Scalar, positive("attitude weight")] = 16.0
     rate_weight: Annotated[Scalar, positive("rate weight", "s²/rad²")] = 16.0
     torque_weight: Annotated[Scalar, positive("torque weight", "1/(N·m)²")] = 1.0
