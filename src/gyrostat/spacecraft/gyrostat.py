@@ -188,8 +188,12 @@ class Gyrostat(Checked):
         check_unit(state.attitude)
         wheels.check_speed(state.wheel_speed)
 
-    def rate(self, state: GyrostatState) -> Vector3:
-        """Body rate in body axes, rad/s."""
+    def rate(self, state: Any) -> Vector3:
+        """Body rate in body axes, rad/s.
+
+        Args:
+            state: has `attitude`, `momentum` and `wheel_speed` of a `GyrostatState`.
+        """
         wheels = self.spacecraft.wheels
         rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * state.wheel_speed)
         inverse = inverse_definite(self.spacecraft.inertia_locked())
