@@ -68,7 +68,7 @@ def recover(
     start = Gyrostat(file.spacecraft).start(
         attitude=now, rate=numbers(rate, 3, "speed", "--rate"), wheel_speed=_speeds(wheels, file)
     )
-    if not np.all([np.all(np.isfinite(part)) for part in start]):
+    if not all(np.all(np.isfinite(part)) for part in start if part is not None):
         raise InputError("--attitude, --rate, --wheels: found no finite state, expected numbers")
     say(f"flying {file.name or spacecraft} from the failure of {', '.join(failed)}")
     found = fly(
