@@ -111,8 +111,8 @@ def examples():
         CRAFT,
         control.AttitudeTargets(jnp.array([0.0, 10.0]), jnp.stack([TARGET, TARGET])),
         null_space=control.NullSpaceControl.plan(AXES, 1.5e-2),
-        management=control.MomentumManagement(np.full(3, 2e-5), 0.02),
-        watch=control.WheelWatch(failure_torque=np.full(4, 5e-4)),
+        unloading=control.MomentumUnloading(np.full(3, 2e-5), 0.02),
+        detector=control.WheelFaultDetector(failure_torque=np.full(4, 5e-4)),
     )
     limits = (WHEELS.inertia, WHEELS.torque_limit)
     weight, effort = np.diag([50.0, 50.0, 10.0, 10.0, 10.0, 10.0]), np.eye(3)
@@ -146,7 +146,7 @@ def examples():
         largest_covariance=1e12,
     )
     pointing = control.TwoWheelPointing(TWO, tuner=tuner)
-    estimated = control.EstimatedControl(
+    estimated = control.OutputFeedback(
         attitude_filter,
         control.WheelArrayControl(
             CRAFT, control.AttitudeTargets.hold(TARGET), allocation=control.PseudoInverse()
@@ -261,9 +261,9 @@ def examples():
             control.LinearQuadratic(jnp.ones((3, 6))), Sample(jnp.full(6, 0.1))
         ),
         "StateDependentRiccati": controller(euler, Sample(jnp.full(6, 0.1))),
-        "WheelArrayControl, NullSpaceControl, MomentumManagement, WheelWatch, AttitudeTargets, "
-        "LeastLargest": controller(array, SENSED),
-        "FrictionFeedForward, FrictionFilterFeedForward, EstimatedControl, PseudoInverse": (
+        "WheelArrayControl, NullSpaceControl, MomentumUnloading, WheelFaultDetector, "
+        "AttitudeTargets, MinimaxAllocation": controller(array, SENSED),
+        "FrictionFeedForward, FrictionFilterFeedForward, OutputFeedback, PseudoInverse": (
             controller(compensated, tracked)
         ),
         "MomentumRecovery, two wheels": controller(

@@ -25,7 +25,7 @@ NOT_IN_THE_LOOP = {
     *("RateObserver", "WheelMomentumFilter", "FrictionTorqueFilter", "FrictionScaleFilter"),
     *("AttitudeFilter", "SteadyAttitudeFilter", "Driver", "Tachometer", "Wheel", "WheelArray"),
     *("FrictionSteps", "WheelFailures", "Imbalance", "CircularOrbit", "GravityGradient"),
-    *("HarmonicTorque", "Spacecraft", "Contact", "Contacts", "Law", "SampledModel"),
+    *("HarmonicTorque", "Spacecraft", "BearingEquation", "CoupledBearings", "Law", "SampledModel"),
 }
 
 

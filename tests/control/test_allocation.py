@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from gyrostat.control.allocation.allocation import (
-    LeastLargest,
+    MinimaxAllocation,
     PseudoInverse,
     largest_share,
     within_limits,
@@ -19,7 +19,7 @@ from gyrostat.wheel import orthogonal_axes, pyramid_axes
 COUNT = 6
 """Wheels in every case, some of them without work: one compilation for all."""
 SQUARES = jax.jit(PseudoInverse())
-LARGEST = jax.jit(LeastLargest())
+LARGEST = jax.jit(MinimaxAllocation())
 RANDOM = np.random.default_rng(7).normal(size=(3, COUNT))
 SETS = {
     "random": RANDOM,
@@ -92,7 +92,7 @@ def test_a_pyramid_gives_half_as_much_again_along_an_axis_of_its_wheels():
     axes, works, limit = pyramid_axes(4), np.ones(4, bool), np.ones(4)
     torque = axes[:, 0]
     squares = jax.jit(PseudoInverse())(axes, limit, works, torque)
-    largest = jax.jit(LeastLargest())(axes, limit, works, torque)
+    largest = jax.jit(MinimaxAllocation())(axes, limit, works, torque)
     assert float(largest_share(squares, limit)) == pytest.approx(0.75, rel=1e-9)
     assert np.allclose(np.abs(largest), 0.5, atol=1e-12)
 
@@ -102,7 +102,9 @@ def test_the_torques_follow_the_wanted_one_without_jumps():
     axes, works, limit = pyramid_axes(COUNT), np.ones(COUNT, bool), np.ones(COUNT)
     angle = np.linspace(0.0, 2.0 * np.pi, 6284)
     torques = np.stack([np.cos(angle), np.sin(angle), 0.3 * np.sin(2.0 * angle)], axis=1)
-    found = jax.jit(jax.vmap(LeastLargest(), (None, None, None, 0)))(axes, limit, works, torques)
+    found = jax.jit(jax.vmap(MinimaxAllocation(), (None, None, None, 0)))(
+        axes, limit, works, torques
+    )
     assert np.max(np.abs(np.diff(found, axis=0))) < 5e-3
 
 

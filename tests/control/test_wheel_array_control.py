@@ -8,11 +8,11 @@ import pytest
 
 from gyrostat.control import (
     AttitudeTargets,
-    MomentumManagement,
+    MomentumUnloading,
     NullSpaceControl,
     PseudoInverse,
     WheelArrayControl,
-    WheelWatch,
+    WheelFaultDetector,
 )
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -45,8 +45,10 @@ CONTROL = WheelArrayControl(
     CRAFT,
     EARLY,
     null_space=NullSpaceControl.plan(AXES, 1.5e-2),
-    management=MomentumManagement(np.full(3, 2e-5), 0.02),
-    watch=WheelWatch(failure_torque=np.full(4, 5e-4), failure_time=3.0, told=np.full(4, np.inf)),
+    unloading=MomentumUnloading(np.full(3, 2e-5), 0.02),
+    detector=WheelFaultDetector(
+        failure_torque=np.full(4, 5e-4), failure_time=3.0, notified=np.full(4, np.inf)
+    ),
 )
 PLAIN = WheelArrayControl(
     CRAFT, AttitudeTargets.hold([1.0, 0, 0, 0]), allocation=PseudoInverse(), torque_time=np.inf
@@ -111,10 +113,10 @@ def flights():
     plant = Gyrostat(
         CRAFT, none, np.array([2e-6, -1e-6, 1.5e-6]), external_torque_limit=np.full(3, 2e-5)
     )
-    told = dataclasses.replace(control.watch, told=np.array([np.inf, np.inf, 42.0, np.inf]))
+    told = dataclasses.replace(control.detector, notified=np.array([np.inf, np.inf, 42.0, np.inf]))
     failures = [none, none.torque_lost(0, 40.0), none.seizes(2, 40.0)]
     plants = [eqx.tree_at(lambda p: p.failures, plant, f) for f in [*failures, none, none]]
-    controls = [control, control, dataclasses.replace(control, watch=told), *follow]
+    controls = [control, control, dataclasses.replace(control, detector=told), *follow]
     data = simulate(
         stack(plants),
         stack(controls),
@@ -219,9 +221,9 @@ def test_targets_come_at_their_times():
         ({"targets": AttitudeTargets([], np.zeros((0, 4)))}, "rising"),
         ({"targets": AttitudeTargets.hold([1.0, 1.0, 0, 0])}, "length"),
         ({"targets": AttitudeTargets(jnp.zeros(1), jnp.ones((2, 4)) / 2)}, "targets: found shape"),
-        ({"watch": WheelWatch(told=np.nan)}, "told"),
-        ({"watch": WheelWatch(failure_torque=0.0)}, "failure torque"),
-        ({"management": MomentumManagement(np.ones(3), 0.0)}, "gain of the momentum"),
+        ({"detector": WheelFaultDetector(notified=np.nan)}, "notified"),
+        ({"detector": WheelFaultDetector(failure_torque=0.0)}, "failure torque"),
+        ({"unloading": MomentumUnloading(np.ones(3), 0.0)}, "gain of the momentum"),
         ({"spacecraft": Spacecraft(np.eye(3), WheelArray(AXES, np.ones(4)))}, "torque_limit"),
     ],
 )

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.papers.moreira_lopes_kuga.bench_wheel import BenchWheel, TorqueCommand
 from gyrostat.spacecraft import AirBearingTable, TableCommand
-from gyrostat.wheel import Wheel, slide
+from gyrostat.wheel import Wheel, step_dry_friction
 from gyrostat.wheel.friction import LuGre, Stribeck
 from gyrostat.wheel.rodas import integrate
 
@@ -198,7 +198,7 @@ def test_bristles_are_not_taken_for_static_friction():
 
     bench = _FixedBench(BENT, Wheel(J, MOTOR, BENT), 0.1, 0.0)
     with pytest.raises(TypeError, match="found LuGre"):
-        slide(bench, Motion(jnp.array(0.0), ()), 1.0)
+        step_dry_friction(bench, Motion(jnp.array(0.0), ()), 1.0)
 
 
 def test_ever_stiffer_bristles_become_dry_friction():

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.campaigns.components import COMPENSATORS, ENVIRONMENTS, ESTIMATORS, SENSORS, stacked
-from gyrostat.campaigns.controllers import CONTROLLERS, IGNORED, TOLD, Situation
+from gyrostat.campaigns.controllers import CONTROLLERS, IGNORED, NOTIFIED, Situation
 from gyrostat.campaigns.phases import Phases
 from gyrostat.campaigns.scenario import AXES, INERTIA, Event, Scenario
 from gyrostat.campaigns.schema import EVENTS, GUARD, WHEEL_IS_LOST, Key, friction_keys, spike
@@ -166,7 +166,7 @@ def _turning_points(scenario: Scenario) -> list[Event]:
 
 def phases_of(scenario: Scenario) -> list[Event]:
     """The events after which the controller has another plan, in their nominal order."""
-    is_told = CONTROLLERS[scenario.controller].losses == TOLD
+    is_told = CONTROLLERS[scenario.controller].losses == NOTIFIED
     return [e for e in _turning_points(scenario) if is_told or e.kind == "slew"]
 
 
@@ -206,7 +206,7 @@ def plan(scenario: Scenario) -> Plans:
                 "wheels that do not span space, expected wheels about every axis (gyrostat recover "
                 "flies with fewer)"
             )
-        told = chosen.losses == TOLD
+        told = chosen.losses == NOTIFIED
         if wheel is not None and not told:
             continue
         case = Situation(

@@ -9,7 +9,7 @@ from math import inf
 from typing import Any
 
 from gyrostat.campaigns.schema import Key, positive, size, vector
-from gyrostat.control import EstimatedControl, FrictionFeedForward, FrictionFilterFeedForward
+from gyrostat.control import FrictionFeedForward, FrictionFilterFeedForward, OutputFeedback
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.estimation import AttitudeFilter, FrictionTorqueFilter
@@ -109,12 +109,12 @@ def _tracker_gyro(options: Options, plant: Any, known: Spacecraft) -> TrackerGyr
     )
 
 
-def _kalman(options: Options, controller: Any, sensors: Options) -> EstimatedControl:
+def _kalman(options: Options, controller: Any, sensors: Options) -> OutputFeedback:
     names = ("attitude_sigma", "angle_walk", "bias_walk")
     noise = {name: sensors[name] for name in names}
     # what the gyro does not compensate for is left to the filter
     coning = 1.0 - sensors["coning_compensation"]
-    return EstimatedControl(AttitudeFilter(**noise, **options, coning=coning), controller)
+    return OutputFeedback(AttitudeFilter(**noise, **options, coning=coning), controller)
 
 
 def _constant_torque(options: Options) -> dict[str, Any]:

@@ -12,15 +12,15 @@ from gyrostat.campaigns.schema import positive, size
 from gyrostat.control import (
     AttitudeRegulator,
     AttitudeTargets,
-    LeastLargest,
-    MomentumManagement,
+    MinimaxAllocation,
     MomentumRecovery,
+    MomentumUnloading,
     NullSpaceControl,
     PseudoInverse,
     TwoWheelPointing,
     WheelArrayControl,
+    WheelFaultDetector,
     WheelSpeedLoops,
-    WheelWatch,
 )
 from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jnp
@@ -28,7 +28,7 @@ from gyrostat.core.rotations import to_inertial
 from gyrostat.core.validation import check_parts
 from gyrostat.spacecraft import Spacecraft
 
-TOLD, FOUND, IGNORED = "told", "found", "ignored"
+NOTIFIED, DETECTED, IGNORED = "notified", "detected", "ignored"
 """What a controller makes of a lost wheel: it is told, it finds out itself, it knows nothing."""
 
 
@@ -58,11 +58,11 @@ class PlannedController(Component):
         make: (plan, options, total momentum (3,) N·m·s) -> controller.
         plan: `Situation` -> plan, outside the loop; plans of one scenario differ in their numbers
             only. Raises `InputError` for wheels that do not suffice.
-        losses: one of TOLD, FOUND and IGNORED.
+        losses: one of NOTIFIED, DETECTED and IGNORED.
     """
 
     plan: Callable[[Situation], Any]
-    losses: str = TOLD
+    losses: str = NOTIFIED
 
 
 def _plan_three_axis(case: Situation) -> MomentumRecovery:
@@ -98,7 +98,9 @@ def _plan_array(allocation: Any) -> Callable[[Situation], WheelArrayControl]:
             AttitudeTargets.hold(case.target),
             allocation=allocation,
             null_space=null_space,
-            watch=WheelWatch(told=np.where(case.working, np.inf, 0.0), delay=case.delay),
+            detector=WheelFaultDetector(
+                notified=np.where(case.working, np.inf, 0.0), delay=case.delay
+            ),
         )
         check_parts(found)
         return found
@@ -118,15 +120,17 @@ def _array(plan: WheelArrayControl, options: Options, momentum: Vector3) -> Whee
         torque_time=options["torque_time"],
         largest_rate=options["largest_rate"],
         null_space=null_space,
-        management=MomentumManagement(limit, options["momentum_gain"]),
-        watch=replace(plan.watch, drag_time=options["drag_time"]),
+        unloading=MomentumUnloading(limit, options["momentum_gain"]),
+        detector=replace(plan.detector, drag_time=options["drag_time"]),
     )
 
 
 def _detecting(plan: WheelArrayControl, options: Options, momentum: Vector3) -> WheelArrayControl:
     found = _array(plan, options, momentum)
     names = ("failure_torque", "failure_time")
-    return replace(found, watch=replace(found.watch, **{name: options[name] for name in names}))
+    return replace(
+        found, detector=replace(found.detector, **{name: options[name] for name in names})
+    )
 
 
 def _plan_regulator(case: Situation) -> AttitudeRegulator:
@@ -203,7 +207,7 @@ CONTROLLERS: dict[str, PlannedController] = {
         "(`gyrostat.control.WheelArrayControl`).",
         _ARRAY_KEYS,
         _array,
-        _plan_array(LeastLargest()),
+        _plan_array(MinimaxAllocation()),
     ),
     "wheel_array_pseudo_inverse": PlannedController(
         "The same, with the least sum of squares of the torques.",
@@ -222,8 +226,8 @@ CONTROLLERS: dict[str, PlannedController] = {
             "failure_time": positive("time", 5.0, "Of the low pass of the lost torque."),
         },
         _detecting,
-        _plan_array(LeastLargest()),
-        FOUND,
+        _plan_array(MinimaxAllocation()),
+        DETECTED,
     ),
     "lqr": PlannedController(
         "State feedback of attitude and rate by the linear quadratic regulator "

@@ -1,6 +1,6 @@
 """Events of a scenario file."""
 
-from gyrostat.campaigns.controllers import CONTROLLERS, TOLD
+from gyrostat.campaigns.controllers import CONTROLLERS, NOTIFIED
 from gyrostat.campaigns.scenario import AXES, Event
 from gyrostat.campaigns.schema import EVENTS, MEASURED, SENSOR_FAULT, friction_keys, spike
 from gyrostat.campaigns.tables import Table, one_of
@@ -45,7 +45,7 @@ def read_events(
             continue
         keys = EVENTS[kind][1]
         own = "target" if kind == "slew" else "wheel"
-        if "detected_after" in keys and CONTROLLERS[controller].losses != TOLD:
+        if "detected_after" in keys and CONTROLLERS[controller].losses != NOTIFIED:
             if "detected_after" in row.row:
                 raise row.refuse(
                     "detected_after",

@@ -15,14 +15,14 @@ from gyrostat.control.adaptive.model_error_compensator import (
     ModelErrorCompensator,
 )
 from gyrostat.control.adaptive.safe_frit import SafeFrit
-from gyrostat.control.allocation.allocation import LeastLargest, PseudoInverse
-from gyrostat.control.allocation.momentum_unloading import MomentumManagement
+from gyrostat.control.allocation.allocation import MinimaxAllocation, PseudoInverse
+from gyrostat.control.allocation.momentum_unloading import MomentumUnloading
 from gyrostat.control.allocation.null_space import NullSpaceControl
-from gyrostat.control.allocation.wheel_fault_detector import WheelWatch
+from gyrostat.control.allocation.wheel_fault_detector import WheelFaultDetector
 from gyrostat.control.attitude.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.attitude.attitude_regulator import AttitudeRegulator
 from gyrostat.control.attitude.command import CurrentCommand
-from gyrostat.control.attitude.output_feedback import EstimatedControl
+from gyrostat.control.attitude.output_feedback import OutputFeedback
 from gyrostat.control.attitude.three_axis_law import ThreeAxisLaw
 from gyrostat.control.attitude.wheel_array_control import (
     ArrayCommand,
@@ -73,7 +73,6 @@ __all__ = [
     "CurrentCommand",
     "CurrentMode",
     "DynamicModelCompensator",
-    "EstimatedControl",
     "EstimatingCompensator",
     "EulerCube",
     "FeedbackCommand",
@@ -86,18 +85,19 @@ __all__ = [
     "Guarded",
     "Integrators",
     "Law",
-    "LeastLargest",
     "LeastSquares",
     "LinearQuadratic",
     "MRPBody",
     "MeasurementGuard",
+    "MinimaxAllocation",
     "ModelErrorCompensator",
     "MomentumCommand",
-    "MomentumManagement",
     "MomentumRecovery",
+    "MomentumUnloading",
     "NullSpaceControl",
     "OneWheelRecovery",
     "OnlineFrit",
+    "OutputFeedback",
     "OutputZeroing",
     "PointingCommand",
     "ProportionalMomentumControl",
@@ -114,10 +114,10 @@ __all__ = [
     "TwoWheelPointing",
     "TwoWheelSweeps",
     "WheelArrayControl",
+    "WheelFaultDetector",
     "WheelMap",
     "WheelRateLoop",
     "WheelSpeedLoops",
-    "WheelWatch",
     "ZeroMomentumRecovery",
     "ZeroingCommand",
     "governed",

@@ -3,12 +3,11 @@
     class Lag(Checked):
         time_constant: Annotated[Scalar, positive("time constant", "s")] = 0.1
 
-A rule takes the value of its field, one or one for each run, and raises `InputError`.
+A rule tests the value of its field, one or one for each run, and raises `InputError`.
 """
 
 import dataclasses
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import equinox as eqx
@@ -17,22 +16,36 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.core.validation import check_parts, check_period, require
 
-Rule = Callable[[Any], None]
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Rule:
+    """What the value of a field may be.
+
+    Attributes:
+        wanted: In words, as signatures show it.
+        test: Raises `InputError` for any other value.
+    """
+
+    wanted: str
+    test: Callable[[Any], None]
+
+    def __repr__(self) -> str:
+        return self.wanted
 
 
 def positive(name: str, unit: str = "") -> Rule:
     """Finite and above 0; `name` and `unit` are for the message."""
-    return lambda value: require(name, value, unit, positive=True)
+    return Rule(f"above 0 {unit}".rstrip(), lambda value: require(name, value, unit, positive=True))
 
 
 def size(name: str, unit: str = "") -> Rule:
     """Finite, 0 or more; `name` and `unit` are for the message."""
-    return partial(require, name, unit=unit)
+    return Rule(f"0 or more {unit}".rstrip(), lambda value: require(name, value, unit))
 
 
 def signed(name: str, unit: str = "") -> Rule:
     """Finite, of either sign; `name` and `unit` are for the message."""
-    return lambda value: require(name, np.abs(value), unit)
+    return Rule(f"finite {unit}".rstrip(), lambda value: require(name, np.abs(value), unit))
 
 
 def within(name: str, wanted: str, sound: Callable[[np.ndarray], Any], unit: str = "") -> Rule:
@@ -45,14 +58,14 @@ def within(name: str, wanted: str, sound: Callable[[np.ndarray], Any], unit: str
         unit: Of the elements, for the message.
     """
 
-    def rule(value: Any) -> None:
+    def test(value: Any) -> None:
         every = np.asarray(value, dtype=float)
         bad = ~np.asarray(sound(every))
         if np.any(bad):
             found = f"{every[bad].flat[0]:g} {unit}".rstrip()
             raise InputError(f"{name}: found {found}, expected {wanted}")
 
-    return rule
+    return Rule(wanted, test)
 
 
 def finite(name: str, unit: str) -> Rule:
@@ -82,14 +95,14 @@ def positive_share(name: str) -> Rule:
 
 def three(name: str, unit: str = "") -> Rule:
     """(3,) finite values; `name` and `unit` are for the message."""
+    wanted = ", ".join(filter(None, ("three finite values", unit)))
 
-    def rule(value: Any) -> None:
+    def test(value: Any) -> None:
         every = np.asarray(value, dtype=float)
         if every.shape[-1:] != (3,) or not np.all(np.isfinite(every)):
-            wanted = ", ".join(filter(None, ("three finite values", unit)))
             raise InputError(f"{name}: found {every}, expected {wanted}")
 
-    return rule
+    return Rule(wanted, test)
 
 
 class Checked(eqx.Module):
@@ -108,8 +121,8 @@ class Checked(eqx.Module):
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             for rule in getattr(field.type, "__metadata__", ()):
-                if value is not None:
-                    rule(value)
+                if isinstance(rule, Rule) and value is not None:
+                    rule.test(value)
             check_parts(*_each(value))
         self.check_own()
 

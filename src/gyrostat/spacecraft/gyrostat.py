@@ -17,7 +17,7 @@ from gyrostat.spacecraft.failures import WheelFailures
 from gyrostat.spacecraft.friction_steps import FrictionSteps
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.wheels_on_body import Carrier, WheelsOnBody
-from gyrostat.wheel import Motion, slide_together
+from gyrostat.wheel import Motion, step_coupled_wheels
 from gyrostat.wheel.array import listed, zeros
 
 FASTEST = 10.0
@@ -94,7 +94,7 @@ class Gyrostat(Checked):
     torque in body axes. The state holds the total momentum H in inertial axes and the body rate w
     follows from it, so that without external torque H is conserved to the last bit. P. C. Hughes,
     "Spacecraft Attitude Dynamics", section 3.4. Wheels stick, break away and pass zero at their
-    times (`gyrostat.wheel.slide_together`).
+    times (`gyrostat.wheel.step_coupled_wheels`).
 
     Attributes:
         spacecraft: the body and its wheels.
@@ -188,8 +188,12 @@ class Gyrostat(Checked):
         check_unit(state.attitude)
         wheels.check_speed(state.wheel_speed)
 
-    def rate(self, state: GyrostatState) -> Vector3:
-        """Body rate in body axes, rad/s."""
+    def rate(self, state: Any) -> Vector3:
+        """Body rate in body axes, rad/s.
+
+        Args:
+            state: has `attitude`, `momentum` and `wheel_speed` of a `GyrostatState`.
+        """
         wheels = self.spacecraft.wheels
         rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * state.wheel_speed)
         inverse = inverse_definite(self.spacecraft.inertia_locked())
@@ -274,7 +278,7 @@ class Gyrostat(Checked):
             inverse_locked=inverse_definite(self.spacecraft.inertia_locked()),
         )
         motion = Motion(state.wheel_speed, Carrier(state.attitude, state.momentum))
-        motion, resolved = slide_together(contacts, motion, duration)
+        motion, resolved = step_coupled_wheels(contacts, motion, duration)
         attitude = normalised(motion.carrier.attitude)
         return GyrostatState(attitude, motion.carrier.momentum, motion.speed), resolved
 

@@ -153,17 +153,17 @@ class ImbalancedGyrostat(Checked):
         if state.wheel_angle is None:
             raise InputError("wheel_angle: found none, expected the angles of the rotors, rad")
 
-    def rate(self, state: GyrostatState) -> Vector3:
+    def rate(self, state: Any) -> Vector3:
         """Body rate with its jitter, in body axes, rad/s."""
         jitter = self.imbalance.jitter_rate(self.spacecraft, state.wheel_speed, state.wheel_angle)
         return self.balanced_rate(state) + jitter
 
-    def balanced_rate(self, state: GyrostatState) -> Vector3:
+    def balanced_rate(self, state: Any) -> Vector3:
         """Body rate without jitter, in body axes, rad/s."""
         return self.gyrostat.rate(self._balanced(state))
 
     def __call__(
-        self, state: GyrostatState, command: Any, time: Scalar, duration: Scalar
+        self, state: Any, command: Any, time: Scalar, duration: Scalar
     ) -> tuple[GyrostatState, Bool[Array, ""]]:
         """Carry the spacecraft over an interval of held command; see `Gyrostat`."""
         after, resolved = self.gyrostat(self._balanced(state), command, time, duration)
@@ -172,18 +172,18 @@ class ImbalancedGyrostat(Checked):
         angle = state.wheel_angle + duration * mean
         return self._turned(after, angle, 1.0)._replace(wheel_angle=angle), resolved
 
-    def _balanced(self, state: GyrostatState) -> GyrostatState:
+    def _balanced(self, state: Any) -> GyrostatState:
         return self._turned(state, state.wheel_angle, -1.0)._replace(wheel_angle=None)
 
     def _turned(self, state: GyrostatState, angle: Any, sense: float) -> GyrostatState:
         jitter = from_rotation_vector(sense * self.imbalance.jitter(self.spacecraft, angle))
         return state._replace(attitude=product(state.attitude, jitter))
 
-    def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
+    def diverged(self, state: Any) -> Bool[Array, ""]:
         """See `Gyrostat.diverged`."""
         return self.gyrostat.diverged(self._balanced(state))
 
-    def record(self, state: GyrostatState, command: Any) -> GyrostatRecord:
+    def record(self, state: Any, command: Any) -> GyrostatRecord:
         """Rate, wheel momentum and jitter at the start of a control period."""
         record = self.gyrostat.record(self._balanced(state), command)
         return record._replace(jitter=self.imbalance.jitter(self.spacecraft, state.wheel_angle))

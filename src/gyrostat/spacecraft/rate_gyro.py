@@ -1,12 +1,12 @@
 """Rate-integrating gyro of a spacecraft."""
 
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from jaxtyping import PRNGKeyArray
 
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
-from gyrostat.core.checked import Checked, limit, share, signed, size
+from gyrostat.core.checked import Checked, Rule, limit, share, signed, size
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import error, from_rotation_vector, rotation_vector, to_body
 from gyrostat.core.validation import require
@@ -58,8 +58,10 @@ def integrated_rate(turn: Vector3, before: Vector3, now: Vector3, period: Scalar
     return turn - first / 2.0 + second / 6.0
 
 
-def _above_minus_one(scale_factor: Any) -> None:
-    require("1 + gyro scale factor", 1.0 + np.asarray(scale_factor), positive=True)
+_above_minus_one = Rule(
+    "above -1",
+    lambda value: require("1 + gyro scale factor", 1.0 + np.asarray(value), positive=True),
+)
 
 
 class RateGyro(Checked):

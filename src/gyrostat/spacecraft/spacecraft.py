@@ -6,7 +6,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat.core.checked import Checked
+from gyrostat.core.checked import Checked, Rule
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.wheel import WheelArray
@@ -49,6 +49,9 @@ def check_inertia(inertia: Float[Array, "... 3 3"]) -> None:
             )
 
 
+of_a_body = Rule("inertia of a rigid body, kg·m²", check_inertia)
+
+
 class Spacecraft(Checked):
     """A rigid body and the wheels that it carries.
 
@@ -58,7 +61,7 @@ class Spacecraft(Checked):
         wheels: that it carries.
     """
 
-    inertia: Annotated[Float[Array, "3 3"], check_inertia] = eqx.field(converter=listed)
+    inertia: Annotated[Float[Array, "3 3"], of_a_body] = eqx.field(converter=listed)
     wheels: WheelArray
 
     def inertia_locked(self) -> Float[Array, "3 3"]:

@@ -95,7 +95,7 @@ class SpeedDrivenSpacecraft(Checked):
     that are driven by torque.
 
     Attributes:
-        spacecraft: the body and its wheels; their friction is of no account here.
+        spacecraft: the body and its wheels; their friction is not used.
         momentum: (time) -> (3,) total momentum in inertial axes, N·m·s. A module whose parameters
             are arrays can be stacked in a batch.
     """
@@ -136,7 +136,7 @@ class SpeedDrivenSpacecraft(Checked):
         """Carry the spacecraft over an interval, one Runge-Kutta step of order 4.
 
         Args:
-            state: at its start; its momentum is of no account.
+            state: at its start; its momentum is not used.
             command: has `speed`, (wheels,) rad/s, held.
             time: of its start, s.
             duration: s.

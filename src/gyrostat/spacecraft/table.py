@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, finite, positive
 from gyrostat.core.jax64 import jnp
-from gyrostat.wheel import Contact, Driver, Motion, Wheel, carry
+from gyrostat.wheel import BearingEquation, Driver, Motion, Wheel, step_wheel
 
 
 class TableState(NamedTuple):
@@ -60,7 +60,7 @@ class _Carrier(NamedTuple):
     wheel_angle: Scalar
 
 
-class _OnTable(Contact):
+class _OnTable(BearingEquation):
     """Wheel and table over one interval of held command."""
 
     friction: Any
@@ -154,7 +154,7 @@ class AirBearingTable(Checked):
         contact = _OnTable(self.wheel.friction, self, state.current, target, time)
         carrier = _Carrier(state.attitude, state.rate, state.wheel_angle)
         motion = Motion(jnp.asarray(state.speed), carrier)
-        motion, bristle, resolved = carry(contact, motion, state.bristle, duration)
+        motion, bristle, resolved = step_wheel(contact, motion, state.bristle, duration)
         return (
             TableState(
                 attitude=motion.carrier.attitude,

@@ -7,7 +7,7 @@ from jaxtyping import Array, Bool, Float
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import rate_of_quaternion, to_body, to_inertial
-from gyrostat.wheel import Changes, Contacts, Motion
+from gyrostat.wheel import Changes, CoupledBearings, Motion
 
 FIXED = 1e12
 """N·m: what holds a seized rotor."""
@@ -20,7 +20,7 @@ class Carrier(NamedTuple):
     momentum: Vector3
 
 
-class WheelsOnBody(Contacts):
+class WheelsOnBody(CoupledBearings):
     """The wheels of a spacecraft over one interval; see `Gyrostat`.
 
     Attributes:
@@ -30,7 +30,7 @@ class WheelsOnBody(Contacts):
         seized: (wheels,) which rotors are fixed to the body.
         added_viscous: (wheels,) drag beside the friction, N·m·s/rad.
         started: time of the start of the interval, s.
-        mobility: see `Contacts`.
+        mobility: see `CoupledBearings`.
         inverse: (3, 3) of the body's inertia without that of the rotors about their axes,
             1/(kg·m²).
         inverse_locked: (3, 3) of the inertia with all rotors locked, 1/(kg·m²).
@@ -61,7 +61,7 @@ class WheelsOnBody(Contacts):
         return -jnp.asarray(self.body.spacecraft.wheels.axes).T @ (self.inverse @ torque)
 
     def drive(self, motion: Motion, time: Scalar) -> tuple[PerWheel, PerWheel]:
-        """See `Contacts.drive`."""
+        """See `CoupledBearings.drive`."""
         rate, momentum = self.rate_of_body(motion)
         # J dw/dt = N - A (m - F)
         torque = self.body.torque(motion.carrier.attitude, self.started + time) - jnp.cross(
@@ -70,7 +70,7 @@ class WheelsOnBody(Contacts):
         return self.torque - self.added_viscous * motion.speed, self._felt(torque)
 
     def carrier_rate(self, motion: Motion, friction: PerWheel, time: Scalar) -> Carrier:
-        """See `Contacts.carrier_rate`."""
+        """See `CoupledBearings.carrier_rate`."""
         attitude = motion.carrier.attitude
         rate, _ = self.rate_of_body(motion)
         torque = to_inertial(
@@ -79,11 +79,11 @@ class WheelsOnBody(Contacts):
         return Carrier(rate_of_quaternion(attitude, rate), torque)
 
     def breakaway_torque(self, direction: PerWheel) -> PerWheel:
-        """See `Contacts.breakaway_torque`."""
+        """See `CoupledBearings.breakaway_torque`."""
         return jnp.where(self.seized, FIXED, self.friction.breakaway_torque(direction))
 
     def changes(self, motion: Motion, rate: Motion, time: Scalar) -> Changes:
-        """See `Contacts.changes`."""
+        """See `CoupledBearings.changes`."""
         turning, momentum = self.rate_of_body(motion)
 
         def outside(attitude, time):

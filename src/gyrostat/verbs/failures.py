@@ -173,7 +173,7 @@ def recover(
     start = Gyrostat(file.spacecraft).start(
         attitude=now, rate=numbers(rate, 3, "speed", "--rate"), wheel_speed=_speeds(wheels, file)
     )
-    if not np.all([np.all(np.isfinite(part)) for part in start]):
+    if not all(np.all(np.isfinite(part)) for part in start if part is not None):
         raise InputError("--attitude, --rate, --wheels: found no finite state, expected numbers")
     lost = ", ".join(f"{k}={how}" for k, how in named(failed, "--failed", bare=True).items())
     say(f"flying {file.name or spacecraft} from the failure of {lost}")

@@ -6,10 +6,10 @@ from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.wheel.contact import Contact, Motion
+from gyrostat.wheel.bearing_equation import BearingEquation, Motion
 from gyrostat.wheel.friction import LuGre
 from gyrostat.wheel.rodas import integrate
-from gyrostat.wheel.stepping import slide
+from gyrostat.wheel.stepping import step_dry_friction
 
 TOLERANCE = 1e-6
 """Largest error of a step, over the scales below or the state itself.
@@ -31,10 +31,10 @@ ten times the share, by ten times that.
 """
 
 
-def bend(
-    contact: Contact, motion: Motion, deflection: Scalar, duration: Scalar
+def step_bristles(
+    contact: BearingEquation, motion: Motion, deflection: Scalar, duration: Scalar
 ) -> tuple[Motion, Float[Array, ""], Bool[Array, ""]]:
-    """Carry a wheel, its bristles and its carrier over one interval.
+    """Advance a wheel, its bristles and its carrier over one interval.
 
     Args:
         contact: the equations of motion; its friction is LuGre.
@@ -84,10 +84,10 @@ def bend(
     return Motion(speed, carrier), jnp.asarray(deflection), resolved
 
 
-def carry(
-    contact: Contact, motion: Motion, deflection: Scalar, duration: Scalar
+def step_wheel(
+    contact: BearingEquation, motion: Motion, deflection: Scalar, duration: Scalar
 ) -> tuple[Motion, Scalar, Bool[Array, ""]]:
-    """Carry a wheel over one interval by `bend` or `slide`, as its friction asks for.
+    """Advance a wheel over one interval, whatever its friction model.
 
     Args:
         contact: the equations of motion.
@@ -99,6 +99,6 @@ def carry(
         Motion and deflection at the end, and whether the interval was resolved.
     """
     if isinstance(contact.friction, LuGre):
-        return bend(contact, motion, deflection, duration)
-    motion, resolved = slide(contact, motion, duration)
+        return step_bristles(contact, motion, deflection, duration)
+    motion, resolved = step_dry_friction(contact, motion, duration)
     return motion, deflection, resolved

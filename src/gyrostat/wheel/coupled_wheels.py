@@ -12,17 +12,18 @@ from jaxtyping import Array, Bool, Float, Int
 
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.wheel.contact import Motion
-from gyrostat.wheel.contacts import Contacts, Modes
+from gyrostat.wheel.bearing_equation import Motion
+from gyrostat.wheel.coupled_bearings import CoupledBearings, Modes
 from gyrostat.wheel.segment import (
-    MAX_SEGMENTS,
     NEWTON_STEPS,
+    Segment,
     ends,
     falls_through_zero,
     narrowed,
+    through_segments,
     within,
 )
-from gyrostat.wheel.step_bounds import outlook, stays
+from gyrostat.wheel.step_bounds import stays, step_bounds
 
 EVENT_TOLERANCE = 1e-9
 """Share of a height that may be left where it only dips to zero."""
@@ -32,7 +33,7 @@ STAGES, WEIGHTS = jnp.array([0.5, 0.5, 1.0]), jnp.array([2.0, 2.0, 1.0]) / 6.0
 
 
 @jax.jit
-def _runge_kutta(contacts: Contacts, motion: Motion, modes: Modes, start, rate, duration):
+def _runge_kutta(contacts: CoupledBearings, motion: Motion, modes: Modes, start, rate, duration):
     """One classical fourth-order step of frozen modes; later stages a loop, compiled sooner."""
 
     def stage(carry, share):
@@ -46,17 +47,7 @@ def _runge_kutta(contacts: Contacts, motion: Motion, modes: Modes, start, rate, 
     return jax.lax.scan(stage, (rate, total), (STAGES, WEIGHTS))[0][1]
 
 
-class _Segment(NamedTuple):
-    motion: Motion
-    elapsed: Float[Array, ""]
-    released: PerWheel
-    """Sense (±1) in which a load has just reached the breakaway level, else 0."""
-    landed: Bool[Array, ""]
-    """Whether a speed has just come to zero."""
-    number: Int[Array, ""]
-
-
-def _modes(contacts: Contacts, motion: Motion, released: PerWheel, time: Scalar) -> Modes:
+def _modes(contacts: CoupledBearings, motion: Motion, released: PerWheel, time: Scalar) -> Modes:
     """Mode of each wheel: turning ones keep their sense, resting ones hold if they can."""
     start = jnp.where(motion.speed == 0.0, released, jnp.sign(motion.speed))
 
@@ -90,7 +81,7 @@ class _Loads(NamedTuple):
 
 
 @jax.jit
-def _loads(contacts: Contacts, motion: Motion, modes: Modes, time) -> _Loads:
+def _loads(contacts: CoupledBearings, motion: Motion, modes: Modes, time) -> _Loads:
     """What the wheels rub against while the modes of motion are frozen."""
     torque, along = jax.linearize(
         lambda motion, time: contacts.torques(motion, modes, time), motion, time
@@ -116,7 +107,7 @@ class _Trial(NamedTuple):
     steps: Int[Array, ""]
 
 
-def _travel(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
+def _travel(contacts: CoupledBearings, motion: Motion, modes: Modes, start, remaining):
     """Move in frozen modes until the interval, the segment limit or one of the modes runs out.
 
     Returns:
@@ -126,7 +117,7 @@ def _travel(contacts: Contacts, motion: Motion, modes: Modes, start, remaining):
     torque = contacts.torques(motion, modes, start)
     rate = contacts.rate_under(motion, torque, modes, start)
     frozen = jax.lax.stop_gradient((contacts, motion, modes, start, torque, rate, remaining))
-    begin, limit = outlook(*frozen)
+    begin, limit = step_bounds(*frozen)
     last = limit >= remaining
     duration = jnp.where(last, remaining, limit)
     direction = modes.direction
@@ -246,10 +237,10 @@ def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
     return *jax.lax.cond(jnp.any(past_zero | dips), locate, go_on, None), rising
 
 
-def slide_together(
-    contacts: Contacts, motion: Motion, duration: Scalar
+def step_coupled_wheels(
+    contacts: CoupledBearings, motion: Motion, duration: Scalar
 ) -> tuple[Motion, Bool[Array, ""]]:
-    """Carry several wheels and their carrier over one interval.
+    """Advance several wheels with static friction, and their carrier, over one interval.
 
     Args:
         contacts: the equations of motion.
@@ -260,15 +251,8 @@ def slide_together(
         The motion at the end, and whether the interval was resolved: False when it needed more than
         `MAX_SEGMENTS` segments. Differentiable in forward mode in every argument and parameter.
     """
-    motion = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), motion)
-    duration = jnp.asarray(duration, dtype=float)
 
-    def unfinished(segment: _Segment):
-        # wheels that come to zero at the very end have still to stick or to go through, in no time
-        more = (segment.elapsed < duration) | segment.landed
-        return more & (segment.number < MAX_SEGMENTS)
-
-    def go(segment: _Segment) -> _Segment:
+    def go(segment: Segment, duration: Scalar) -> Segment:
         motion, elapsed = segment.motion, segment.elapsed
         modes = _modes(contacts, motion, segment.released, elapsed)
         after, time, finished, hit, rising = _travel(
@@ -276,7 +260,7 @@ def slide_together(
         )
         held = modes.direction == 0.0
         breaks_away = hit & held
-        return _Segment(
+        return Segment(
             motion=after,
             elapsed=jnp.where(finished, duration, elapsed + time),
             released=jnp.where(breaks_away, rising, 0.0),
@@ -284,8 +268,5 @@ def slide_together(
             number=segment.number + 1,
         )
 
-    start = _Segment(
-        motion, jnp.zeros(()), jnp.zeros_like(motion.speed), jnp.array(False), jnp.array(0)
-    )
-    last = jax.lax.while_loop(unfinished, go, start)
+    last = through_segments(go, motion, duration)
     return last.motion, (last.elapsed >= duration) & ~last.landed

@@ -6,8 +6,8 @@ from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.wheel.contact import Contact, Motion
-from gyrostat.wheel.stepping import slide
+from gyrostat.wheel.bearing_equation import BearingEquation, Motion
+from gyrostat.wheel.stepping import step_dry_friction
 from gyrostat.wheel.wheel import Wheel
 
 
@@ -23,7 +23,7 @@ class WheelStep(NamedTuple):
     resolved: Bool[Array, ""]
 
 
-class _FixedBench(Contact):
+class _FixedBench(BearingEquation):
     """A wheel whose carrier does not move, with a current on a straight line in time."""
 
     friction: Any
@@ -49,7 +49,7 @@ class _FixedBench(Contact):
 def advance(
     wheel: Wheel, speed: Scalar, current: Scalar, slope: Scalar, duration: Scalar
 ) -> WheelStep:
-    """Carry a wheel over one interval in which its current is a straight line in time.
+    """Advance a wheel over one interval in which its current is linear in time.
 
     Args:
         wheel: the wheel.
@@ -62,7 +62,9 @@ def advance(
         The speed at the end. Differentiable in forward mode in every argument and parameter.
     """
     bench = _FixedBench(wheel.friction, wheel, current, slope)
-    motion, resolved = slide(bench, Motion(jnp.asarray(speed, dtype=float), ()), duration)
+    motion, resolved = step_dry_friction(
+        bench, Motion(jnp.asarray(speed, dtype=float), ()), duration
+    )
     return WheelStep(motion.speed, resolved)
 
 

@@ -5,6 +5,7 @@ a segment is one Runge-Kutta step of it, short enough to resolve the friction cu
 be moved to the time at which something runs out.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from gyrostat.core.jax64 import jax, jnp
@@ -20,6 +21,50 @@ TURN_STEP = 0.02
 """rad: largest turn of what carries the wheels in one segment; its error is below 1e-12."""
 NEWTON_STEPS = 3
 """After which a zero is good to 1e-14 of the segment; to 1e-8 where the speed only touches it."""
+
+
+class Segment(NamedTuple):
+    """Where a segment begins.
+
+    Attributes:
+        motion: of the wheels and their carrier.
+        elapsed: since the start of the interval, s.
+        released: sense (±1) in which a load has just reached the breakaway level, else 0, one for
+            each wheel.
+        landed: whether a speed has just come to zero.
+        number: of segments before.
+    """
+
+    motion: Any
+    elapsed: Any
+    released: Any
+    landed: Any
+    number: Any
+
+
+def through_segments(go: Callable[[Segment, Any], Segment], motion: Any, duration: Any) -> Segment:
+    """Step from segment to segment to the end of an interval, or for `MAX_SEGMENTS`.
+
+    Args:
+        go: (segment, duration) -> the next one.
+        motion: at the start.
+        duration: of the interval, s.
+
+    Returns:
+        Where the last segment ends.
+    """
+    motion = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), motion)
+    duration = jnp.asarray(duration, dtype=float)
+
+    def unfinished(segment: Segment):
+        # a wheel that comes to zero at the very end has still to stick or to go through, in no
+        # time: its speed is zero either way, but not the derivative
+        more = (segment.elapsed < duration) | segment.landed
+        return more & (segment.number < MAX_SEGMENTS)
+
+    nothing = jnp.zeros_like(motion.speed)
+    start = Segment(motion, jnp.zeros_like(duration), nothing, jnp.array(False), jnp.array(0))
+    return jax.lax.while_loop(unfinished, lambda segment: go(segment, duration), start)
 
 
 def steepness(friction: Any, inertia, speed, direction):

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 from gyrostat.core.arrays import PerWheel
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.wheel.contact import Motion
-from gyrostat.wheel.contacts import Changes, Contacts, Modes
+from gyrostat.wheel.bearing_equation import Motion
+from gyrostat.wheel.coupled_bearings import Changes, CoupledBearings, Modes
 from gyrostat.wheel.segment import TURN_STEP, friction_limit, is_resolved, steepness
 
 
@@ -19,7 +19,9 @@ class Begin(NamedTuple):
     """See `steepness`."""
 
 
-def _segment_limit(contacts: Contacts, motion: Motion, modes: Modes, begin: Begin, remaining):
+def _segment_limit(
+    contacts: CoupledBearings, motion: Motion, modes: Modes, begin: Begin, remaining
+):
     """Longest segment that resolves every friction curve, the carrier and the drive."""
     held, friction = modes.direction == 0.0, contacts.friction
     rate, change = jnp.abs(begin.rate.speed), jnp.abs(begin.changes.pull)
@@ -44,7 +46,9 @@ def _segment_limit(contacts: Contacts, motion: Motion, modes: Modes, begin: Begi
 
 
 @jax.jit
-def outlook(contacts: Contacts, motion: Motion, modes: Modes, start, torque, rate, remaining):
+def step_bounds(
+    contacts: CoupledBearings, motion: Motion, modes: Modes, start, torque, rate, remaining
+):
     """What is known at the start of a segment, and the limit of its length."""
     steep = steepness(
         contacts.friction, 1.0 / jnp.diagonal(contacts.mobility), motion.speed, modes.direction
@@ -53,7 +57,7 @@ def outlook(contacts: Contacts, motion: Motion, modes: Modes, start, torque, rat
     return begin, _segment_limit(contacts, motion, modes, begin, remaining)
 
 
-def stays(contacts: Contacts, modes: Modes, begin: Begin, end: Motion, time, duration):
+def stays(contacts: CoupledBearings, modes: Modes, begin: Begin, end: Motion, time, duration):
     """Whether each held wheel surely rests up to the end of a segment, at this time."""
     held, steep = modes.direction == 0.0, begin.steep[0]
     # what holds a wheel changes with the drive, and with the friction of those that turn

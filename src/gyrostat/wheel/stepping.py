@@ -12,35 +12,26 @@ once the wheel sticks. Only the search that leads there is hidden from different
 
 from typing import NamedTuple
 
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.wheel.contact import Contact, Motion
+from gyrostat.wheel.bearing_equation import BearingEquation, Motion
 from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.segment import (
-    MAX_SEGMENTS,
     NEWTON_STEPS,
+    Segment,
     ends,
     falls_through_zero,
     friction_limit,
     narrowed,
+    through_segments,
     within,
 )
 
 
-class _Segment(NamedTuple):
-    motion: Motion
-    elapsed: Float[Array, ""]
-    released: Float[Array, ""]
-    """Sense (±1) in which the load has just reached the breakaway level, else 0."""
-    landed: Bool[Array, ""]
-    """Whether the speed has just come to zero."""
-    number: Int[Array, ""]
-
-
 @jax.jit  # a function of its own in the trace: traced once, not at every use
-def _runge_kutta(contact: Contact, motion: Motion, direction, start, duration) -> Motion:
+def _runge_kutta(contact: BearingEquation, motion: Motion, direction, start, duration) -> Motion:
     """One classical fourth-order step of the smooth field of one mode of motion."""
 
     def ahead(rate, share):
@@ -62,7 +53,7 @@ def _runge_kutta(contact: Contact, motion: Motion, direction, start, duration) -
 
 
 @jax.jit
-def _height(contact: Contact, motion: Motion, direction, rising, time):
+def _height(contact: BearingEquation, motion: Motion, direction, rising, time):
     """What is left before a mode of motion ends, and how fast it changes.
 
     For a turning wheel the speed in its sense; for a wheel at rest what the load lacks to the
@@ -80,7 +71,7 @@ def _height(contact: Contact, motion: Motion, direction, rising, time):
 
 
 @jax.jit
-def _segment_limit(contact: Contact, motion: Motion, direction, start, remaining):
+def _segment_limit(contact: BearingEquation, motion: Motion, direction, start, remaining):
     """Longest segment that resolves the friction curve and the drive."""
     whole_rate = contact.rate(motion, direction, start)
     along = (whole_rate.carrier, jnp.ones_like(start))
@@ -131,7 +122,7 @@ class _Travel(NamedTuple):
     """Whether the height ran out: a turning wheel came to zero, a held one breaks away."""
 
 
-def _travel(contact: Contact, motion: Motion, direction, start, remaining):
+def _travel(contact: BearingEquation, motion: Motion, direction, start, remaining):
     """Move in one mode until the interval, the segment limit or the mode itself runs out.
 
     Returns:
@@ -181,8 +172,10 @@ def _travel(contact: Contact, motion: Motion, direction, start, remaining):
     return jax.lax.cond(past_zero | dips, locate, go_on, None), rising
 
 
-def slide(contact: Contact, motion: Motion, duration: Scalar) -> tuple[Motion, Bool[Array, ""]]:
-    """Carry a wheel and its carrier over one interval.
+def step_dry_friction(
+    contact: BearingEquation, motion: Motion, duration: Scalar
+) -> tuple[Motion, Bool[Array, ""]]:
+    """Advance a wheel with static friction, and its carrier, over one interval.
 
     Args:
         contact: the equations of motion.
@@ -194,20 +187,12 @@ def slide(contact: Contact, motion: Motion, duration: Scalar) -> tuple[Motion, B
         `MAX_SEGMENTS` segments. Differentiable in forward mode in every argument and parameter.
 
     Raises:
-        TypeError: the friction is not static: bristles are for `bend`.
+        TypeError: the friction is not static: bristles are for `step_bristles`.
     """
     if not isinstance(contact.friction, Friction):
         raise TypeError(f"friction: found {type(contact.friction).__name__}, expected a static one")
-    motion = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), motion)
-    duration = jnp.asarray(duration, dtype=float)
 
-    def unfinished(segment: _Segment):
-        # a wheel that comes to zero at the very end has still to stick or to go through, in no
-        # time: its speed is zero either way, but not the derivative
-        more = (segment.elapsed < duration) | segment.landed
-        return more & (segment.number < MAX_SEGMENTS)
-
-    def go(segment: _Segment) -> _Segment:
+    def go(segment: Segment, duration: Scalar) -> Segment:
         motion, elapsed = segment.motion, segment.elapsed
         load = contact.load(motion.carrier, elapsed)
         at_rest = motion.speed == 0.0
@@ -217,7 +202,7 @@ def slide(contact: Contact, motion: Motion, duration: Scalar) -> tuple[Motion, B
         direction = jnp.where(at_rest, jnp.where(holds, 0.0, free), jnp.sign(motion.speed))
         travel, rising = _travel(contact, motion, direction, elapsed, duration - elapsed)
         breaks_away = travel.ran_out & (direction == 0.0)
-        return _Segment(
+        return Segment(
             motion=travel.motion,
             elapsed=jnp.where(travel.finished, duration, elapsed + travel.time),
             released=jnp.where(breaks_away, rising, 0.0),
@@ -225,7 +210,5 @@ def slide(contact: Contact, motion: Motion, duration: Scalar) -> tuple[Motion, B
             number=segment.number + 1,
         )
 
-    nothing = jnp.zeros_like(duration)
-    start = _Segment(motion, nothing, nothing, jnp.array(False), jnp.array(0))
-    last = jax.lax.while_loop(unfinished, go, start)
+    last = through_segments(go, motion, duration)
     return last.motion, last.elapsed >= duration

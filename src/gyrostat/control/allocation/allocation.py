@@ -72,7 +72,7 @@ class _Share(NamedTuple):
     open: Working
 
 
-class LeastLargest(eqx.Module):
+class MinimaxAllocation(eqx.Module):
     """The least max |u_i| / limit_i: the whole torque envelope of the wheels is in reach.
 
     Minimise t over |u_i| <= t l_i, A u = T: a linear program. Its dual is to maximise y.T over

@@ -10,10 +10,10 @@ from gyrostat.core.jax64 import jnp
 from gyrostat.wheel.array import listed
 
 
-class MomentumManagement(Checked):
-    """T = -k H within the limit: the momentum of the whole spacecraft fades with k.
+class MomentumUnloading(Checked):
+    """T = -k H within the limit: the total momentum of the spacecraft decays at the rate k.
 
-    Along every body axis for itself, as an ideal set of magnetorquers would. B. Wie, "Space Vehicle
+    Each body axis by itself, as with ideal magnetorquers. B. Wie, "Space Vehicle
     Dynamics and Control", section 7.5, has the same with real dipoles.
 
     Attributes:
@@ -21,10 +21,10 @@ class MomentumManagement(Checked):
         gain: k, 1/s; slow against the attitude loop.
     """
 
-    limit: Annotated[Vector3, size("limit of the momentum management", "N·m")] = eqx.field(
+    limit: Annotated[Vector3, size("limit of the momentum unloading", "N·m")] = eqx.field(
         converter=listed
     )
-    gain: Annotated[Scalar, positive("gain of the momentum management", "1/s")] = 1e-3
+    gain: Annotated[Scalar, positive("gain of the momentum unloading", "1/s")] = 1e-3
 
     def __call__(self, momentum: Vector3) -> Vector3:
         """The torque, in body axes, N·m.

@@ -15,7 +15,7 @@ from gyrostat.core.jax64 import jnp
 from gyrostat.wheel.array import listed
 
 
-class WheelWatchMemory(NamedTuple):
+class WheelFaultMemory(NamedTuple):
     """Between two samples.
 
     Attributes:
@@ -35,23 +35,23 @@ class WheelWatchMemory(NamedTuple):
     begun: Bool[Array, ""]
 
 
-_time = within("time at which a failure is told", "s", lambda value: ~np.isnan(value))
+_time = within("time at which a failure is notified", "s", lambda value: ~np.isnan(value))
 
 
-class WheelWatch(Checked):
-    """Two low passes of (commanded torque - change of the rotor's momentum), one for each use.
+class WheelFaultDetector(Checked):
+    """Two low passes of the torque that a rotor loses: commanded torque less change of momentum.
 
-    The slow one is the drag of the bearing, to be added to the next command. The quick one tells a
-    wheel whose motor does not answer, or whose rotor seizes: beyond `failure_torque` it is taken to
-    have failed, for good. That must be above what bearings take, and below what is commanded at
-    times: the drag that is made up for raises the command to a dead motor until it is told. A wheel
-    whose speed is not measured is neither judged nor corrected.
+    The slow one estimates the drag of the bearing, which is added to the next command. The quick
+    one detects a motor that does not respond or a rotor that seizes: above `failure_torque` the
+    wheel is declared failed, for good. Choose that above the drag of the bearings and below the
+    commanded torque at times: compensated drag raises the command to a dead motor until it is
+    detected. A wheel whose speed is not measured is neither judged nor corrected.
 
     Attributes:
         drag_time: of the slow low pass, s.
         failure_time: of the quick one, s.
-        failure_torque: (wheels,) or one for all, N·m; infinite: failures are only told.
-        told: (wheels,) or one for all: when the wheel is told to have failed, s; infinite: never.
+        failure_torque: (wheels,) or one for all, N·m; infinite: none is detected.
+        notified: (wheels,) or one for all: time of a notified failure, s; infinite: never.
         delay: control periods from a sample to the start of its command, see
             `gyrostat.simulation.simulate`; a delay that is not told is taken for a loss of torque.
     """
@@ -61,20 +61,20 @@ class WheelWatch(Checked):
     failure_torque: Annotated[PerWheel | float, limit("failure torque", "N·m in every wheel")] = (
         eqx.field(converter=listed, default=np.inf)
     )
-    told: Annotated[PerWheel | float, _time] = eqx.field(converter=listed, default=np.inf)
+    notified: Annotated[PerWheel | float, _time] = eqx.field(converter=listed, default=np.inf)
     delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
 
-    def start(self, count: int) -> WheelWatchMemory:
+    def start(self, count: int) -> WheelFaultMemory:
         """Nothing measured yet, all wheels working."""
         none = jnp.zeros(count)
         torque = empty_line(none, self.delay + 1)
-        return WheelWatchMemory(none, torque, none, none, none == 0.0, jnp.array(False))
+        return WheelFaultMemory(none, torque, none, none, none == 0.0, jnp.array(False))
 
-    def commanded(self, memory: WheelWatchMemory, torque: PerWheel) -> WheelWatchMemory:
+    def commanded(self, memory: WheelFaultMemory, torque: PerWheel) -> WheelFaultMemory:
         """Take in what is commanded at this sample, (wheels,), N·m."""
         return memory._replace(torque=pushed(memory.torque, torque)[0])
 
-    def missed(self, memory: WheelWatchMemory, torque: PerWheel) -> WheelWatchMemory:
+    def missed(self, memory: WheelFaultMemory, torque: PerWheel) -> WheelFaultMemory:
         """Memory after a sample that is missing: the next one is not compared with an older one.
 
         Args:
@@ -85,13 +85,13 @@ class WheelWatch(Checked):
 
     def __call__(
         self,
-        memory: WheelWatchMemory,
+        memory: WheelFaultMemory,
         momentum: PerWheel,
         measured: Bool[Array, " wheels"],
         limit: PerWheel,
         time: Scalar,
         period: Scalar,
-    ) -> WheelWatchMemory:
+    ) -> WheelFaultMemory:
         """Take in a sample.
 
         Args:
@@ -104,8 +104,8 @@ class WheelWatch(Checked):
         """
         lost, judged = lost_torque(memory, momentum, period), memory.begun & measured
         quick = low_passed(memory.lost, lost, self.failure_time, period, judged)
-        failed = (jnp.abs(quick) > self.failure_torque) | (jnp.asarray(self.told) <= time)
+        failed = (jnp.abs(quick) > self.failure_torque) | (jnp.asarray(self.notified) <= time)
         works = memory.works & ~failed
         slow = low_passed(memory.drag, lost, self.drag_time, period, judged)
         drag = jnp.where(works, jnp.clip(slow, -limit / 2.0, limit / 2.0), 0.0)
-        return WheelWatchMemory(momentum, memory.torque, drag, quick, works, jnp.array(True))
+        return WheelFaultMemory(momentum, memory.torque, drag, quick, works, jnp.array(True))

@@ -1,16 +1,17 @@
 """State feedback of attitude and rate, LQR or SDRE, on any number of wheels."""
 
 from dataclasses import replace
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 
 from gyrostat.control.allocation.working_wheels import SPAN
 from gyrostat.control.design.factorisations import MRPBody
+from gyrostat.control.design.lqr import FeedbackCommand
 from gyrostat.control.design.riccati import RiccatiSolution, riccati
-from gyrostat.core.arrays import PerWheel, Quaternion, Scalar
-from gyrostat.core.checked import Checked, positive
+from gyrostat.core.arrays import Quaternion, Scalar
+from gyrostat.core.checked import Checked, Rule, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
@@ -19,20 +20,6 @@ from gyrostat.spacecraft import Spacecraft
 
 _solved = jax.jit(riccati)
 """Compiled as a whole also where a linear law is designed outside of any other compiled code."""
-
-
-class RegulatorCommand(NamedTuple):
-    """What a regulator commands.
-
-    Attributes:
-        torque: (wheels,) of the motors, N·m.
-        residual: of the Riccati equation behind it, see `RiccatiSolution`.
-        valid: whether that equation was solved.
-    """
-
-    torque: Annotated[PerWheel, "N·m"]
-    residual: Annotated[Scalar, "1"]
-    valid: Bool[Array, ""]
 
 
 class AttitudeRegulator(Checked):
@@ -58,7 +45,7 @@ class AttitudeRegulator(Checked):
     """
 
     spacecraft: Spacecraft
-    target: Annotated[Quaternion, check_unit]
+    target: Annotated[Quaternion, Rule("of unit length", check_unit)]
     attitude_weight: Annotated[Scalar, positive("attitude weight")] = 16.0
     rate_weight: Annotated[Scalar, positive("rate weight", "s²/rad²")] = 16.0
     torque_weight: Annotated[Scalar, positive("torque weight", "1/(N·m)²")] = 1.0
@@ -92,7 +79,7 @@ class AttitudeRegulator(Checked):
         weight = jnp.concatenate([self.attitude_weight * each, self.rate_weight * each])
         return _solved(dynamics, input, jnp.diag(weight), jnp.diag(self.torque_weight * each))
 
-    def __call__(self, memory: tuple[()], measurement: Any) -> tuple[tuple[()], RegulatorCommand]:
+    def __call__(self, memory: tuple[()], measurement: Any) -> tuple[tuple[()], FeedbackCommand]:
         """Command the wheels.
 
         Args:
@@ -112,4 +99,4 @@ class AttitudeRegulator(Checked):
         torque = jnp.sum(jnp.asarray(gain) * state, axis=1)
         # what the wheels take the body loses: A m = K x, by the least sum of squares
         share = axes.T @ inverse_definite(axes @ axes.T)
-        return memory, RegulatorCommand(share @ torque, residual, valid)
+        return memory, FeedbackCommand(share @ torque, residual, valid)

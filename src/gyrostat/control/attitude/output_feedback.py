@@ -20,7 +20,7 @@ class _Estimated(NamedTuple):
     surprise: Scalar
 
 
-class EstimatedControlMemory(NamedTuple):
+class OutputFeedbackMemory(NamedTuple):
     """Between two samples.
 
     Attributes:
@@ -34,31 +34,31 @@ class EstimatedControlMemory(NamedTuple):
     period: Scalar
 
 
-class EstimatedControl(Checked):
-    """A controller that is given what an attitude filter makes of star tracker and gyro.
+class OutputFeedback(Checked):
+    """State-feedback controller behind a filter of star tracker and gyro.
 
-    Its command is that of the controller, and to be recorded: `estimated_attitude` (4,),
-    `estimated_rate` and `estimated_bias` (3,), rad/s, `attitude_sigma` (3,), what the filter takes
-    for its error about each body axis, rad, `innovation` (3,), rad, and `surprise`, see
-    `AttitudeEstimate`.
+    Recorded beside the command of the controller: `estimated_attitude` (4,), `estimated_rate` and
+    `estimated_bias` (3,), rad/s, `attitude_sigma` (3,), standard deviation of the attitude error
+    about each body axis as the filter estimates it, rad, `innovation` (3,), rad, and `surprise`,
+    see `AttitudeEstimate`.
 
     Attributes:
         filter: of attitude and gyro bias.
-        controller: is called with a `SpacecraftMeasurement`.
+        controller: any controller of a `SpacecraftMeasurement`.
     """
 
     filter: AttitudeFilter
     controller: Any
 
-    def start(self, period: Scalar) -> EstimatedControlMemory:
+    def start(self, period: Scalar) -> OutputFeedbackMemory:
         """Nothing measured yet."""
-        return EstimatedControlMemory(
+        return OutputFeedbackMemory(
             self.filter.start(), self.controller.start(period), jnp.asarray(period, dtype=float)
         )
 
     def predicted(
-        self, memory: EstimatedControlMemory, measurement: Any, command: Any
-    ) -> EstimatedControlMemory:
+        self, memory: OutputFeedbackMemory, measurement: Any, command: Any
+    ) -> OutputFeedbackMemory:
         """Memory one period later without a sample: the attitude goes on at the last rate.
 
         Args:
@@ -75,11 +75,11 @@ class EstimatedControl(Checked):
             measurement.wheel_measured,
         )
         later = predicted(self.controller, memory.controller, known, command)
-        return EstimatedControlMemory(estimate, later, memory.period)
+        return OutputFeedbackMemory(estimate, later, memory.period)
 
     def __call__(
-        self, memory: EstimatedControlMemory, measurement: Any
-    ) -> tuple[EstimatedControlMemory, Any]:
+        self, memory: OutputFeedbackMemory, measurement: Any
+    ) -> tuple[OutputFeedbackMemory, Any]:
         """Estimate, and command.
 
         Args:
@@ -100,5 +100,5 @@ class EstimatedControl(Checked):
         estimated = _Estimated(
             estimate.attitude, rate, estimate.bias, sigma, estimate.innovation, estimate.surprise
         )
-        after = EstimatedControlMemory(estimate, controller, memory.period)
+        after = OutputFeedbackMemory(estimate, controller, memory.period)
         return after, recorded_with("Estimated", command, estimated)

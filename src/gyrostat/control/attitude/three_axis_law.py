@@ -48,9 +48,9 @@ class ThreeAxisLaw(Checked):
 
         Args:
             attitude: (4,) quaternion, scalar first.
-            held: of no account here.
+            held: unused.
             momentum: (wheels,) that would bring the body to rest here, N·m·s.
-            way: of no account here.
+            way: unused, returned as it is.
 
         Returns:
             The body rate, rad/s, and `way`.

@@ -7,10 +7,10 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
-from gyrostat.control.allocation.allocation import LeastLargest, Working, spread, within_limits
-from gyrostat.control.allocation.momentum_unloading import MomentumManagement
+from gyrostat.control.allocation.allocation import MinimaxAllocation, Working, spread, within_limits
+from gyrostat.control.allocation.momentum_unloading import MomentumUnloading
 from gyrostat.control.allocation.null_space import NullSpaceControl
-from gyrostat.control.allocation.wheel_fault_detector import WheelWatch, WheelWatchMemory
+from gyrostat.control.allocation.wheel_fault_detector import WheelFaultDetector, WheelFaultMemory
 from gyrostat.control.underactuated.two_wheel_law import brake
 from gyrostat.core import rotations
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
@@ -99,7 +99,7 @@ class ArrayControlMemory(NamedTuple):
         given: (delay + 1, 3) torque commanded to the external actuator at the last samples, the
             oldest first, N·m.
         unknown: (3,) estimate of the other external torques, body axes, N·m.
-        watch: of the wheels.
+        detector: of the wheels.
     """
 
     samples: Scalar
@@ -107,7 +107,7 @@ class ArrayControlMemory(NamedTuple):
     momentum: Vector3
     given: Sent
     unknown: Vector3
-    watch: WheelWatchMemory
+    detector: WheelFaultMemory
 
 
 class WheelArrayControl(Checked):
@@ -146,10 +146,10 @@ class WheelArrayControl(Checked):
         rate_gain: k, 1/s.
         torque_time: of the low pass of D, s; infinite: D stays zero.
         largest_rate: rad/s.
-        allocation: of torque among wheels: `LeastLargest` or `PseudoInverse`.
+        allocation: of torque among wheels: `MinimaxAllocation` or `PseudoInverse`.
         null_space: keeps wheels from zero and from saturation; None: not done.
-        management: of momentum by the external actuator; None: there is none.
-        watch: for drag and failures; also says how long commands are under way.
+        unloading: of momentum by the external actuator; None: there is none.
+        detector: for drag and failures; also says how long commands are under way.
     """
 
     spacecraft: Spacecraft
@@ -158,10 +158,10 @@ class WheelArrayControl(Checked):
     rate_gain: Annotated[Scalar, positive("rate gain", "1/s")] = 0.4
     torque_time: Annotated[Scalar, limit("torque time", "s")] = 20.0
     largest_rate: Annotated[Scalar, positive("largest rate", "rad/s")] = 0.05
-    allocation: Any = LeastLargest()
+    allocation: Any = MinimaxAllocation()
     null_space: NullSpaceControl | None = None
-    management: MomentumManagement | None = None
-    watch: WheelWatch = WheelWatch()
+    unloading: MomentumUnloading | None = None
+    detector: WheelFaultDetector = WheelFaultDetector()
 
     def check_own(self) -> None:
         """Validate the limits of the wheels.
@@ -186,10 +186,10 @@ class WheelArrayControl(Checked):
 
     def start(self, period: Scalar) -> ArrayControlMemory:
         """Nothing measured yet."""
-        none, watch = jnp.zeros(3), self.watch.start(self.spacecraft.wheels.count)
+        none, detector = jnp.zeros(3), self.detector.start(self.spacecraft.wheels.count)
         period = jnp.asarray(period, dtype=float)
-        given = empty_line(none, self.watch.delay + 1)
-        return ArrayControlMemory(jnp.zeros(()), period, none, given, none, watch)
+        given = empty_line(none, self.detector.delay + 1)
+        return ArrayControlMemory(jnp.zeros(()), period, none, given, none, detector)
 
     def __call__(
         self, memory: ArrayControlMemory, measurement: Any
@@ -208,28 +208,30 @@ class WheelArrayControl(Checked):
         time = memory.samples * period
         absolute = relative + wheels.inertia * (axes.T @ rate)
         momentum = inertia @ rate + axes @ absolute
-        watch = self.watch(memory.watch, absolute, measurement.wheel_measured, limit, time, period)
-        external = jnp.zeros(3) if self.management is None else self.management(momentum)
+        detector = self.detector(
+            memory.detector, absolute, measurement.wheel_measured, limit, time, period
+        )
+        external = jnp.zeros(3) if self.unloading is None else self.unloading(momentum)
         target = self.targets(time)
-        wanted, change = self._wanted(measurement, target, momentum, watch.works)
+        wanted, change = self._wanted(measurement, target, momentum, detector.works)
         in_space = rotations.to_inertial(measurement.attitude, momentum)
         gained = rotations.to_body(measurement.attitude, in_space - memory.momentum) / period
-        share = jnp.where(memory.watch.begun, period / (self.torque_time + period), 0.0)
+        share = jnp.where(memory.detector.begun, period / (self.torque_time + period), 0.0)
         unknown = memory.unknown + share * (gained - memory.given[0] - memory.unknown)
         push = change + self.rate_gain * (wanted - rate)
         # the bearing of a failed wheel turns the body too; where it is not seen, D has it
-        failed = ~watch.works & measurement.wheel_measured
-        borne = axes @ jnp.where(failed, watch.lost, 0.0)
+        failed = ~detector.works & measurement.wheel_measured
+        borne = axes @ jnp.where(failed, detector.lost, 0.0)
         needed = external + unknown + borne - jnp.cross(rate, momentum) - inertia @ push
-        left = limit - jnp.abs(watch.drag)
-        torque = within_limits(self.allocation(axes, left, watch.works, needed), left)
+        left = limit - jnp.abs(detector.drag)
+        torque = within_limits(self.allocation(axes, left, detector.works, needed), left)
         if self.null_space is not None:
-            torque += self.null_space(axes, watch.works, relative, left - jnp.abs(torque))
-        torque = wheels.within_momentum_limit(torque + watch.drag, relative, period)
-        watch = self.watch.commanded(watch, torque)
+            torque += self.null_space(axes, detector.works, relative, left - jnp.abs(torque))
+        torque = wheels.within_momentum_limit(torque + detector.drag, relative, period)
+        detector = self.detector.commanded(detector, torque)
         given, _ = pushed(memory.given, external)
-        after = ArrayControlMemory(memory.samples + 1.0, period, in_space, given, unknown, watch)
-        return after, ArrayCommand(torque, external, target, watch.works)
+        after = ArrayControlMemory(memory.samples + 1.0, period, in_space, given, unknown, detector)
+        return after, ArrayCommand(torque, external, target, detector.works)
 
     def predicted(
         self, memory: ArrayControlMemory, measurement: Any, command: ArrayCommand
@@ -244,7 +246,7 @@ class WheelArrayControl(Checked):
         return memory._replace(
             samples=memory.samples + 1.0,
             given=pushed(memory.given, command.external_torque)[0],
-            watch=self.watch.missed(memory.watch, command.torque),
+            detector=self.detector.missed(memory.detector, command.torque),
         )
 
     def _wanted(

@@ -16,7 +16,7 @@ COARSEST = 0.8
 """Natural frequency times control period: from 0.828 on the sampled loop is unstable."""
 
 
-class WheelSpeedCommand(NamedTuple):
+class SpeedLoopCommand(NamedTuple):
     """What motors shall give, and the speeds that it is for.
 
     Attributes:
@@ -96,7 +96,7 @@ class WheelSpeedLoops(Checked):
 
     def __call__(
         self, memory: WheelSpeedMemory, measurement: Any
-    ) -> tuple[WheelSpeedMemory, WheelSpeedCommand]:
+    ) -> tuple[WheelSpeedMemory, SpeedLoopCommand]:
         """Command the motors.
 
         Args:
@@ -116,4 +116,4 @@ class WheelSpeedLoops(Checked):
         torque = jnp.clip(wanted, -self.torque_limit, self.torque_limit)
         integral = jnp.where((wanted - torque) * error > 0.0, before, integral)
         after = WheelSpeedMemory(controller, integral, jnp.array(True), memory.period)
-        return after, WheelSpeedCommand(torque, command.speed)
+        return after, SpeedLoopCommand(torque, command.speed)

@@ -12,7 +12,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import product, solve
 from gyrostat.core.rotations import cross_matrix, error, mrp_rate_matrix, to_mrp
-from gyrostat.spacecraft.spacecraft import check_inertia
+from gyrostat.spacecraft.spacecraft import of_a_body
 
 Pair = tuple[Float[Array, "6 6"], Float[Array, "6 3"]]
 
@@ -111,7 +111,7 @@ class MRPBody(Checked):
             w times J w.
     """
 
-    inertia: Annotated[Float[Array, "3 3"], check_inertia]
+    inertia: Annotated[Float[Array, "3 3"], of_a_body]
     split: Scalar = 1.0
 
     def __call__(self, state: Float[Array, "6"], momentum: Vector3 | float = 0.0) -> Pair:
@@ -140,7 +140,7 @@ class QuaternionBody(Checked):
         split: as there.
     """
 
-    inertia: Annotated[Float[Array, "3 3"], check_inertia]
+    inertia: Annotated[Float[Array, "3 3"], of_a_body]
     split: Scalar = 1.0
 
     def __call__(self, state: Float[Array, "6"], momentum: Vector3 | float = 0.0) -> Pair:

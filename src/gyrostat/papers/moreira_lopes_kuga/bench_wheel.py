@@ -7,7 +7,7 @@ from jaxtyping import Array, Bool, PRNGKeyArray
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.wheel import Contact, Motion, Wheel, carry
+from gyrostat.wheel import BearingEquation, Motion, Wheel, step_wheel
 from gyrostat.wheel.friction import LuGre
 
 FADING_STEP = 0.2
@@ -52,7 +52,7 @@ class BenchRecord(NamedTuple):
     friction: Annotated[Scalar, "N·m"]
 
 
-class _OnBench(Contact):
+class _OnBench(BearingEquation):
     friction: Any
     wheel: Wheel
     command: TorqueCommand
@@ -97,7 +97,7 @@ class BenchWheel(Checked):
         """Carry the wheel over an interval of one command; the new state, and whether resolved."""
         contact = _OnBench(self.wheel.friction, self.wheel, command)
         motion = Motion(jnp.asarray(state.speed), ())
-        motion, bristle, resolved = carry(contact, motion, state.bristle, duration)
+        motion, bristle, resolved = step_wheel(contact, motion, state.bristle, duration)
         return BenchWheelState(motion.speed, bristle), resolved
 
     def diverged(self, state: BenchWheelState) -> Bool[Array, ""]:

@@ -12,7 +12,7 @@ from gyrostat.papers.claims import Value
 from gyrostat.papers.moreira_lopes_kuga import setup
 from gyrostat.papers.moreira_lopes_kuga.figures import figures
 from gyrostat.papers.reproduction import Part, Run
-from gyrostat.wheel import Contact, Motion, carry
+from gyrostat.wheel import BearingEquation, Motion, step_wheel
 from gyrostat.wheel.friction import Friction, LuGre
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def _friction_spread(flown: "xr.Dataset") -> float:
     return float(flown.friction.isel(time=slice(SETTLED, None)).std("time").mean())
 
 
-class _SineTorque(Contact):
+class _SineTorque(BearingEquation):
     friction: Any
     started: Scalar
 
@@ -111,7 +111,7 @@ def sine_momentum(friction: Friction | LuGre = setup.FRICTION) -> Scalar:
     def second(state, started):
         speed, bristle = state
         contact = _SineTorque(friction, started)
-        motion, bristle, _ = carry(contact, Motion(speed, ()), bristle, 1.0)
+        motion, bristle, _ = step_wheel(contact, Motion(speed, ()), bristle, 1.0)
         return (motion.speed, bristle), None
 
     rest = (jnp.array(0.0), jnp.array(0.0))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gyrostat.control import AttitudeTargets, EstimatedControl, PseudoInverse, WheelArrayControl
+from gyrostat.control import AttitudeTargets, OutputFeedback, PseudoInverse, WheelArrayControl
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import error, rotation_vector
@@ -33,7 +33,7 @@ def flight(frictionless):
     control = WheelArrayControl(CRAFT, AttitudeTargets.hold(TARGET), allocation=PseudoInverse())
     data = simulate(
         frictionless(plant),
-        EstimatedControl(AttitudeFilter(SIGMA, ANGLE, BIAS, 1e-3), control),
+        OutputFeedback(AttitudeFilter(SIGMA, ANGLE, BIAS, 1e-3), control),
         TrackerGyroSensors(
             SpacecraftSensor(plant),
             StarTracker(SIGMA, 4),
@@ -78,8 +78,8 @@ def test_everything_is_recorded_with_its_unit(flight):
 def test_what_a_part_refuses_is_refused():
     control = WheelArrayControl(CRAFT, AttitudeTargets.hold(TARGET), turn_gain=-1.0)
     with pytest.raises(InputError, match="turn gain"):
-        EstimatedControl(AttitudeFilter(SIGMA, ANGLE, BIAS, 1e-3), control).check()
+        OutputFeedback(AttitudeFilter(SIGMA, ANGLE, BIAS, 1e-3), control).check()
     with pytest.raises(InputError, match="angle walk"):
-        EstimatedControl(AttitudeFilter(SIGMA, 0.0, BIAS, 1e-3), control).check()
+        OutputFeedback(AttitudeFilter(SIGMA, 0.0, BIAS, 1e-3), control).check()
     with pytest.raises(InputError, match="control period"):
-        EstimatedControl(AttitudeFilter(SIGMA, ANGLE, BIAS, 1e-3), control).check_period(10.0)
+        OutputFeedback(AttitudeFilter(SIGMA, ANGLE, BIAS, 1e-3), control).check_period(10.0)

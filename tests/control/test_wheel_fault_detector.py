@@ -5,7 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gyrostat.control import AttitudeTargets, MomentumManagement, WheelArrayControl, WheelWatch
+from gyrostat.control import (
+    AttitudeTargets,
+    MomentumUnloading,
+    WheelArrayControl,
+    WheelFaultDetector,
+)
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.simulation import simulate
@@ -19,7 +24,7 @@ TORQUE = 1e-3 * np.sign(np.random.default_rng(3).normal(size=(COUNT, 2)))
 
 def watched(delay):
     """The watch's opinions of two rotors with drag whose commands act three periods late."""
-    watch = WheelWatch(failure_torque=2e-4, failure_time=2.0, delay=delay)
+    detector = WheelFaultDetector(failure_torque=2e-4, failure_time=2.0, delay=delay)
     acted = np.concatenate([np.zeros((DELAY, 2)), TORQUE[: COUNT - DELAY]])
     momentum = np.cumsum(PERIOD * (acted - DRAG), axis=0)  # at the samples after the first
     momentum = np.concatenate([np.zeros((1, 2)), momentum[:-1]])
@@ -27,12 +32,14 @@ def watched(delay):
 
     def step(memory, sample):
         time, momentum, torque = sample
-        memory = watch(memory, momentum, known, limit, time, PERIOD)
-        memory = watch.commanded(memory, torque)
+        memory = detector(memory, momentum, known, limit, time, PERIOD)
+        memory = detector.commanded(memory, torque)
         return memory, (memory.lost, memory.drag, memory.works)
 
     samples = (PERIOD * np.arange(COUNT), jnp.asarray(momentum), jnp.asarray(TORQUE))
-    return jax.tree.map(np.array, jax.jit(lambda: jax.lax.scan(step, watch.start(2), samples))()[1])
+    return jax.tree.map(
+        np.array, jax.jit(lambda: jax.lax.scan(step, detector.start(2), samples))()[1]
+    )
 
 
 def test_a_delay_that_is_told_is_no_loss():
@@ -56,8 +63,8 @@ CONTROL = WheelArrayControl(
     Spacecraft(np.diag([0.12, 0.10, 0.06]), WHEELS),
     AttitudeTargets.hold([np.cos(0.3), 0.0, 0.0, np.sin(0.3)]),
     torque_time=2.0,
-    management=MomentumManagement(np.full(3, 2e-5), 0.05),
-    watch=WheelWatch(failure_torque=1e-6, failure_time=1.0, delay=2),
+    unloading=MomentumUnloading(np.full(3, 2e-5), 0.05),
+    detector=WheelFaultDetector(failure_torque=1e-6, failure_time=1.0, delay=2),
 )
 
 
@@ -65,7 +72,7 @@ def test_a_slew_with_late_commands_leaves_all_wheels_at_work(frictionless):
     plant = Gyrostat(CONTROL.spacecraft)
     flown = simulate(
         frictionless(plant),
-        dataclasses.replace(CONTROL, management=None),
+        dataclasses.replace(CONTROL, unloading=None),
         SpacecraftSensor(plant),
         start=plant.start(),
         duration=40.0,
@@ -99,4 +106,4 @@ def test_an_external_torque_that_acts_late_is_no_unknown_one():
 
 def test_a_delay_below_none_is_refused():
     with pytest.raises(InputError, match="command delay: found -1"):
-        WheelWatch(delay=-1).check()
+        WheelFaultDetector(delay=-1).check()

@@ -11,7 +11,7 @@ from gyrostat.core.jax64 import jnp
 
 
 class Motion(NamedTuple):
-    """State of a wheel and of what carries it, or its derivative in time.
+    """State of a wheel and its carrier, or the derivative of that state in time.
 
     Attributes:
         speed: of the wheel relative to its carrier, rad/s; exactly zero is at rest.
@@ -22,8 +22,8 @@ class Motion(NamedTuple):
     carrier: Any
 
 
-class Contact(eqx.Module):
-    """A wheel, what carries it and what drives both, over one interval of smooth drive.
+class BearingEquation(eqx.Module):
+    """Equation of motion at the bearing of one wheel, over one interval of smooth drive.
 
     J_e dw/dt = L - F and dy/dt = f(y, w, F, t): w is the speed of the wheel relative to its
     carrier, F the friction torque between the two, y the state of the carrier and J_e the inertia
@@ -31,7 +31,7 @@ class Contact(eqx.Module):
     """
 
     friction: eqx.AbstractVar[Any]
-    """A static `Friction` for `slide`, a `LuGre` for `bend`."""
+    """A static `Friction` for `step_dry_friction`, a `LuGre` for `step_bristles`."""
 
     @abc.abstractmethod
     def inertia(self) -> Scalar:

@@ -12,8 +12,8 @@ from gyrostat.wheel import (
     WheelArray,
     coupled_wheels,
     pyramid_axes,
-    slide_together,
     step_bounds,
+    step_coupled_wheels,
 )
 from gyrostat.wheel.friction import Stribeck
 
@@ -89,7 +89,7 @@ def test_a_segment_taken_whole_is_within_its_limit(monkeypatch):
         torque = contact.torques(motion, modes, 0.0)
         rate = contact.rate_under(motion, torque, modes, 0.0)
         known = (contact, motion, modes, 0.0, torque, rate, remaining)
-        return step_bounds.outlook.__wrapped__(*known)[1], modes.direction
+        return step_bounds.step_bounds.__wrapped__(*known)[1], modes.direction
 
     given = drawn(400, 0.02, 0.3)
     quick, direction = jax.jit(jax.vmap(limits))(*given)
@@ -102,7 +102,7 @@ def test_a_segment_taken_whole_is_within_its_limit(monkeypatch):
 
 def test_what_rests_on_would_have_been_found_at_rest(monkeypatch):
     def carried(torque, speed, rate, duration):
-        return slide_together(contacts(torque), moving(speed, rate), duration)
+        return step_coupled_wheels(contacts(torque), moving(speed, rate), duration)
 
     given = drawn(400, 3e-3, 0.02)
     quick, resolved = jax.jit(jax.vmap(carried))(*given)

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import inverse_definite
-from gyrostat.wheel.contact import Motion
+from gyrostat.wheel.bearing_equation import Motion
 
 
 class Modes(NamedTuple):
@@ -41,8 +41,8 @@ class Changes(NamedTuple):
     turn_change_squared: Scalar
 
 
-class Contacts(eqx.Module):
-    """Wheels, what carries them and what drives all, over one interval of smooth drive.
+class CoupledBearings(eqx.Module):
+    """Equations of motion at the bearings of wheels on one carrier, in smooth drive.
 
     dw/dt = M (m - F) + g and dy/dt = f(y, w, F, t): w (wheels,) are the speeds relative to the
     carrier, m the torques that drive them, F the friction torques, y the state of the carrier.
