@@ -1,6 +1,5 @@
 """Build the plant, controller, sensor and initial state of a run from a scenario."""
 
-from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, NamedTuple
 
@@ -8,10 +7,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.campaigns.components import COMPENSATORS, ENVIRONMENTS, ESTIMATORS, SENSORS, stacked
-from gyrostat.campaigns.controllers import CONTROLLERS, IGNORED, TOLD, Situation
+from gyrostat.campaigns.controllers import CONTROLLERS, IGNORED, TOLD, DesignCase
 from gyrostat.campaigns.phases import Phases
 from gyrostat.campaigns.scenario import AXES, INERTIA, Event, Scenario
-from gyrostat.campaigns.schema import EVENTS, GUARD, WHEEL_IS_LOST, Key, friction_keys, spike
+from gyrostat.campaigns.schema import WHEEL_IS_LOST
 from gyrostat.campaigns.sensing import Values, guarded, options_of, with_faults
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
@@ -62,26 +61,6 @@ class Plans(NamedTuple):
     controllers: tuple[Any, ...]
     targets: np.ndarray
     known: Spacecraft
-
-
-def parts_of(scenario: Scenario) -> dict[str, Mapping[str, Key]]:
-    """The keys of what a scenario has chosen, for `gyrostat.campaigns.schema.key_of`."""
-    friction = friction_keys(FRICTION_MODELS[scenario.friction].dimensions())
-    return {
-        "controller": CONTROLLERS[scenario.controller].keys,
-        "compensator": COMPENSATORS[scenario.compensator].keys,
-        "sensors": SENSORS[scenario.sensors].keys,
-        "estimator": ESTIMATORS[scenario.estimator].keys,
-        "environment": ENVIRONMENTS[scenario.environment].keys,
-        "friction": friction,
-        "guard": GUARD,
-        **{f"event.{e.name}": {**EVENTS[e.kind][1], **friction} for e in scenario.events},
-        **{
-            f"event.{e.name}": {**EVENTS[e.kind][1], **spike(e.sensor)}
-            for e in scenario.events
-            if e.sensor is not None
-        },
-    }
 
 
 def _each(scenario: Scenario, values: Values, name: str) -> Any:
@@ -209,7 +188,7 @@ def plan(scenario: Scenario) -> Plans:
         told = chosen.losses == TOLD
         if wheel is not None and not told:
             continue
-        case = Situation(
+        case = DesignCase(
             spacecraft=known,
             working=left.copy() if told else np.ones(count, bool),
             seized=seized.copy() if told else np.zeros(count, bool),

@@ -32,7 +32,7 @@ TOLD, FOUND, IGNORED = "told", "found", "ignored"
 """What a controller makes of a lost wheel: it is told, it finds out itself, it knows nothing."""
 
 
-class Situation(NamedTuple):
+class DesignCase(NamedTuple):
     """What a controller is planned for.
 
     Attributes:
@@ -56,16 +56,16 @@ class PlannedController(Component):
 
     Attributes:
         make: (plan, options, total momentum (3,) N·m·s) -> controller.
-        plan: `Situation` -> plan, outside the loop; plans of one scenario differ in their numbers
+        plan: `DesignCase` -> plan, outside the loop; plans of one scenario differ in their numbers
             only. Raises `InputError` for wheels that do not suffice.
         losses: one of TOLD, FOUND and IGNORED.
     """
 
-    plan: Callable[[Situation], Any]
+    plan: Callable[[DesignCase], Any]
     losses: str = TOLD
 
 
-def _plan_three_axis(case: Situation) -> MomentumRecovery:
+def _plan_three_axis(case: DesignCase) -> MomentumRecovery:
     found = MomentumRecovery.plan(
         case.spacecraft,
         case.working,
@@ -88,8 +88,8 @@ def _three_axis(plan: MomentumRecovery, options: Options, momentum: Vector3) -> 
     return replace(plan, law=law)
 
 
-def _plan_array(allocation: Any) -> Callable[[Situation], WheelArrayControl]:
-    def plan(case: Situation) -> WheelArrayControl:
+def _plan_array(allocation: Any) -> Callable[[DesignCase], WheelArrayControl]:
+    def plan(case: DesignCase) -> WheelArrayControl:
         wheels, null_space = case.spacecraft.wheels, None
         if wheels.count > 3:
             null_space = NullSpaceControl.plan(wheels.axes, wheels.momentum_limit)
@@ -129,7 +129,7 @@ def _detecting(plan: WheelArrayControl, options: Options, momentum: Vector3) -> 
     return replace(found, watch=replace(found.watch, **{name: options[name] for name in names}))
 
 
-def _plan_regulator(case: Situation) -> AttitudeRegulator:
+def _plan_regulator(case: DesignCase) -> AttitudeRegulator:
     found = AttitudeRegulator(case.spacecraft, jnp.asarray(case.target))
     check_parts(found)
     return found
@@ -143,7 +143,7 @@ def _linear(plan: AttitudeRegulator, options: Options, momentum: Vector3) -> Att
     return replace(plan, **options).linear()
 
 
-def _plan_two_wheels(case: Situation) -> TwoWheelPointing:
+def _plan_two_wheels(case: DesignCase) -> TwoWheelPointing:
     along = to_inertial(jnp.asarray(case.target), jnp.array([0.0, 0.0, 1.0]))
     found = TwoWheelPointing(case.spacecraft, along=along)
     check_parts(found)

@@ -8,6 +8,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any, Self
 
 INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
@@ -113,12 +114,24 @@ class Scenario:
         """Of a run, s."""
         return self.count * self.values["run.control_period"]
 
+    def __eq__(self, other: object) -> bool:
+        """Whether two scenarios are the same, whatever their files are like."""
+        return isinstance(other, Scenario) and self.text() == other.text()
+
+    def __hash__(self) -> int:
+        """Of its text."""
+        return hash(self.text())
+
     def text(self) -> str:
         """Everything, as JSON that gives the same scenario bit by bit."""
+        return self._text
+
+    @cached_property
+    def _text(self) -> str:
         return json.dumps(asdict(self), ensure_ascii=False, sort_keys=True)
 
     def digest(self) -> str:
-        """What tells this scenario from every other, however its file is written."""
+        """SHA-256 digest of the text; it tells this scenario from every other."""
         return hashlib.sha256(self.text().encode()).hexdigest()
 
     @classmethod

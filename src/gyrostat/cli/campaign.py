@@ -7,6 +7,7 @@ import typer
 
 from gyrostat.cli.arguments import command_line, say
 from gyrostat.cli.options import ForceModel, Json, Out
+from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 Device = Annotated[str, typer.Option(help="cpu, or gpu where JAX sees one.")]
 Engine = Annotated[
     str,
-    typer.Option(help="lanes (compiled C), jax, or auto: lanes where there is a C compiler."),
+    typer.Option(help="native (compiled C), jax, or auto: native where there is a C compiler."),
 ]
 Workers = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Processes; by default one a core.")
@@ -42,7 +43,7 @@ def simulate(
         raise InputError(f"--out: found {str(out)!r}, expected a name that ends in .nc")
     names = (out.name, out.with_suffix(".html").name)
     check_outputs(out.parent, names, by="simulate", force=force)
-    _engine(engine)
+    engine = engine_named(engine, say, "--engine")
     use_engine(engine_record(_device(device), FLAGS[device]))
     from gyrostat.campaigns.engine import fly
     from gyrostat.campaigns.execute import chosen_engine
@@ -51,8 +52,7 @@ def simulate(
 
     found = read_scenario(scenario, force=force)
     say(f"flying {found.name}: {found.duration:g} s")
-    text = found.text()
-    flown = fly(text, seed, None, keep=[0], engine=chosen_engine(engine, text, device, say))
+    flown = fly(found, seed, None, keep=[0], engine=chosen_engine(engine, found, device, say))
     summary = write_run(found, flown, out, command=command_line(), say=say, force=force)
     if json_output:
         print(summary)
@@ -94,7 +94,7 @@ def campaign(
 
     check_writable(out)
     _device(device)
-    _engine(engine)
+    engine = engine_named(engine, say, "--engine")
     found = read_scenario(scenario, force=force)
     if not found.dispersions:
         raise InputError(f"{scenario}: key dispersion: found none, expected what shall scatter")
@@ -159,13 +159,6 @@ def _device(name: str) -> str:
     if name not in FLAGS:
         raise InputError(f"--device: found {name!r}, expected one of {', '.join(FLAGS)}")
     return name
-
-
-def _engine(name: str) -> None:
-    from gyrostat.campaigns.execute import ENGINES
-
-    if name not in ENGINES:
-        raise InputError(f"--engine: found {name!r}, expected one of {', '.join(ENGINES)}")
 
 
 def _numbers(text: str) -> list[int]:

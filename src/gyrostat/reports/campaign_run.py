@@ -17,7 +17,7 @@ from gyrostat.core.units import RPM
 from gyrostat.reports.figures import MARK, STYLE, literal, svg
 from gyrostat.reports.page import render
 from gyrostat.reports.replay import replay_data
-from gyrostat.reports.text import plain
+from gyrostat.reports.text import or_none, plain
 from gyrostat.simulation import Status
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def write_run(
         "scenario": scenario.name,
         "status": Status(values["status"]).name.lower(),
         "ended": values["ended"],
-        "metrics": {n: _or_none(values[n]) for n in metric_units(scenario.percentiles)},
+        "metrics": {n: or_none(values[n]) for n in metric_units(scenario.percentiles)},
     }
     return json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False)
 
@@ -105,10 +105,6 @@ def _verdict(values: Mapping[str, Any]) -> str:
     if status == Status.COMPLETE:
         return f"complete, {values['ended']:g} s"
     return f"NOT complete: {status.name.lower().replace('_', ' ')} after {values['ended']:g} s"
-
-
-def _or_none(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def told(value: float, unit: str, digits: int = 4) -> str:

@@ -12,6 +12,11 @@ def plain(value: float, digits: int = 4) -> str:
     return f"{value:.{digits}g}"
 
 
+def or_none(value: float) -> float | None:
+    """A number for JSON, which has none that are not finite."""
+    return value if math.isfinite(value) else None
+
+
 def measured(value: float, sigma: float) -> str:
     """A value with its standard deviation, rounded to two digits of the latter."""
     if not (math.isfinite(value) and math.isfinite(sigma)) or sigma <= 0.0:

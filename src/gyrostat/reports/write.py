@@ -73,18 +73,18 @@ def write_fit(
     if len(results) < len(FILES) and (out / "model.toml").exists():
         say(f"warning: {out / 'model.toml'} is of an earlier run: this one gives no wheel model")
 
+    def table(rows: Sequence[Sequence[str]], header: Sequence[str]) -> None:
+        for line in aligned(rows, header):
+            say("  " + line)
+
     for line in summary(fit):
         say(line)
-    header = ("parameter", "value ± sigma", "unit", "observable?")
-    for line in aligned(list(parameter_rows(fit)), header):
-        say("  " + line)
+    table(list(parameter_rows(fit)), ("parameter", "value ± sigma", "unit", "observable?"))
     if fit.tolerances is not None:
-        for line in aligned(list(share_rows(fit)), ("share in variance", *fit.variance_shares)):
-            say("  " + line)
+        table(list(share_rows(fit)), ("share in variance", *fit.variance_shares))
     likely = [row for row, e in zip(effect_rows(fit), fit.effects, strict=True) if shown(e)]
     if likely:
-        for line in aligned(likely, ("effect beside the model", "size", "probability")):
-            say("  " + line)
+        table(likely, ("effect beside the model", "size", "probability"))
     for trend in temperatures:
         slope = measured(trend.slope, trend.slope_sigma)
         say(f"  {trend.name} changes by {slope} {trend.unit} per °C")

@@ -4,14 +4,14 @@ from gyrostat.simulation.bench import CurrentRange, Telemetry, bench_record, def
 from gyrostat.simulation.loop import (
     Controller,
     Histories,
+    Loop,
     Plant,
     Sensor,
     Status,
-    loop_parts,
+    control_loop,
     run,
-    run_folded,
-    stretch,
 )
+from gyrostat.simulation.runner import Runner, blocks, by_engine
 from gyrostat.simulation.simulation import Batch, labelled, simulate, stack
 
 __all__ = [
@@ -19,17 +19,19 @@ __all__ = [
     "Controller",
     "CurrentRange",
     "Histories",
+    "Loop",
     "Plant",
+    "Runner",
     "Sensor",
     "Status",
     "Telemetry",
     "bench_record",
+    "blocks",
+    "by_engine",
+    "control_loop",
     "default_range",
     "labelled",
-    "loop_parts",
     "run",
-    "run_folded",
     "simulate",
     "stack",
-    "stretch",
 ]
