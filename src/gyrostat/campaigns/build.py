@@ -30,15 +30,15 @@ from gyrostat.wheel.friction import FRICTION_MODELS, Friction
 
 
 class Setup(NamedTuple):
-    """What flies in one run.
+    """Parts of one run.
 
     Attributes:
-        plant: the spacecraft as it is.
-        controller: with the nominal spacecraft in mind.
-        sensor: of the plant.
-        start: state at time 0.
-        starts: (phases,) times from which the targets hold, s.
-        targets: (phases, 4).
+        plant: Spacecraft with the values of the run.
+        controller: Controller, planned for the nominal spacecraft.
+        sensor: Sensor of the plant.
+        start: State of the plant at time 0.
+        starts: (phases,) Times from which each target applies, s.
+        targets: (phases, 4) Target attitudes, scalar first.
     """
 
     plant: Any
@@ -50,12 +50,12 @@ class Setup(NamedTuple):
 
 
 class Plans(NamedTuple):
-    """What is worked out once for a scenario, from its nominal values.
+    """Plan of a scenario, made once from its nominal values.
 
     Attributes:
-        controllers: one for each phase.
-        targets: (phases, 4).
-        known: the spacecraft as the controller knows it.
+        controllers: Plan of the controller for each phase.
+        targets: (phases, 4) Target attitudes, scalar first.
+        known: Spacecraft as the controller knows it.
     """
 
     controllers: tuple[Any, ...]
@@ -64,17 +64,17 @@ class Plans(NamedTuple):
 
 
 def _each(scenario: Scenario, values: Values, name: str) -> Any:
-    """A number of every wheel, (wheels,)."""
+    """One number of each wheel, (wheels,)."""
     return jnp.stack([jnp.asarray(values[f"wheel.{w}.{name}"]) for w in scenario.wheels])
 
 
 def _has(scenario: Scenario, name: str) -> bool:
-    """Whether its file has the section that gives this number of the wheels."""
+    """Whether the scenario has the optional section with this number of the wheels."""
     return f"wheel.{scenario.wheels[0]}.{name}" in scenario.values
 
 
 def spacecraft_of(scenario: Scenario, values: Values) -> Spacecraft:
-    """Body and wheels."""
+    """Spacecraft with some values."""
     xx, yy, zz, xy, xz, yz = (values[f"body.inertia.{end}"] for end in INERTIA)
     rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 
@@ -233,7 +233,7 @@ def _plant(scenario: Scenario, values: Values, options: Values) -> tuple[Any, An
 
 
 def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
-    """What flies; pure, for `jit` and `vmap` over the values."""
+    """Parts of a run with some values; pure, for `jit` and `vmap` over the values."""
     options = options_of(values, "controller")
     plant, start = _plant(scenario, values, options)
     made = [

@@ -33,14 +33,14 @@ TOLD, FOUND, IGNORED = "told", "found", "ignored"
 
 
 class DesignCase(NamedTuple):
-    """What a controller is planned for.
+    """Case that a controller is planned for.
 
     Attributes:
-        spacecraft: as the controller knows it.
-        working: (wheels,) which wheels it is told to work.
-        seized: (wheels,) which of the others stand still.
-        target: (4,) attitude, scalar first.
-        delay: control periods from a sample to the start of its command.
+        spacecraft: Spacecraft as the controller knows it.
+        working: (wheels,) Whether the controller takes each wheel to work.
+        seized: (wheels,) Whether each of the other wheels has stopped.
+        target: (4,) Attitude to hold, scalar first.
+        delay: Control periods from a sample to the start of its command.
     """
 
     spacecraft: Spacecraft
