@@ -1,9 +1,9 @@
 """A scenario as plain data: parts, values, events, dispersions and metrics.
 
-Every number is in one mapping of keys to SI values ("wheel.a.coulomb"); a dispersion replaces some of
-them in each run. `gyrostat.campaigns.kinds.numbers_of` gives dimension and bounds of each. The other
-fields are the structure: they decide which numbers there are and what is compiled. A scenario is
-stored and sent to other processes as text.
+Every number is in one mapping of keys to SI values ("wheel.a.coulomb"); a dispersion replaces some
+of them in each run. `gyrostat.campaigns.kinds.numbers_of` gives the dimension and the bounds of
+each. The other fields are the structure: they decide which numbers there are and what is compiled.
+A scenario is stored and sent to other processes as text.
 """
 
 import hashlib
