@@ -88,7 +88,7 @@ def main():
     print(f"| scipy, without MEC, from {periods} periods | {whole:.0f} | 1 |")
     gaps = []
     for name, (case, controller) in RUNS.items():
-        for engine in ("jax", "lanes"):
+        for engine in ("jax", "native"):
             taken, found = ours(case, controller, engine)
             print(f"| {name}, 10 000 s, {engine} | {taken:.2f} | {whole / taken:.0f} |")
             if name == "without MEC":

@@ -7,7 +7,7 @@ import numpy as np
 
 from gyrostat.core import rotations
 from gyrostat.core.jax64 import jnp
-from gyrostat.simulation import run_folded
+from gyrostat.simulation import control_loop
 from gyrostat.spacecraft import Gyrostat, Spacecraft
 from gyrostat.spacecraft.gyrostat import GyrostatState, WheelTorqueCommand
 from gyrostat.wheel import WheelArray, read_wheel_sheet
@@ -111,14 +111,18 @@ def fly(drawn, key, count):
     """
     *items, start = parts(drawn)
 
-    def fold(kept, time, row):
+    def fold(kept, row, k):
         vector = row.state.attitude[1:]
         square = vector @ vector
-        peak = jnp.where(time >= SETTLED, jnp.maximum(kept.peak_square, square), kept.peak_square)
-        return Flown(kept.mean_square + square / (count + 1), peak, row.state)
+        peak = jnp.where(
+            k * PERIOD >= SETTLED, jnp.maximum(kept.peak_square, square), kept.peak_square
+        )
+        return Flown(kept.mean_square + square / (count + 1), peak, row.state), None
 
     first = Flown(jnp.zeros(()), jnp.zeros(()), start)
-    return run_folded(*items, start, key, PERIOD, count=count, fold=fold, first=first)
+    loop = control_loop(*items, start, key, PERIOD).folded(fold, first)
+    (_, kept), _ = loop.scan(loop.begin(), jnp.array(0), count + 1)
+    return kept
 
 
 def draw(runs, seed=0):

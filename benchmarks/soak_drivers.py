@@ -41,8 +41,8 @@ def flown(runs):
         text = text.replace('"400 s"', '"60 s"').replace('after = "60 s"', 'after = "20 s"')
         (folder / "scenario.toml").write_text(text)
         scenario = read_scenario(folder / "scenario.toml")
-    engine = chosen_engine("auto", scenario.text(), "cpu", print)
-    return table_of(scenario, fly(scenario.text(), 1, range(runs), engine=engine).columns)
+    engine = chosen_engine("auto", scenario, "cpu", print)
+    return table_of(scenario, fly(scenario, 1, range(runs), engine=engine).columns)
 
 
 def finished(folder):

@@ -125,7 +125,7 @@ def small(scenario, folder, tmp_path_factory):
     from gyrostat.codegen.simd import compiler
 
     out = tmp_path_factory.mktemp("campaign")
-    own = "lanes" if compiler() else "jax"
+    own = "native" if compiler() else "jax"
 
     def campaign(engine):
         record = engine_record("cpu", FLAGS["cpu"], engine)

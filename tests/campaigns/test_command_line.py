@@ -95,7 +95,7 @@ def test_a_single_run_is_written_with_its_page(run, small, folder, tmp_path, mon
     flown = small.fly(None, keep=(0,))
     # this process has computed already, with other flags: a worker has flown for it
     monkeypatch.setattr(fingerprint, "use_engine", lambda record: None)
-    monkeypatch.setattr(engine, "fly", lambda text, seed, runs, keep, engine: flown)
+    monkeypatch.setattr(engine, "fly", lambda scenario, seed, runs, keep, engine: flown)
     words = ("--engine", "jax", "--out", tmp_path / "a.nc", "--json")
     code, out, err = run("simulate", folder / "scenario.toml", *words)
     assert code == 0
@@ -122,7 +122,7 @@ def test_bad_words_are_one_line(run, folder, tmp_path, monkeypatch):
         ),
         (
             ("simulate", path, "--out", tmp_path / "a.nc", "--engine", "c"),
-            "--engine: found 'c', expected one of auto, lanes, jax",
+            "--engine: found 'c', expected one of auto, native, jax",
         ),
         (("report", tmp_path), "found no campaign.json"),
     ):

@@ -49,18 +49,18 @@ def test_both_engines_agree(small, table):
 def test_without_a_compiler_jax_flies_and_it_is_said_once(scenario, monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
     said = []
-    assert chosen_engine("auto", scenario.text(), "cpu", said.append) == "jax"
-    assert chosen_engine("auto", scenario.text(), "gpu", said.append) == "jax"
+    assert chosen_engine("auto", scenario, "cpu", said.append) == "jax"
+    assert chosen_engine("auto", scenario, "gpu", said.append) == "jax"
     assert len(said) == 1
     assert "C compiler: found none" in said[0]
     with pytest.raises(InputError, match="C compiler: found none"):
-        chosen_engine("lanes", scenario.text(), "cpu")
-    with pytest.raises(InputError, match="expected cpu: lanes are C"):
-        chosen_engine("lanes", scenario.text(), "gpu")
+        chosen_engine("native", scenario, "cpu")
+    with pytest.raises(InputError, match="expected cpu: it is compiled C"):
+        chosen_engine("native", scenario, "gpu")
 
 
 def test_another_engine_than_the_recorded_one_is_refused(small, scenario):
-    other = "jax" if small.engine == "lanes" else "lanes"
+    other = "jax" if small.engine == "native" else "native"
     with pytest.raises(InputError, match=f"found {other}, expected {small.engine}"):
         run_campaign(scenario, small.out, runs=small.runs, seed=small.seed, engine=other)
 
@@ -277,7 +277,7 @@ def test_the_worst_of_equal_runs_has_the_largest_maximum():
 
 
 def test_an_engine_that_there_is_not_is_refused(scenario, tmp_path):
-    with pytest.raises(InputError, match="found lane, expected one of auto, lanes, jax"):
+    with pytest.raises(InputError, match="found 'lane', expected one of auto, native, jax"):
         run_campaign(scenario, tmp_path, runs=2, engine="lane")
 
 

@@ -7,11 +7,11 @@ import pytest
 
 from gyrostat.campaigns import Scenario
 from gyrostat.campaigns.build import build, plan
-from gyrostat.campaigns.metrics import observer
+from gyrostat.campaigns.metrics import Observer
 from gyrostat.campaigns.scenario_file import read_scenario
 from gyrostat.campaigns.schema import GUARD
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.simulation import loop_parts
+from gyrostat.simulation import control_loop
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted(
@@ -30,18 +30,15 @@ def test_every_example_is_read_and_traced(path):
     def period(numbers, key):
         values = dict(zip(scenario.values, numbers, strict=True))
         setup = build(scenario, values, plans)
-        begin, tick = loop_parts(
-            setup.plant,
-            setup.controller,
-            setup.sensor,
-            key,
+        loop = control_loop(
+            *(setup.plant, setup.controller, setup.sensor, setup.start, key),
             values["run.control_period"],
             substeps=scenario.substeps,
             command_delay=scenario.command_delay,
         )
-        seeing = observer(scenario, setup, values)
-        carry, row = tick(begin(setup.start), jnp.array(0))
-        return carry, begin(setup.start), seeing(seeing.start(), row, jnp.array(0))[1].error
+        seeing = Observer.of(scenario, setup, values)
+        carry, row = loop.tick(loop.begin(), jnp.array(0))
+        return carry, loop.begin(), seeing(seeing.start(), row, jnp.array(0))[1].error
 
     after, before, error = jax.eval_shape(
         period, jnp.zeros(len(scenario.values)), jax.random.key(0)

@@ -13,7 +13,7 @@ from gyrostat.codegen.flight import Entry, emit
 from gyrostat.codegen.program import Name
 from gyrostat.codegen.scope import FLIGHT
 from gyrostat.codegen.simd.batch import lanes
-from gyrostat.codegen.simd.batch_scope import WIDE, wide_kind
+from gyrostat.codegen.simd.batch_scope import BATCH, batch_kind
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 
@@ -39,7 +39,7 @@ def inputs(jaxpr):
     for variable in jaxpr.jaxpr.invars:
         names = np.empty(variable.aval.shape, dtype=object)
         for place in np.ndindex(names.shape):
-            names[place] = Name(wide_kind(variable.aval.dtype))
+            names[place] = Name(batch_kind(variable.aval.dtype))
         yield names
 
 
@@ -52,7 +52,7 @@ def test_every_part_is_compiled_or_draws_noise(examples):
         except InputError as error:
             refused[name] = str(error)
             # lanes take more than flight code; lowering both would double the time of this test
-            Lowering(WIDE).graph(traced, list(inputs(traced)), [])
+            Lowering(BATCH).graph(traced, list(inputs(traced)), [])
     assert all(NOISE.match(message) for message in refused.values()), refused
     assert {name.split(",")[0] for name in refused} == {
         *("TableSensors", "TrueTurn", "MomentumSensor", "TrackerGyroSensors", "FaultySensor"),

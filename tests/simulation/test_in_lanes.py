@@ -10,7 +10,7 @@ from gyrostat.codegen.simd import compiler
 from gyrostat.control import AttitudePID, CurrentMode
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
-from gyrostat.simulation import Status, native, simulate, stack
+from gyrostat.simulation import Status, simulate, simulation, stack
 from gyrostat.spacecraft import Gyro, TableSensors
 from gyrostat.wheel import Tachometer
 
@@ -31,7 +31,7 @@ def both(g2):
         options = {"duration": PERIOD * COUNT, "control_period": PERIOD, "step": 0.05, **options}
         return [
             simulate(plant, controller, sensor, engine=engine, **options)
-            for engine in ("jax", "lanes")
+            for engine in ("jax", "native")
         ]
 
     return call
@@ -49,7 +49,7 @@ def agree(found):
 
 
 def test_a_noisy_batch_of_which_one_diverges(g2, both, monkeypatch):
-    monkeypatch.setattr(native, "SEGMENT", 40)  # what is kept is put together
+    monkeypatch.setattr(simulation, "LONGEST", 40)  # what is kept is put together
     start = stack([g2.table.start(attitude=0.01, speed=0.5 * k - 0.6) for k in range(3)])
     gains = stack([control(gain) for gain in (0.06, -5.0, 0.08)])
     options = {"start": start, "runs": 3, "command_delay": 1, "seed": 4}
@@ -89,7 +89,7 @@ def test_a_users_own_controller_alone(g2, both):
             **options,
             duration=PERIOD * COUNT,
             control_period=PERIOD,
-            engine="lanes",
+            engine="native",
         )
 
 
@@ -103,9 +103,9 @@ class Inverting(Clocked):
 def test_what_lanes_do_not_know_is_refused_or_left_to_jax(g2):
     options = {"duration": 1.0, "control_period": PERIOD, "start": g2.table.start(attitude=0.01)}
     with pytest.raises(InputError, match=r"test_in_lanes\.py.*lu"):
-        simulate(g2.table, Inverting(), NOISY, engine="lanes", **options)
+        simulate(g2.table, Inverting(), NOISY, engine="native", **options)
     assert simulate(g2.table, Inverting(), NOISY, engine="auto", **options).status == 0
-    with pytest.raises(InputError, match="engine: found 'c', expected one of jax, lanes, auto"):
+    with pytest.raises(InputError, match="engine: found 'c', expected one of auto, native, jax"):
         simulate(g2.table, Clocked(), NOISY, engine="c", **options)
 
 
@@ -121,6 +121,12 @@ class Leaning(eqx.Module):
     def __call__(self, memory, measurement):
         gain = self.towards if self.away is None else -self.away
         return memory, Command(-gain * measurement.attitude)
+
+
+def test_the_former_name_of_the_engine_says_the_new_one(g2):
+    options = {"duration": 1.0, "control_period": PERIOD, "start": g2.table.start(attitude=0.01)}
+    with pytest.warns(DeprecationWarning, match="engine: lanes is now called native"):
+        simulate(g2.table, control(), NOISY, engine="lanes", **options)
 
 
 def test_controllers_that_differ_in_what_they_lack_are_two(g2, both):

@@ -11,7 +11,7 @@ import xarray as xr
 from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.simulation import Status, run_folded, simulate, stack
+from gyrostat.simulation import Status, control_loop, simulate, stack
 from gyrostat.spacecraft import AirBearingTable, Gyro, TableCommand, TableSensors
 from gyrostat.wheel import Delayed, Driver, LowPass, PulseTachometer, Tachometer, Wheel
 from gyrostat.wheel.friction import ViscousCoulomb
@@ -58,18 +58,19 @@ def quiet(loop):
 
 
 def test_a_folded_run_is_the_run(g2, noisy):
-    def fold(kept, time, row):
+    def fold(kept, row, k):
         count, _, total = kept
-        return count + (row.status == 0), time, total + row.measurement.speed
+        return (count + (row.status == 0), k, total + row.measurement.speed), None
 
     zero = jnp.zeros(())
     start = g2.table.start(attitude=0.01, speed=-3.0)
     key = jax.random.split(jax.random.key(0), 3)[1]
-    count, last, total = run_folded(
-        g2.table, controller(), NOISY, start, key, PERIOD, count=COUNT, fold=fold, first=(zero,) * 3
-    )
+    loop = control_loop(g2.table, controller(), NOISY, start, key, PERIOD)
+    folded = loop.folded(fold, (zero, jnp.array(0), zero))
+    (_, (count, last, total)), rows = folded.scan(folded.begin(), jnp.array(0), COUNT + 1)
+    assert rows is None
     assert count == COUNT + 1
-    assert last == pytest.approx(PERIOD * COUNT)
+    assert last == COUNT
     whole = noisy().isel(run=1)
     assert total == pytest.approx(float(np.sum(whole.measured_speed)), rel=1e-9)
 

@@ -11,7 +11,7 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.simulation import simulate
 
 PERIOD, COUNT = 0.1, 40
-ENGINES = ["jax", *(["lanes"] if compiler() else [])]
+ENGINES = ["jax", *(["native"] if compiler() else [])]
 
 
 class Motion(NamedTuple):

@@ -1,6 +1,5 @@
 """Build the plant, controller, sensor and initial state of a run from a scenario."""
 
-from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, NamedTuple
 
@@ -8,10 +7,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.campaigns.components import COMPENSATORS, ENVIRONMENTS, ESTIMATORS, SENSORS, stacked
-from gyrostat.campaigns.controllers import CONTROLLERS, IGNORED, NOTIFIED, Situation
+from gyrostat.campaigns.controllers import CONTROLLERS, IGNORED, NOTIFIED, DesignCase
 from gyrostat.campaigns.phases import Phases
 from gyrostat.campaigns.scenario import AXES, INERTIA, Event, Scenario
-from gyrostat.campaigns.schema import EVENTS, GUARD, WHEEL_IS_LOST, Key, friction_keys, spike
+from gyrostat.campaigns.schema import WHEEL_IS_LOST
 from gyrostat.campaigns.sensing import Values, guarded, options_of, with_faults
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
@@ -31,15 +30,15 @@ from gyrostat.wheel.friction import FRICTION_MODELS, Friction
 
 
 class Setup(NamedTuple):
-    """What flies in one run.
+    """Parts of one run.
 
     Attributes:
-        plant: the spacecraft as it is.
-        controller: with the nominal spacecraft in mind.
-        sensor: of the plant.
-        start: state at time 0.
-        starts: (phases,) times from which the targets hold, s.
-        targets: (phases, 4).
+        plant: Spacecraft with the values of the run.
+        controller: Controller, planned for the nominal spacecraft.
+        sensor: Sensor of the plant.
+        start: State of the plant at time 0.
+        starts: (phases,) Times from which each target applies, s.
+        targets: (phases, 4) Target attitudes, scalar first.
     """
 
     plant: Any
@@ -51,12 +50,12 @@ class Setup(NamedTuple):
 
 
 class Plans(NamedTuple):
-    """What is worked out once for a scenario, from its nominal values.
+    """Plan of a scenario, made once from its nominal values.
 
     Attributes:
-        controllers: one for each phase.
-        targets: (phases, 4).
-        known: the spacecraft as the controller knows it.
+        controllers: Plan of the controller for each phase.
+        targets: (phases, 4) Target attitudes, scalar first.
+        known: Spacecraft as the controller knows it.
     """
 
     controllers: tuple[Any, ...]
@@ -64,38 +63,18 @@ class Plans(NamedTuple):
     known: Spacecraft
 
 
-def parts_of(scenario: Scenario) -> dict[str, Mapping[str, Key]]:
-    """The keys of what a scenario has chosen, for `gyrostat.campaigns.schema.key_of`."""
-    friction = friction_keys(FRICTION_MODELS[scenario.friction].dimensions())
-    return {
-        "controller": CONTROLLERS[scenario.controller].keys,
-        "compensator": COMPENSATORS[scenario.compensator].keys,
-        "sensors": SENSORS[scenario.sensors].keys,
-        "estimator": ESTIMATORS[scenario.estimator].keys,
-        "environment": ENVIRONMENTS[scenario.environment].keys,
-        "friction": friction,
-        "guard": GUARD,
-        **{f"event.{e.name}": {**EVENTS[e.kind][1], **friction} for e in scenario.events},
-        **{
-            f"event.{e.name}": {**EVENTS[e.kind][1], **spike(e.sensor)}
-            for e in scenario.events
-            if e.sensor is not None
-        },
-    }
-
-
 def _each(scenario: Scenario, values: Values, name: str) -> Any:
-    """A number of every wheel, (wheels,)."""
+    """One number of each wheel, (wheels,)."""
     return jnp.stack([jnp.asarray(values[f"wheel.{w}.{name}"]) for w in scenario.wheels])
 
 
 def _has(scenario: Scenario, name: str) -> bool:
-    """Whether its file has the section that gives this number of the wheels."""
+    """Whether the scenario has the optional section with this number of the wheels."""
     return f"wheel.{scenario.wheels[0]}.{name}" in scenario.values
 
 
 def spacecraft_of(scenario: Scenario, values: Values) -> Spacecraft:
-    """Body and wheels."""
+    """Spacecraft with some values."""
     xx, yy, zz, xy, xz, yz = (values[f"body.inertia.{end}"] for end in INERTIA)
     rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 
@@ -209,7 +188,7 @@ def plan(scenario: Scenario) -> Plans:
         told = chosen.losses == NOTIFIED
         if wheel is not None and not told:
             continue
-        case = Situation(
+        case = DesignCase(
             spacecraft=known,
             working=left.copy() if told else np.ones(count, bool),
             seized=seized.copy() if told else np.zeros(count, bool),
@@ -254,7 +233,7 @@ def _plant(scenario: Scenario, values: Values, options: Values) -> tuple[Any, An
 
 
 def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
-    """What flies; pure, for `jit` and `vmap` over the values."""
+    """Parts of a run with some values; pure, for `jit` and `vmap` over the values."""
     options = options_of(values, "controller")
     plant, start = _plant(scenario, values, options)
     made = [

@@ -32,15 +32,15 @@ NOTIFIED, DETECTED, IGNORED = "notified", "detected", "ignored"
 """What a controller makes of a lost wheel: it is told, it finds out itself, it knows nothing."""
 
 
-class Situation(NamedTuple):
-    """What a controller is planned for.
+class DesignCase(NamedTuple):
+    """Case that a controller is planned for.
 
     Attributes:
-        spacecraft: as the controller knows it.
-        working: (wheels,) which wheels it is told to work.
-        seized: (wheels,) which of the others stand still.
-        target: (4,) attitude, scalar first.
-        delay: control periods from a sample to the start of its command.
+        spacecraft: Spacecraft as the controller knows it.
+        working: (wheels,) Whether the controller takes each wheel to work.
+        seized: (wheels,) Whether each of the other wheels has stopped.
+        target: (4,) Attitude to hold, scalar first.
+        delay: Control periods from a sample to the start of its command.
     """
 
     spacecraft: Spacecraft
@@ -56,16 +56,16 @@ class PlannedController(Component):
 
     Attributes:
         make: (plan, options, total momentum (3,) N·m·s) -> controller.
-        plan: `Situation` -> plan, outside the loop; plans of one scenario differ in their numbers
+        plan: `DesignCase` -> plan, outside the loop; plans of one scenario differ in their numbers
             only. Raises `InputError` for wheels that do not suffice.
         losses: one of NOTIFIED, DETECTED and IGNORED.
     """
 
-    plan: Callable[[Situation], Any]
+    plan: Callable[[DesignCase], Any]
     losses: str = NOTIFIED
 
 
-def _plan_three_axis(case: Situation) -> MomentumRecovery:
+def _plan_three_axis(case: DesignCase) -> MomentumRecovery:
     found = MomentumRecovery.plan(
         case.spacecraft,
         case.working,
@@ -88,8 +88,8 @@ def _three_axis(plan: MomentumRecovery, options: Options, momentum: Vector3) -> 
     return replace(plan, law=law)
 
 
-def _plan_array(allocation: Any) -> Callable[[Situation], WheelArrayControl]:
-    def plan(case: Situation) -> WheelArrayControl:
+def _plan_array(allocation: Any) -> Callable[[DesignCase], WheelArrayControl]:
+    def plan(case: DesignCase) -> WheelArrayControl:
         wheels, null_space = case.spacecraft.wheels, None
         if wheels.count > 3:
             null_space = NullSpaceControl.plan(wheels.axes, wheels.momentum_limit)
@@ -133,7 +133,7 @@ def _detecting(plan: WheelArrayControl, options: Options, momentum: Vector3) -> 
     )
 
 
-def _plan_regulator(case: Situation) -> AttitudeRegulator:
+def _plan_regulator(case: DesignCase) -> AttitudeRegulator:
     found = AttitudeRegulator(case.spacecraft, jnp.asarray(case.target))
     check_parts(found)
     return found
@@ -147,7 +147,7 @@ def _linear(plan: AttitudeRegulator, options: Options, momentum: Vector3) -> Att
     return replace(plan, **options).linear()
 
 
-def _plan_two_wheels(case: Situation) -> TwoWheelPointing:
+def _plan_two_wheels(case: DesignCase) -> TwoWheelPointing:
     along = to_inertial(jnp.asarray(case.target), jnp.array([0.0, 0.0, 1.0]))
     found = TwoWheelPointing(case.spacecraft, along=along)
     check_parts(found)

@@ -16,9 +16,10 @@ from jaxtyping import Array, PRNGKeyArray
 from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
-from gyrostat.campaigns.build import parts_of, phase_starts
+from gyrostat.campaigns.build import phase_starts
+from gyrostat.campaigns.kinds import numbers_of
 from gyrostat.campaigns.scenario import INERTIA, Dispersion, Scenario
-from gyrostat.campaigns.schema import MEASURED, key_of
+from gyrostat.campaigns.schema import MEASURED
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix, Vector
@@ -97,13 +98,13 @@ def check_draws(scenario: Scenario, seed: int, runs: int) -> None:
         InputError: a drawn value makes no sense, no body has the drawn inertia, or events change
             their order.
     """
-    parts = parts_of(scenario)
+    entries = numbers_of(scenario)
     for first in range(0, runs, AT_ONCE):
         numbers = range(first, min(first + AT_ONCE, runs))
         # one size of array, so that one is compiled
         values = draw(scenario, seed, np.resize(np.array(numbers), AT_ONCE))[0][: len(numbers)]
         for key, drawn in zip(scenario.dispersed, values.T, strict=True):
-            entry = key_of(key, parts)
+            entry = entries[key]
             # the least and the greatest stand for all: what a key allows is one interval
             for place in (np.argmin(drawn), np.argmax(drawn)):
                 value = float(drawn[place])

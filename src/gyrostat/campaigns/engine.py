@@ -1,11 +1,11 @@
-"""Simulate runs of a scenario in blocks of 64 by one compiled program.
+"""Simulate runs of a scenario by one compiled program.
 
 XLA's vectorised code does not treat every lane alike: the last ones may pass through other
 instructions and end with another last bit. So run n always begins, and with the engine "jax"
-flies, in lane n mod 64 beside the same 63 others, also where it alone is wanted, and through the
-same machine code whether its history is kept or not. Lanes of compiled C do not differ: with the
-engine "lanes" a run flies beside any others. Its numbers depend on nothing but scenario, seed, n
-and engine.
+continues, in lane n mod 64 beside the same 63 others, also where it alone is wanted, and through
+the same machine code whether its history is kept or not. SIMD lanes of compiled C do not differ:
+with the engine "native" a run may continue beside any others. The numbers of a run depend on
+nothing but scenario, seed, n and engine.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,25 +16,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.campaigns.build import Plans, Setup, build, plan
+from gyrostat.campaigns.build import Plans, build, plan
 from gyrostat.campaigns.draws import draw
-from gyrostat.campaigns.metrics import concluded, ended, observer
+from gyrostat.campaigns.metrics import Observer, concluded, ended
 from gyrostat.campaigns.percentiles import collector
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.codegen.simd.batch import lanes
 from gyrostat.codegen.simd.compiler import required
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import jax
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.validation import check_seed
-from gyrostat.simulation import Status, labelled, loop_parts, stretch
+from gyrostat.simulation import Loop, Runner, Status, control_loop, labelled
 
 if TYPE_CHECKING:
     import xarray as xr
 
 LANES = 64
 """Runs that are carried together: more do not run faster."""
-LONGEST_SEGMENT = 500
-"""Control periods whose samples are in memory at a time."""
+LONGEST = 500
+"""Most control periods whose samples are in memory at a time."""
 
 
 class Flown(NamedTuple):
@@ -50,125 +49,107 @@ class Flown(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Programs:
+class _Program:
     """A scenario, compiled.
 
     Attributes:
-        begin: (nominal, values, plans, noise) -> carry, of 64 runs.
-        segment: (carry, first, nominal, values, plans, noise, asked) -> carry, the errors that
-            count, and for the runs that are asked for the samples and all errors.
-        length: control periods of a segment.
+        scenario: That is simulated.
+        nominal: Values of the keys that are not dispersed.
+        plans: Of its controller.
+        begin: (nominal, drawn values, plans, keys of the noise) -> carry, of 64 runs.
+        runner: Of the same arguments.
     """
 
     scenario: Scenario
-    engine: str
-    plans: Plans
     nominal: Vector
+    plans: Plans
     begin: Callable[..., Any]
-    segment: Callable[..., Any]
-    length: int
+    runner: Runner
 
 
 @lru_cache(maxsize=8)
-def _programs(text: str, engine: str) -> _Programs:
-    scenario = Scenario.from_text(text)
+def _program(scenario: Scenario, engine: str) -> _Program:
     dispersed = scenario.dispersed
     fixed = [key for key in scenario.values if key not in dispersed]
-    length = stretch(scenario.count, LONGEST_SEGMENT)
 
-    def parts(nominal, drawn, plans, key) -> tuple[Any, ...]:
+    def make(nominal, drawn, plans, key) -> Loop:
         values = dict(zip((*fixed, *dispersed), (*nominal, *drawn), strict=True))
-        setup: Setup = build(scenario, values, plans)
-        begin, tick = loop_parts(
-            setup.plant,
-            setup.controller,
-            setup.sensor,
-            key,
+        setup = build(scenario, values, plans)
+        observer = Observer.of(scenario, setup, values)
+        loop = control_loop(
+            *(setup.plant, setup.controller, setup.sensor, setup.start, key),
             values["run.control_period"],
             substeps=scenario.substeps,
             command_delay=scenario.command_delay,
         )
-        return setup.start, begin, tick, observer(scenario, setup, values)
 
-    def begin(nominal, drawn, plans, key):
-        start, first, _, seeing = parts(nominal, drawn, plans, key)
-        return first(start), seeing.start()
+        def observed(seen, row, k):
+            seen, pointing = observer(seen, row, k)
+            return seen, (pointing.counted, (row, pointing.error))
 
-    def segment(carry, first, nominal, drawn, plans, key):
-        _, _, tick, seeing = parts(nominal, drawn, plans, key)
+        return loop.folded(observed, observer.start())
 
-        def step(carry, k):
-            inner, seen = carry
-            inner, row = tick(inner, k)
-            seen, pointing = seeing(seen, row, k)
-            return (inner, seen), (pointing.counted, (row, pointing.error))
-
-        carry, (counted, rows) = jax.lax.scan(step, carry, first + jnp.arange(length))
-        return carry, counted, rows
-
+    runner = Runner(
+        make,
+        (False, True, False, True),
+        scenario.count,
+        engine=engine,
+        longest=LONGEST,
+        on_demand=(False, True),
+    )
+    begin = jax.jit(jax.vmap(lambda *given: make(*given).begin(), (None, 0, None, 0)))
     nominal = np.array([scenario.values[key] for key in fixed])
-    starting = jax.jit(jax.vmap(begin, in_axes=(None, 0, None, 0)))
-    plans = plan(scenario)
-    if engine == "lanes":
-        values, noise = draw(scenario, 0, np.zeros(1))
-        carry = jax.eval_shape(starting, nominal, values, plans, noise)
-        example = (carry, 0, nominal, values, plans, noise)
-        own = (True, False, False, True, False, True)
-        carried = lanes(segment, own, example, on_demand=(False, False, True))
-    else:
-        batch = jax.jit(jax.vmap(segment, in_axes=(0, None, None, 0, None, 0)))
-
-        def carried(*arguments, asked):
-            carry, counted, rows = batch(*arguments)
-            picked = np.asarray(asked, np.int64)
-            kept = jax.tree.map(lambda leaf: np.asarray(leaf)[picked], rows) if asked else None
-            return carry, np.asarray(counted), kept
-
-    return _Programs(scenario, engine, plans, nominal, starting, carried, length)
+    return _Program(scenario, nominal, plan(scenario), begin, runner)
 
 
-def prepare(text: str) -> None:
-    """Compile the lanes of a scenario; workers will find them in the cache.
+def prepare(scenario: Scenario) -> None:
+    """Compile a scenario for the native engine; workers will find the library in the cache.
 
     Raises:
-        InputError: there is no compiler, or the scenario has something that lanes do not know.
+        InputError: there is no compiler, or the scenario has something that the engine does not
+            know.
     """
     required()
-    _programs(text, "lanes")
+    program = _program(scenario, "native")
+    values, noise = draw(scenario, 0, np.zeros(1))
+    arguments = program.nominal, values, program.plans, noise
+    program.runner.compiled(*arguments, carry=jax.eval_shape(program.begin, *arguments))
 
 
 def fly(
-    text: str,
+    scenario: Scenario,
     seed: int,
     runs: Sequence[int] | None,
     *,
     keep: Sequence[int] = (),
     engine: str = "jax",
 ) -> Flown:
-    """Fly runs of a scenario.
+    """Simulate runs of a scenario.
 
     Args:
-        text: of the scenario.
-        seed: of the campaign.
-        runs: their numbers, rising; None for one run with the nominal values.
-        keep: numbers, among them, of those whose histories are wanted.
-        engine: "jax" or "lanes".
+        scenario: That is simulated.
+        seed: Of the campaign.
+        runs: Their numbers, rising; None for one run with the nominal values.
+        keep: Numbers, among them, of those whose histories are wanted.
+        engine: "jax" or "native".
 
     Raises:
         InputError: The seed is out of range.
     """
     check_seed(seed)
-    programs = _programs(text, engine)
+    program = _program(scenario, engine)
+    native = engine == "native"
     if runs is None:
-        values, noise = draw(programs.scenario, seed, np.zeros(LANES))
-        nominal = [programs.scenario.values[key] for key in programs.scenario.dispersed]
-        drawn = (values * 0.0 + nominal, noise)
-        return _block(programs, np.zeros(1, np.int64), *drawn, keep)
+        values, noise = draw(scenario, seed, np.zeros(LANES))
+        nominal = [scenario.values[key] for key in scenario.dispersed]
+        one = np.zeros(1, np.int64)
+        return _group(program, one, values * 0.0 + nominal, noise, keep, native=native)
     wanted, flown = np.asarray(runs, dtype=np.int64), []
     for group in np.unique(wanted // LANES):
         whole = group * LANES + np.arange(LANES)
         own = wanted[wanted // LANES == group]
-        flown.append(_block(programs, own, *draw(programs.scenario, seed, whole), keep))
+        drawn = draw(scenario, seed, whole)
+        flown.append(_group(program, own, *drawn, keep, native=native))
     histories = [block.histories for block in flown if block.histories is not None]
     return Flown(
         {name: np.concatenate([b.columns[name] for b in flown]) for name in flown[0].columns},
@@ -176,30 +157,34 @@ def fly(
     )
 
 
-def _block(
-    programs: _Programs, runs: NDArray[np.int64], values: Matrix, noise: Any, keep: Sequence[int]
+def _group(
+    program: _Program,
+    runs: NDArray[np.int64],
+    values: Matrix,
+    noise: Any,
+    keep: Sequence[int],
+    *,
+    native: bool,
 ) -> Flown:
     """Some of the runs of one group of 64, from values and noise of all of them."""
-    scenario, plans, nominal = programs.scenario, programs.plans, programs.nominal
+    scenario, plans, nominal = program.scenario, program.plans, program.nominal
+    runner = program.runner
     picked = runs % LANES
-    carry = programs.begin(nominal, values, plans, noise)
+    carry = program.begin(nominal, values, plans, noise)
     drawn = values[picked]
-    if programs.engine == "lanes":  # only what is wanted flies
+    if native:  # only what is wanted goes on
         carry = jax.tree.map(lambda leaf: np.asarray(leaf)[picked], carry)
         values, noise, picked = drawn, noise[picked], np.arange(len(runs))
     is_kept = np.isin(runs, keep)
-    lanes_kept = picked[is_kept].tolist()
-    segments = range(0, scenario.count + 1, programs.length)
-    errors = collector(len(values), len(segments) * programs.length, LANES)
+    asked = picked[is_kept].tolist()
+    errors = collector(len(values), len(runner.starts) * runner.length, LANES)
     kept = []
-    for first in segments:
-        carry, counted, rows = programs.segment(
-            carry, first, nominal, values, plans, noise, asked=lanes_kept
-        )
+    for chunk in runner.chunks(nominal, values, plans, noise, carry=carry, asked=asked):
+        carry, (counted, rows) = chunk
         errors.add(counted)
-        if lanes_kept:
+        if asked:
             kept.append(rows)
-    seen = carry[1]
+    _, seen = carry
     period = scenario.values["run.control_period"]
     columns = {
         "run": runs,

@@ -11,6 +11,7 @@ from gyrostat.campaigns.fingerprint import FLAGS, engine_record, refuse_other, u
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.schema import metric_units
 from gyrostat.campaigns.store import Store
+from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
 from gyrostat.core.files import set_aside
 from gyrostat.core.validation import check_seed
@@ -21,7 +22,6 @@ AT_ONCE = 8
 """Runs that are replayed together: their histories are in memory at a time."""
 ELSEWHERE = 128
 """Workers that are kept busy where nobody says how many there are."""
-ENGINES = ("auto", "lanes", "jax")
 MOST_RUNS = 2**32
 """More have no number of their own in the random generator."""
 
@@ -48,37 +48,38 @@ def work(job: Job) -> Any:
     from gyrostat.campaigns.engine import fly
 
     campaign, engine = job.campaign, job.campaign.engine["engine"]
-    return fly(campaign.scenario, campaign.seed, job.runs, keep=job.keep, engine=engine)
+    scenario = Scenario.from_text(campaign.scenario)
+    return fly(scenario, campaign.seed, job.runs, keep=job.keep, engine=engine)
 
 
 def chosen_engine(
-    engine: str, text: str, device: str, say: Callable[[str], None] = lambda text: None
+    engine: str, scenario: Scenario, device: str, say: Callable[[str], None] = lambda text: None
 ) -> str:
-    """The engine that flies a scenario, compiled where it has to be.
+    """The engine that simulates a scenario, "native" or "jax"; compiles it where it has to be.
 
     Args:
-        engine: one of `ENGINES`; "auto" is lanes where there is a C compiler.
-        text: of the scenario.
+        engine: "jax", "native", or "auto": native where there is a C compiler.
+        scenario: that is simulated.
         device: "cpu" or "gpu".
-        say: takes the line that says why "auto" did not find lanes.
+        say: takes the line that says why "auto" is not native.
 
     Raises:
-        InputError: lanes cannot fly this scenario here.
+        InputError: the native engine cannot simulate this scenario here.
     """
     if engine == "jax" or (engine == "auto" and device != "cpu"):
         return "jax"
     if device != "cpu":
-        raise InputError("--engine lanes: found --device gpu, expected cpu: lanes are C")
+        raise InputError("--engine native: found --device gpu, expected cpu: it is compiled C")
     from gyrostat.campaigns.engine import prepare
 
     try:
-        prepare(text)
+        prepare(scenario)
     except InputError as error:
-        if engine == "lanes":
+        if engine == "native":
             raise
         say(f"{error}; flying with JAX, which is slower")
         return "jax"
-    return "lanes"
+    return "native"
 
 
 def run_campaign(
@@ -108,7 +109,7 @@ def run_campaign(
         runs: their number.
         seed: of the draws.
         device: "cpu" or "gpu".
-        engine: "lanes", "jax", or "auto": that of a campaign that goes on, else see
+        engine: "native", "jax", or "auto": that of a campaign that goes on, else see
             `chosen_engine`.
         opener: of the executor; None for processes of this machine.
         workers: their number; None for one a core, `ELSEWHERE` for another executor.
@@ -135,8 +136,7 @@ def run_campaign(
     for run in keep:
         if run not in range(runs):
             raise InputError(f"kept run: found {run}, expected 0 to {runs - 1}")
-    if engine not in ENGINES:
-        raise InputError(f"--engine: found {engine}, expected one of {', '.join(ENGINES)}")
+    engine = engine_named(engine, say, "--engine")
     metrics = metric_units(scenario.percentiles)
     worst_by = worst_by or f"error_p{scenario.percentiles[-1]:g}"
     if worst_by not in metrics:
@@ -147,7 +147,7 @@ def run_campaign(
     except DamagedError:  # this command may mend it
         known = None
     if known is None:
-        engine = chosen_engine(engine, scenario.text(), device, say)
+        engine = chosen_engine(engine, scenario, device, say)
     else:
         recorded = known.engine.get("engine", "jax")
         if engine not in ("auto", recorded):

@@ -32,11 +32,11 @@ def engine_record(device: str, flags: str, engine: str = "jax") -> dict[str, str
     Args:
         device: "cpu" or "gpu".
         flags: of XLA.
-        engine: "jax", or "lanes" of compiled C.
+        engine: "jax" or "native".
     """
     found = {"engine": engine, "device": device, "flags": flags}
     found["python"] = platform.python_version()
-    if engine == "lanes":
+    if engine == "native":
         found["compiler"] = " ".join([compiler_version(), *COMPILER_FLAGS])
     for package in ("jax", "jaxlib", "numpy", "scipy", "equinox"):
         try:

@@ -1,6 +1,6 @@
 """Metrics of a run, computed while it is simulated, at constant memory."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
@@ -86,6 +86,12 @@ class Observer(eqx.Module):
     count: int = eqx.field(static=True)
     boresight: tuple[float, ...] | None = eqx.field(static=True)
 
+    @classmethod
+    def of(cls, scenario: Scenario, setup: Setup, values: dict[str, Scalar]) -> Self:
+        """The observer of a run with these values."""
+        own = {k: v for k, v in values.items() if k.split(".")[0] in ("metrics", "run")}
+        return cls(setup, own, scenario.count, scenario.boresight)
+
     def start(self) -> Seen:
         """Nothing seen yet."""
         zero, none = jnp.zeros(()), jnp.zeros((), dtype=int)
@@ -149,12 +155,6 @@ class Observer(eqx.Module):
             saturated=seen.saturated + jnp.any(full),
             power=seen.power + jnp.sum(jnp.abs(torque * row.state.wheel_speed)),
         )
-
-
-def observer(scenario: Scenario, setup: Setup, values: dict[str, Scalar]) -> Observer:
-    """The observer of a run."""
-    own = {k: v for k, v in values.items() if k.split(".")[0] in ("metrics", "run")}
-    return Observer(setup, own, scenario.count, scenario.boresight)
 
 
 def ended(seen: Any, period: float) -> Vector:

@@ -3,30 +3,27 @@
 import difflib
 import json
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from gyrostat.campaigns.kinds import numbers_of
 from gyrostat.campaigns.scenario import Dispersion, Scenario
-from gyrostat.campaigns.schema import DISTRIBUTIONS, Key, key_of
-from gyrostat.campaigns.tables import Table, one_of
+from gyrostat.campaigns.schema import DISTRIBUTIONS, Key
+from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import read_text
 from gyrostat.identification.uncertainty import square_root
 
-Parts = Mapping[str, Mapping[str, Key]]
-
 
 def read_dispersions(
-    top: Table, scenario: Scenario, parts: Parts, *, force: bool = False
+    top: Table, scenario: Scenario, *, force: bool = False
 ) -> tuple[Dispersion, ...]:
     """The dispersions of a scenario file.
 
     Args:
         top: the file.
         scenario: what it says otherwise.
-        parts: see `gyrostat.campaigns.schema.key_of`.
         force: take fits that are marked as impossible.
 
     Raises:
@@ -34,14 +31,15 @@ def read_dispersions(
             twice, or a distribution that makes no sense.
     """
     found: list[Dispersion] = []
+    entries = numbers_of(scenario)
     for row in top.tables("dispersion"):
         if "fit" in row.row:
             made = [_from_fit(row.known(("fit", "wheel")), scenario, force)]
         else:
-            kind = one_of(row, "", "distribution", DISTRIBUTIONS, None)
+            kind = row.one_of("distribution", DISTRIBUTIONS)
             row.known(("key", "distribution", *DISTRIBUTIONS[kind]))
             keys = _keys(row, scenario)
-            made = [_alone(row, kind, key, scenario, parts) for key in keys]
+            made = [_alone(row, kind, key, entries[key], scenario.values[key]) for key in keys]
         taken = {key for dispersion in found for key in dispersion.keys}
         for key in (key for dispersion in made for key in dispersion.keys):
             if key in taken:
@@ -67,9 +65,8 @@ def _keys(row: Table, scenario: Scenario) -> list[str]:
     raise row.refuse("key", given, f"the key of a number of this scenario{hint}")
 
 
-def _alone(row: Table, kind: str, key: str, scenario: Scenario, parts: Parts) -> Dispersion:
+def _alone(row: Table, kind: str, key: str, entry: Key, nominal: float) -> Dispersion:
     """One key by a distribution."""
-    entry, nominal = key_of(key, parts), scenario.values[key]
     if not math.isfinite(nominal):
         raise row.refuse("key", key, "a key whose value is finite")
     if kind == "log_normal":

@@ -1,9 +1,11 @@
 """Events of a scenario file."""
 
+from math import inf
+
 from gyrostat.campaigns.controllers import CONTROLLERS, NOTIFIED
 from gyrostat.campaigns.scenario import AXES, Event
-from gyrostat.campaigns.schema import EVENTS, MEASURED, SENSOR_FAULT, friction_keys, spike
-from gyrostat.campaigns.tables import Table, one_of
+from gyrostat.campaigns.schema import EVENTS, MEASURED, SENSOR_FAULT, event_keys
+from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 from gyrostat.spacecraft import SpacecraftFile
 
@@ -30,7 +32,7 @@ def read_events(
     Raises:
         InputError: a key is unknown, missing or has a value that makes no sense.
     """
-    found, befallen = [], set()
+    found: list[Event] = []
     for number, row in enumerate(top.tables("event")):
         name = row.name("name", str(number + 1))
         if name in {event.name for event in found} or "." in name or not name:
@@ -39,65 +41,56 @@ def read_events(
                 "without a dot"
             )
         row = Table(top.path, f"event[{name}].", row.row)
-        kind = one_of(row, "", "kind", EVENTS, None)
-        if kind.startswith(SENSOR_FAULT):
-            found.append(_sensor_fault(row, kind, name, craft, values))
-            continue
-        keys = EVENTS[kind][1]
-        own = "target" if kind == "slew" else "wheel"
-        if "detected_after" in keys and CONTROLLERS[controller].losses != NOTIFIED:
-            if "detected_after" in row.row:
-                raise row.refuse(
-                    "detected_after",
-                    row.row["detected_after"],
-                    f"none: nobody tells the controller {controller} of a lost wheel",
-                )
-            keys = {name: entry for name, entry in keys.items() if name != "detected_after"}
-        friction = {}
-        if kind == "friction_step":
-            friction = friction_keys(craft.spacecraft.wheels.friction.dimensions())
-        row.known(("name", "kind", own, *keys, *friction))
-        given = {name: entry for name, entry in friction.items() if name in row.row}
-        if friction and not given and "factor" not in row.row:
+        event = _event(row, name, craft, values, controller)
+        step = event.kind == "friction_step"
+        if event.wheel is not None and any(
+            (other.wheel, other.kind == "friction_step") == (event.wheel, step) for other in found
+        ):
             raise InputError(
-                f"{top.path}: key {row.prefix}factor: found none, expected one, or values of "
-                f"{', '.join(friction)}"
+                f"{row.place('wheel')}: found {craft.wheel_names[event.wheel]}, which another "
+                "event befalls, expected one failure and one friction step a wheel"
             )
-        numbers = row.numbers({**keys, **given})
-        values |= {f"event.{name}.{k.rsplit('.', 1)[-1]}": v for k, v in numbers.items()}
-        within_run(row, "time", values[f"event.{name}.time"], values)
-        if kind == "slew":
-            found.append(Event(name, kind, target=row.unit("target", 4, None)))
-            continue
-        wheel = craft.wheel_number(row.text("wheel", None), f"{top.path}: key {row.prefix}wheel")
-        if (wheel, kind == "friction_step") in befallen:
-            raise InputError(
-                f"{top.path}: key {row.prefix}wheel: found {craft.wheel_names[wheel]}, which "
-                "another event befalls, expected one failure and one friction step a wheel"
-            )
-        befallen.add((wheel, kind == "friction_step"))
-        found.append(Event(name, kind, wheel=wheel))
+        found.append(event)
     return found
 
 
-def _sensor_fault(
-    row: Table, kind: str, name: str, craft: SpacecraftFile, values: dict[str, float]
+def _event(
+    row: Table, name: str, craft: SpacecraftFile, values: dict[str, float], controller: str
 ) -> Event:
-    """A fault of a measured field, or of one of its elements."""
-    sensor = one_of(row, "", "sensor", MEASURED, None)
-    own = {"rate": ("axis",), "wheel_speed": ("wheel",)}.get(sensor, ())
-    keys = {**EVENTS[kind][1], **(spike(sensor) if kind == "sensor_spike" else {})}
-    row.known(("name", "kind", "sensor", *own, *keys))
-    numbers = row.numbers(keys)
-    values |= {f"event.{name}.{k.rsplit('.', 1)[-1]}": v for k, v in numbers.items()}
-    start, end = (values[f"event.{name}.{key}"] for key in ("time", "until"))
-    within_run(row, "time", start, values)
-    if end <= start:
-        raise row.refuse("until", end, f"a time after its start, {start:g} s")
-    element = None
-    if "axis" in row.row:
-        element = AXES.index(one_of(row, "", "axis", dict.fromkeys(AXES), None))
-    elif "wheel" in row.row:
-        where = f"{row.path}: key {row.prefix}wheel"
-        element = craft.wheel_number(row.text("wheel", None), where)
-    return Event(name, kind, sensor=sensor, element=element)
+    kind = row.one_of("kind", EVENTS)
+    sensor = row.one_of("sensor", MEASURED) if kind.startswith(SENSOR_FAULT) else None
+    own = ("target",) if kind == "slew" else ("wheel",)
+    if sensor is not None:
+        own = ("sensor", *{"rate": ("axis",), "wheel_speed": ("wheel",)}.get(sensor, ()))
+    friction = craft.spacecraft.wheels.friction.dimensions()
+    keys = event_keys(kind, sensor, friction)
+    if "detected_after" in keys and CONTROLLERS[controller].losses != NOTIFIED:
+        if "detected_after" in row.row:
+            raise row.refuse(
+                "detected_after",
+                row.row["detected_after"],
+                f"none: nobody tells the controller {controller} of a lost wheel",
+            )
+        del keys["detected_after"]
+    row.known(("name", "kind", *own, *keys))
+    if kind == "friction_step":
+        keys = {key: entry for key, entry in keys.items() if key in row.row or key not in friction}
+        if "factor" not in row.row and not any(key in friction for key in keys):
+            raise InputError(
+                f"{row.place('factor')}: found none, expected one, or values of "
+                f"{', '.join(friction)}"
+            )
+    values |= row.numbers(keys, f"event.{name}.")
+    time, end = values[f"event.{name}.time"], values.get(f"event.{name}.until", inf)
+    within_run(row, "time", time, values)
+    if end <= time:
+        raise row.refuse("until", end, f"a time after its start, {time:g} s")
+    target = row.unit("target", 4, None) if kind == "slew" else None
+    wheel = element = None
+    if "wheel" in own and (sensor is None or "wheel" in row.row):
+        wheel = craft.wheel_number(row.text("wheel", None), row.place("wheel"))
+    elif "axis" in row.row:
+        element = AXES.index(row.one_of("axis", AXES))
+    if sensor is not None:
+        return Event(name, kind, sensor=sensor, element=element if wheel is None else wheel)
+    return Event(name, kind, wheel=wheel, target=target)

@@ -1,13 +1,16 @@
 """A scenario as plain data: parts, values, events, dispersions and metrics.
 
-Every number stands in one mapping of keys to SI values ("wheel.a.coulomb"); a dispersion replaces
-some of them in each run. So a scenario is compared, kept and sent to other processes as text.
+Every number is in one mapping of keys to SI values ("wheel.a.coulomb"); a dispersion replaces some
+of them in each run. `gyrostat.campaigns.kinds.numbers_of` gives the dimension and the bounds of
+each. The other fields are the structure: they decide which numbers there are and what is compiled.
+A scenario is stored and sent to other processes as text.
 """
 
 import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any, Self
 
 INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
@@ -18,15 +21,15 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happens during a run; its numbers stand under "event.NAME.".
+    """Something that happens during a run; the keys of its numbers start with "event.NAME.".
 
     Attributes:
-        name: in keys.
-        kind: key of `gyrostat.campaigns.schema.EVENTS`.
-        wheel: number of the wheel that it befalls, or None.
-        target: (4,) attitude to turn to, scalar first, or None.
-        sensor: measured field that it befalls, or None.
-        element: number of the element of that field, or None for all of them.
+        name: Name, as in keys.
+        kind: Key of `gyrostat.campaigns.schema.EVENTS`.
+        wheel: Number of the wheel that is affected, or None.
+        target: (4,) Attitude to turn to, scalar first, or None.
+        sensor: Measured field that is affected, or None.
+        element: Number of the affected element of that field; None for all of them.
     """
 
     name: str
@@ -39,14 +42,14 @@ class Event:
 
 @dataclass(frozen=True)
 class Dispersion:
-    """How some values scatter from run to run.
+    """Random variation of some values from run to run.
 
     Attributes:
-        keys: of the values, drawn together.
+        keys: Keys of the values, which are drawn together.
         distribution: "normal", "uniform" or "log_normal".
-        spread: normal: (keys, keys) matrix from standard normal numbers to deviations, SI;
-            uniform: for each key the smallest and largest value, SI; log_normal: for each key the
-            standard deviation of the natural logarithm.
+        spread: Normal: (keys, keys) matrix from standard normal numbers to deviations, SI;
+            uniform: smallest and largest value of each key, SI; log_normal: standard deviation of
+            the natural logarithm of each key.
     """
 
     keys: tuple[str, ...]
@@ -59,26 +62,26 @@ class Scenario:
     """A scenario.
 
     Attributes:
-        name: of the scenario.
-        wheels: names of the wheels, in their order.
-        axes: (wheels, 3) spin axes in body axes, unit length.
-        friction: name of the wheels' friction model.
-        controller: key of `gyrostat.campaigns.components.CONTROLLERS`.
-        compensator: key of `gyrostat.campaigns.components.COMPENSATORS`.
-        sensors: key of `gyrostat.campaigns.components.SENSORS`.
-        estimator: key of `gyrostat.campaigns.components.ESTIMATORS`.
-        environment: key of `gyrostat.campaigns.components.ENVIRONMENTS`.
-        attitude: (4,) at the start, scalar first.
-        target: (4,) attitude to hold until an event gives another.
-        boresight: (3,) body direction whose error counts; None: the whole attitude.
-        count: control periods.
-        substeps: integration steps in each.
-        command_delay: control periods from a sample to its command.
-        percentiles: of the pointing error that are reported.
-        events: in their order of time.
-        dispersions: independent of each other.
-        values: key -> number, SI.
-        guard: command in place of one from a rejected sample, "hold" or "zero"; None: measurements
+        name: Name of the scenario.
+        wheels: Names of the wheels, in their order.
+        axes: (wheels, 3) Spin axes in body axes, unit length.
+        friction: Name of the wheels' friction model.
+        controller: Key of `gyrostat.campaigns.components.CONTROLLERS`.
+        compensator: Key of `gyrostat.campaigns.components.COMPENSATORS`.
+        sensors: Key of `gyrostat.campaigns.components.SENSORS`.
+        estimator: Key of `gyrostat.campaigns.components.ESTIMATORS`.
+        environment: Key of `gyrostat.campaigns.components.ENVIRONMENTS`.
+        attitude: (4,) Attitude at the start, scalar first.
+        target: (4,) Attitude to hold until an event gives another one.
+        boresight: (3,) Body direction whose error counts; None: the whole attitude.
+        count: Number of control periods.
+        substeps: Integration steps in each control period.
+        command_delay: Control periods from a sample to the start of its command.
+        percentiles: Percentiles of the pointing error that are reported.
+        events: Events in their nominal order of time.
+        dispersions: Dispersions, independent of each other.
+        values: Key -> number, SI, the keys in alphabetical order.
+        guard: Command in place of one from a rejected sample, "hold" or "zero"; None: measurements
             are not validated.
     """
 
@@ -110,20 +113,32 @@ class Scenario:
 
     @property
     def duration(self) -> float:
-        """Of a run, s."""
+        """Duration of a run, s."""
         return self.count * self.values["run.control_period"]
 
+    def __eq__(self, other: object) -> bool:
+        """Whether two scenarios are the same, whatever their files are like."""
+        return isinstance(other, Scenario) and self.text() == other.text()
+
+    def __hash__(self) -> int:
+        """Of its text."""
+        return hash(self.text())
+
     def text(self) -> str:
-        """Everything, as JSON that gives the same scenario bit by bit."""
+        """The scenario as JSON, from which `from_text` makes the same one, bit by bit."""
+        return self._text
+
+    @cached_property
+    def _text(self) -> str:
         return json.dumps(asdict(self), ensure_ascii=False, sort_keys=True)
 
     def digest(self) -> str:
-        """What tells this scenario from every other, however its file is written."""
+        """SHA-256 digest of the text; it tells this scenario from every other."""
         return hashlib.sha256(self.text().encode()).hexdigest()
 
     @classmethod
     def from_text(cls, text: str) -> Self:
-        """The scenario of a text that `text` gave."""
+        """The scenario of a text that `text` has made."""
         found = json.loads(text)
         found["events"] = tuple(Event(**_tuples(event)) for event in found["events"])
         found["dispersions"] = tuple(Dispersion(**_tuples(d)) for d in found["dispersions"])

@@ -5,24 +5,19 @@ hold them.
 """
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from gyrostat.campaigns.build import build, parts_of, plan
-from gyrostat.campaigns.components import (
-    COMPENSATORS,
-    ENVIRONMENTS,
-    ESTIMATOR_OF,
-    ESTIMATORS,
-    SENSORS,
-)
-from gyrostat.campaigns.controllers import CONTROLLERS
+from gyrostat.campaigns.build import build, plan
+from gyrostat.campaigns.components import ESTIMATOR_OF
+from gyrostat.campaigns.kinds import KINDS
 from gyrostat.campaigns.read_dispersions import read_dispersions
 from gyrostat.campaigns.read_events import read_events, within_run
 from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
 from gyrostat.campaigns.schema import GUARD, METRICS, RUN, START, WHEEL, WHEEL_PARTS
-from gyrostat.campaigns.tables import Table, one_of, opened
+from gyrostat.campaigns.tables import Table, opened
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, printable
 from gyrostat.core.toml_file import LONGEST_NAME
@@ -30,9 +25,11 @@ from gyrostat.core.validation import MOST_PERIODS, check_parts, check_period, re
 from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
 
 SECTIONS = (
-    *("name", "run", "spacecraft", "start", "controller", "compensator", "sensors"),
-    *("estimator", "environment", "guard", "event", "dispersion", "metrics", *WHEEL_PARTS),
+    *("name", "run", "spacecraft", "start", *KINDS),
+    *("guard", "event", "dispersion", "metrics", *WHEEL_PARTS),
 )
+DEFAULTS = {"compensator": "none", "sensors": "white_noise", "environment": "constant"}
+"""Section -> its kind where the file names none; the controller's must be named."""
 
 
 def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scenario:
@@ -55,16 +52,10 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
     count, substeps = _steps(run, values)
     start = top.table("start", (*START, "attitude", "wheel_speed"))
     values |= start.numbers(START) | _wheel_values(top, start, craft)
-    chosen = {}
-    for section, kinds, default in (
-        ("controller", CONTROLLERS, None),
-        ("compensator", COMPENSATORS, "none"),
-        ("sensors", SENSORS, "white_noise"),
-        ("estimator", ESTIMATORS, ""),
-        ("environment", ENVIRONMENTS, "constant"),
-    ):
-        default = ESTIMATOR_OF[chosen["sensors"]] if section == "estimator" else default
-        kind = chosen[section] = one_of(top, section, "kind", kinds, default)
+    chosen: dict[str, str] = {}
+    for section, kinds in KINDS.items():
+        default = DEFAULTS.get(section) or ESTIMATOR_OF.get(chosen.get("sensors", ""))
+        kind = chosen[section] = top.table(section, None).one_of("kind", kinds, default)
         extra = ("kind", "target") if section == "controller" else ("kind",)
         values |= top.table(section, (*kinds[kind].keys, *extra)).numbers(kinds[kind].keys)
     if chosen["estimator"] != ESTIMATOR_OF[chosen["sensors"]]:
@@ -78,8 +69,9 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
     within_run(metrics, "after", values["metrics.after"], values)
     guard = None
     if "guard" in top.row:
-        values |= top.table("guard", (*GUARD, "on_bad")).numbers(GUARD)
-        guard = one_of(top, "guard", "on_bad", dict.fromkeys(ON_BAD), "hold")
+        table = top.table("guard", (*GUARD, "on_bad"))
+        values |= table.numbers(GUARD)
+        guard = table.one_of("on_bad", ON_BAD, "hold")
     events = read_events(top, craft, values, chosen["controller"])
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
@@ -96,11 +88,11 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
         percentiles=metrics.rising("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0),
         events=tuple(sorted(events, key=lambda e: values[f"event.{e.name}.time"])),
         dispersions=(),
-        values=values,
+        # in one order, so that a program is the same for a scenario and for its text
+        values=dict(sorted(values.items())),
         guard=guard,
     )
-    found = read_dispersions(top, scenario, parts_of(scenario), force=force)
-    scenario = Scenario(**{**vars(scenario), "dispersions": found})
+    scenario = replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
     try:
         setup = build(scenario, values, plan(scenario))
         check_parts(setup.plant, setup.controller, setup.sensor)

@@ -36,6 +36,10 @@ class Key:
         """SI unit."""
         return SI_UNIT.get(self.dimension, self.dimension)
 
+    def ends(self, name: str) -> tuple[str, ...]:
+        """Full keys of a number, or of the components of a vector, that has this key."""
+        return (name,) if self.size == 1 else tuple(f"{name}.{axis}" for axis in AXES)
+
     def allows(self, value: float) -> bool:
         """Whether a value makes sense; NaN does not."""
         inside = self.least <= value <= self.most and not (self.positive and value == self.least)
@@ -165,12 +169,21 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
 WHEEL_IS_LOST = ("torque_lost", "stuck_torque", "seized")
 """Events after which the controller does without the wheel."""
 SENSOR_FAULT = "sensor_"
-"""First letters of the kinds of events that befall a sensor."""
+"""Start of the kinds of events that affect a sensor."""
 
 
-def spike(sensor: str) -> dict[str, Key]:
-    """The number that a spike of a measured field has beside those of `EVENTS`."""
-    return {"magnitude": Key(MEASURED[sensor][0], None, "Added to the value.")}
+def event_keys(kind: str, sensor: str | None, friction: Mapping[str, str]) -> dict[str, Key]:
+    """Numbers of an event; those of the friction model may be left out.
+
+    Args:
+        kind: Of the event, key of `EVENTS`.
+        sensor: Measured field that it affects, or None.
+        friction: Dimensions of the friction model's parameters.
+    """
+    keys = dict(EVENTS[kind][1])
+    if kind == "sensor_spike" and sensor is not None:
+        keys["magnitude"] = Key(MEASURED[sensor][0], None, "Added to the value.")
+    return keys | (friction_keys(friction) if kind == "friction_step" else {})
 
 
 WHEEL: dict[str, Key] = {
@@ -247,23 +260,3 @@ def metric_units(percentiles: Iterable[float]) -> dict[str, str]:
     """Every metric -> its unit; those of these percentiles of the pointing error first."""
     first = {f"error_p{p:g}": "rad" for p in percentiles}
     return first | {name: unit for name, (unit, _) in RESULTS.items()}
-
-
-def key_of(key: str, parts: Mapping[str, Mapping[str, Key]]) -> Key:
-    """The entry of a value's key.
-
-    Args:
-        key: as in `Scenario.values`.
-        parts: "controller", "sensors" and so on -> the keys of those chosen, "friction" ->
-            those of the friction model, "event.NAME" -> those of its kind.
-    """
-    section, *rest = key.split(".")
-    if section == "body":
-        return INERTIA
-    if section == "wheel":
-        name = rest[-2] if rest[-1] in AXES else rest[-1]
-        return WHEEL_ALL[name] if name in WHEEL_ALL else parts["friction"][name]
-    if section == "event":
-        return parts[".".join((section, *rest[:-1]))][rest[-1]]
-    own = {"run": RUN, "start": START, "metrics": METRICS}
-    return (own[section] if section in own else parts[section])[rest[0]]

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from gyrostat.campaigns.scenario import AXES
 from gyrostat.campaigns.schema import Key
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import name_text, number, quantity, read_toml, refuse_unknown
@@ -30,11 +29,15 @@ class Table:
     prefix: str
     row: dict[str, Any]
 
+    def place(self, key: str) -> str:
+        """Where a key is, for messages."""
+        return f"{self.path}: key {self.prefix}{key}"
+
     def refuse(self, key: str, found: object, expected: str) -> InputError:
-        """The error for a key."""
-        told = repr(found)
-        told = told if len(told) <= 60 else f"{told[:57]}..."
-        return InputError(f"{self.path}: key {self.prefix}{key}: found {told}, expected {expected}")
+        """The error for the value of a key."""
+        shown = repr(found)
+        shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
+        return InputError(f"{self.place(key)}: found {shown}, expected {expected}")
 
     def known(self, keys: Collection[str]) -> Self:
         """Itself, once no key is another than these."""
@@ -63,6 +66,13 @@ class Table:
             raise self.refuse(key, found, "a text")
         return found
 
+    def one_of(self, key: str, kinds: Collection[str], default: str | None = None) -> str:
+        """One of several names; required where the default is None."""
+        found = self.text(key, default)
+        if found not in kinds:
+            raise self.refuse(key, found, f"one of {', '.join(kinds)}")
+        return found
+
     def name(self, key: str, default: str) -> str:
         """A name that figures and tables show."""
         return name_text(self.path, f"{self.prefix}{key}", self.row.get(key, default))
@@ -85,29 +95,42 @@ class Table:
             raise self.refuse(key, found, entry.range(value))
         return value
 
-    def numbers(self, keys: Mapping[str, Key]) -> dict[str, float]:
-        """Full key -> value, SI, of every number that a schema names; vectors by component."""
-        found = {}
+    def number(self, key: str, entry: Key, found: Any, full: str) -> dict[str, float]:
+        """Full keys -> values, SI, of what is found at a key: one, or the components of a vector.
+
+        Args:
+            key: In the file.
+            entry: Of the schema.
+            found: As TOML gives it; None for the default.
+            full: Key of the scenario, without the axis of a component.
+        """
+        if found is None and entry.default is None:
+            raise InputError(f"{self.place(key)}: found none, expected {entry.range()}")
+        if found is None:
+            return dict.fromkeys(entry.ends(full), entry.default)
+        if entry.size == 1:
+            return {full: self.allowed(key, found, entry)}
+        if not isinstance(found, list) or len(found) != entry.size:
+            raise self.refuse(key, found, f"{entry.size} values")
+        return {
+            end: self.allowed(f"{key}[{k}]", part, entry)
+            for k, (end, part) in enumerate(zip(entry.ends(full), found, strict=True))
+        }
+
+    def numbers(self, keys: Mapping[str, Key], section: str | None = None) -> dict[str, float]:
+        """Full keys -> values, SI, of all entries of a schema.
+
+        Args:
+            keys: Entries of the schema.
+            section: Start of the full keys, "event.NAME."; None for that of the keys in the file.
+        """
+        start, found = self.prefix if section is None else section, {}
         for name, entry in keys.items():
-            full, given = f"{self.prefix}{name}", self.row.get(name)
-            if given is None:
-                if entry.default is None:
-                    raise InputError(
-                        f"{self.path}: key {full}: found none, expected {entry.range()}"
-                    )
-                ends = [f".{axis}" for axis in AXES] if entry.size == 3 else [""]
-                found |= {full + end: entry.default for end in ends}
-            elif entry.size == 1:
-                found[full] = self.allowed(name, given, entry)
-            elif not isinstance(given, list) or len(given) != entry.size:
-                raise self.refuse(name, given, f"{entry.size} values")
-            else:
-                for k, (axis, part) in enumerate(zip(AXES, given, strict=True)):
-                    found[f"{full}.{axis}"] = self.allowed(f"{name}[{k}]", part, entry)
+            found |= self.number(name, entry, self.row.get(name), start + name)
         return found
 
     def each(self, name: str, entry: Key, wheels: Collection[str]) -> dict[str, float]:
-        """Full key of a wheel -> value, SI: given once for all wheels, or once for each."""
+        """Full keys of the wheels -> values, SI: given once for all wheels, or once for each."""
         given: Any = self.row.get(name)
         listed = isinstance(given, list)
         if listed and entry.size > 1:
@@ -115,16 +138,13 @@ class Table:
         rows = given if listed else [given] * len(wheels)
         if len(rows) != len(wheels):
             raise InputError(
-                f"{self.path}: key {self.prefix}{name}: found {len(rows)} values, expected one or "
-                f"{len(wheels)}, one a wheel"
+                f"{self.place(name)}: found {len(rows)} values, expected one or {len(wheels)}, one "
+                "a wheel"
             )
         found = {}
         for k, (wheel, value) in enumerate(zip(wheels, rows, strict=True)):
-            place = f"{name}[{k}]" if listed else name
-            row = {} if value is None else {place: value}
-            own = Table(self.path, self.prefix, row).numbers({place: entry})
-            for key, si in own.items():
-                found[f"wheel.{wheel}.{name}{key.removeprefix(self.prefix + place)}"] = si
+            key = f"{name}[{k}]" if listed else name
+            found |= self.number(key, entry, value, f"wheel.{wheel}.{name}")
         return found
 
     def unit(self, key: str, size: int, default: tuple[float, ...] | None) -> tuple[float, ...]:
@@ -175,14 +195,3 @@ class Table:
 def opened(path: Path, kind: str, sections: Collection[str]) -> Table:
     """The whole of a file, of known sections."""
     return Table(path, "", read_toml(path, kind)).known(sections)
-
-
-def one_of(
-    table: Table, section: str, key: str, kinds: Mapping[str, Any], default: str | None
-) -> str:
-    """The kind that a section, or the table itself, names."""
-    own = table.table(section, None) if section else table
-    found = own.text(key, default)
-    if found not in kinds:
-        raise own.refuse(key, found, f"one of {', '.join(kinds)}")
-    return found

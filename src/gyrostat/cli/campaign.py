@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Device = Annotated[str, typer.Option(help="cpu, or gpu where JAX sees one.")]
 Engine = Annotated[
     str,
-    typer.Option(help="lanes (compiled C), jax, or auto: lanes where there is a C compiler."),
+    typer.Option(help="native (compiled C), jax, or auto: native where there is a C compiler."),
 ]
 Workers = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Processes; by default one a core.")

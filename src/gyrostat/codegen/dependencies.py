@@ -35,7 +35,7 @@ def used(statement: Statement) -> list[Operand]:
             return [index]
 
 
-class Needs:
+class Dependencies:
     """What each name and table of some functions is made from."""
 
     def __init__(self, functions: Sequence[Function]) -> None:
@@ -87,7 +87,7 @@ def reached(
 def uses(function: Function) -> dict[Operand | Table, set[Name | Table]]:
     """What has been made from each operand and table of a function, its results left out."""
     makes: dict[Operand | Table, set[Name | Table]] = {}
-    for target, needs in Needs([function]).of.items():
+    for target, needs in Dependencies([function]).of.items():
         for need in needs:
             makes.setdefault(need, set()).add(target)
     return makes

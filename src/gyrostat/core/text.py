@@ -9,6 +9,11 @@ def plain(value: float, digits: int = 4) -> str:
     return f"{value:.{digits}g}"
 
 
+def or_none(value: float) -> float | None:
+    """Replace a number that is not finite by None, for JSON."""
+    return value if math.isfinite(value) else None
+
+
 def measured(value: float, sigma: float) -> str:
     """Format a value with its standard deviation, rounded to two digits of the latter."""
     if not (math.isfinite(value) and math.isfinite(sigma)) or sigma <= 0.0:

@@ -3,46 +3,9 @@
 import math
 
 from gyrostat.core.errors import InputError
+from gyrostat.exports.template import filled
 from gyrostat.wheel import WheelModel
 from gyrostat.wheel.friction import DirectionalStribeck, Friction, Stribeck, ViscousCoulomb
-
-_MODULE = '''\
-"""An identified reaction wheel for Basilisk (AVS Lab, University of Colorado), SI units.
-
-What Basilisk's friction (reactionWheelStateEffector) cannot represent of it:
-{lost}
-"""
-
-INERTIA = {inertia!r}  # kg·m²
-MOTOR_CONSTANT = {motor_constant!r}  # N·m/A
-FRICTION = {{
-    "cViscous": {viscous!r},  # N·m·s/rad
-    "fCoulomb": {coulomb!r},  # N·m
-    "fStatic": {static!r},  # N·m
-    "betaStatic": {beta!r},  # rad/s; below zero there is no Stribeck term
-}}
-
-
-def add_wheel(factory, spin_axis, **options):
-    """Add the wheel to a `simIncludeRW.rwFactory`.
-
-    Args:
-        factory: the factory.
-        spin_axis: three numbers, body axes.
-        options: of `factory.create`, as Omega (rpm), rWB_B, label. There is no limit of the motor
-            torque unless they set one.
-
-    Returns:
-        Basilisk's configuration of the wheel.
-    """
-    wheel = {{"Js": INERTIA, "useRWfriction": True, "useMaxTorque": False, **FRICTION}}
-    return factory.create("custom", spin_axis, **(wheel | options))
-
-
-def motor_torque(current):
-    """Motor torque, N·m, of a current, A: what Basilisk takes as the wheel's command."""
-    return MOTOR_CONSTANT * current
-'''
 
 
 def basilisk(model: WheelModel) -> str:
@@ -83,7 +46,8 @@ def basilisk(model: WheelModel) -> str:
         static = float(curve.coulomb)
     else:
         raise InputError(f"friction model: found {_name(curve)}, expected one that Basilisk knows")
-    return _MODULE.format(
+    return filled(
+        "basilisk.py.txt",
         lost="\n".join(f"- {text}." for text in lost),
         inertia=float(wheel.inertia),
         motor_constant=float(wheel.motor_constant),

@@ -6,60 +6,16 @@ from typing import Any
 import numpy as np
 
 from gyrostat.codegen.flight.expressions import Dialect
-from gyrostat.codegen.flight.module import Entry, Module, Port, Precision, by_address
-from gyrostat.codegen.flight.structs import Leaf, Struct, scalars
+from gyrostat.codegen.flight.header import declaration
+from gyrostat.codegen.flight.module import Entry, Module, Port, Precision, call
+from gyrostat.codegen.flight.structs import Struct, scalars
 from gyrostat.codegen.program import Number
 from gyrostat.core.jax64 import jax
 from gyrostat.exports.targets import STEPS, Target
+from gyrostat.exports.template import filled
 
 TOLERANCE = {"double": 1e-12, "float": 1e-3}
 """Largest error of an output, over the largest value that it takes in the run."""
-
-
-PROGRAM = """\
-/* {title}: {steps} steps against the results of Python. */
-#include "{name}.h"
-
-#include <math.h>
-#include <stdio.h>
-
-{given}
-{expected}
-{scale}
-static const char *const name[{count}] = {{
-{names}
-}};
-
-int main(int arguments, char **argument)
-{{
-    double worst[{count}] = {{0.0}};
-    int status = 0;
-{declared}
-    (void)argument;
-{begin}
-    for (int k = 0; k < {steps}; ++k) {{
-{inputs}
-{calls}
-        const double seen[{count}] = {{
-{seen}
-        }};
-        for (int n = 0; n < {count}; ++n) {{
-            const double error = fabs(seen[n] - expected[k][n]) / scale[0][n];
-            if (!(error <= worst[n])) {{ worst[n] = error; }} /* NaN is the worst */
-        }}
-    }}
-    for (int n = 0; n < {count}; ++n) {{
-        const int fine = worst[n] <= {tolerance!r};
-        status |= !fine;
-        if (arguments > 1) {{
-            printf("%s %.1e\\n", name[n], worst[n]);
-        }} else {{
-            printf("%s: %s\\n", name[n], fine ? "as in Python" : "not as in Python");
-        }}
-    }}
-    return status;
-}}
-"""
 
 
 def program(target: Target, module: Module, precision: Precision) -> tuple[str, str]:
@@ -76,10 +32,11 @@ def program(target: Target, module: Module, precision: Precision) -> tuple[str, 
     scale = np.maximum(np.max(finite, axis=0), np.finfo(np.float32).tiny)
 
     def calls(entries: Sequence[Entry], indent: str) -> str:
-        return "\n".join(f"{indent}status |= {_called(module, e.name)};" for e in entries)
+        return "\n".join(f"{indent}status |= {call(module, e.name)};" for e in entries)
 
     inputs = (f"{text} = given[k][{n}];" for n, text in enumerate(_texts(ports, target.inputs)))
-    text = PROGRAM.format(
+    text = filled(
+        "check.c",
         title=target.title,
         name=module.name,
         steps=STEPS,
@@ -124,20 +81,11 @@ def _table(name: str, rows: np.ndarray, dialect: Dialect) -> str:
 
 
 def _declared(port: Port, target: Target, dialect: Dialect) -> str:
-    content = port.content
+    declared, content = declaration(port.content, port.name, dialect), port.content
     if isinstance(content, Struct):
-        return f"{content.name} {port.name};"
-    size = "".join(f"[{count}]" for count in content.shape)
+        return f"{declared};"
     value = target.constants.get(port.name)
     first = "{0}" if content.shape else "0"
     if value is not None:
         first = dialect.number(Number("real", float(value))).text
-    return f"{dialect.type_of(content.kind)} {port.name}{size} = {first};"
-
-
-def _called(module: Module, entry: str) -> str:
-    ports: Sequence[Port] = module.ports[entry]
-    given = [
-        f"&{p.name}" if by_address(p) or not isinstance(p.content, Leaf) else p.name for p in ports
-    ]
-    return f"{entry}({', '.join(given)})"
+    return f"{declared} = {first};"

@@ -1,4 +1,7 @@
-"""Co-simulation unit (FMI 2.0) from an emitted module."""
+"""Co-simulation unit (FMI 2.0) from an emitted module.
+
+Modelica Association, "Functional Mock-up Interface for Model Exchange and Co-Simulation 2.0.4".
+"""
 
 import hashlib
 import platform
@@ -14,17 +17,18 @@ import numpy as np
 
 from gyrostat.codegen.flight.c import emit
 from gyrostat.codegen.flight.expressions import Dialect
+from gyrostat.codegen.flight.header import declaration
 from gyrostat.codegen.flight.measure import FLAGS, compiler
-from gyrostat.codegen.flight.module import Module, Port, by_address
+from gyrostat.codegen.flight.module import Module, Port, call
 from gyrostat.codegen.flight.structs import Leaf, Struct
 from gyrostat.codegen.program import Kind, Number
 from gyrostat.codegen.simd import run_compiler
 from gyrostat.core.errors import InputError
 from gyrostat.core.files import whole_file
 from gyrostat.core.jax64 import jax
-from gyrostat.exports.fmi2 import WRAPPER
 from gyrostat.exports.model_description import Variable, model_description
 from gyrostat.exports.targets import Target
+from gyrostat.exports.template import filled
 from gyrostat.exports.unit_text import unit_of
 
 NONE = "    case 0xFFFFFFFF: return NULL;"
@@ -126,32 +130,21 @@ def _wrapper(
 ) -> str:
     dialect = Dialect()
 
-    def call(entry: str) -> str:
-        given = [
-            f"&v->{p.name}" if by_address(p) or isinstance(p.content, Struct) else f"v->{p.name}"
-            for p in module.ports[entry]
-        ]
-        return f"    status |= {entry}({', '.join(given)});"
+    def called(entry: str) -> str:
+        return f"    status |= {call(module, entry, 'v->')};"
 
     def places(kind: Kind) -> str:
         return "\n".join(
             f"    case {v.reference}: return &v->{v.name};" for v in variables if v.kind == kind
         )
 
-    members = []
-    for port in ports.values():
-        content = port.content
-        if isinstance(content, Struct):
-            members.append(f"    {content.name} {port.name};")
-        else:
-            size = "".join(f"[{count}]" for count in content.shape)
-            members.append(f"    {dialect.type_of(content.kind)} {port.name}{size};")
+    members = [f"    {declaration(p.content, p.name, dialect)};" for p in ports.values()]
     first = [
         f"    v->{v.name} = {dialect.number(Number(v.kind, v.start)).text};"
         for v in variables
         if v.start != 0.0
     ]
-    steps = [call(entry.name) for entry in target.steps]
+    steps = [called(entry.name) for entry in target.steps]
     if SINCE in ports:
         steps = [f"    v->{SINCE} = duration;", *steps]
     else:
@@ -165,7 +158,8 @@ def _wrapper(
             *(f"    {line}" for line in steps),
             "    }",
         ]
-    return WRAPPER.format(
+    return filled(
+        "fmi2.c",
         name=target.name,
         guid=guid,
         members="\n".join(members),
@@ -173,7 +167,7 @@ def _wrapper(
         logicals=places("logical") or NONE,
         integers=places("integer") or NONE,
         first="\n".join(first),
-        begin="\n".join(call(entry.name) for entry in target.begin[1:]) or "    (void)v;",
+        begin="\n".join(called(entry.name) for entry in target.begin[1:]) or "    (void)v;",
         step="\n".join(steps),
     )
 

@@ -2,35 +2,14 @@
 
 from gyrostat.codegen.flight.c import emit
 from gyrostat.codegen.flight.expressions import Dialect
-from gyrostat.codegen.flight.header import prototype
+from gyrostat.codegen.flight.header import declaration, prototype
 from gyrostat.codegen.flight.measure import FLAGS, OPTIMISATION, Compiled, measure
-from gyrostat.codegen.flight.module import Module, Precision
+from gyrostat.codegen.flight.module import Module, Precision, call
 from gyrostat.codegen.flight.operation_count import CLASSES, ELEMENTARY, operations
-from gyrostat.codegen.flight.structs import Leaf
 from gyrostat.codegen.program import Call, Function, statements
 from gyrostat.exports.check_program import TOLERANCE, program
 from gyrostat.exports.targets import STEPS, Target
-
-MAKEFILE = """\
-# Strict C99 without contracted products: then every run has the same last digits.
-CC ?= cc
-CFLAGS ?= {optimisation}
-FLAGS = {flags} -Wall -Wextra -Wconversion -Wshadow -pedantic
-
-test: {name}_test
-\t./{name}_test | diff - expected.txt
-
-errors: {name}_test
-\t./{name}_test errors
-
-{name}_test: {name}.c {name}_test.c {name}.h
-\t$(CC) $(CFLAGS) $(FLAGS) {name}.c {name}_test.c -lm -o $@
-
-clean:
-\trm -f {name}_test
-
-.PHONY: test errors clean
-"""
+from gyrostat.exports.template import filled
 
 
 def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
@@ -55,7 +34,7 @@ def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
         f"{name}.c": module.source,
         f"{name}_test.c": test,
         "expected.txt": printed,
-        "Makefile": MAKEFILE.format(name=name, flags=FLAGS, optimisation=OPTIMISATION),
+        "Makefile": filled("Makefile", name=name, flags=FLAGS, optimisation=OPTIMISATION),
     }
     return made | {"README.md": _readme(target, module, precision, origin, measure(made, name))}
 
@@ -75,9 +54,9 @@ def _readme(
         "```c",
         *_declarations(target, module, dialect),
         "",
-        *(_call(module, entry.name) for entry in target.begin),
+        *(f"{call(module, entry.name)};" for entry in target.begin),
         f"/* then every {target.period:g} s, the period that the numbers are tuned for */",
-        *(_call(module, entry.name) for entry in target.steps),
+        *(f"{call(module, entry.name)};" for entry in target.steps),
         "```",
         "",
         "Every function returns 0, or 1 where a loop has used up its passes: what it has set is "
@@ -127,19 +106,10 @@ def _declarations(target: Target, module: Module, dialect: Dialect) -> list[str]
     ports = {port.name: port for every in module.ports.values() for port in every}
     lines = []
     for port in ports.values():
-        content = port.content
-        kind = dialect.type_of(content.kind) if isinstance(content, Leaf) else content.name
         value = target.constants.get(port.name)
-        lines.append(f"{kind} {port.name}{'' if value is None else f' = {value!r}'};")
+        declared = declaration(port.content, port.name, dialect)
+        lines.append(f"{declared}{'' if value is None else f' = {value!r}'};")
     return lines
-
-
-def _call(module: Module, entry: str) -> str:
-    given = [
-        f"&{p.name}" if p.set or not isinstance(p.content, Leaf) else p.name
-        for p in module.ports[entry]
-    ]
-    return f"{entry}({', '.join(given)});"
 
 
 def _costs(target: Target, module: Module, compiled: Compiled | None) -> list[str]:

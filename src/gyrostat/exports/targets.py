@@ -1,6 +1,7 @@
 """Flight modules: functions, state and check run of each part that can be exported."""
 
-from collections.abc import Callable, Mapping
+import inspect
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -91,13 +92,50 @@ class Target:
         return made
 
 
-def _parameters(name: str, **values: Any) -> Entry:
+def _parameters(name: str, values: Mapping[str, Any]) -> Entry:
     def parameters() -> Any:
         every = list(values.values())
         return tuple(every) if len(every) > 1 else every[0]
 
     parameters.__doc__ = "Set the parameters to the values that were identified and tuned."
     return Entry(f"{name}_parameters", parameters, {}, tuple(values))
+
+
+Call = tuple[str, Callable[..., Any], tuple[str, ...]]
+"""Last word of an entry's name, its function, and the names of its results."""
+
+
+def _target(
+    name: str,
+    parameters: Mapping[str, Any],
+    state: Mapping[str, Any],
+    begin: Sequence[Call],
+    steps: Sequence[Call],
+    **others: Any,
+) -> Target:
+    """A target whose functions take what is called like their parameters.
+
+    Args:
+        name: Of the target.
+        parameters: Name -> value of what is tuned.
+        state: Name -> example of what a step hands to the next.
+        begin: Called once, after the parameters are set.
+        steps: Called once in every period.
+        others: Further fields of the target.
+    """
+    first = {n: jax.tree.map(lambda x: x[0], value) for n, value in others["inputs"].items()}
+    known = {**parameters, **state, **others["constants"], **first}
+
+    def entry(word: str, function: Callable[..., Any], results: tuple[str, ...]) -> Entry:
+        taken = {n: known[n] for n in inspect.signature(function).parameters}
+        return Entry(f"{name}_{word}", function, taken, results)
+
+    return Target(
+        name=name,
+        begin=(_parameters(name, parameters), *(entry(*call) for call in begin)),
+        steps=tuple(entry(*call) for call in steps),
+        **others,
+    )
 
 
 def _measurements() -> TableMeasurement:
@@ -117,27 +155,14 @@ def _loop(
     first = jax.tree.map(lambda x: x[0], measured)
     guard = entries.guard_of(controller, period, first, limits, on_bad)
     memory = as_arrays(Guarded(controller, guard).start(period))
-    return Target(
-        name=name,
+    return _target(
+        name,
+        {"controller": controller, "guard": guard},
+        {"memory": memory},
+        [("start", entries.starting(guard), ("memory",))],
+        [("step", entries.command, ("memory", "command", "report"))],
         title=title,
         period=period,
-        begin=(
-            _parameters(name, controller=controller, guard=guard),
-            Entry(
-                f"{name}_start",
-                entries.starting(guard),
-                {"controller": controller, "period": 0.0},
-                ("memory",),
-            ),
-        ),
-        steps=(
-            Entry(
-                f"{name}_step",
-                entries.command,
-                {"controller": controller, "guard": guard, "memory": memory, "measurement": first},
-                ("memory", "command", "report"),
-            ),
-        ),
         constants={"period": period},
         inputs={"measurement": measured},
         units=UNITS,
@@ -188,32 +213,19 @@ def estimator(
     inputs["current"][7], inputs["measured"][[15, 16]] = np.nan, np.inf
     guard = entries.EstimatorGuard.of(limits, on_bad)
     estimate, check = as_arrays((filter.start(0.0), guard.start()))
-    known = {"filter": filter, "guard": guard, "estimate": estimate, "check": check}
-    starting = {"filter": filter, "speed": 0.0}
-    both, told = {"filter": filter, "estimate": estimate}, ("estimate", "check")
-    return Target(
-        name="estimator",
+    told = ("estimate", "check")
+    return _target(
+        "estimator",
+        {"filter": filter, "guard": guard},
+        {"estimate": estimate, "check": check},
+        [("start", entries.tracking(guard), told)],
+        [
+            ("predict", entries.predict, (*told, "current_report")),
+            ("correct", entries.correct, (*told, "measured_report")),
+            ("friction", entries.friction, ("torque", "sigma")),
+        ],
         title="Speed and friction level of a reaction wheel from its current and tachometer",
         period=period,
-        begin=(
-            _parameters("estimator", filter=filter, guard=guard),
-            Entry("estimator_start", entries.tracking(guard), starting, told),
-        ),
-        steps=(
-            Entry(
-                "estimator_predict",
-                entries.predict,
-                {**known, "current": 0.0, "period": 0.0},
-                (*told, "current_report"),
-            ),
-            Entry(
-                "estimator_correct",
-                entries.correct,
-                {**known, "measured": 0.0, "period": 0.0},
-                (*told, "measured_report"),
-            ),
-            Entry("estimator_friction", entries.friction, both, ("torque", "sigma")),
-        ),
         constants={"period": period, "speed": -1.0},
         inputs=inputs,
         units={**UNITS, "measured": "rad/s", "torque": "N·m", "sigma": "N·m"},
@@ -223,19 +235,14 @@ def estimator(
 
 def wheel(model: Wheel, period: float) -> Target:
     """The wheel itself, dry friction and all, to simulate with."""
-    return Target(
-        name="wheel",
+    return _target(
+        "wheel",
+        {"wheel": model},
+        {},
+        [],
+        [("step", entries.move, ("speed", "resolved"))],
         title="A reaction wheel with dry friction that sticks, breaks away and crosses zero speed",
         period=period,
-        begin=(_parameters("wheel", wheel=model),),
-        steps=(
-            Entry(
-                "wheel_step",
-                entries.move,
-                {"wheel": model, "speed": 0.0, "current": 0.0, "slope": 0.0, "duration": 0.0},
-                ("speed", "resolved"),
-            ),
-        ),
         constants={"speed": -1.0, "slope": 0.0, "duration": period},
         inputs={"current": 0.1 * np.sin(0.2 * np.arange(STEPS))},
         units=UNITS,
@@ -248,33 +255,17 @@ def compensated_wheel(
     """The wheel and its compensator as one piece, to simulate with; see `compensator`."""
     guard = MeasurementGuard.of(unit.guard.sample, limits, on_bad)
     unit = unit if limits is None and on_bad == "hold" else replace(unit, guard=guard)
-    name, measured = "compensated_wheel", _measurements()
-    body = BodyMeasurement(measured.attitude, measured.rate)
-    known = {"unit": unit, "state": as_arrays(unit.start(0.0, period))}
-    first = jax.tree.map(lambda x: x[0], body)
-    return Target(
-        name=name,
+    measured = _measurements()
+    return _target(
+        "compensated_wheel",
+        {"unit": unit},
+        {"state": as_arrays(unit.start(0.0, period))},
+        [("start", entries.at_speed, ("state",))],
+        [("step", entries.carry_on, ("state", "output"))],
         title="A reaction wheel with dry friction under its compensator",
         period=period,
-        begin=(
-            _parameters(name, unit=unit),
-            Entry(
-                f"{name}_start",
-                entries.at_speed,
-                {"unit": unit, "initial_speed": 0.0, "period": 0.0},
-                ("state",),
-            ),
-        ),
-        steps=(
-            Entry(
-                f"{name}_step",
-                entries.carry_on,
-                {**known, "measurement": first},
-                ("state", "output"),
-            ),
-        ),
         constants={"period": period, "initial_speed": -1.0},
-        inputs={"measurement": body},
+        inputs={"measurement": BodyMeasurement(measured.attitude, measured.rate)},
         units=UNITS,
         on_bad=on_bad,
     )

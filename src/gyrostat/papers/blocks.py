@@ -5,6 +5,8 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import chain
 from typing import Any
 
+from gyrostat.simulation import blocks
+
 
 def in_blocks(
     cases: Sequence[Any],
@@ -29,14 +31,14 @@ def in_blocks(
     Yields:
         For each block in order, the rows without those of the filling.
     """
-    firsts = range(0, len(cases), size)
 
-    def block(first: int) -> Any:
-        rows = [min(first + k, len(cases) - 1) for k in range(size)]
-        return compute([cases[row] for row in rows])[: len(cases) - first]
+    def block(rows_and_kept: Any) -> Any:
+        rows, kept = rows_and_kept
+        return compute([cases[row] for row in rows])[:kept]
 
+    first, *others = blocks(len(cases), size)
     with ThreadPoolExecutor(threads) as pool:
-        later = pool.map(block, firsts[1:]) if threads > 1 else map(block, firsts[1:])
-        for done, found in enumerate(chain([block(0)], later), start=1):
+        later = pool.map(block, others) if threads > 1 else map(block, others)
+        for done, found in enumerate(chain([block(first)], later), start=1):
             say(f"{name}: {min(done * size, len(cases))} of {len(cases)}")
             yield found

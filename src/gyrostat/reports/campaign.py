@@ -13,6 +13,7 @@ from gyrostat.campaigns import Campaign, Scenario, Store, worst_runs
 from gyrostat.campaigns.drivers import find_drivers
 from gyrostat.campaigns.schema import RESULTS, metric_units
 from gyrostat.campaigns.summary import percentile_of
+from gyrostat.core.text import or_none
 from gyrostat.reports.campaign_run import run_page, told
 from gyrostat.reports.figures import MARK, MODEL, STYLE, svg
 from gyrostat.reports.page import render
@@ -93,8 +94,8 @@ def _content(
         metrics[name] = {
             "unit": unit,
             "runs": int(np.sum(np.isfinite(columns[name]))),
-            "percentiles": [{k: _or_none(v) for k, v in vars(p).items()} for p in found],
-            "chance_level": _or_none(float(level)),
+            "percentiles": [{k: or_none(v) for k, v in vars(p).items()} for p in found],
+            "chance_level": or_none(float(level)),
             "drivers": [
                 {
                     "key": keys[k],
@@ -126,17 +127,13 @@ def _content(
         "worst": [
             {
                 "run": run,
-                "value": _or_none(float(columns[ranked][run])),
+                "value": or_none(float(columns[ranked][run])),
                 "kept": run in kept,
             }
             for run in worst_runs(store, SHOWN, ranked)
         ],
         "engine": dict(known.engine),
     }
-
-
-def _or_none(value: float) -> float | None:
-    return value if np.isfinite(value) else None
 
 
 def told_percentile(entry: dict[str, Any], unit: str) -> tuple[str, ...]:

@@ -5,14 +5,14 @@ from gyrostat.simulation.labels import status_attributes
 from gyrostat.simulation.loop import (
     Controller,
     Histories,
+    Loop,
     Plant,
     Sensor,
     Status,
-    loop_parts,
+    control_loop,
     run,
-    run_folded,
-    stretch,
 )
+from gyrostat.simulation.runner import Runner, blocks, by_engine
 from gyrostat.simulation.simulation import Batch, labelled, simulate, stack
 
 simulate_loop = simulate
@@ -23,19 +23,21 @@ __all__ = [
     "Controller",
     "CurrentRange",
     "Histories",
+    "Loop",
     "Plant",
+    "Runner",
     "Sensor",
     "Status",
     "Telemetry",
     "bench_record",
+    "blocks",
+    "by_engine",
+    "control_loop",
     "default_range",
     "labelled",
-    "loop_parts",
     "run",
-    "run_folded",
     "simulate",
     "simulate_loop",
     "stack",
     "status_attributes",
-    "stretch",
 ]

@@ -96,32 +96,91 @@ def _finite(tree: Any) -> Bool[Array, ""]:
     return jnp.all(jnp.stack(leaves)) if leaves else jnp.array(True)
 
 
-def loop_parts(
+class Loop(NamedTuple):
+    """One run as its beginning and one control period.
+
+    Attributes:
+        begin: () -> carry before the first sample.
+        tick: (carry, k) -> (carry, what is recorded at sample k), which is `Histories` unless the
+            loop is folded.
+    """
+
+    begin: Callable[[], Any]
+    tick: Callable[[Any, Any], tuple[Any, Any]]
+
+    def folded(self, fold: Callable[[Any, Any, Any], tuple[Any, Any]], first: Any) -> "Loop":
+        """The loop with a function that takes in its samples, for runs too long to record.
+
+        Args:
+            fold: (kept so far, what is recorded at sample k, k) -> (kept, recorded instead).
+            first: Kept before the first sample.
+
+        Returns:
+            A loop whose carry is (carry of this one, kept).
+        """
+
+        def begin() -> tuple[Any, Any]:
+            return self.begin(), first
+
+        def tick(carry: tuple[Any, Any], k: Any) -> tuple[tuple[Any, Any], Any]:
+            inner, kept = carry
+            inner, row = self.tick(inner, k)
+            kept, row = fold(kept, row, k)
+            return (inner, kept), row
+
+        return Loop(begin, tick)
+
+    def scan(self, carry: Any, first: Any, length: int) -> tuple[Any, Any]:
+        """Some control periods.
+
+        Args:
+            carry: Of `begin`, or of the scan before.
+            first: Number of the first sample.
+            length: Number of samples.
+
+        Returns:
+            The carry after them, and what was recorded, with a leading axis of samples.
+        """
+
+        def step(counted, _):
+            k, carry = counted
+            carry, row = self.tick(carry, k)
+            return (k + 1, carry), row
+
+        (_, carry), rows = jax.lax.scan(step, (first, carry), length=length)
+        return carry, rows
+
+
+def control_loop(
     plant: Plant,
     controller: Controller,
     sensor: Sensor,
+    state: Any,
     key: PRNGKeyArray,
     period: Scalar,
     *,
     substeps: int = 1,
     command_delay: int = 0,
-) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """The loop as its beginning and one control period, for whoever scans it in another way.
+) -> Loop:
+    """The loop of plant, sensor and controller; pure, for `jit`, `vmap` and `jvp`.
 
     Args:
         plant: what is controlled.
         controller: gives the commands.
         sensor: gives the measurements.
+        state: of the plant at time 0.
         key: of the noise; that of sample k comes from its number alone.
         period: control period, s.
         substeps: integration steps in each.
-        command_delay: see `run`.
+        command_delay: Control periods from a sample to the start of the command made from it; until
+            the first command arrives, actuators get zero. Fields of the command that do not move
+            the plant are not delayed.
 
     Returns:
-        `begin`, state -> carry, and `tick`, (carry, k) -> (carry, `Histories` at sample k).
+        The loop. After a run has failed its state is frozen.
     """
 
-    def carry_over(state, command, time, length):
+    def stepped(state, command, time, length):
         step = length / substeps
 
         def substep(carry, k):
@@ -143,7 +202,7 @@ def loop_parts(
         diverged = ~_finite(state) | plant.diverged(state)
         return jnp.where((status == 0) & diverged, int(Status.DIVERGED), status)
 
-    def begin(state):
+    def begin():
         sensed = sensor(sensor.start(state, period), state, jax.random.fold_in(key, 0))
         memory = controller.start(period)
         _, command = jax.eval_shape(commanded, memory, sensed[1])
@@ -161,32 +220,14 @@ def loop_parts(
         goes_on = status == 0
         # what ended beyond all bounds needs many steps: a batch would wait for it to the end
         length = jnp.where(goes_on, period, 0.0)
-        after, resolved = carry_over(state, command, k * period, length)
+        after, resolved = stepped(state, command, k * period, length)
         row = Histories(state, measurement, command, plant.record(state, command), status)
         state = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), after, state)
         status = judged(state, jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status))
         sensed = sensor(sensor_memory, state, jax.random.fold_in(key, k + 1))
         return (state, sensed, memory, line, status), row
 
-    return begin, tick
-
-
-def counting(tick: Callable[..., Any]) -> Callable[..., Any]:
-    """A `tick` of `loop_parts` that carries its number too, for a scan over nothing.
-
-    Args:
-        tick: of `loop_parts`.
-
-    Returns:
-        ((k, carry), anything) -> ((k + 1, carry), `Histories` at sample k).
-    """
-
-    def step(carry, _):
-        k, inner = carry
-        inner, row = tick(inner, k)
-        return (k + 1, inner), row
-
-    return step
+    return Loop(begin, tick)
 
 
 def run(
@@ -201,75 +242,11 @@ def run(
     substeps: int = 1,
     command_delay: int = 0,
 ) -> Histories:
-    """Run the loop for `count` control periods; pure, for `jit`, `vmap` and `jvp`.
-
-    Args:
-        plant: what is controlled.
-        controller: gives the commands.
-        sensor: gives the measurements.
-        state: of the plant at time 0.
-        key: of the noise.
-        period: control period, s.
-        count: of control periods.
-        substeps: integration steps in each.
-        command_delay: Control periods from a sample to the start of the command made from it; until
-            the first command arrives, actuators get zero. Fields of the command that do not move
-            the plant are not delayed.
+    """Run the loop for `count` control periods; for the other arguments see `control_loop`.
 
     Returns:
-        Histories of `count` + 1 samples. After a run has failed its state is frozen.
+        Histories of `count` + 1 samples.
     """
-    begin, tick = loop_parts(
-        plant, controller, sensor, key, period, substeps=substeps, command_delay=command_delay
-    )
-    return jax.lax.scan(counting(tick), (jnp.array(0), begin(state)), length=count + 1)[1]
-
-
-def run_folded(
-    plant: Plant,
-    controller: Controller,
-    sensor: Sensor,
-    state: Any,
-    key: PRNGKeyArray,
-    period: Scalar,
-    *,
-    count: int,
-    fold: Callable[[Any, Scalar, Histories], Any],
-    first: Any,
-) -> Any:
-    """Run the loop and keep of it what a function takes from each sample, for long runs.
-
-    Args:
-        plant: what is controlled.
-        controller: gives the commands.
-        sensor: gives the measurements.
-        state: of the plant at time 0.
-        key: of the noise, as that of `run`.
-        period: control period, s.
-        count: of control periods.
-        fold: (kept so far, time in s, signals of this sample) -> kept.
-        first: kept before the first sample.
-
-    Returns:
-        What is kept after `count` + 1 samples.
-    """
-    begin, tick = loop_parts(plant, controller, sensor, key, period)
-
-    def folded(carry, _):
-        k, inner, kept = carry
-        inner, row = tick(inner, k)
-        return (k + 1, inner, fold(kept, k * period, row)), None
-
-    start = (jnp.array(0), begin(state), first)
-    return jax.lax.scan(folded, start, length=count + 1)[0][2]
-
-
-def stretch(count: int, longest: int) -> int:
-    """Samples in each of the fewest equal stretches of a run that are no longer than this.
-
-    Args:
-        count: of its control periods.
-        longest: samples.
-    """
-    samples = count + 1
-    return -(-samples // -(-samples // longest))
+    options = {"substeps": substeps, "command_delay": command_delay}
+    loop = control_loop(plant, controller, sensor, state, key, period, **options)
+    return loop.scan(loop.begin(), jnp.array(0), count + 1)[1]

@@ -1,11 +1,13 @@
 """Simulate one run or a batch; labelled histories."""
 
+import warnings
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import numpy as np
 
+from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import declared_units
@@ -16,15 +18,19 @@ from gyrostat.simulation.labels import (
     status_attributes,
     with_coordinates,
 )
-from gyrostat.simulation.loop import Controller, Histories, Plant, Sensor, Status, run
-from gyrostat.simulation.native import fly_in_lanes
+from gyrostat.simulation.loop import (
+    Controller,
+    Histories,
+    Loop,
+    Plant,
+    Sensor,
+    Status,
+    control_loop,
+)
+from gyrostat.simulation.runner import LONGEST, Runner, by_engine
 
 if TYPE_CHECKING:
     import xarray as xr
-
-ENGINES = ("jax", "lanes", "auto")
-LANES = 64
-"""Runs that are carried together: more do not run faster, and progress is told between them."""
 
 
 class Batch(eqx.Module):
@@ -97,23 +103,8 @@ def _refuse_other_counts(name: str, item: Any, runs: int | None) -> None:
             )
 
 
-@eqx.filter_jit
-def _one(items, key, period, counts) -> Histories:
-    plant, controller, sensor, start = items
-    return run(plant, controller, sensor, start, key, period, **counts)
-
-
-@eqx.filter_jit
-def _many(items, keys, period, counts) -> Histories:
-    axes = tuple(eqx.if_array(0) if isinstance(item, Batch) else None for item in items)
-
-    def single(items, key):
-        plant, controller, sensor, start = (
-            item.items if isinstance(item, Batch) else item for item in items
-        )
-        return run(plant, controller, sensor, start, key, period, **counts)
-
-    return eqx.filter_vmap(single, in_axes=(axes, 0))(items, keys)
+def _loop(plant, controller, sensor, start, period, counts, key) -> Loop:
+    return control_loop(plant, controller, sensor, start, key, period, **counts)
 
 
 def _whole(value: float, part: float, names: tuple[str, str]) -> int:
@@ -166,8 +157,8 @@ def simulate(
         seed: of the noise.
         runs: number of runs; None for a single one. Of plant, controller, sensor and start each may
             be one for all, or one for each as `stack` joins them.
-        engine: "jax"; "lanes" of C, which the C compiler of this machine makes: long runs and many
-            are flown sooner, and agree with JAX's to rounding; or "auto", lanes where they can be.
+        engine: "jax"; "native", compiled C with one run in each SIMD lane, which is faster for long
+            runs and for many and agrees with JAX's to rounding; or "auto", native where it can run.
         on_progress: called with the runs done and the runs in all.
 
     Returns:
@@ -189,7 +180,7 @@ def simulate(
         raise InputError(f"runs: found {runs}, expected 1 or more")
     if command_delay < 0:
         raise InputError(f"command delay: found {command_delay} periods, expected 0 or more")
-    counts = {"count": count, "substeps": substeps, "command_delay": command_delay}
+    counts = {"substeps": substeps, "command_delay": command_delay}
     check_parts(plant, controller, sensor)
     check_period(control_period, plant, controller, sensor)
     if not all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(start)):
@@ -200,51 +191,31 @@ def simulate(
     items = jax.tree.map(_as_leaf, (plant, controller, sensor, start))
     for name, item in zip(("plant", "controller", "sensor", "start"), items, strict=True):
         _refuse_other_counts(name, item, runs)
-    if engine not in ENGINES:
-        raise InputError(f"engine: found {engine!r}, expected one of {', '.join(ENGINES)}")
-    base = jax.random.key(seed)
-    keys = base[None] if runs is None else jax.random.split(base, runs)
-    histories = None
-    if engine != "jax":
-        histories = _flown_in_lanes(engine, items, keys, control_period, counts)
-    if histories is not None:
-        if on_progress is not None and runs is not None:
-            on_progress(runs, runs)
-    elif runs is None:
-        found = _one(items, keys[0], control_period, counts)
-        histories = jax.tree.map(lambda x: np.asarray(x)[None], found)
-    else:
-        blocks = []
-        for first in range(0, runs, LANES):
-            # the last block is filled up with its last run, so that one size is compiled
-            rows = np.minimum(np.arange(first, first + min(LANES, runs)), runs - 1)
-            picked = tuple(
-                jax.tree.map(lambda x: x[rows] if eqx.is_array(x) else x, item)  # noqa: B023
-                if isinstance(item, Batch)
-                else item
-                for item in items
-            )
-            block = _many(picked, keys[rows], control_period, counts)
-            kept = min(LANES, runs - first)
-            blocks.append(jax.tree.map(lambda x: np.asarray(x)[:kept], block))  # noqa: B023
-            if on_progress is not None:
-                on_progress(first + kept, runs)
-        histories = jax.tree.map(lambda *x: np.concatenate(x), *blocks)
+    engine = engine_named(
+        engine, lambda text: warnings.warn(text, DeprecationWarning, stacklevel=4)
+    )
+    key = jax.random.key(seed)
+
+    def flown(engine: str) -> Histories:
+        native = engine == "native"
+        keys = key if runs is None else jax.random.split(key, runs)
+        keys = keys[None] if native and runs is None else keys
+        own = (*(isinstance(item, Batch) for item in items), False, False, keys.ndim > 0)
+        plain = (item.items if isinstance(item, Batch) else item for item in items)
+        runner = Runner(_loop, own, count, engine=engine, longest=LONGEST if native else None)
+        number = 1 if native and runs is None else runs
+        found = runner.records(
+            *plain,
+            *(control_period, counts, keys),
+            runs=number,
+            on_progress=None if runs is None else on_progress,
+        )
+        return found if keys.ndim else jax.tree.map(lambda leaf: leaf[None], found)
+
+    histories = by_engine(engine, flown)
     _refuse_bad_commands(histories, controller, control_period, runs)
     dataset = labelled(histories, control_period)
     return dataset if runs is not None else dataset.isel(run=0)
-
-
-def _flown_in_lanes(engine, items, keys, period, counts) -> Histories | None:
-    """Histories of the runs; None where lanes cannot be and need not."""
-    own = tuple(isinstance(item, Batch) for item in items)
-    plain = tuple(item.items if isinstance(item, Batch) else item for item in items)
-    try:
-        return fly_in_lanes(plain, own, keys, period, counts)
-    except InputError:
-        if engine == "lanes":
-            raise
-        return None
 
 
 def _refuse_bad_commands(histories: Histories, controller: Any, period: float, runs: int | None):

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Say, silent, to_stderr, whole_numbers
 
@@ -33,7 +34,7 @@ def simulate(
         out: netCDF file RUN.nc for the histories, and RUN.html beside it; None writes no file.
         seed: seed of the noise.
         device: "cpu", or "gpu" where JAX sees one.
-        engine: "lanes" (compiled C), "jax", or "auto": lanes where there is a C compiler.
+        engine: "native" (compiled C), "jax", or "auto": native if there is a C compiler.
         force: whether to replace files that gyrostat did not write, and to take wheels that are
             marked as impossible.
         say: called with each line for a person.
@@ -57,7 +58,7 @@ def simulate(
             raise InputError(f"--out: found {str(path)!r}, expected a name that ends in .nc")
         names = (path.name, path.with_suffix(".html").name)
         check_outputs(path.parent, names, by="simulate", force=force)
-    _check_engine(engine)
+    engine = engine_named(engine, say, "--engine")
     _check_device(device)
     use_engine(engine_record(device, FLAGS[device]))
     from gyrostat.campaigns.engine import fly
@@ -65,8 +66,7 @@ def simulate(
 
     found = _scenario(scenario, force=force)
     say(f"flying {found.name}: {found.duration:g} s")
-    text = found.text()
-    flown = fly(text, seed, None, keep=[0], engine=chosen_engine(engine, text, device, say))
+    flown = fly(found, seed, None, keep=[0], engine=chosen_engine(engine, found, device, say))
     if path is not None:
         from gyrostat.reports.campaign_run import write_run
 
@@ -107,7 +107,7 @@ def campaign(
         workers: worker processes; None: one for each core.
         scheduler: address of a Dask scheduler, in place of local processes.
         device: "cpu", or "gpu" where JAX sees one.
-        engine: "lanes" (compiled C), "jax", or "auto": lanes where there is a C compiler.
+        engine: "native" (compiled C), "jax", or "auto": native if there is a C compiler.
         block: runs in a block; results do not depend on it.
         keep: numbers of runs whose histories are kept.
         worst: number of worst runs whose histories are kept too.
@@ -133,7 +133,7 @@ def campaign(
     if out is not None:
         check_writable(Path(out))
     _check_device(device)
-    _check_engine(engine)
+    engine = engine_named(engine, say, "--engine")
     found = _scenario(scenario, force=force)
     if not found.dispersions:
         place = scenario if isinstance(scenario, str | Path) else found.name

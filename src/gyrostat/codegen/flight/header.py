@@ -9,23 +9,25 @@ from enum import IntEnum
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.identifiers import comment
 from gyrostat.codegen.flight.module import Entry, Port, by_address
-from gyrostat.codegen.flight.structs import Struct, documented
+from gyrostat.codegen.flight.structs import Leaf, Struct, documented
 from gyrostat.codegen.flight.write import WIDTH
+
+
+def declaration(content: Leaf | Struct, name: str, dialect: Dialect) -> str:
+    """Declaration of a variable, without a semicolon."""
+    if isinstance(content, Struct):
+        return f"{content.name} {name}"
+    return dialect.type_of(content.kind) + f" {name}" + "".join(f"[{n}]" for n in content.shape)
 
 
 def prototype(entry: str, ports: Sequence[Port], dialect: Dialect) -> str:
     """How an entry is declared."""
     parameters = []
     for port in ports:
-        content, constant = port.content, "" if port.set else "const "
-        if isinstance(content, Struct):
-            parameters.append(f"{constant}{content.name} *{port.name}")
-        elif content.shape:
-            size = "".join(f"[{count}]" for count in content.shape)
-            parameters.append(f"{constant}{dialect.type_of(content.kind)} {port.name}{size}")
-        else:
-            address = "*" if by_address(port) else ""
-            parameters.append(f"{dialect.type_of(content.kind)} {address}{port.name}")
+        by_value = isinstance(port.content, Leaf) and not (port.content.shape or port.set)
+        constant = "" if port.set or by_value else "const "
+        address = "*" if by_address(port) else ""
+        parameters.append(constant + declaration(port.content, address + port.name, dialect))
     return wrapped(f"int {entry}({', '.join(parameters)})")
 
 
@@ -66,12 +68,8 @@ def header(
         lines += _comment(struct.meaning, "")
         lines.append("typedef struct {")
         for member in struct.members:
-            content = member.content
-            kind = content.name if isinstance(content, Struct) else dialect.type_of(content.kind)
-            shape = () if isinstance(content, Struct) else content.shape
-            size = "".join(f"[{count}]" for count in shape)
             lines += _comment(member.meaning, "    ")
-            lines.append(f"    {kind} {member.name}{size};")
+            lines.append(f"    {declaration(member.content, member.name, dialect)};")
         lines += [f"}} {struct.name};", ""]
     for entry, ports in entries:
         lines += _comment(

@@ -66,5 +66,17 @@ class Module:
 
 
 def by_address(port: Port) -> bool:
-    """Whether a single number is passed by its address, as C sets it."""
-    return isinstance(port.content, Leaf) and not port.content.shape and port.set
+    """Whether an argument is passed by its address: a struct, and a number that C sets."""
+    return isinstance(port.content, Struct) or (not port.content.shape and port.set)
+
+
+def call(module: Module, entry: str, place: str = "") -> str:
+    """A call of an entry, each argument of a variable of its name, as an expression.
+
+    Args:
+        module: Of the entry.
+        entry: Its name.
+        place: How C gets to the variables, "values->" for members of a struct.
+    """
+    given = (f"{'&' if by_address(p) else ''}{place}{p.name}" for p in module.ports[entry])
+    return f"{entry}({', '.join(given)})"

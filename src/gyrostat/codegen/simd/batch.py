@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from gyrostat.codegen import Lowering, prune
 from gyrostat.codegen.program import Function, Name, Operand, Table
-from gyrostat.codegen.simd.batch_scope import WIDE, numbers, wide_kind
+from gyrostat.codegen.simd.batch_scope import BATCH, batch_kind, numbers
 from gyrostat.codegen.simd.compiler import library
 from gyrostat.codegen.simd.module import module
-from gyrostat.codegen.simd.rarely_taken import seldom
+from gyrostat.codegen.simd.rarely_taken import branch_rarely_taken
 from gyrostat.codegen.simd.simplify import simplify
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -138,7 +138,7 @@ def lanes(
         raise InputError("own: found no argument that runs have of their own, expected one or more")
     traced, shapes = jax.make_jaxpr(function, return_shape=True)(*single)
     inputs = [_named(variable.aval) for variable in traced.jaxpr.invars]
-    lowering, body = Lowering(WIDE), []
+    lowering, body = Lowering(BATCH), []
     made = lowering.graph(traced, inputs, body)
     flagged = jax.tree.leaves(
         jax.tree.map(lambda flag, tree: jax.tree.map(lambda _: flag, tree), on_demand, shapes)
@@ -164,7 +164,7 @@ def lanes(
         "fly", split[False] + split[True], body, results, rows=[table for table, _ in rows]
     )
     prune([program], [program])
-    seldom(program)
+    branch_rarely_taken(program)
     simplify(program)
     prune([program], [program])
     text = module(program, *split, [demand for _, demand in rows])
@@ -192,7 +192,7 @@ def _whole(leaf: Any) -> Any:
 
 
 def _named(shape: Any) -> NDArray[Any]:
-    kind = wide_kind(shape.dtype)
+    kind = batch_kind(shape.dtype)
     if kind is None:
         raise InputError(f"argument: found numbers of type {shape.dtype}, expected float64 ones")
     names = np.empty(shape.shape, dtype=object)
@@ -231,28 +231,3 @@ def _numbers(words: Words, dtype: Any) -> Any:
 
 def _word(dtype: Any) -> type[np.number]:
     return np.float64 if dtype == np.float64 else np.int64
-
-
-class Batched:
-    """A function of one run for many: in lanes where that can be, else by `jit` and `vmap`.
-
-    It is compiled for the shapes of its first arguments.
-
-    Attributes:
-        function: of trees of arrays, to a tree of arrays.
-        own: for each argument whether each run has one of its own, with a leading axis.
-    """
-
-    def __init__(self, function: Callable[..., Any], own: Sequence[bool]) -> None:
-        self.function, self.own = function, tuple(own)
-        self._made: Callable[..., Any] | None = None
-
-    def __call__(self, *arguments: Any) -> Any:
-        """The results of all runs, with a leading axis."""
-        if self._made is None:
-            try:
-                self._made = lanes(self.function, self.own, arguments)
-            except InputError:
-                axes = tuple(0 if own else None for own in self.own)
-                self._made = jax.jit(jax.vmap(self.function, axes))
-        return self._made(*arguments)

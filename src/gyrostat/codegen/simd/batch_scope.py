@@ -18,7 +18,7 @@ NARROW = {np.dtype(np.uint32): "to_word", np.dtype(np.int32): "to_half"}
 """What keeps numbers of 32 bits within them."""
 
 
-def wide_kind(dtype: Any) -> Kind | None:
+def batch_kind(dtype: Any) -> Kind | None:
     """The kind of number of an array type; a random key of Threefry is 64 bits."""
     if dtype in (np.uint32, np.uint64) or str(dtype) == "key<fry>":
         return "bits"
@@ -68,8 +68,8 @@ def _bitcast(build: Builder, array: Scalars) -> Scalars:
     return build.apply(NARROW.get(after) or f"as_{build.scope.kind(build.target)}", array)
 
 
-WIDE = Scope(
-    kind_of=wide_kind,
+BATCH = Scope(
+    kind_of=batch_kind,
     rules={
         "bitcast_convert_type": _bitcast,
         "erf_inv": lambda build, array: build.apply("erf_inv", array),

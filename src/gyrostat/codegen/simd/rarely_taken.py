@@ -29,8 +29,8 @@ _LEAST = 12
 """Operations that a branch must save to be worth its test."""
 
 
-def seldom(function: Function) -> None:
-    """Move into branches, in place, what is seldom needed."""
+def branch_rarely_taken(function: Function) -> None:
+    """Move into branches, in place, what few lanes need."""
     moving = _Moving(function)
     function.body = moving.block(function.body)
 
@@ -54,29 +54,29 @@ class _Moving:
         return block
 
     def _groups(self, block: Block) -> list[dict[Name, Assign]]:
-        """Selects with a seldom side that are of one operation on arrays, by their targets."""
+        """Selects with a rarely taken side, those of one operation on arrays together."""
         found: dict[int, dict[Name, Assign]] = {}
         for statement in block:
             if (
                 isinstance(statement, Assign)
                 and statement.operation == "select"
-                and self._is_seldom(statement.operands[0])
+                and self._is_rare(statement.operands[0])
             ):
                 found.setdefault(statement.target.group, {})[statement.target] = statement
         return list(found.values())
 
-    def _is_seldom(self, test: Operand) -> bool:
+    def _is_rare(self, test: Operand) -> bool:
         made = self._assigned.get(test)
         if made is None:
             return False
         if made.operation == "and":
-            return any(self._is_seldom(part) for part in made.operands)
+            return any(self._is_rare(part) for part in made.operands)
         if made.operation == "or":
-            return all(self._is_seldom(part) for part in made.operands)
+            return all(self._is_rare(part) for part in made.operands)
         return made.operation == "eq" and made.operands[0].kind == "real"
 
     def _without(self, block: Block, selects: Mapping[Name, Assign]) -> Block:
-        """A block in which what only the seldom sides of selects need is a branch before them."""
+        """A block with a branch that computes what only the rarely taken sides of selects need."""
         places = {s.target: place for place, s in enumerate(block) if isinstance(s, Assign)}
         selects = {target: s for target, s in selects.items() if target in places}
         if not selects:  # they have moved with another
@@ -117,7 +117,7 @@ class _Moving:
         sides: Container[Operand],
         taken: set[Name | Table],
     ) -> bool:
-        """Whether a statement's target leads to the seldom sides of selects and nowhere else."""
+        """Whether only the rarely taken sides of selects depend on a statement."""
         target = statement.target
         users = self._uses.get(target, set())
         if not users or target in self._results or not users <= taken:

@@ -10,7 +10,7 @@ sign, and divisors beyond 2^1022 count as infinite.
 from collections import Counter
 from collections.abc import Sequence
 
-from gyrostat.codegen.dependencies import Needs, reached
+from gyrostat.codegen.dependencies import Dependencies, reached
 from gyrostat.codegen.program import (
     Assign,
     Block,
@@ -46,7 +46,7 @@ def simplify(function: Function) -> None:
 
 def _exact(function: Function) -> set[Name | Table]:
     """What is made whole: there the last bit of a quotient decides, as in floor(t / step)."""
-    steps, made_whole = Needs([function]).of, []
+    steps, made_whole = Dependencies([function]).of, []
     for statement in statements(function.body):
         match statement:
             case Assign(target, operation, operands) if operation not in _ARITHMETIC:

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import numpy as np
 
-from gyrostat.codegen.simd.batch import Batched
 from gyrostat.control import FirstOrderLags, SafeFrit, TwoWheelPointing
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
@@ -18,7 +17,7 @@ from gyrostat.estimation import SteadyAttitudeEstimate, SteadyAttitudeFilter
 from gyrostat.papers.blocks import in_blocks
 from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import AS_KNOWN, Case
 from gyrostat.papers.endo_sekiguchi_nonaka.setup import PERIOD, REQUIRED, fixed, tuned
-from gyrostat.simulation import run_folded, stack
+from gyrostat.simulation import Runner, by_engine, control_loop, stack
 
 BLOCK = 64
 """Runs that are simulated together by one thread."""
@@ -135,23 +134,17 @@ def _fold(kept, time, row, judged_from):
     )
 
 
-def _flights(controller: Any, count: int) -> Batched:
-    """Runs of a controller: (plant, start, sensor, key of the noise, judged from) of each."""
+def _runner(controller: Any, count: int, judged_from: float, engine: str) -> Runner:
+    """Runs of a controller: (plant, start, sensor, key of the noise) of each."""
 
-    def single(plant, start, sensor, key, judged_from):
-        return run_folded(
-            plant,
-            controller,
-            sensor,
-            start,
-            key,
-            PERIOD,
-            count=count,
-            fold=lambda kept, time, row: _fold(kept, time, row, judged_from),
-            first=(jnp.zeros(()),) * 4,
+    def make(plant, start, sensor, key):
+        loop = control_loop(plant, controller, sensor, start, key, PERIOD)
+        return loop.folded(
+            lambda kept, row, k: (_fold(kept, k * PERIOD, row, judged_from), None),
+            (jnp.zeros(()),) * 4,
         )
 
-    return Batched(single, (True, True, True, True, False))
+    return Runner(make, (True,) * 4, count, engine=engine)
 
 
 def evaluate(
@@ -171,21 +164,26 @@ def evaluate(
         block_size: runs that are simulated together.
         say: called after each block.
     """
-    flights = _flights(candidate.make(), round(candidate.duration / PERIOD))
+    controller, count = candidate.make(), round(candidate.duration / PERIOD)
     judged_from = candidate.duration - candidate.judged
     # not a split, whose keys may depend on how many there are
     keys = jax.vmap(jax.random.fold_in, (None, 0))(jax.random.key(seed), jnp.arange(len(cases)))
 
     runs = list(zip(cases, keys, strict=True))
 
-    def block(some: list[tuple[Case, Any]]) -> np.ndarray:
-        plants, starts, sensors = (
-            stack([getattr(case, name) for case, _ in some]).items
-            for name in ("plant", "start", "sensor")
-        )
-        own = jnp.stack([key for _, key in some])
-        return np.stack(flights(plants, starts, sensors, own, judged_from), axis=1)
+    def simulated(engine: str) -> list[np.ndarray]:
+        runner = _runner(controller, count, judged_from, engine)
 
-    name = f"{candidate.name}, runs of {candidate.duration:g} s"
-    found = in_blocks(runs, block_size, block, say=say, name=name, threads=THREADS)
-    return Outcome(*np.concatenate(list(found)).T)
+        def block(some: list[tuple[Case, Any]]) -> np.ndarray:
+            plants, starts, sensors = (
+                stack([getattr(case, name) for case, _ in some]).items
+                for name in ("plant", "start", "sensor")
+            )
+            own = jnp.stack([key for _, key in some])
+            (((_, kept), _),) = runner.chunks(plants, starts, sensors, own)
+            return np.stack(kept, axis=1)
+
+        name = f"{candidate.name}, runs of {candidate.duration:g} s"
+        return list(in_blocks(runs, block_size, block, say=say, name=name, threads=THREADS))
+
+    return Outcome(*np.concatenate(by_engine("auto", simulated)).T)

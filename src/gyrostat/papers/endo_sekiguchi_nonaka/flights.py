@@ -11,7 +11,7 @@ from jaxtyping import PRNGKeyArray
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jnp
 from gyrostat.papers.endo_sekiguchi_nonaka import setup
-from gyrostat.simulation import simulate, stack
+from gyrostat.simulation import blocks, simulate, stack
 from gyrostat.spacecraft import GyrostatState, SpacecraftMeasurement, SpeedDrivenSpacecraft
 
 if TYPE_CHECKING:
@@ -139,12 +139,10 @@ def flown(
         duration: s.
     """
     pairs = list(zip(cases, controllers, strict=True))
-    size = min(BLOCK, len(pairs))
-    for first in range(0, len(pairs), size):
-        # the last block is filled up with its last run, so that one size is compiled
-        block = [pairs[min(first + k, len(pairs) - 1)] for k in range(size)]
-        runs = _simulated(block, duration)
-        yield from (_flight(runs.isel(run=k)) for k in range(min(size, len(pairs) - first)))
+    # the last block is filled up with its last run, so that one size is compiled
+    for rows, kept in blocks(len(pairs), min(BLOCK, len(pairs))):
+        runs = _simulated([pairs[row] for row in rows], duration)
+        yield from (_flight(runs.isel(run=k)) for k in range(kept))
 
 
 def _simulated(pairs: Sequence[tuple[Case, Any]], duration: float) -> "xr.Dataset":

@@ -1,0 +1,52 @@
+"""What a scenario may name, and the numbers that it has then."""
+
+from collections.abc import Mapping
+
+from gyrostat.campaigns.components import (
+    COMPENSATORS,
+    ENVIRONMENTS,
+    ESTIMATORS,
+    SENSORS,
+    Component,
+)
+from gyrostat.campaigns.controllers import CONTROLLERS
+from gyrostat.campaigns.scenario import INERTIA, Scenario
+from gyrostat.campaigns.schema import (
+    GUARD,
+    METRICS,
+    RUN,
+    START,
+    WHEEL_ALL,
+    Key,
+    event_keys,
+    friction_keys,
+)
+from gyrostat.campaigns.schema import INERTIA as INERTIA_KEY
+from gyrostat.wheel.friction import FRICTION_MODELS
+
+KINDS: Mapping[str, Mapping[str, Component]] = {
+    "controller": CONTROLLERS,
+    "compensator": COMPENSATORS,
+    "sensors": SENSORS,
+    "estimator": ESTIMATORS,
+    "environment": ENVIRONMENTS,
+}
+"""Section of a scenario file -> what its `kind` may name."""
+
+
+def numbers_of(scenario: Scenario) -> dict[str, Key]:
+    """Full key -> entry, of every number that a scenario of these kinds may have."""
+    friction = FRICTION_MODELS[scenario.friction].dimensions()
+    sections: dict[str, Mapping[str, Key]] = {
+        "body.inertia": dict.fromkeys(INERTIA, INERTIA_KEY),
+        **{f"wheel.{w}": {**friction_keys(friction), **WHEEL_ALL} for w in scenario.wheels},
+        **{"run": RUN, "start": START, "metrics": METRICS, "guard": GUARD},
+        **{section: kinds[getattr(scenario, section)].keys for section, kinds in KINDS.items()},
+        **{f"event.{e.name}": event_keys(e.kind, e.sensor, friction) for e in scenario.events},
+    }
+    return {
+        end: entry
+        for section, keys in sections.items()
+        for name, entry in keys.items()
+        for end in entry.ends(f"{section}.{name}")
+    }

@@ -1,0 +1,230 @@
+"""The runner: one run or a batch, whole or in chunks of time, by XLA or by the native engine."""
+
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.codegen.simd.batch import Lanes, lanes
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.simulation.loop import Loop
+
+LANES = 64
+"""Runs that XLA carries together: more do not run faster, and progress is told between them."""
+LONGEST = 2000
+"""Most samples in a chunk of the native engine, whose samples are in memory in lanes."""
+MOST = 32
+"""Programs of the native engine that are kept."""
+_NATIVE: dict[Any, tuple[Lanes | None, Lanes]] = {}
+
+
+def by_engine(engine: str, attempt: Callable[[str], Any]) -> Any:
+    """What an attempt gives with an engine; by "auto" JAX where the native engine cannot run.
+
+    Raises:
+        InputError: The attempt fails.
+    """
+    if engine == "auto":
+        with contextlib.suppress(InputError):
+            return attempt("native")
+        engine = "jax"
+    return attempt(engine)
+
+
+class Runner:
+    """Runs a loop for one run or for many.
+
+    Numbers that are Python's are compiled in by XLA and are parameters of the native engine.
+
+    Args:
+        make: Arguments of one run -> its loop; compiled programs are kept for each such function.
+        own: For each argument whether each run has one of its own, with a leading axis; where none
+            has, there is a single run and results have no axis of runs.
+        count: Control periods.
+        engine: "jax" or "native", which takes batches alone.
+        longest: Most samples in a chunk; None for a single chunk.
+        on_demand: A tree, or the beginning of one, as what the loop records: whether it is given
+            for the runs that are asked for alone. Needs chunks of more than 64 samples.
+
+    Attributes:
+        starts: Number of the first sample of each chunk.
+        length: Samples in a chunk.
+    """
+
+    def __init__(
+        self,
+        make: Callable[..., Loop],
+        own: Sequence[bool],
+        count: int,
+        *,
+        engine: str = "jax",
+        longest: int | None = None,
+        on_demand: Any = False,
+    ) -> None:
+        self._make, self._own, self._engine, self._on_demand = make, tuple(own), engine, on_demand
+        self._samples = count + 1
+        # the fewest chunks of one length
+        chunks = 1 if longest is None else -(-self._samples // longest)
+        self.length = -(-self._samples // chunks)
+        self.starts = range(0, self._samples, self.length)
+
+    def chunks(
+        self, *arguments: Any, carry: Any = None, asked: Sequence[int] = ()
+    ) -> Iterator[tuple[Any, Any]]:
+        """Run chunk after chunk; the last one may go on beyond the last sample.
+
+        Args:
+            arguments: Of all runs.
+            carry: Of all runs at their beginning, if it is known.
+            asked: Numbers of the runs whose records on demand are wanted.
+
+        Yields:
+            The carry after the chunk, and what it has recorded, with axes (run, sample).
+
+        Raises:
+            InputError: The native engine cannot run this loop; the message names the line of
+                Python.
+        """
+        if self._engine == "native":
+            beginning, chunk = self.compiled(*arguments, carry=carry)
+            arrays, _ = eqx.partition(arguments, _is_number)
+            carry = carry if beginning is None else beginning(*arrays)
+            for first in self.starts:
+                carry, rows = chunk(carry, first, *arrays, asked=asked)
+                yield carry, rows
+            return
+        for first in self.starts:
+            carry, rows = _chunk(
+                *(self._make, self._own, self.length),
+                *(carry, jnp.asarray(first), arguments),
+            )
+            yield carry, self._picked(rows, asked)
+
+    def records(
+        self,
+        *arguments: Any,
+        runs: int | None = None,
+        on_progress: Callable[[int, int], None] | None = None,
+    ) -> Any:
+        """What the loop records at every sample of every run.
+
+        Args:
+            arguments: Of all runs.
+            runs: Number of runs; None for a single one, of which no argument has an axis of runs.
+            on_progress: Called with the runs done and the runs in all.
+
+        Returns:
+            Records with axes (run, sample), (sample,) for a single run.
+        """
+        if runs is None:
+            ((_, rows),) = self.chunks(*arguments)
+            return rows
+        parts, done = [], 0
+        for rows, kept in blocks(runs, runs if self._engine == "native" else min(LANES, runs)):
+            picked = [
+                jax.tree.map(lambda leaf: leaf[rows] if eqx.is_array(leaf) else leaf, part)  # noqa: B023
+                if each and len(rows) < runs
+                else part
+                for each, part in zip(self._own, arguments, strict=True)
+            ]
+            found = [row for _, row in self.chunks(*picked)]
+            parts.append(
+                jax.tree.map(
+                    lambda *leaves: np.concatenate(leaves, axis=1)[:kept, : self._samples],  # noqa: B023
+                    *found,
+                )
+            )
+            done += kept
+            if on_progress is not None:
+                on_progress(done, runs)
+        return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
+
+    def compiled(self, *arguments: Any, carry: Any = None) -> tuple[Lanes | None, Lanes]:
+        """Programs of the native engine: the beginning, None where the carry is given; a chunk.
+
+        Raises:
+            InputError: There is no compiler, or the loop has something that it does not know.
+        """
+        arrays, static = eqx.partition(arguments, _is_number)
+        leaves, tree = jax.tree.flatten(static)
+        shapes = [
+            (np.shape(leaf)[each:], str(getattr(leaf, "dtype", float)))
+            for each, part in zip(self._own, arrays, strict=True)
+            for leaf in jax.tree.leaves(part)
+        ]
+        # what is None may be an array elsewhere, and 1 equals True
+        kind = (
+            *(self._make, self._own, self.length, self._on_demand, carry is None, tree),
+            *(jax.tree.structure(arrays), tuple(leaves), tuple(map(type, leaves)), *shapes),
+        )
+        if kind not in _NATIVE:
+            if len(_NATIVE) >= MOST:
+                del _NATIVE[next(iter(_NATIVE))]
+            _NATIVE[kind] = self._compile(arrays, static, carry)
+        return _NATIVE[kind]
+
+    def _compile(self, arrays: Any, static: Any, carry: Any) -> tuple[Lanes | None, Lanes]:
+        def begin(*parts):
+            return self._make(*eqx.combine(parts, static)).begin()
+
+        def chunk(carry, first, *parts):
+            return self._make(*eqx.combine(parts, static)).scan(carry, first, self.length)
+
+        beginning = None
+        if carry is None:
+            beginning = lanes(begin, self._own, arrays)
+            carry = beginning(*arrays)
+        on_demand = (False, self._on_demand)
+        own = (True, False, *self._own)
+        return beginning, lanes(chunk, own, (carry, 0, *arrays), on_demand=on_demand)
+
+    def _picked(self, rows: Any, asked: Sequence[int]) -> Any:
+        """Records without those on demand of the runs that are not asked for."""
+
+        def pick(flag: bool, part: Any) -> Any:
+            if not flag:
+                return jax.tree.map(np.asarray, part)
+            if not asked:
+                return jax.tree.map(lambda leaf: np.empty((0, *leaf.shape[1:]), leaf.dtype), part)
+            return jax.tree.map(lambda leaf: np.asarray(leaf)[np.asarray(asked)], part)
+
+        return jax.tree.map(pick, self._on_demand, rows)
+
+
+def blocks(runs: int, size: int) -> Iterator[tuple[NDArray[np.int64], int]]:
+    """Numbers of runs in blocks of one size, so that one size is compiled.
+
+    Args:
+        runs: Number of runs.
+        size: Runs in a block.
+
+    Yields:
+        The numbers of a block, the last one filled up with the last run, and how many of them
+        count.
+    """
+    for first in range(0, runs, size):
+        yield np.minimum(np.arange(first, first + size), runs - 1), min(size, runs - first)
+
+
+def _is_number(leaf: Any) -> bool:
+    return isinstance(leaf, float) or hasattr(leaf, "dtype")
+
+
+@eqx.filter_jit
+def _chunk(make, own, length, carry, first, arguments):
+    """A chunk by XLA; without a carry the first one, with the beginning in the same program."""
+
+    def chunk(carry, *given):
+        loop = make(*given)
+        if carry is None:
+            return loop.scan(loop.begin(), jnp.array(0), length)
+        return loop.scan(carry, first, length)
+
+    if not any(own):
+        return chunk(carry, *arguments)
+    axes = tuple(eqx.if_array(0) if each else None for each in (True, *own))
+    return eqx.filter_vmap(chunk, in_axes=axes)(carry, *arguments)
