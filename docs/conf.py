@@ -43,7 +43,7 @@ autodoc_typehints_format = "short"
 
 html_theme = "furo"
 html_static_path = ["_static"]
-html_css_files = ["equations.css"]
+html_css_files = ["equations.css", "pages.css"]
 html_title = f"gyrostat {release}"
 
 html_math_renderer = "mathml"

@@ -168,8 +168,8 @@ READY = {
     ),
 }
 """File in examples/scenarios -> content."""
-ABSENT = """Some models of the papers are not available in scenarios: bristle friction (LuGre), which
-is supported on a bench but not on a spacecraft; torques without wheels (Carvalho and Fenili);
+ABSENT = """Some models of the papers are not available in scenarios: bristle friction (LuGre),
+which is supported on a bench but not on a spacecraft; torques without wheels (Carvalho and Fenili);
 wheels on a single axis; ideal speed-commanded wheels. `gyrostat reproduce` simulates the papers
 themselves.
 """
@@ -291,11 +291,11 @@ def page():
         "## [[event]]",
         "",
         "Each event has a unique `name` and a `kind`; all kinds except a slew and sensor faults "
-        "have a `wheel` (by name). A wheel can have one friction step and one other event. `target` is a "
-        "quaternion, scalar first. `sensor` is a measured field: `attitude`, `rate` or "
-        "`wheel_speed`. Name an `axis` (`x`, `y`, `z`) of `rate` or a `wheel` of `wheel_speed` to "
-        "affect only this element. A sensor may have several faults. `magnitude` of a spike is in "
-        "the unit of the field.",
+        "have a `wheel` (by name). A wheel can have one friction step and one other event. "
+        "`target` is a quaternion, scalar first. `sensor` is a measured field: `attitude`, `rate` "
+        "or `wheel_speed`. Name an `axis` (`x`, `y`, `z`) of `rate` or a `wheel` of `wheel_speed` "
+        "to affect only this element. A sensor may have several faults. `magnitude` of a spike is "
+        "in the unit of the field.",
         "",
     ]
     for kind, (meaning, keys) in EVENTS.items():

@@ -1,9 +1,9 @@
 """Infeasibility certificate: a lower bound on the body rate, and the dwell time.
 
-Let b = R'H0 be the total momentum in body axes and z the momentum of the wheels. The body rate is w
-= J^-1 (b - z). Let s(v) be the largest v.z over all z that the wheels can have (the support
-function of the momentum envelope). A direction v is a certificate, since v.(J w) = v.b - v.z >= v.b
-- s(v) and hence
+Let b = R'H0 be the total momentum in body axes and z the momentum of the wheels. The body rate is
+w = J^-1 (b - z). Let s(v) be the largest v.z over all z that the wheels can have (the support
+function of the momentum envelope). Every direction v is a certificate: since
+v.(J w) = v.b - v.z >= v.b - s(v),
 
     |w| >= (v.b - s(v)) / |J v|
 

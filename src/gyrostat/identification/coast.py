@@ -114,7 +114,7 @@ def find_coasts(record: Record, noise: float) -> list[Coast]:
 
 
 def _start(coasts: Sequence[Coast]) -> Vector:
-    """B/J, c/J and the initial speeds by linear regression on the integrated equation of motion."""
+    """Ratios b/J and c/J and initial speeds, by regression on the integrated equation of motion."""
     rows, right = [], []
     for k, coast in enumerate(coasts):
         steps = 0.5 * (coast.speed[1:] + coast.speed[:-1]) * np.diff(coast.time)

@@ -115,7 +115,7 @@ def find_steps(record: Record, noise: float) -> list[Step]:
 
 
 def _start(steps: Sequence[Step]) -> tuple[float, list[Vector]]:
-    """K_m/J, and speed and acceleration at each step, from straight lines on both sides."""
+    """Ratio k_m/J, and speed and acceleration at each step, from straight lines on both sides."""
     first = []
     for step in steps:
         kick = step.change * np.maximum(step.time, 0.0)

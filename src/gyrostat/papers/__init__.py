@@ -1,4 +1,4 @@
-"""Papers rebuilt with the public interface, and a verdict on each of their claims."""
+"""Reproduction of published papers with the public interface, with a verdict on each claim."""
 
 import difflib
 
@@ -19,10 +19,10 @@ PAPERS: dict[str, Paper] = {
 
 
 def paper_named(name: str) -> Paper:
-    """Look a paper up.
+    """Find a paper by its name.
 
     Raises:
-        InputError: no paper that can be reproduced has this name.
+        InputError: No paper that can be reproduced has this name.
     """
     if name in PAPERS:
         return PAPERS[name]

@@ -1,4 +1,4 @@
-"""Many cases in blocks of one size, so that one size is compiled."""
+"""Evaluation of many cases in blocks of equal size, so that a single size is compiled."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -17,19 +17,19 @@ def in_blocks(
     name: str,
     threads: int = 1,
 ) -> Iterator[Any]:
-    """Call a function with `size` cases at a time; the last block is filled up with its last case.
+    """Call a function with `size` cases at a time; the last block is padded with its last case.
 
     Args:
-        cases: all of them.
-        size: of a block.
-        compute: called with the cases of a block, returns an array with one row for each. The first
-            call ends before others begin: it may compile for all.
-        say: called after each block.
-        name: of what is computed.
-        threads: that call the function.
+        cases: All cases.
+        size: Number of cases in a block.
+        compute: Called with the cases of a block; returns an array with one row for each. The first
+            call ends before other threads start, because it may compile a program for all.
+        say: Called after each block.
+        name: Name of the computation in progress messages.
+        threads: Number of threads that call the function.
 
     Yields:
-        For each block in order, the rows without those of the filling.
+        For each block in order, the rows without those of the padding.
     """
 
     def block(rows_and_kept: Any) -> Any:

@@ -1,4 +1,4 @@
-"""A statement of a paper beside the value computed here, and the rule that judges it."""
+"""Claims of papers beside the values computed here, and the rule for the verdict."""
 
 import math
 from collections.abc import Mapping
@@ -12,22 +12,22 @@ NOT_COMPUTED = "Not computed: dispersed runs belong to the full reproduction."
 
 @dataclass(frozen=True)
 class Claim:
-    """A statement and its verdict.
+    """A claim and its verdict.
 
     Attributes:
-        id: name of the statement, dotted, never changed once published.
-        quantity: what is compared, in words.
-        ours: the value computed here, in `unit`, or whether the statement holds; None where it
-            cannot be tested.
-        unit: SI unless the id names another; empty for counts, ratios and yes or no.
-        why: reason for the verdict, one or two sentences.
-        paper: the paper's value; None where it gives none.
-        tolerance: largest difference from the paper, in `unit`, that counts as the same.
-        source: place in the paper.
+        id: Dotted name of the claim, never changed once published.
+        quantity: Description of the compared quantity.
+        ours: Value computed here, in `unit`, or whether the statement holds; None if it cannot be
+            tested.
+        unit: SI unit unless the id names another; empty for counts, ratios and yes or no.
+        why: Reason for the verdict, one or two sentences.
+        paper: Value in the paper; None if the paper gives none.
+        tolerance: Largest difference from the paper, in `unit`, that counts as equal.
+        source: Place in the paper.
 
     Raises:
-        ValueError: a value that is not finite, a number against a yes or no, or a paper's value
-            without a tolerance.
+        ValueError: A value is not finite, a number is compared with a yes or no, or the paper's
+            value has no tolerance.
     """
 
     id: str
@@ -53,7 +53,7 @@ class Claim:
 
     @property
     def verdict(self) -> Verdict:
-        """The one rule: within the tolerance or not, where there are two values to compare."""
+        """Verdict by a single rule: whether both values exist and agree within the tolerance."""
         if self.ours is None:
             return "not-testable"
         if self.paper is None or self.tolerance is None:
@@ -62,7 +62,7 @@ class Claim:
         return "reproduced" if same else "not-reproduced"
 
     def to_dict(self) -> dict[str, object]:
-        """Row of claims.json."""
+        """Convert to a row of claims.json."""
         names = ("id", "quantity", "paper", "ours", "unit", "tolerance", "verdict", "why")
         return {name: getattr(self, name) for name in names}
 
@@ -71,21 +71,21 @@ class Claim:
 class Row:
     """A claim before its value is computed: a row of a paper's claims.toml.
 
-    `quantity` and `why` may contain replacement fields such as `{seeds}`, filled from the facts
-    that the computation returns beside its values.
+    `quantity` and `why` may contain replacement fields such as `{seeds}`. They are filled with the
+    facts that the computation returns in addition to its values.
 
     Attributes:
-        id: as of a `Claim`.
-        quantity: likewise.
-        why: likewise.
-        unit: likewise.
-        paper: likewise.
-        tolerance: likewise; 0 by default where the paper's value is yes or no.
-        source: place in the paper; empty where the paper says nothing on it.
-        at_most: largest value that our own requirement, set before the computation, allows.
-        at_least: smallest such value.
-        testable: False where the claim rests on data that the paper does not publish.
-        full: True where only the full reproduction computes the value.
+        id: As in `Claim`.
+        quantity: As in `Claim`.
+        why: As in `Claim`.
+        unit: As in `Claim`.
+        paper: As in `Claim`.
+        tolerance: As in `Claim`; 0 by default if the paper's value is yes or no.
+        source: Place in the paper; empty if the claim is ours.
+        at_most: Largest value that meets our own requirement, which was set before the computation.
+        at_least: Smallest value that meets our own requirement.
+        testable: False if the claim needs data that the paper does not publish.
+        full: True if only the full reproduction computes the value.
     """
 
     id: str
@@ -101,7 +101,7 @@ class Row:
     full: bool = False
 
     def requirement(self, value: Value) -> str:
-        """State our own requirement and whether a value meets it; empty where there is none."""
+        """State our own requirement and whether a value meets it; empty without a requirement."""
         if self.at_most is None and self.at_least is None:
             return ""
         low = -math.inf if self.at_least is None else self.at_least
@@ -112,12 +112,12 @@ class Row:
         return f" Required beforehand: {limit}{unit}; {'met' if met else 'not met'}."
 
     def claim(self, value: Value, facts: Mapping[str, Any], *, computed: bool = True) -> Claim:
-        """Join the row with its value.
+        """Combine the row with its value.
 
         Args:
-            value: computed here; None where it cannot be tested.
-            facts: values of the replacement fields.
-            computed: False where a quick reproduction leaves the value out.
+            value: Value computed here; None if it cannot be tested.
+            facts: Values of the replacement fields.
+            computed: False if a quick reproduction omits the value.
         """
         quantity, why = self.quantity, NOT_COMPUTED
         if computed:

@@ -1,4 +1,4 @@
-"""Figures of the reproductions: frame, style and thinning, common to all papers."""
+"""Common frame, style and thinning of the figures of all papers."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,9 +19,9 @@ class Drawing:
     """A figure of a report.
 
     Attributes:
-        title: heading.
-        figure: the figure itself.
-        caption: description of what it shows.
+        title: Heading.
+        figure: Figure.
+        caption: Description of the content.
     """
 
     title: str
@@ -34,10 +34,10 @@ def panels(rows: int = 1, columns: int = 1, *, height: float, **options: Any) ->
     """Create a figure in the style of the reports, nine inches wide.
 
     Args:
-        rows: of panels.
-        columns: of panels.
-        height: inches.
-        options: of `matplotlib.figure.Figure.subplots`.
+        rows: Number of rows of panels.
+        columns: Number of columns of panels.
+        height: Height of the figure, inches.
+        options: Further arguments of `matplotlib.figure.Figure.subplots`.
 
     Yields:
         The figure, and its axes as `subplots` returns them.
@@ -48,7 +48,7 @@ def panels(rows: int = 1, columns: int = 1, *, height: float, **options: Any) ->
 
 
 def label_edges(grid: np.ndarray, x: str, y: str | None = None) -> None:
-    """Label the x axes of the last row and, where given, the y axes of the first column."""
+    """Label the x axes of the last row and, if given, the y axes of the first column."""
     for axes in grid[-1]:
         axes.set_xlabel(x)
     for axes in grid[:, 0] if y is not None else ():

@@ -1,4 +1,4 @@
-"""Engine of the reproductions: runs a paper's experiments, judges its claims and reports them."""
+"""Engine of the reproductions: runs the experiments of a paper, judges its claims, reports them."""
 
 import tomllib
 from collections import Counter
@@ -22,9 +22,9 @@ class Part:
     """Result of one experiment.
 
     Attributes:
-        values: computed values by claim id.
-        facts: values of the replacement fields in the rows of these claims.
-        drawings: figures.
+        values: Computed values by claim id.
+        facts: Values of the replacement fields in the rows of these claims.
+        drawings: Figures.
     """
 
     values: Mapping[str, Value]
@@ -34,11 +34,11 @@ class Part:
 
 @dataclass(frozen=True)
 class Run:
-    """One execution of a paper's experiments, which share their simulations.
+    """One execution of a paper's experiments, with simulations shared between them.
 
     Attributes:
-        quick: whether it is cut short: fewer records and seeds, no dispersed runs.
-        say: called with one line of progress at a time.
+        quick: Whether to shorten it: fewer records and seeds, no dispersed runs.
+        say: Called with one line of progress at a time.
     """
 
     quick: bool
@@ -46,7 +46,7 @@ class Run:
     _shared: dict[Any, Any] = field(default_factory=dict)
 
     def once(self, function: "Callable[[Run], Any]") -> Any:
-        """Call a function with this run, the first time only; then return the same result."""
+        """Call a function with this run once and return the same result in later calls."""
         if function not in self._shared:
             self._shared[function] = function(self)
         return self._shared[function]
@@ -57,13 +57,13 @@ Experiment = Callable[[Run], Part]
 
 @dataclass(frozen=True)
 class Reproduction:
-    """A paper's experiments with every claim judged.
+    """Experiments of a paper with all claims judged.
 
     Attributes:
-        paper: that was reproduced.
-        claims: in the order of the paper.
-        drawings: figures.
-        complete: False when `quick` cut it short.
+        paper: Paper that was reproduced.
+        claims: Claims in the order of the paper.
+        drawings: Figures.
+        complete: False if `quick` shortened the reproduction.
     """
 
     paper: "Paper"
@@ -77,15 +77,15 @@ class Reproduction:
         return {"paper": self.paper.name, "claims": rows}
 
     def counts(self) -> dict[Verdict, int]:
-        """Number of claims with each verdict, every verdict named."""
+        """Number of claims with each verdict, including verdicts without claims."""
         found = Counter(claim.verdict for claim in self.claims)
         return {verdict: found[verdict] for verdict in get_args(Verdict)}
 
     def page(self, *, command: str) -> str:
-        """The report as one HTML page.
+        """HTML report.
 
         Args:
-            command: that produced it, to run it again.
+            command: Command line that produced it.
         """
         return render(
             "claims.html",
@@ -101,7 +101,7 @@ class Reproduction:
         )
 
     def lines(self) -> list[str]:
-        """The claims as a table for a console, and the count of each verdict."""
+        """Table of the claims for a terminal, and the count of each verdict."""
         rows = [(c.id, shown(c.paper), shown(c.ours), c.unit, c.verdict) for c in self.claims]
         table = aligned(rows, ("claim", "paper", "ours", "unit", "verdict"))
         counts = ", ".join(f"{count} {verdict}" for verdict, count in self.counts().items())
@@ -114,15 +114,15 @@ class Paper:
     """A paper that can be reproduced: the content of its claims.toml, and its experiments.
 
     Attributes:
-        name: on the command line and in claims.json.
-        citation: authors and title.
-        settings: what the paper leaves open and was chosen here, one sentence each.
-        rows: its claims, in the order of the paper.
-        experiments: each computes values, facts and figures; in the order of the figures.
-        full: further experiments of the full reproduction alone.
+        name: Name on the command line and in claims.json.
+        citation: Authors and title.
+        settings: Settings that the paper leaves open and were chosen here, one sentence each.
+        rows: Claims in the order of the paper.
+        experiments: Functions that compute values, facts and figures, in the order of the figures.
+        full: Further experiments of the full reproduction only.
 
     Raises:
-        ValueError: two rows have the same id.
+        ValueError: Two rows have the same id.
     """
 
     name: str
@@ -140,12 +140,12 @@ class Paper:
 
     @classmethod
     def of(cls, package: str, *experiments: Experiment, full: tuple[Experiment, ...] = ()) -> Self:
-        """Read the claims.toml of a package.
+        """Create a paper from the claims.toml of a package.
 
         Args:
-            package: such as "gyrostat.papers.carrara_kuga".
-            experiments: see the attributes.
-            full: likewise.
+            package: Name of the package, such as "gyrostat.papers.carrara_kuga".
+            experiments: See the attributes of the class.
+            full: See the attributes of the class.
         """
         table = tomllib.loads(files(package).joinpath("claims.toml").read_text(encoding="utf-8"))
         rows = tuple(Row(**row) for row in table["claim"])
@@ -156,8 +156,8 @@ class Paper:
         """Run the experiments and judge each claim.
 
         Args:
-            quick: True for fewer records and seeds, and no dispersed runs: within two minutes.
-            say: called with one line of progress at a time.
+            quick: Whether to use fewer records and seeds and no dispersed runs: within two minutes.
+            say: Called with one line of progress at a time.
         """
         run = Run(quick, lambda text: say(f"{self.name}: {text}"))
         experiments = self.experiments if quick else self.experiments + self.full
@@ -167,11 +167,11 @@ class Paper:
         """Judge the claims by the results of the experiments.
 
         Args:
-            parts: results.
-            quick: whether they were cut short.
+            parts: Results of the experiments.
+            quick: Whether the experiments were shortened.
 
         Raises:
-            ValueError: a claim without a value, or a value without a claim.
+            ValueError: A claim has no value, or a value has no claim.
         """
         values = {name: value for part in parts for name, value in part.values.items()}
         facts = {name: fact for part in parts for name, fact in part.facts.items()}
@@ -188,7 +188,7 @@ class Paper:
 
 
 def shown(value: Value) -> str:
-    """Format a value for a reader; a dash for none."""
+    """Format a value for a reader; a dash if there is none."""
     if value is None:
         return "–"
     if isinstance(value, bool):

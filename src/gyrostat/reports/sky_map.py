@@ -49,7 +49,7 @@ def sky_figure(
                 _circle(axes, sky.momentum_direction, 0.5 * (low + high))
         if np.any(sky.momentum_direction):
             _mark(axes, sky.momentum_direction, "total momentum", "*", INK)
-            _mark(axes, -sky.momentum_direction, "against it", "$-$", INK)
+            _mark(axes, -sky.momentum_direction, "opposite direction", "$-$", INK)
         if target is not None:
             _mark(axes, target, "target", "x", MARK)
         if nearest is not None:

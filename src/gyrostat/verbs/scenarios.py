@@ -240,10 +240,3 @@ def _check_device(name: str) -> None:
 
     if name not in FLAGS:
         raise InputError(f"--device: found {name!r}, expected one of {', '.join(FLAGS)}")
-
-
-def _check_engine(name: str) -> None:
-    from gyrostat.campaigns.execute import ENGINES
-
-    if name not in ENGINES:
-        raise InputError(f"--engine: found {name!r}, expected one of {', '.join(ENGINES)}")

@@ -1,4 +1,4 @@
-"""Carrara and Kuga: friction of a real reaction wheel, and its compensation on a table.
+"""Carrara and Kuga: friction of a reaction wheel, and its compensation on an air-bearing table.
 
 V. Carrara and H. K. Kuga, "Estimating friction parameters in reaction wheels for attitude control".
 """

@@ -17,31 +17,31 @@ from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel, speed_response
 
 RECORDS, QUICK_RECORDS = 200, 12
-"""Virtual records of profile 2, each with its profile 1."""
+"""Number of virtual records of profile 2, each with a record of profile 1."""
 PROFILE1_SEEDS = 1_000_000
-"""Added to a seed for its profile 1, whose noise must not be that of its profile 2."""
+"""Offset of the seed for profile 1, so that its noise differs from that of profile 2."""
 HALVINGS = 60
-"""Of an interval: to the last bit."""
+"""Number of bisections of an interval: to the last bit."""
 
 _respond = jax.jit(speed_response)
 
 
 def modelled_speed(wheel: Wheel, time: Vector, current: Vector, initial_speed: float) -> Vector:
-    """Speed of a wheel whose current is held between samples, rad/s.
+    """Speed of a wheel with current held between samples, rad/s.
 
     Args:
-        wheel: the wheel.
-        time: (N,) s.
-        current: (N,) A.
-        initial_speed: rad/s.
+        wheel: Wheel model.
+        time: Time, (N,), s.
+        current: Current, (N,), A.
+        initial_speed: Initial speed, rad/s.
     """
     speed, resolved = _respond(wheel, time, current, initial_speed)
-    assert bool(resolved)  # at these rates every curve here is
+    assert bool(resolved)  # true for every curve at these sample rates
     return np.asarray(speed)
 
 
 def breakaway_current(wheel: Wheel) -> float:
-    """Smallest held current at which the wheel leaves rest within a second, A."""
+    """Smallest constant current at which the wheel leaves rest within a second, A."""
 
     def leaves(current: float) -> bool:
         held = np.array([current, current])
@@ -51,7 +51,7 @@ def breakaway_current(wheel: Wheel) -> float:
 
 
 def stop_time(wheel: Wheel, initial_speed: float) -> float:
-    """Time after which a coasting wheel rests, s."""
+    """Time at which a coasting wheel comes to rest, s."""
 
     def rests(duration: float) -> bool:
         time = np.array([0.0, duration])
@@ -61,7 +61,7 @@ def stop_time(wheel: Wheel, initial_speed: float) -> float:
 
 
 def _threshold(reached: Callable[[float], bool], low: float, high: float) -> float:
-    """Where a condition that holds at `high` and not at `low` begins to hold."""
+    """Threshold of a condition that is true at `high` and false at `low`."""
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if reached(middle) else (middle, high)
@@ -69,14 +69,14 @@ def _threshold(reached: Callable[[float], bool], low: float, high: float) -> flo
 
 
 def profile1(seed: int) -> Record:
-    """Sine cycles of random amplitude and period, the paper's validation record."""
+    """Record of sine cycles with random amplitude and period, the paper's validation record."""
     return _record(
         "sines", setup.SINE_CURRENTS, setup.SINE_PERIOD, seed + PROFILE1_SEEDS, "profile 1"
     )
 
 
 def profile2(seed: int) -> Record:
-    """Steps of random amplitude that reverse every 30 s, the paper's estimation record."""
+    """Record of steps with random amplitude, reversed every 30 s, the paper's estimation record."""
     return _record("steps", setup.STEP_CURRENTS, setup.STEP_PERIOD, seed, "profile 2")
 
 
@@ -94,11 +94,11 @@ def _record(profile: str, amplitudes: CurrentRange, period: float, seed: int, na
 
 
 def estimate(record: Record, *, stribeck_speed: float | None = setup.STRIBECK_SPEED) -> Fit:
-    """Estimate x2..x5 as the paper does, x1(0) = 0 known.
+    """Estimate x2..x5 as in the paper, with known x1(0) = 0.
 
     Args:
-        record: to fit.
-        stribeck_speed: rad/s, held; None to estimate it as well.
+        record: Record to fit.
+        stribeck_speed: Held Stribeck speed, rad/s; None to estimate it too.
     """
     held: dict[str, Any] = {"initial_speed": 0.0}
     if stribeck_speed is not None:
@@ -119,13 +119,13 @@ def estimate(record: Record, *, stribeck_speed: float | None = setup.STRIBECK_SP
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """One record, and the speeds that models predict from its current.
+    """Record with the speeds that models predict from its current.
 
     Attributes:
-        record: measured.
-        true: speed of the true wheel, without noise, rad/s.
-        statistical: speed of the estimated wheel, rad/s.
-        deterministic: speed of the deterministic column, rad/s.
+        record: The record.
+        true: Speed of the true wheel, without noise, (N,), rad/s.
+        statistical: Speed of the estimated wheel, (N,), rad/s.
+        deterministic: Speed with the deterministic column of Table 1, (N,), rad/s.
     """
 
     record: Record
@@ -135,28 +135,28 @@ class Prediction:
 
     @property
     def crossings(self) -> int:
-        """Number of times that the true speed passes zero."""
+        """Number of zero crossings of the true speed."""
         return len(crossing_times(self.record.time, self.true, noise=0.0))
 
     @property
     def residual(self) -> Vector:
-        """Measured minus the estimated wheel, rad/s."""
+        """Measured speed minus that of the estimated wheel, rad/s."""
         return self.record.speed - self.statistical
 
     @property
     def deterministic_residual(self) -> Vector:
-        """Measured minus the deterministic column, rad/s."""
+        """Measured speed minus that of the deterministic column, rad/s."""
         return self.record.speed - self.deterministic
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """The paper's procedure on one virtual wheel.
+    """Result of the paper's procedure with one virtual wheel.
 
     Attributes:
-        fit: of profile 2.
-        profile1: validation.
-        profile2: estimation.
+        fit: Fit of profile 2.
+        profile1: Prediction of the validation record.
+        profile2: Prediction of the estimation record.
     """
 
     fit: Fit
@@ -165,7 +165,7 @@ class Trial:
 
     @property
     def error(self) -> Vector:
-        """Estimate minus truth, (4,) in the order of `NAMES`, SI."""
+        """Estimate minus true value, (4,) in the order of `NAMES`, SI."""
         return np.array(
             [self.fit.parameters[n] - getattr(setup.STATISTICAL, n) for n in setup.NAMES]
         )
@@ -178,7 +178,7 @@ class Trial:
 
     @property
     def recovered(self) -> bool:
-        """Whether the iteration converged, and to a residual within 20 % of the noise."""
+        """Whether the iteration converged to a residual within 20 % of the noise."""
         return self.fit.converged and rms(self.profile2.residual) < 1.2 * setup.SPEED_SIGMA
 
 
@@ -188,7 +188,7 @@ def rms(series: Vector) -> float:
 
 
 def run_trial(seed: int) -> Trial:
-    """Record both profiles, estimate from profile 2, predict both."""
+    """Simulate both records, estimate from profile 2 and predict both."""
     first, second = profile1(seed), profile2(seed)
     fit = estimate(second)
     return Trial(fit, _predict(first, fit), _predict(second, fit))
@@ -202,7 +202,7 @@ def _predict(record: Record, fit: Fit) -> Prediction:
 
 
 def trials(run: Run) -> Sequence[Trial]:
-    """Trials with the seeds from 0 on."""
+    """Trials with seeds 0, 1, ..."""
     count = QUICK_RECORDS if run.quick else RECORDS
     found = []
     for seed in range(count):

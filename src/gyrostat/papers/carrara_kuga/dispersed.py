@@ -1,7 +1,8 @@
-"""Crossing zero with a noisy tachometer and a wrong model: the controllers side by side.
+"""Zero crossings with a noisy tachometer and a wrong model: comparison of controllers.
 
-Every run has the controller's model at a corner of c, b ±10 %, k_m ±2 %, T_s ±20 %, table inertia
-±3 %, a wheel that starts within ±40 rpm, one period of command delay and a noisy gyro.
+In every run the controller's model is at a corner of c, b ±10 %, k_m ±2 %, T_s ±20 %, table inertia
+±3 %. The initial wheel speed is within ±40 rpm; there is one period of command delay and gyro
+noise.
 """
 
 import math
@@ -32,24 +33,24 @@ if TYPE_CHECKING:
 
 RUNS = 200
 DURATION = 312.0
-"""s: a minute past the latest crossing."""
+"""Duration, s: a minute after the latest crossing."""
 ERRORS = np.array([0.10, 0.10, 0.02, 0.20, 0.03])
-"""Of c, b, k_m, T_s and table inertia in the controller's model."""
+"""Relative errors of c, b, k_m, T_s and table inertia in the controller's model."""
 SPEED_SPREAD = 40.0 * RPM
-"""rad/s: of the initial wheel speed."""
+"""Largest deviation of the initial wheel speed, rad/s."""
 STEP = 0.3
-"""Share by which the friction changes at the crossing."""
+"""Relative change of the friction at the crossing."""
 BRISTLE_LENGTH = 0.1
-"""rad: deflection at which bristles under the Coulomb torque slip."""
+"""Deflection at which bristles under the Coulomb torque slip, rad."""
 BRISTLE_DAMPING = 0.3
 """Damping ratio of the rotor on its bristles."""
 CLAIMED = (
     *("peak95_white_deg", "peak_max_white_deg", "peak95_hall_deg", "peak_max_hall_deg"),
     *("peak95_step30_deg", "peak95_lugre_deg", "chatter95_A", "sign_changes95_per_s", "hunt_deg"),
 )
-"""Quantities of the compensator's claims."""
+"""Quantities in the claims on the compensator."""
 SHOWN = ("pid", "dmc_raw", "speed_mode", "compensator")
-"""Controllers of the figure of one crossing."""
+"""Controllers in the figure of one crossing."""
 GYRO = Gyro(sigma=np.radians(0.002))
 WHITE = TableSensors(GYRO, Tachometer(setup.SPEED_SIGMA))
 HALL = TableSensors(GYRO, PulseTachometer(24.0))
@@ -62,9 +63,9 @@ class PlantModel:
     """A controller's model of the plant.
 
     Attributes:
-        friction: of the wheel.
-        motor_constant: N·m/A.
-        table_inertia: kg·m².
+        friction: Friction model of the wheel.
+        motor_constant: Motor constant, N·m/A.
+        table_inertia: Inertia of the table, kg·m².
     """
 
     friction: Friction
@@ -72,7 +73,7 @@ class PlantModel:
     table_inertia: Any
 
     def wheel(self) -> Wheel:
-        """Its wheel: the wheel inertia is known."""
+        """Wheel of the model; the rotor inertia is known exactly."""
         return Wheel(setup.WHEEL.inertia, self.motor_constant, self.friction)
 
 
@@ -89,12 +90,12 @@ class Candidate:
     """A controller of the comparison.
 
     Attributes:
-        key: in the ids of its claims.
-        name: in figures.
-        colour: of its lines.
-        make: builds it from its plant model.
-        white: sensors with white tachometer noise.
-        hall: sensors with counted pulses.
+        key: Name in the ids of its claims.
+        name: Name in figures.
+        colour: Colour of its lines.
+        make: Builds the controller from its plant model.
+        white: Sensors with white tachometer noise.
+        hall: Sensors with a pulse-counting tachometer.
     """
 
     key: str
@@ -147,14 +148,14 @@ def _corners(random: np.random.Generator, runs: int) -> PlantModel:
 
 
 def for_each(controller: Any, runs: int) -> Batch:
-    """A controller with one value of every parameter for each run."""
+    """Controller with separate parameter values for each run."""
     return Batch(
         jax.tree.map(lambda x: jnp.broadcast_to(jnp.asarray(x, dtype=float), (runs,)), controller)
     )
 
 
 def _stepped(factor: float) -> AirBearingTable:
-    """A wheel whose friction is `factor` times as large in the sense after the crossing."""
+    """Table whose wheel friction is multiplied by `factor` in the sense after the crossing."""
     friction = DirectionalStribeck(
         viscous_positive=setup.STATISTICAL.viscous * factor,
         viscous_negative=setup.STATISTICAL.viscous,
@@ -169,7 +170,7 @@ def _stepped(factor: float) -> AirBearingTable:
 
 
 def presliding() -> AirBearingTable:
-    """A wheel on bristles that bend by 0.1 rad before they slip, damping ratio 0.3."""
+    """Table whose wheel has bristle friction: 0.1 rad deflection before slip, damping ratio 0.3."""
     stiffness = setup.STATISTICAL.coulomb / BRISTLE_LENGTH
     damping = 2.0 * BRISTLE_DAMPING * math.sqrt(stiffness * setup.INERTIA)
     wheel = Wheel(
@@ -181,7 +182,7 @@ def presliding() -> AirBearingTable:
 
 
 def _chatter(flown: "xr.Dataset") -> tuple[Vector, Vector]:
-    """Rms of each current minus its running mean, A, and its changes of sign in a second."""
+    """Rms deviation of each current from its running mean, A, and sign changes per second."""
     current, time = flown.commanded_current.values, flown.time.values[None]
     crossing = crossings(flown)[:, None]
     near = (time > crossing - 10.0) & (time < crossing + 20.0)
@@ -192,11 +193,11 @@ def _chatter(flown: "xr.Dataset") -> tuple[Vector, Vector]:
 
 
 def evaluate(candidate: Candidate, runs: int) -> dict[str, float]:
-    """Simulate a controller in every case, with the same errors, speeds and noise for all.
+    """Simulate a controller in every case. Errors, speeds and noise are the same for all.
 
     Args:
-        candidate: controller with its sensors.
-        runs: of each case.
+        candidate: Controller with its sensors.
+        runs: Number of runs of each case.
 
     Returns:
         Quantity -> value, in the unit of its claim; and `incomplete`, the number of runs that
@@ -240,7 +241,7 @@ def _ninety_five(values: Vector) -> float:
 
 
 def crossing_figure() -> Figure:
-    """Attitude error and current around one crossing, for four controllers."""
+    """Plot attitude error and current around one crossing, for four controllers."""
     shown, flights = [c for key in SHOWN for c in CANDIDATES if c.key == key], {}
     for c in shown:
         flown = fly(c.make(WRONG), DURATION, sensors=c.white, command_delay=1, seed=1)
@@ -249,7 +250,7 @@ def crossing_figure() -> Figure:
 
 
 def dispersed_runs(run: Run) -> Part:
-    """Every controller through the dispersed runs."""
+    """Simulate the dispersed runs with every controller."""
     numbers = {}
     for candidate in CANDIDATES:
         run.say(f"{RUNS} dispersed runs in each case, {candidate.name}")
@@ -259,11 +260,11 @@ def dispersed_runs(run: Run) -> Part:
 
 
 def claimed(numbers: Mapping[str, Mapping[str, float]], drawings: tuple[Drawing, ...] = ()) -> Part:
-    """Values of the compensator, and as facts those of the others in the same runs.
+    """Values of the compensator's claims, and those of the other controllers as facts.
 
     Args:
-        numbers: of each controller, by its key.
-        drawings: figures.
+        numbers: Values of each controller, by its key.
+        drawings: Figures.
     """
     ours = numbers["compensator"]
     values: dict[str, Value] = {f"compensator.{name}": ours[name] for name in CLAIMED}

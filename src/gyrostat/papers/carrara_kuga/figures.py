@@ -13,7 +13,7 @@ from gyrostat.reports.figures import MARK, MEASURED, MODEL
 
 COLUMNS = "profile 1, sines", "profile 2, steps"
 NEAR_ZERO = 16.0 * RPM
-"""rad/s: four Stribeck speeds."""
+"""Speed range of the enlarged view, rad/s: four Stribeck speeds."""
 
 
 def friction() -> Drawing:
@@ -53,7 +53,7 @@ def profiles(trial: Trial) -> Drawing:
         grid[0, 0].set_ylabel("current (mA)")
         grid[1, 0].set_ylabel("speed (rpm)")
         figure.align_ylabels(grid[:, 0])
-    caption = "One virtual record of each. The Coulomb torque bends the speed where it passes zero."
+    caption = "One virtual record of each. The slope changes at zero speed by the Coulomb torque."
     return Drawing("The two profiles (Fig. 3)", figure, caption)
 
 

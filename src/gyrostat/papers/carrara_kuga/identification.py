@@ -1,4 +1,4 @@
-"""Table 1, what its model implies, and the estimates from virtual records."""
+"""Table 1, consequences of its model, and estimates from virtual records."""
 
 from collections.abc import Sequence
 
@@ -22,20 +22,20 @@ from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import Stribeck
 
 COAST_FROM = 100.0 * RPM
-"""rad/s."""
+"""Initial speed of the coast-down, rad/s."""
 VARIED, QUICK_VARIED = 20, 4
-"""Records on which the Stribeck speed is varied."""
+"""Number of records for which the Stribeck speed is varied."""
 FACTORS = (0.5, 2.0)
-"""By which the held Stribeck speed is wrong."""
+"""Factors on the held Stribeck speed."""
 GOOD = 0.5
-"""An estimate is good when its sigma is below this share of its value."""
+"""Largest ratio of sigma to value of a good estimate."""
 BARELY = 0.5
-"""Standard deviations: a shift below this counts as barely affected."""
+"""Largest shift, in standard deviations, that counts as barely affected."""
 
 
 def table1(run: Run) -> Part:
-    """Table 1 from eqs. (15) and (16), and the model of one wheel."""
-    run.say("Table 1, and what the model of the wheel implies")
+    """Compute Table 1 from eqs. (15) and (16), and properties of the wheel model."""
+    run.say("Table 1, and properties of the wheel model")
     drop = 100.0 * (1.0 - setup.STATISTICAL.motor_constant / setup.DETERMINISTIC.motor_constant)
     friction = setup.STATISTICAL.friction()
     _, viscous, coulomb, _ = setup.CONVERGED
@@ -75,7 +75,7 @@ def table1(run: Run) -> Part:
 
 
 def _not_separable(factor: float) -> bool:
-    """Whether inertia, motor constant and friction torques multiplied alike change no speed."""
+    """Whether a common factor on inertia, motor constant and friction changes no speed."""
     parameters = [factor * getattr(setup.STATISTICAL, name) for name in setup.NAMES]
     larger = setup.Column(*parameters)
     wheels = (
@@ -88,7 +88,7 @@ def _not_separable(factor: float) -> bool:
 
 
 def recovery(run: Run) -> Part:
-    """Errors of the estimates from profile 2, and what they leave unexplained."""
+    """Errors and residuals of the estimates from profile 2."""
     found: Sequence[Trial] = run.once(trials)
     errors = np.array([trial.error for trial in found])
     covariances = np.array([trial.covariance for trial in found])
@@ -133,12 +133,12 @@ def recovery(run: Run) -> Part:
 
 
 def _mean_rpm(series: Sequence[np.ndarray]) -> float:
-    """Root mean square of each, mean of all, rpm."""
+    """Root mean square of each series, averaged, rpm."""
     return float(np.mean([rms(one) for one in series])) / RPM
 
 
 def stribeck_speed(run: Run) -> Part:
-    """Estimates with the Stribeck speed free, and held at half and at twice its value."""
+    """Estimates with free Stribeck speed, and with half and twice its value."""
     varied: Sequence[Trial] = run.once(trials)[: QUICK_VARIED if run.quick else VARIED]
     run.say(f"the Stribeck speed free, halved and doubled on {len(varied)} records")
     fits = [estimate(trial.profile2.record, stribeck_speed=None) for trial in varied]
@@ -162,7 +162,7 @@ def stribeck_speed(run: Run) -> Part:
 
 
 def _shifts(trial: Trial) -> np.ndarray:
-    """Shift of each parameter in its standard deviations, (len(FACTORS), 4), without sign."""
+    """Absolute shift of each parameter in its standard deviations, (len(FACTORS), 4)."""
     sigma = np.sqrt(np.diag(trial.covariance))
     base = np.array([trial.fit.parameters[n] for n in setup.NAMES])
     rows = []

@@ -1,4 +1,4 @@
-"""Parameters that the paper prints, what was chosen where it prints none, and the wheels."""
+"""Parameters printed in the paper, our choices where it prints none, and the wheels."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -18,13 +18,13 @@ STRIBECK_SPEED = 4.0 * RPM
 SPEED_SIGMA = 5.0 * RPM
 """Noise of the tachometer, rad/s: the 5 rpm that the paper assumes."""
 DURATION = 300.0
-"""Of each profile, s."""
+"""Duration of each profile, s."""
 NAMES = ("motor_constant", "viscous", "coulomb", "static")
 """k_m, b, c and T_s: the parameters x2..x5 times J_w."""
 START = (18.0, 0.00344, 0.5863, 0.0)
-"""Eq. (15), x2..x5: the start, in rad/s²/A, 1/s, rad/s² and rad/s²."""
+"""Eq. (15), x2..x5: start values, in rad/s²/A, 1/s, rad/s² and rad/s²."""
 CONVERGED = (15.205, 0.00322, 0.5863, 0.6037)
-"""Eq. (16), x2..x5: the end of the iteration, in the units of `START`."""
+"""Eq. (16), x2..x5: converged values, in the units of `START`."""
 
 RATE = 10.0
 """Chosen: samples per second, Hz."""
@@ -67,28 +67,28 @@ class Column:
 
 
 DETERMINISTIC = Column(0.0270, 5.16e-6, 0.8795e-3, 0.8795e-3)
-"""Table 1, left. It gives no static torque: without a Stribeck term T_s = c."""
+"""Table 1, left. It gives no static torque; without Stribeck effect T_s = c."""
 STATISTICAL = Column(0.0228, 4.83e-6, 0.8795e-3, 0.9055e-3)
-"""Table 1, right: the truth of every virtual record."""
+"""Table 1, right: true parameters of every virtual record."""
 
 TABLE_INERTIA = 0.495
 """Chosen: J of the table, kg·m²."""
 FAN_TORQUE = 0.46e-3
 """T_d, N·m: the paper's estimate."""
 INITIAL_SPEED = -673.5 * RPM
-"""Chosen, rad/s: the crossing falls at the paper's 230 s."""
+"""Chosen so that the crossing occurs at the paper's 230 s, rad/s."""
 PERIOD = 0.1
 """Chosen: control period, s."""
 LAW = AttitudePID(proportional=0.0571, integral=0.00234, derivative=0.3126)
-"""Chosen: the gains that give the paper's peak of 1.5 deg."""
+"""Chosen to give the paper's peak of 1.5 deg."""
 WHEEL = STATISTICAL.wheel()
 TABLE = AirBearingTable(TABLE_INERTIA, WHEEL, external_torque=FAN_TORQUE)
 STILL_TABLE = AirBearingTable(TABLE_INERTIA, WHEEL)
-"""Without the fan."""
+"""Table without fan."""
 
 
 def scaled(coulomb: Any, static: Any = 1.0, viscous: Any = 1.0) -> Stribeck:
-    """The wheel's friction with some of its parameters multiplied."""
+    """Friction of the wheel with some of its parameters multiplied by factors."""
     return Stribeck(
         viscous=STATISTICAL.viscous * viscous,
         coulomb=STATISTICAL.coulomb * coulomb,

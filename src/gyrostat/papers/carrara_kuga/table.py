@@ -1,4 +1,4 @@
-"""The air-bearing table: simulations, torque mode and the dynamic model compensator."""
+"""Air-bearing table: simulations under PID, dynamic model compensator and speed mode."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DURATION, LONG = 400.0, 640.0
-"""s: as far as the figures show; 400 s past the crossing."""
+"""Durations, s: time axis of the figures; 400 s after the crossing."""
 SEEDS, QUICK_SEEDS = 200, 20
 LATE_SAMPLES = 10
-"""Of a tachometer that is 1 s late."""
+"""Delay of a late tachometer, samples: 1 s."""
 
 
 def compensator(friction: Friction) -> DynamicModelCompensator:
-    """The paper's compensator with this friction model."""
+    """The paper's compensator with a given friction model."""
     return DynamicModelCompensator(setup.LAW, friction, setup.WHEEL.motor_constant)
 
 
@@ -43,7 +43,7 @@ def fly(
     """Simulate the table in closed loop; see `gyrostat.simulation.simulate`.
 
     Returns:
-        Histories over `run`, also where there is a single one, and `time`.
+        Histories over `run` (also for a single run) and `time`.
     """
     histories = simulate(
         plant,
@@ -58,14 +58,14 @@ def fly(
 
 
 def crossings(flown: "xr.Dataset") -> Vector:
-    """Time of the first sample at which the wheel of each run is no longer below zero, s."""
+    """Time of the first sample with nonnegative wheel speed, for each run, s."""
     return flown.time.values[np.argmax(flown.speed.values >= 0.0, axis=1)]
 
 
 def peaks(
     flown: "xr.Dataset", name: str = "attitude", before: float = 2.0, after: float = 60.0
 ) -> Vector:
-    """Largest magnitude of an angle from `before` to `after` the crossing of each run, s; deg."""
+    """Largest magnitude of an angle around the crossing of each run, deg. Times in s."""
     time = flown.time.values[None] - crossings(flown)[:, None]
     near = (time > -before - 1e-6) & (time < after + 1e-6)
     return np.degrees(np.max(np.where(near, np.abs(flown[name].values), 0.0), axis=1))

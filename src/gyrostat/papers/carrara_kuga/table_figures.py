@@ -1,4 +1,4 @@
-"""Figures of the air-bearing table, like the paper's figures 7, 8, 10 and 11."""
+"""Figures of the air-bearing table, corresponding to the paper's figures 7, 8, 10 and 11."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LAST = 400.0
-"""s: end of the time axis."""
+"""End of the time axis, s."""
 SPAN = (-15.0, 60.0)
-"""s around the crossing."""
+"""Time span around the crossing, s."""
 CROSSING = (
     "One run each: 5 rpm tachometer noise, gyro noise, one period of delay, c 10 % and T_s 20 % "
     "too large in the controller's model. Top, the whole error; middle, its small values; bottom, "
@@ -24,7 +24,7 @@ CROSSING = (
 
 
 def attitude(title: str, flown: "xr.Dataset", crossing: float) -> Drawing:
-    """Attitude error over time, the crossing, s, marked."""
+    """Plot the attitude error over time, with the time of the crossing, s."""
     one = flown.isel(run=0)
     with panels(height=2.8) as (figure, axes):
         shown = one.sel(time=slice(None, LAST))
@@ -37,7 +37,7 @@ def attitude(title: str, flown: "xr.Dataset", crossing: float) -> Drawing:
 
 
 def current(title: str, flown: "xr.Dataset", *, parts: bool) -> Drawing:
-    """Commanded current over time, with its two parts where asked."""
+    """Plot the commanded current over time, optionally with its two parts."""
     lines = [("commanded_current", INK, "commanded", 1.2)]
     if parts:
         lines.append(("friction_current", MARK, "for the friction", 1.0))
@@ -48,16 +48,16 @@ def current(title: str, flown: "xr.Dataset", *, parts: bool) -> Drawing:
             axes.plot(shown.time, 1e3 * shown[name], color=colour, lw=width, label=label)
         axes.set(xlabel="time (s)", ylabel="current (mA)")
         axes.legend(loc="upper left")
-    caption = "The PID's part stays nearly constant: it balances the fan alone." if parts else ""
+    caption = "The PID part is nearly constant: it only balances the fan." if parts else ""
     return Drawing(title, figure, caption)
 
 
 def crossing(lines: Mapping[str, tuple[str, str]], flights: Mapping[str, "xr.Dataset"]) -> Figure:
-    """Attitude error and current around the crossing, one controller beside the other.
+    """Plot attitude error and current around the crossing for several controllers.
 
     Args:
-        lines: name and colour of each controller.
-        flights: of each, by the same key, time from the crossing.
+        lines: Name and colour of each controller.
+        flights: Histories of each controller by the same key, with time relative to the crossing.
     """
     heights = [1.3, 1.3, 1.0]
     with panels(3, height=5.6, sharex=True, height_ratios=heights) as (figure, rows):

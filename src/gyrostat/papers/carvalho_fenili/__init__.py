@@ -1,4 +1,4 @@
-"""Carvalho and Fenili: LQR and SDRE attitude control while one or two of three wheels fail.
+"""Carvalho and Fenili: LQR and SDRE attitude control with failures of one or two of three wheels.
 
 C. A. de Carvalho Junior and A. Fenili, "Nonlinear attitude control of artificial satellites
 considering failure in momentum wheels".

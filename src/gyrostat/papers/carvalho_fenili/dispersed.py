@@ -1,4 +1,4 @@
-"""Recoveries of many dispersed cases, simulated in blocks."""
+"""Recoveries of dispersed cases, simulated in blocks."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     import xarray as xr
 
 BLOCK = 50
-"""Cases that are simulated together."""
+"""Number of cases that are simulated together."""
 
 
 class Dispersed(NamedTuple):
-    """One case.
+    """One dispersed case.
 
     Attributes:
-        plant: the spacecraft after the failure.
-        controller: for it.
-        start: state of the plant.
-        target: (4,) attitude to settle at.
-        allowed: time to settle, s.
+        plant: Spacecraft after the failure.
+        controller: Controller.
+        start: Initial state of the plant.
+        target: Attitude to settle at, (4,).
+        allowed: Allowed settling time, s.
     """
 
     plant: Any
@@ -45,14 +45,14 @@ def fly(
     period: float,
     engine: str = "auto",
 ) -> "xr.Dataset":
-    """Histories of some cases over `run` and `time`, with `error`, the angle left, rad.
+    """Histories of cases over `run` and `time`, with `error`, the angle to the target, rad.
 
     Args:
-        cases: of one kind.
-        sensor: of a plant.
-        duration: s, a whole number of periods.
-        period: of control, s.
-        engine: see `gyrostat.simulation.simulate`.
+        cases: Cases of equal types.
+        sensor: Builds the sensor for a plant.
+        duration: Duration, s, a whole number of control periods.
+        period: Control period, s.
+        engine: See `gyrostat.simulation.simulate`.
     """
     plants: Any = stack([case.plant for case in cases])
     controllers: Any = stack([case.controller for case in cases])
@@ -75,11 +75,11 @@ def fly(
 
 
 def settling_times(flown: "xr.Dataset", slowest: float = np.inf) -> Vector:
-    """(runs,) from when each stays within 0.05 deg to its end, s; infinite where it does not.
+    """Time after which each run stays within 0.05 deg, (runs,), s; infinite if it does not.
 
     Args:
-        flown: with `error` and `rate`.
-        slowest: rate below which it has to stay as well, rad/s.
+        flown: Histories with `error` and `rate`.
+        slowest: Rate below which the run must stay too, rad/s.
     """
     turns = np.linalg.norm(flown.rate.values, axis=2)
     # comparisons with NaN are false

@@ -1,4 +1,4 @@
-"""Figures like the paper's 1 to 24, the frozen rates, and the recoveries."""
+"""Figures corresponding to the paper's 1 to 24, of the constant rates and of the recoveries."""
 
 from collections.abc import Mapping
 
@@ -15,7 +15,7 @@ from gyrostat.reports.figures import MARK, MEASURED, MODEL
 COLOURS = (MODEL, MARK, GREEN)
 LABELS = ("θ - π/2", "φ", "ψ")
 EVERY = 20
-"""Samples of 0.01 s from one drawn point to the next."""
+"""Number of samples of 0.01 s between drawn points."""
 FAILING = tuple(case for case in setup.CASES if case != "none")
 READING = (
     "Dotted, the failure; grey, beyond validity. Where values run away, the scale is linear inside "
@@ -24,7 +24,7 @@ READING = (
 KINDS = {"frozen": MODEL, "seized": MARK, "rundown": GREEN}
 STROKES = dict(zip(setup.LAWS, ("-", "--"), strict=True))
 LEAST, SETTLED = 1e-3, 0.05
-"""deg: nothing is drawn below; a recovery has settled below."""
+"""Smallest angle drawn, and angle at which a recovery has settled, deg."""
 
 Flights = Mapping[str, Mapping[str, Flight]]
 
@@ -53,12 +53,12 @@ def _thin(count: int) -> np.ndarray:
 
 
 def _resolved(flight: Flight) -> np.ndarray:
-    """Drawn samples as far as the steps resolve the motion."""
+    """Indices of drawn samples for which the steps resolve the motion."""
     return _thin(int(np.sum(flight.time <= flight.resolved_until + 1e-9)))
 
 
 def _histories(axes: Axes, flight: Flight, values: np.ndarray, threshold: float) -> None:
-    """Three signals, on a scale that shows both what settles and what runs away."""
+    """Plot three signals on a scale that shows both settling and diverging ones."""
     if np.max(np.abs(values)) > 8.0 * threshold:
         axes.set_yscale("symlog", linthresh=threshold, linscale=1.0)
         axes.axhspan(-threshold, threshold, color="#f6f7f9", lw=0, zorder=0)
@@ -69,11 +69,11 @@ def _histories(axes: Axes, flight: Flight, values: np.ndarray, threshold: float)
 
 
 def case(case: str, flights: Flights) -> Drawing:
-    """Angles and rates of one case by both laws.
+    """Plot angles and rates of one case with both laws.
 
     Args:
-        case: which torques fail.
-        flights: by law and case.
+        case: Key of the case: which torques fail.
+        flights: Runs by law and case.
     """
     with panels(2, 2, height=5.0, sharex=True) as (figure, grid):
         for column, law in enumerate(setup.LAWS):
@@ -95,7 +95,7 @@ def case(case: str, flights: Flights) -> Drawing:
 
 
 def frozen_rates(flights: Flights) -> Drawing:
-    """Body rates of every failure: those about the failed axes are level from 15 s on."""
+    """Plot the body rates of every failure; those about failed axes are constant from 15 s on."""
     with panels(len(FAILING) // 2, 4, height=5.6, sharex=True, sharey=True) as (figure, grid):
         for number, case in enumerate(FAILING):
             for k, law in enumerate(setup.LAWS):
@@ -120,10 +120,10 @@ def frozen_rates(flights: Flights) -> Drawing:
 
 
 def recovery_figure(runs: Mapping[str, Mapping[str, Mapping[str, Recovery]]]) -> Drawing:
-    """The angle to the attitude aimed at, over time, of all recoveries; a line of text for each.
+    """Plot the angle to the target attitude of all recoveries over time, with a line of text each.
 
     Args:
-        runs: of each law, case and kind of loss.
+        runs: Recoveries by law, case and kind of loss.
     """
     with panels(2, 3, height=6.4, sharex=True, sharey=True) as (figure, grid):
         for axes, case in zip(grid.flat, FAILING, strict=True):
@@ -131,7 +131,7 @@ def recovery_figure(runs: Mapping[str, Mapping[str, Mapping[str, Recovery]]]) ->
             for row, (law, kind) in enumerate((law, kind) for law in runs for kind in KINDS):
                 _history(axes, law, kind, runs[law][case][kind])
                 _line_of_text(axes, row, law, kind, runs[law][case][kind])
-            # the upper half is for the texts
+            # the upper half is reserved for the texts
             axes.set(yscale="log", xlim=(0.0, 600.0), ylim=(LEAST, 1e8))
             axes.set_yticks([1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0])
             axes.minorticks_off()
@@ -153,7 +153,7 @@ def _history(axes: Axes, law: str, kind: str, recovery: Recovery) -> None:
     if recovery.flight is None:
         return
     left = np.degrees(recovery.flight.error.values)
-    # drawn to the first sample below the smallest angle
+    # up to the first sample below the smallest angle drawn
     end = int(np.argmax(left < LEAST)) + 1 if np.any(left < LEAST) else len(left)
     time = recovery.flight.time.values[:end]
     axes.plot(time, np.maximum(left[:end], LEAST), STROKES[law], color=KINDS[kind], lw=1.1)

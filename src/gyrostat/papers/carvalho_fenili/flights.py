@@ -1,4 +1,4 @@
-"""Simulations of the 14 cases, the law evaluated at every stage of a Runge-Kutta step."""
+"""Simulations of the 14 cases, with the law evaluated at every stage of a Runge-Kutta step."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,24 +12,24 @@ from gyrostat.papers.carvalho_fenili import setup
 from gyrostat.papers.carvalho_fenili.torque_driven import LARGEST_SLIP, EulerState, TorqueDrivenBody
 
 LOST = 100.0
-"""Difference of the rate from the torque's impulse, rad/s in one step, at which a run ends."""
+"""Error of the rate change in one step, rad/s, at which a run ends."""
 BAND, FROM = 0.05, 50.0
-"""rad and s: an angle is controlled if it stays this near to its goal from this time on. Without a
-failure all angles do, with both laws."""
+"""Angle, rad, and time, s: an angle is controlled if it stays this close to its goal from this time
+on. Without a failure, both laws control all angles."""
 
 
 @dataclass(frozen=True)
 class Flight:
-    """One run, as far as it is valid.
+    """One run, up to the end of its validity.
 
     Attributes:
-        case: which torques fail.
-        time: (N,) of the samples, s.
-        angles: (N, 3) theta - pi/2, phi, psi, rad.
-        rates: (N, 3) of them, rad/s.
-        body_rate: (N, 3) in body axes, rad/s.
-        complete: whether it is valid for the whole time.
-        resolved_until: until when the steps are short enough for the motion, s.
+        case: Key of the case: which torques fail.
+        time: Sample times, (N,), s.
+        angles: theta - pi/2, phi, psi, (N, 3), rad.
+        rates: Rates of the angles, (N, 3), rad/s.
+        body_rate: Body rate in body axes, (N, 3), rad/s.
+        complete: Whether the run is valid to its end.
+        resolved_until: Time until which the steps are short enough for the motion, s.
     """
 
     case: str
@@ -52,7 +52,7 @@ class Flight:
 
     @property
     def end(self) -> np.ndarray:
-        """(3,) angles at the end of validity, rad."""
+        """Angles at the end of validity, (3,), rad."""
         return self.angles[-1]
 
     def excursion(self, angle: int) -> float:
@@ -60,7 +60,7 @@ class Flight:
         return float(np.max(np.abs(self.angles[self.time >= FROM - 1e-9, angle])))
 
     def stays(self, angle: int) -> bool:
-        """Whether an angle stays within `BAND` of its goal for as long as the run is valid."""
+        """Whether an angle stays within `BAND` of its goal while the run is valid."""
         return self.excursion(angle) <= BAND
 
     @property
@@ -70,17 +70,17 @@ class Flight:
 
     @property
     def excursions(self) -> str:
-        """Sentence on how far the angles move from their goals."""
+        """Sentence on the largest distances of the angles from their goals."""
         far = [f"{name} {self.excursion(k):.3g}" for k, name in enumerate(setup.ANGLE_NAMES)]
         span = f"from {FROM:g} s to {self.valid_until:.5g} s"
         return f"Largest distance from the goal {span}: {', '.join(far)} rad."
 
     def frozen_rate(self) -> np.ndarray:
-        """Body rate about the failed axes when they failed, rad/s."""
+        """Body rate about the failed axes at the failure, rad/s."""
         return self.body_rate[round(setup.FAILURE / setup.STEP), self.failed]
 
     def frozen_rate_drift(self, until: float) -> float:
-        """Largest change of that rate from then on, to a time, s; rad/s."""
+        """Largest change of that rate between the failure and a time, s; rad/s."""
         span = (self.time >= setup.FAILURE - 1e-9) & (self.time <= until + 1e-9)
         change = self.body_rate[span][:, self.failed] - self.frozen_rate()
         return float(np.max(np.abs(change), initial=0.0))
@@ -100,13 +100,13 @@ class Flight:
 
     @property
     def refuted(self) -> str:
-        """`frozen_argument`, and the errors at the end."""
+        """`frozen_argument`, followed by the errors at the end."""
         pairs = zip(setup.ANGLE_NAMES, self.end, strict=True)
         ends = ", ".join(f"{angle} {value:.3g}" for angle, value in pairs)
         return f"{self.frozen_argument} Errors at {self.valid_until:.5g} s: {ends} rad."
 
     def spread(self, until: float) -> float:
-        """Root mean square of the three angles together from the failure to a time, rad."""
+        """Root mean square of the three angles from the failure to a time, rad."""
         angles = self.angles[(self.time >= setup.FAILURE - 1e-9) & (self.time <= until + 1e-9)]
         return float(np.sqrt(np.mean(np.sum(angles**2, axis=1))))
 
@@ -122,7 +122,7 @@ def _continuous(law: Any, failing: Float[Array, "cases 3"], start: EulerState, c
             # comparisons with NaN are false
             finite = jnp.all(jnp.isfinite(jnp.stack(after)))
             still = valid & clear & finite & ~body.diverged(after) & (slip <= LOST)
-            # an ended run rests where the law's equation is quickly solved
+            # a run that has ended stays where the Riccati equation converges fast
             kept = jax.tree.map(lambda new, old: jnp.where(still, new, old), after, start)
             row = (state, state.body_rate(), valid, slip <= LARGEST_SLIP)
             return (kept, still), row
@@ -133,14 +133,14 @@ def _continuous(law: Any, failing: Float[Array, "cases 3"], start: EulerState, c
 
 
 def flights(law: Any, duration: float = setup.DURATION) -> dict[str, Flight]:
-    """Simulate all cases.
+    """Simulate all cases with a law.
 
     Args:
-        law: state -> torque, (3,), N·m.
-        duration: s.
+        law: Function from the state to the torque, (3,), N·m.
+        duration: Duration, s.
 
     Returns:
-        A flight for each case.
+        Run of each case.
     """
     count = round(duration / setup.STEP)
     start = setup.HEALTHY.start(setup.ANGLES, setup.RATES)

@@ -18,20 +18,20 @@ from gyrostat.papers.carvalho_fenili.setup import CASES, INERTIA, INPUT_WEIGHT, 
 from gyrostat.papers.carvalho_fenili.torque_driven import EulerState
 
 FEW, MANY = 5, 12
-"""Doublings of the Riccati solver: enough far from the singularity, where more change no bit; and
-enough down to sin(theta) = 0.005, where the closed loop is stiffest."""
+"""Doubling steps of the Riccati solver. The first value suffices far from the singularity; the
+second down to sin(theta) = 0.005, where the closed loop is stiffest."""
 SOLVED = 1e-13
-"""Relative residual of a solution that more doublings do not make better."""
+"""Relative residual of a solution that further doubling steps do not improve."""
 LARGEST_RESIDUAL = 1e-8
-"""Of a solution that is flown, relative."""
+"""Largest relative residual of a solution that is used."""
 
 Law = Callable[[EulerState], Vector3]
 
 
 def regulated(state: EulerState) -> Float[Array, "6"]:
-    """The state x of (14) with theta - pi/2 for theta.
+    """State x of (14) with theta - pi/2 in place of theta.
 
-    The columns of theta, phi and psi in A(x) are zero, so that this is exact; with theta itself the
+    This is exact, because the columns of theta, phi and psi in A(x) are zero. With theta itself the
     law would drive the body into the singularity at theta = 0.
     """
     return jnp.stack(
@@ -47,23 +47,23 @@ def regulated(state: EulerState) -> Float[Array, "6"]:
 
 
 FACTORISATION = EulerCube(INERTIA)
-"""(17) and (18), their misprints corrected, over `regulated`."""
+"""Eqs. (17) and (18) with their misprints corrected, as a function of `regulated`."""
 
 
 def linearised() -> tuple[np.ndarray, np.ndarray]:
-    """A, (6, 6), and B, (6, 3), of (16) at (15), B(2,4) corrected to 0."""
+    """A, (6, 6), and B, (6, 3), of (16) at the state (15), with B(2,4) corrected to 0."""
     dynamics, torques = FACTORISATION(jnp.zeros(6))
     return np.asarray(dynamics), np.asarray(torques)
 
 
-@cache  # the design compiles anew at each call
+@cache  # each call would compile the design again
 def gain() -> np.ndarray:
-    """(3, 6) gain of the linear quadratic regulator, N·m/rad and N·m·s/rad: M = -K x."""
+    """Gain of the linear quadratic regulator, (3, 6), N·m/rad and N·m·s/rad: M = -K x."""
     return np.asarray(lqr(*linearised(), STATE_WEIGHT, INPUT_WEIGHT).gain)
 
 
 def rank(case: str) -> int:
-    """Controllability rank of the linearised plant without the torques that failed."""
+    """Controllability rank of the linearised plant without the failed torques."""
     dynamics, torques = linearised()
     return uncontrollable(dynamics, np.delete(torques, list(CASES[case]), axis=1)).rank
 
@@ -78,7 +78,7 @@ class LinearQuadratic(eqx.Module):
     gain: Float[Array, "3 6"]
 
     def __call__(self, state: EulerState) -> Vector3:
-        """Torque that is commanded, N·m."""
+        """Commanded torque, N·m."""
         return -self.gain @ regulated(state)
 
 
@@ -90,7 +90,7 @@ def _solve(states: Array, state: Array, input: Array, doublings: int) -> tuple[A
 
 @jax.custom_batching.custom_vmap
 def _solved(states: Array, state_weight: Array, input_weight: Array) -> tuple[Array, Array]:
-    """Gains and residuals at (runs, 6) states; more doublings where one of them needs more."""
+    """Gains and residuals at (runs, 6) states; all take more doubling steps if one needs them."""
     found = _solve(states, state_weight, input_weight, FEW)
     # comparisons with NaN are false
     enough = jnp.all(found[1] <= SOLVED)
@@ -101,7 +101,7 @@ def _solved(states: Array, state_weight: Array, input_weight: Array) -> tuple[Ar
 
 @_solved.def_vmap
 def _(size: int, batched: Any, states: Array, state_weight: Array, input_weight: Array) -> Any:
-    # one condition for all runs: with one for each, a batch would always solve both ways
+    # one condition for all runs: with one for each, a batch would always evaluate both branches
     del batched
     found = _solved(states.reshape(-1, 6), state_weight, input_weight)
     return tuple(part.reshape(size, -1, *part.shape[1:]) for part in found), (True, True)
@@ -111,15 +111,15 @@ class StateDependent(eqx.Module):
     """M = -R^-1 B(x)' P(x) x of (11) and (12).
 
     Attributes:
-        state_weight: Q, (6, 6), one for all runs of a batch.
-        input_weight: R, (3, 3), likewise.
+        state_weight: Q, (6, 6), the same for all runs of a batch.
+        input_weight: R, (3, 3), the same for all runs of a batch.
     """
 
     state_weight: Float[Array, "6 6"]
     input_weight: Float[Array, "3 3"]
 
     def __call__(self, state: EulerState) -> Vector3:
-        """Torque that is commanded, N·m; NaN where the equation has no solution."""
+        """Commanded torque, N·m; NaN if the Riccati equation has no solution."""
         here = regulated(state)
         found = _solved(here[None], self.state_weight, self.input_weight)
         gain, residual = (part[0] for part in found)
@@ -128,6 +128,6 @@ class StateDependent(eqx.Module):
 
 
 def laws() -> dict[str, LinearQuadratic | StateDependent]:
-    """Both laws with the paper's weights."""
+    """Both laws with the weights of the paper."""
     weights = jnp.asarray(STATE_WEIGHT), jnp.asarray(INPUT_WEIGHT)
     return {"lqr": LinearQuadratic(jnp.asarray(gain())), "sdre": StateDependent(*weights)}

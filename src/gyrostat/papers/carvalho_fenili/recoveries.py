@@ -1,8 +1,8 @@
-"""The paper's laws on wheels, and recovery after each failure by a law that is notified of it.
+"""The paper's laws applied to wheels, and recovery after each failure.
 
-Table 2 on wheels at rest at first, which take up the momentum that they give the body. The paper's
-law controls until the failure; then `gyrostat.failures.recover` goes to the nearest attitude that
-can be held.
+The initial state is that of Table 2 with wheels at rest. The wheels absorb the momentum that they
+give the body. The paper's law controls until the failure; then `gyrostat.failures.recover`, whose
+law is notified of the failure, leads to the nearest feasible attitude.
 """
 
 from collections.abc import Collection, Mapping
@@ -38,19 +38,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ROTOR = 0.01
-"""kg·m², of each rotor about its axis: 3 N·m·s at 2900 rpm."""
+"""Inertia of each rotor about its axis, kg·m²: 3 N·m·s at 2900 rpm."""
 PERIOD = 0.1
-"""s, of control: the laws' own time constants are seconds."""
+"""Control period, s; the time constants of the laws are seconds."""
 TARGET = np.asarray(rotations.from_euler(EulerAngles(phi=0.0, theta=0.5 * np.pi, psi=0.0)))
 TORQUE, MOMENTUM = 0.1, 3.0
-"""N·m and N·m·s, of each wheel where limits act."""
+"""Torque limit, N·m, and momentum limit, N·m·s, of each wheel in runs with limits."""
 LOSSES = {"frozen": Loss("frozen"), "seized": Loss("seized"), "rundown": Loss("rundown", 60.0)}
-"""How wheels fail: they keep their momentum, stop at once, or run down with 60 s."""
+"""Kinds of failure: constant momentum, immediate stop, decay with 60 s."""
 WITHOUT_REST = {**dict.fromkeys(("MxMy", "MxMz", "MyMz"), LOSSES), "My": ("frozen",)}
-"""Recoveries with claims: those that come to no rest, by case."""
+"""Recoveries with claims, by case: those that do not come to rest."""
 
 Recoveries = Mapping[str, Mapping[str, Recovery]]
-"""Of each case, then of each kind of loss."""
+"""Recoveries by case and kind of loss."""
 
 
 def _craft(torque: float, momentum: float) -> Spacecraft:
@@ -67,15 +67,15 @@ CRAFT, LIMITED = _craft(np.inf, np.inf), _craft(TORQUE, MOMENTUM)
 
 
 def _nearest(angle: Scalar, before: Scalar) -> Scalar:
-    """The angle, whole turns added, that is nearest to another."""
+    """Angle plus whole turns that is nearest to another angle."""
     return angle + 2.0 * jnp.pi * jnp.round((before - angle) / (2.0 * jnp.pi))
 
 
 class WheelsOnAngles(eqx.Module):
-    """A law of the paper that commands wheels: rotor torque is the opposite of body torque.
+    """A law of the paper that commands wheels: the rotor torque is the negative body torque.
 
     Attributes:
-        law: state -> body torque.
+        law: Function from state to body torque.
     """
 
     law: Any
@@ -96,7 +96,7 @@ class WheelsOnAngles(eqx.Module):
 
 
 def start() -> GyrostatState:
-    """Table 2, wheels at rest."""
+    """Initial state of Table 2, with wheels at rest."""
     return Gyrostat(CRAFT).start(
         attitude=rotations.from_euler(setup.ANGLES),
         rate=rotations.rate_of_euler(setup.ANGLES, setup.RATES),
@@ -104,7 +104,7 @@ def start() -> GyrostatState:
 
 
 def failing(case: str) -> Gyrostat:
-    """The spacecraft without limits whose wheels lose their torque at the failure of a case."""
+    """Spacecraft without limits whose wheels lose their torque at the failure of a case."""
     failures = WheelFailures.none(3)
     for wheel in setup.CASES[case]:
         failures = failures.torque_lost(wheel, setup.FAILURE)
@@ -112,12 +112,12 @@ def failing(case: str) -> Gyrostat:
 
 
 def fly_on_wheels(law: Any, plants: list[Gyrostat], duration: float) -> "xr.Dataset":
-    """Simulate Table 2 on wheels, one run for each plant.
+    """Simulate the state of Table 2 with wheels, one run for each plant.
 
     Args:
-        law: state -> body torque, (3,), N·m.
-        plants: spacecraft.
-        duration: s.
+        law: Function from state to body torque, (3,), N·m.
+        plants: Spacecraft.
+        duration: Duration, s.
     """
     every: Any = stack(plants)
     return simulate(
@@ -132,11 +132,11 @@ def fly_on_wheels(law: Any, plants: list[Gyrostat], duration: float) -> "xr.Data
 
 
 def recovered(onset: GyrostatState, cases: Mapping[str, Collection[str]]) -> Recoveries:
-    """Recover from failures.
+    """Simulate recoveries from failures.
 
     Args:
-        onset: state at the failure.
-        cases: kinds of loss of each case.
+        onset: State at the failure.
+        cases: Kinds of loss for each case.
     """
     return {
         case: {
@@ -154,10 +154,10 @@ def recovered(onset: GyrostatState, cases: Mapping[str, Collection[str]]) -> Rec
 
 
 def without_limits(state: GyrostatState) -> Mapping[str, str]:
-    """Attitude that could be held, had no limit acted before the failure, in words by case.
+    """Feasible attitude in a run without limits before the failure, in words by case.
 
     Args:
-        state: at the failure, of the run without limits.
+        state: State at the failure in the run without limits.
     """
     momenta = ROTOR * np.asarray(state.wheel_speed + Gyrostat(CRAFT).rate(state))
     found = {}
@@ -170,7 +170,7 @@ def without_limits(state: GyrostatState) -> Mapping[str, str]:
 
 
 def at_failure(law: Any) -> tuple[GyrostatState, GyrostatState]:
-    """States on healthy wheels when one would fail, without and with limits, by a law."""
+    """States with healthy wheels at the time of the failure, without and with limits, for a law."""
     healthy = [Gyrostat(craft, WheelFailures.none(3)) for craft in (CRAFT, LIMITED)]
     flown = fly_on_wheels(law, healthy, setup.FAILURE)
     last = [flown[name].values[:, -1] for name in GyrostatState._fields[:3]]
@@ -179,7 +179,7 @@ def at_failure(law: Any) -> tuple[GyrostatState, GyrostatState]:
 
 
 def without_rest(run: Run) -> Part:
-    """Failures from which no rest is reached."""
+    """Failures after which the body does not come to rest."""
     values: dict[str, Value] = {}
     facts: dict[str, Any] = {"recover": {}, "free": {}}
     for law, function in laws().items():
@@ -197,7 +197,7 @@ def without_rest(run: Run) -> Part:
 
 
 def every_recovery(run: Run) -> Part:
-    """All recoveries, and the end of one run on wheels without any."""
+    """All recoveries, and the end of one run with wheels and without recovery."""
     run.say("every recovery")
     cases = {case: LOSSES for case, failed in setup.CASES.items() if failed}
     found = {law: recovered(at_failure(one)[1], cases) for law, one in laws().items()}

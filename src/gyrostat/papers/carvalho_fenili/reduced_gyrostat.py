@@ -1,4 +1,4 @@
-"""The gyrostat with ideal wheels: momentum-exact, free of singularities, quick."""
+"""Gyrostat with ideal wheels: exact in momentum, free of singularities and fast."""
 
 from typing import Annotated, NamedTuple
 
@@ -21,8 +21,8 @@ class ReducedState(NamedTuple):
     """State of a spacecraft with ideal wheels.
 
     Attributes:
-        attitude: (4,) quaternion of the body in inertial space, scalar first.
-        rotor_momentum: (wheels,) of each rotor about its axis in inertial space, N·m·s.
+        attitude: Attitude quaternion of the body in inertial space, (4,), scalar first.
+        rotor_momentum: Inertial momentum of each rotor about its axis, (wheels,), N·m·s.
     """
 
     attitude: Annotated[Quaternion, "1"]
@@ -32,14 +32,14 @@ class ReducedState(NamedTuple):
 class ReducedGyrostat(Checked):
     """R' = R [w]x, w = J^-1 (R' H - A h), h_i' = u_i, with the total momentum H given.
 
-    Wheels without friction; a failed one keeps its momentum. No external torque acts, so that H is
-    a parameter. P. C. Hughes, "Spacecraft Attitude Dynamics", section 3.4, with the body rate
+    Wheels have no friction; a failed wheel keeps its momentum. There is no external torque, so that
+    H is a parameter. P. C. Hughes, "Spacecraft Attitude Dynamics", section 3.4, with the body rate
     eliminated.
 
     Attributes:
-        spacecraft: the body and its wheels.
-        working: (wheels,) whether a motor gives torque.
-        total_momentum: (3,) in inertial axes, N·m·s.
+        spacecraft: Body with its wheels.
+        working: Whether the motor of each wheel gives torque, (wheels,).
+        total_momentum: Total momentum in inertial axes, (3,), N·m·s.
     """
 
     spacecraft: Spacecraft
@@ -47,7 +47,7 @@ class ReducedGyrostat(Checked):
     total_momentum: Annotated[Vector3, three("total momentum")]
 
     def check_state(self, state: ReducedState) -> None:
-        """Refuse what is no state of this spacecraft; see `Gyrostat.check_state`."""
+        """Validate a state; see `Gyrostat.check_state`."""
         for name, value, size in zip(
             state._fields, state, (4, self.spacecraft.wheels.count), strict=True
         ):
@@ -74,16 +74,16 @@ class ReducedGyrostat(Checked):
     def __call__(
         self, state: ReducedState, command: WheelTorqueCommand, time: Scalar, duration: Scalar
     ) -> tuple[ReducedState, Bool[Array, ""]]:
-        """Carry the spacecraft over an interval of held command, one Runge-Kutta step of order 4.
+        """Advance by an interval of constant command, with one Runge-Kutta step of order 4.
 
         Args:
-            state: at its start.
-            command: motor torques, limited to what the wheels give.
-            time: of no account.
-            duration: s.
+            state: State at the start of the interval.
+            command: Motor torques; limited to the capability of the wheels.
+            time: Unused.
+            duration: Duration of the interval, s.
 
         Returns:
-            The state at its end, and True.
+            State at the end of the interval, and True.
         """
         del time
         wheels = self.spacecraft.wheels
@@ -108,31 +108,31 @@ class ReducedGyrostat(Checked):
         return ReducedState(attitude, state.rotor_momentum + torque * duration), jnp.array(True)
 
     def diverged(self, state: ReducedState) -> Bool[Array, ""]:
-        """Whether the body turns faster than `FASTEST`."""
+        """Whether the body rate exceeds `FASTEST`."""
         return too_fast(self.rate(state))
 
     def record(self, state: ReducedState, command: WheelTorqueCommand) -> RateRecord:
-        """Rate at the start of a control period."""
+        """Body rate at the start of a control period."""
         del command
         return RateRecord(self.rate(state))
 
 
 class ReducedSensor(eqx.Module):
-    """Measures a reduced gyrostat without error.
+    """Sensor of a reduced gyrostat without error.
 
     Attributes:
-        gyrostat: that is measured.
+        gyrostat: Plant that is measured.
     """
 
     gyrostat: ReducedGyrostat
 
     def start(self, state: ReducedState, period: Scalar) -> None:
-        """No memory."""
+        """The sensor has no memory."""
 
     def __call__(
         self, memory: None, state: ReducedState, key: PRNGKeyArray
     ) -> tuple[None, SpacecraftMeasurement]:
-        """Measure; the key is of no account."""
+        """Measure the state; the key is unused."""
         del memory, key
         momentum = self.gyrostat.relative_momentum(state)
         return None, SpacecraftMeasurement(

@@ -1,4 +1,4 @@
-"""Our own requirements on recoveries, over dispersed cases."""
+"""Our own requirements on recoveries, for dispersed cases."""
 
 import numpy as np
 
@@ -9,13 +9,13 @@ from gyrostat.papers.claims import Value
 from gyrostat.papers.reproduction import Part, Run
 
 WITH_MOMENTUM, WITHOUT, SIDE_BY_SIDE = 400, 300, 8
-"""Cases of each set."""
+"""Number of cases in each set."""
 ERRORS = {"": 0.0, "_5pct": 0.05}
-"""Of the inertia, in ids -> share."""
+"""Suffix of the ids -> relative error of the inertia."""
 
 
 def every_set(run: Run) -> Part:
-    """Simulate every set and count."""
+    """Simulate every set and count the cases that meet the requirement."""
     parts = [
         counted(
             f"goals.momentum_{shape}{suffix}",
@@ -45,13 +45,14 @@ def every_set(run: Run) -> Part:
 def counted(
     prefix: str, found: Vector, allowed: float, worst: str
 ) -> tuple[dict[str, Value], dict[str, str]]:
-    """Values of one set, and the counts behind them, by its prefix without "goals.".
+    """Values of one set, and the counts behind them by its prefix without "goals.".
 
     Args:
-        prefix: of the ids.
-        found: settling times, or their ratios to the time allowed; infinite where none settles.
-        allowed: largest value in time.
-        worst: end of the id of the largest value.
+        prefix: Prefix of the ids.
+        found: Settling times, or their ratios to the allowed time; infinite if a case does not
+            settle.
+        allowed: Largest value that is in time.
+        worst: End of the id of the largest value.
     """
     inside, settled = int(np.sum(found <= allowed)), int(np.sum(np.isfinite(found)))
     values: dict[str, Value] = {

@@ -1,4 +1,4 @@
-"""Parameters that the paper prints, and the body and weights that they describe."""
+"""Parameters printed in the paper, with its body and weights."""
 
 import numpy as np
 
@@ -6,22 +6,22 @@ from gyrostat.core.rotations import EulerAngles
 from gyrostat.papers.carvalho_fenili.torque_driven import TorqueDrivenBody
 
 MASS, EDGE = 200.0, 0.6
-"""Table 1: kg and m."""
+"""Table 1: mass, kg, and edge, m."""
 INERTIA = MASS * EDGE**2 / 6.0
-"""I of a cube, kg·m²."""
+"""Inertia I of a cube, kg·m²."""
 DURATION, STEP = 200.0, 0.01
-"""Table 1: s."""
+"""Table 1: duration and step, s."""
 FAILURE = 15.0
-"""s."""
+"""Time of the failure, s."""
 ANGLES = EulerAngles(phi=0.7, theta=0.8, psi=0.6)
 RATES = EulerAngles(phi=0.04, theta=0.04, psi=0.04)
-"""Table 2: rad and rad/s."""
+"""Table 2: initial angles, rad, and rates, rad/s."""
 STATE_WEIGHT = np.diag([50.0, 50.0, 10.0, 10.0, 10.0, 10.0])
 """Q of (19), for the order theta, theta', phi, phi', psi, psi' of (14)."""
 PRINTED_INPUT_WEIGHT = np.diag([50.0, 50.0, 100.0, 100.0, 100.0, 100.0])
 """R of (20), for an input (0, M_x, 0, M_y, 0, M_z)."""
 INPUT_WEIGHT = PRINTED_INPUT_WEIGHT[1::2, 1::2]
-"""R of (20) where it acts: M_x 50, M_y 100, M_z 100."""
+"""Part of R of (20) that has an effect: M_x 50, M_y 100, M_z 100."""
 
 AXES = ("x", "y", "z")
 ANGLE_NAMES = ("theta", "phi", "psi")
@@ -36,7 +36,7 @@ CASES: dict[str, tuple[int, ...]] = {
     "MxMz": (0, 2),
     "MyMz": (1, 2),
 }
-"""Axes whose torque fails, of each case."""
+"""Axes whose torque fails, for each case."""
 FIGURES = {
     "Mx": (1, 13),
     "My": (3, 15),
@@ -45,13 +45,13 @@ FIGURES = {
     "MxMz": (9, 21),
     "MyMz": (11, 23),
 }
-"""Number of the paper's figure of the angles, by LQR and by SDRE; the next shows their rates."""
+"""Number of the paper's figure of the angles, for LQR and SDRE; the next one shows the rates."""
 
 HEALTHY = TorqueDrivenBody(INERTIA)
 
 
 def failure_times() -> np.ndarray:
-    """(7, 3) time from which each torque is zero in each case, s; inf where it does not fail."""
+    """Time from which each torque is zero in each case, (7, 3), s; inf if it does not fail."""
     times = np.full((len(CASES), 3), np.inf)
     for row, failed in zip(times, CASES.values(), strict=True):
         row[list(failed)] = FAILURE

@@ -23,19 +23,19 @@ from gyrostat.papers.reproduction import Part, Run
 
 THETA, PHI, PSI = range(3)
 NEAR = 0.2
-"""rad: "around the desired values"."""
+"""Meaning of "around the desired values", rad."""
 MOVING = 1e-3
-"""rad/s: a rate that has not converged to zero."""
+"""Smallest rate that counts as not converged to zero, rad/s."""
 EXCITED = 0.1
-"""Share of the linear field that counts as sufficiently excited nonlinear terms."""
+"""Nonlinear part, relative to the linear one, that counts as sufficiently excited."""
 FAILING = tuple(case for case in setup.CASES if case != "none")
 
 Flights = Mapping[str, Mapping[str, Flight]]
-"""Of each law, then of each case."""
+"""Runs by law and case."""
 
 
 def flown(run: Run) -> Flights:
-    """Simulate all cases by both laws, one beside the other."""
+    """Simulate all cases with both laws."""
     run.say(f"{len(setup.CASES)} cases by each law, evaluated at every stage")
     with ThreadPoolExecutor() as beside:
         both = {law: beside.submit(flights, one) for law, one in laws().items()}
@@ -57,14 +57,14 @@ def design(run: Run) -> Part:
 
 
 def drawn(run: Run) -> Part:
-    """Figures of all runs."""
+    """Plot all runs."""
     found = run.once(flown)
     cases = (figures.case(case, found) for case in setup.CASES)
     return Part({}, found, (*cases, figures.frozen_rates(found)))
 
 
 def numbers(run: Run) -> Part:
-    """State at 15 s, and where runs end."""
+    """State at 15 s, and ends of the runs."""
     found: Flights = run.once(flown)
     linear, dependent = found["lqr"], found["sdre"]
     row = round(setup.FAILURE / setup.STEP)
@@ -126,7 +126,7 @@ def linear(run: Run) -> Part:
 
 
 def _unstable(prefix: str, found: Mapping[str, Flight], reason: str) -> dict[str, Value]:
-    """Statements on two failures: all angles are unstable, and the one torque cannot help."""
+    """Statements on two failures: all angles unstable, and the working torque cannot help."""
     case = prefix.split(".")[1]
     flight = found[case]
     stays = [flight.stays(angle) for angle in range(3)]
@@ -137,7 +137,7 @@ def _unstable(prefix: str, found: Mapping[str, Flight], reason: str) -> dict[str
 
 
 def _decoupled_poles() -> np.ndarray:
-    """Poles of theta and psi without My where nothing couples, real parts in order, 1/s."""
+    """Poles of theta and psi without My in the decoupled linear model, real parts in order, 1/s."""
     dynamics, torques = linearised()
     kept = [0, 1, 4, 5]
     without = torques.copy()
@@ -189,7 +189,7 @@ def dependent(run: Run) -> Part:
 
 
 def _nonlinear_share(start: EulerState) -> float:
-    """Nonlinear part of the accelerations at the start under LQR, over the linearised ones."""
+    """Nonlinear part of the initial accelerations under LQR, relative to the linearised ones."""
     torque = LinearQuadratic(jnp.asarray(gain()))(start)
     bend = setup.HEALTHY.accelerations(start, torque)
     dynamics, torques = linearised()
@@ -199,7 +199,7 @@ def _nonlinear_share(start: EulerState) -> float:
 
 
 def _spreads(found: Flights, case: str) -> tuple[float, float]:
-    """`Flight.spread` by LQR and by SDRE over the time that both are valid."""
+    """`Flight.spread` with LQR and with SDRE over the time for which both are valid."""
     linear, dependent = found["lqr"][case], found["sdre"][case]
     until = min(linear.valid_until, dependent.valid_until)
     return linear.spread(until), dependent.spread(until)

@@ -1,8 +1,8 @@
-"""A rigid body on 3-1-3 angles that torques drive: Carvalho and Fenili's plant, corrected.
+"""Rigid body on 3-1-3 angles with external torques: Carvalho and Fenili's plant, corrected.
 
 C. A. de Carvalho Junior, A. Fenili, "Nonlinear attitude control of artificial satellites
-considering failure in momentum wheels", eq. (5). The torques act as if from outside: nothing takes
-up the momentum that they give the body, as wheels would.
+considering failure in momentum wheels", eq. (5). The torques are external: no wheels absorb the
+momentum that they give the body.
 """
 
 from collections.abc import Callable
@@ -19,9 +19,9 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import EulerAngles, rate_of_euler
 
 LEAST_SINE = 0.005
-"""Of theta: below it the angles say nothing that a controller should act on."""
+"""Sine of theta below which the angles are too close to their singularity for control."""
 LARGEST_SLIP = 1e-5
-"""rad/s by which the body rate may miss what the torques gave it, in one resolved step."""
+"""Largest error of the body rate in a resolved step, rad/s."""
 
 _REACH = np.array([0.0, 0.5, 0.5, 1.0])
 _WEIGHT = np.array([1.0, 2.0, 2.0, 1.0]) / 6.0
@@ -34,9 +34,9 @@ class EulerState(NamedTuple):
         theta: second angle, about x, rad.
         phi: first angle, about z, rad.
         psi: third angle, about z, rad.
-        theta_rate: rad/s.
-        phi_rate: rad/s.
-        psi_rate: rad/s.
+        theta_rate: Rate of theta, rad/s.
+        phi_rate: Rate of phi, rad/s.
+        psi_rate: Rate of psi, rad/s.
     """
 
     theta: Annotated[Scalar, "rad"]
@@ -47,35 +47,35 @@ class EulerState(NamedTuple):
     psi_rate: Annotated[Scalar, "rad/s"]
 
     def body_rate(self) -> Vector3:
-        """Rate of the body in inertial space, body axes, rad/s."""
+        """Angular velocity of the body relative to inertial space, body axes, rad/s."""
         angles = EulerAngles(phi=self.phi, theta=self.theta, psi=self.psi)
         return rate_of_euler(angles, EulerAngles(self.phi_rate, self.theta_rate, self.psi_rate))
 
 
 class BodyTorqueCommand(NamedTuple):
-    """Torques about the body axes, held through a control period.
+    """Torques about the body axes, constant in a control period.
 
     Attributes:
-        torque: (3,) M_x, M_y, M_z, N·m.
+        torque: M_x, M_y, M_z, (3,), N·m.
     """
 
     torque: Annotated[Vector3, "N·m"]
 
 
 class BodyRateRecord(NamedTuple):
-    """What is worth recording beside the angles.
+    """Recorded signals other than the angles.
 
     Attributes:
-        body_rate: (3,) in body axes, rad/s.
+        body_rate: Body rate in body axes, (3,), rad/s.
     """
 
     body_rate: Annotated[Vector3, "rad/s"]
 
 
 class TorqueDrivenBody(Checked):
-    """I dw/dt = M for a body whose principal inertias are equal, on 3-1-3 angles.
+    """I dw/dt = M for a body with equal principal inertias, on 3-1-3 angles.
 
-    Equation (5) of the paper reads, corrected,
+    Equation (5) of the paper, corrected:
 
         theta'' = (M_x cos psi - M_y sin psi) / I - phi' psi' sin theta
         phi''   = ((M_x sin psi + M_y cos psi) / I + (psi' - phi' cos theta) theta') / sin theta
@@ -83,8 +83,8 @@ class TorqueDrivenBody(Checked):
 
     Attributes:
         inertia: I about every axis, as of a cube or a ball, kg·m².
-        failure_time: (3,) from when the torque about each body axis is zero, s; inf where it never
-            fails. A torque acts to the end of a step that begins before.
+        failure_time: Time from which the torque about each body axis is zero, (3,), s; inf if it
+            never fails. A torque acts to the end of a step that begins before this time.
     """
 
     inertia: Annotated[Scalar, positive("body inertia", "kg·m²")]
@@ -109,14 +109,14 @@ class TorqueDrivenBody(Checked):
             )
 
     def start(self, angles: EulerAngles, rates: EulerAngles) -> EulerState:
-        """A state of one body.
+        """State of one body.
 
         Args:
-            angles: rad.
-            rates: of the angles in time, rad/s.
+            angles: Angles, rad.
+            rates: Rates of the angles, rad/s.
 
         Raises:
-            InputError: sin(theta) is below `LEAST_SINE`, where phi and psi cannot be told apart.
+            InputError: sin(theta) is below `LEAST_SINE`, where phi and psi are not unique.
         """
         if not np.sin(np.asarray(angles.theta, float)) >= LEAST_SINE:
             raise InputError(
@@ -127,23 +127,23 @@ class TorqueDrivenBody(Checked):
         return EulerState(*(jnp.asarray(value, float) for value in values))
 
     def working(self, time: Scalar) -> Float[Array, "3"]:
-        """1 for each axis whose torque acts in a step that begins at `time`, s, else 0."""
-        # a multiple of a step is not exactly the time that it stands for
+        """1 for each axis whose torque acts in a step that begins at `time`, s, otherwise 0."""
+        # a multiple of a step is not exactly the time that it represents
         return jnp.where(jnp.asarray(self.failure_time) > time + 1e-9, 1.0, 0.0)
 
     def accelerations(self, state: EulerState, torque: Vector3) -> EulerAngles:
-        """Second derivatives of the angles, rad/s²; the corrected (5).
+        """Second derivatives of the angles, rad/s², by the corrected eq. (5).
 
         Args:
-            state: where.
-            torque: (3,) that acts, body axes, N·m.
+            state: State.
+            torque: Torque in body axes, (3,), N·m.
         """
         sine, cosine = jnp.sin(state.theta), jnp.cos(state.theta)
         x, y, z = torque / self.inertia
         across, along = jnp.sin(state.psi), jnp.cos(state.psi)
         theta = x * along - y * across - state.phi_rate * state.psi_rate * sine
         turn = (state.psi_rate - state.phi_rate * cosine) * state.theta_rate
-        # beyond the singularity a step is not resolved; this only keeps numbers finite there
+        # a step beyond the singularity is not resolved; this only keeps numbers finite there
         phi = (x * across + y * along + turn) / jnp.where(jnp.abs(sine) > 1e-9, sine, 1e-9)
         psi = z - phi * cosine + state.phi_rate * state.theta_rate * sine
         return EulerAngles(phi=phi, theta=theta, psi=psi)
@@ -155,18 +155,18 @@ class TorqueDrivenBody(Checked):
         time: Scalar,
         duration: Scalar,
     ) -> tuple[EulerState, Bool[Array, ""], Scalar]:
-        """One step of the classical fourth-order Runge-Kutta method, a law evaluated at each stage.
+        """Advance by one classical Runge-Kutta step of order 4; the law is evaluated at each stage.
 
         Args:
-            state: at its start.
-            law: state -> torque that it commands, (3,), N·m; what has failed does not act.
-            time: of its start, s.
-            duration: s.
+            state: State at the start of the step.
+            law: Function from state to commanded torque, (3,), N·m; failed torques do not act.
+            time: Start of the step, s.
+            duration: Duration of the step, s.
 
         Returns:
-            The state at its end; whether no stage came nearer to the singularity than `LEAST_SINE`;
-            and the slip: by how much, rad/s, the body rate misses what the torques of the stages
-            gave it, which is the error of the step in that rate.
+            State at the end; whether all stages stayed away from the singularity by `LEAST_SINE`;
+            and the slip: deviation of the body rate, rad/s, from the impulse of the torques at the
+            stages, which is the error of the step in the body rate.
         """
         begin = jnp.stack([jnp.asarray(value, float) for value in state])
         working = self.working(time)
@@ -193,31 +193,31 @@ class TorqueDrivenBody(Checked):
     def __call__(
         self, state: EulerState, command: BodyTorqueCommand, time: Scalar, duration: Scalar
     ) -> tuple[EulerState, Bool[Array, ""]]:
-        """Carry the body over an interval of held torque.
+        """Advance by an interval of constant torque.
 
         Returns:
-            The state at its end, and whether it was resolved: clear of the singularity, its slip
-            within `LARGEST_SLIP`; see `carry`.
+            State at the end, and whether the step was resolved: away from the singularity, with a
+            slip within `LARGEST_SLIP`; see `carry`.
         """
         held = jnp.asarray(command.torque)
         after, clear, slip = self.carry(state, lambda _: held, time, duration)
         return after, clear & (slip <= LARGEST_SLIP)
 
     def diverged(self, state: EulerState) -> Bool[Array, ""]:
-        """Whether the angles have come to their singularity, sin(theta) < `LEAST_SINE`."""
+        """Whether the angles have reached their singularity, sin(theta) < `LEAST_SINE`."""
         return ~(jnp.sin(state.theta) >= LEAST_SINE)
 
     def record(self, state: EulerState, command: Any) -> BodyRateRecord:
-        """The body rate."""
+        """Body rate."""
         return BodyRateRecord(state.body_rate())
 
 
 class EulerMeasurement(NamedTuple):
-    """Angles and their rates, as they are.
+    """Angles and their rates, without error.
 
     Attributes:
-        angles: (3,) theta, phi, psi, rad.
-        rates: (3,) of them, rad/s.
+        angles: theta, phi, psi, (3,), rad.
+        rates: Rates of the angles, (3,), rad/s.
     """
 
     angles: Annotated[Vector3, "rad"]
@@ -225,10 +225,10 @@ class EulerMeasurement(NamedTuple):
 
 
 class EulerSensor(eqx.Module):
-    """Reads angles and rates without error, as the paper's laws do."""
+    """Sensor of angles and rates without error, as the paper's laws assume."""
 
     def start(self, state: Any, period: Scalar) -> tuple[()]:
-        """It has no memory."""
+        """The sensor has no memory."""
         return ()
 
     def __call__(

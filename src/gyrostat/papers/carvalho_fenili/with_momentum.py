@@ -1,14 +1,14 @@
 """Dispersed recoveries with two of three wheels and momentum.
 
-A case is a spacecraft with three orthogonal wheels (0.1 N·m, 3 N·m·s), one of which has failed, a
-total momentum whose part across the failed axis is 0.1 to 2.9 N·m·s (log-uniform), what the failed
-wheel holds uniform in +-2.9 N·m·s, and a holdable target (uniform phase and roll: up to 180 deg
-away). Starts, in turn:
+A case is a spacecraft with three orthogonal wheels (0.1 N·m, 3 N·m·s), one of which has failed. The
+component of the total momentum orthogonal to the failed axis is 0.1 to 2.9 N·m·s (log-uniform). The
+momentum of the failed wheel is uniform in +-2.9 N·m·s. The target is a feasible attitude (uniform
+phase and roll, up to 180 deg away). The initial states, in turn:
 
-    frozen    at rest where all three wheels held the momentum; the failed one keeps its own
-    emptied   the same, the failed wheel's momentum goes to the body at once (all of it <= 2.9)
-    drifting  any attitude, the working wheels stop the body as far as they can
-    tumbling  any attitude, the momenta of the working wheels anything up to that of the target
+        frozen    at rest with the momentum in all three wheels; the failed wheel keeps its own
+        emptied   the same; the failed wheel's momentum goes to the body at once (total <= 2.9)
+        drifting  any attitude; the working wheels stop the body as far as possible
+        tumbling  any attitude; momenta of the working wheels between zero and those of the target
 """
 
 import numpy as np
@@ -31,23 +31,24 @@ from gyrostat.wheel import WheelArray
 
 KINDS = ("frozen", "emptied", "drifting", "tumbling")
 PRINCIPAL = {"cube": (12.0, 12.0, 12.0), "tilted": (8.0, 12.0, 16.0)}
-"""kg·m²; tilted: about random axes."""
+"""Principal inertias, kg·m²; tilted: about random axes."""
 TORQUE, MOMENTUM, MOST = 0.1, 3.0, 2.9
-"""N·m, N·m·s, N·m·s."""
+"""Torque limit, N·m, momentum limit, N·m·s, and largest total momentum, N·m·s."""
 PERIOD = 0.5
-"""s, of control."""
+"""Control period, s."""
 LENGTHS = (400 * 1.35 ** np.arange(12)).astype(int)
-"""Periods of a flight: few, since each length is compiled."""
+"""Durations of runs, periods. There are few, because each length is compiled separately."""
 ROTOR = 0.01
-"""kg·m²."""
+"""Inertia of each rotor, kg·m²."""
 
 
 def _start(
     random: np.random.Generator, kind: str, failed: int
 ) -> tuple[Rotation, Rotation, Vector, Vector, float]:
-    """Attitudes at the start and to reach, total momentum (inertial), rotors' momenta, and rho.
+    """Attitudes at the start and at the target, total momentum (inertial), rotor momenta, and rho.
 
-    Momenta in N·m·s, each rotor's about its axis; rho is the momentum across the failed axis.
+    Momenta in N·m·s, those of rotors about their axes; rho is the momentum orthogonal to the failed
+        axis.
     """
     works = np.arange(3) != failed
     rho, held = np.exp(random.uniform(np.log(0.1), np.log(MOST))), random.uniform(-MOST, MOST)
@@ -79,13 +80,13 @@ def _quaternion(rotation: Rotation):
 
 
 def draw(random: np.random.Generator, kind: str, shape: str, error: float) -> Dispersed:
-    """One case on the reduced gyrostat.
+    """Draw one case for the reduced gyrostat.
 
     Args:
-        random: numbers.
-        kind: of start, one of `KINDS`.
-        shape: of the body, one of `PRINCIPAL`.
-        error: of each principal inertia in the controller, either way.
+        random: Random generator.
+        kind: Initial state, one of `KINDS`.
+        shape: Shape of the body, one of `PRINCIPAL`.
+        error: Relative error of each principal inertia in the controller, of either sign.
     """
     failed = int(random.integers(3))
     works = np.arange(3) != failed
@@ -117,14 +118,14 @@ def _duration(allowed: float) -> float:
 
 
 def ratios(shape: str, error: float, cases: int, say: Say, seed: int = 1) -> Vector:
-    """(cases,) settling time over the time allowed; infinite where a case does not settle.
+    """Settling time over the allowed time, (cases,); infinite if a case does not settle.
 
     Args:
-        shape: of the body, one of `PRINCIPAL`.
-        error: of each principal inertia in the controller, either way.
-        cases: number of cases.
-        say: called after each block.
-        seed: of the cases.
+        shape: Shape of the body, one of `PRINCIPAL`.
+        error: Relative error of each principal inertia in the controller, of either sign.
+        cases: Number of cases.
+        say: Called after each block.
+        seed: Seed of the cases.
     """
     random = np.random.default_rng(seed)
     drawn = [draw(random, KINDS[k % len(KINDS)], shape, error) for k in range(cases)]
@@ -148,15 +149,15 @@ def ratios(shape: str, error: float, cases: int, say: Say, seed: int = 1) -> Vec
 
 
 def full_beside_reduced(cases: int, seed: int = 2) -> tuple[float, float]:
-    """Simulate cases on the full gyrostat and on the reduced one.
+    """Simulate cases with the full gyrostat and with the reduced one.
 
     Args:
-        cases: number of cases.
-        seed: of the cases.
+        cases: Number of cases.
+        seed: Seed of the cases.
 
     Returns:
-        Largest difference of settling times, s, infinite where one does not settle; and the largest
-        relative change of the total momentum of the full one.
+        Largest difference of settling times, s (infinite if a case does not settle), and largest
+            relative change of the total momentum of the full gyrostat.
     """
     random = np.random.default_rng(seed)
     shapes = list(PRINCIPAL)
@@ -173,7 +174,7 @@ def full_beside_reduced(cases: int, seed: int = 2) -> tuple[float, float]:
 
 
 def _full(case: Dispersed) -> Dispersed:
-    """With rotors that turn: the momentum of each about its axis is J (speed + rate about it)."""
+    """Case with turning rotors, each with the momentum J (speed + body rate) about its axis."""
     reduced, state = case.plant, case.start
     failures = WheelFailures.none(3)
     for wheel in np.flatnonzero(~np.asarray(reduced.working)):
@@ -186,7 +187,7 @@ def _full(case: Dispersed) -> Dispersed:
 
 
 def _change(case: Dispersed, flown) -> float:
-    """Of the momentum made anew from attitude, body rate and wheels, relative."""
+    """Relative change of the momentum computed from attitude, body rate and wheels."""
     locked = case.plant.spacecraft.inertia_locked()
     body = flown.rate.values @ np.asarray(locked) + flown.wheel_momentum.values
     there = jax.vmap(rotations.to_inertial)(jnp.asarray(flown.attitude.values), jnp.asarray(body))

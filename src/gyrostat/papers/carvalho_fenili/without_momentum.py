@@ -1,9 +1,9 @@
-"""Dispersed recoveries with two of three wheels and next to no momentum.
+"""Dispersed recoveries with two of three wheels and almost no momentum.
 
 A case is a gyrostat with three orthogonal wheels (0.1 N·m, 3 N·m·s, rotors of 0.01 kg·m²), one of
 them seized, and an inertia of 12 kg·m² (cube) or 8, 12, 16 kg·m² about random axes (tilted), in
-turn. Attitude and wanted attitude are random; the target is the attitude nearest to the wanted one
-where the wheels can hold the momentum. At the start the wheels hold what they can.
+turn. Initial and wanted attitude are random. The target is the feasible attitude nearest to the
+wanted one. At the start the wheels absorb as much momentum as they can.
 """
 
 from typing import NamedTuple
@@ -24,20 +24,20 @@ from gyrostat.wheel import WheelArray
 ROTORS = np.full(3, 0.01)
 WHEELS = WheelArray(jnp.eye(3), jnp.asarray(ROTORS), jnp.full(3, 0.1), jnp.full(3, 3.0))
 PERIOD = 0.1
-"""s, of control."""
+"""Control period, s."""
 
 
 class Requirement(NamedTuple):
-    """A set of cases and what is required of them.
+    """Set of cases and its requirement.
 
     Attributes:
-        key: in ids.
-        least: momentum, N·m·s.
-        most: momentum, N·m·s.
-        error: of the inertia known to the controller, share of the largest.
-        allowed: time to settle, s.
-        duration: of a run, s.
-        tumbling: whether the body turns at the start, at up to 0.05 rad/s.
+        key: Name in ids.
+        least: Smallest momentum, N·m·s.
+        most: Largest momentum, N·m·s.
+        error: Error of the inertia in the controller, relative to the largest one.
+        allowed: Allowed settling time, s.
+        duration: Duration of a run, s.
+        tumbling: Whether the body rotates at the start, at up to 0.05 rad/s.
 
     """
 
@@ -62,7 +62,7 @@ REQUIREMENTS = (
 
 
 def _nearest_rest(wanted: Rotation, momentum: Vector, normal: Vector) -> Rotation:
-    """Attitude nearest to a wanted one at which the momentum has no part along the normal."""
+    """Attitude nearest to a wanted one at which the momentum has no component along the normal."""
     body = wanted.inv().apply(momentum)
     across = body - normal * (normal @ body)
     axis = np.cross(across, body)
@@ -73,12 +73,12 @@ def _nearest_rest(wanted: Rotation, momentum: Vector, normal: Vector) -> Rotatio
 
 
 def draw(random: np.random.Generator, one: Requirement, *, tilted: bool) -> Dispersed:
-    """One case.
+    """Draw one case.
 
     Args:
-        random: numbers.
-        one: set that it belongs to.
-        tilted: whether the inertia is tilted.
+        random: Random generator.
+        one: Set of the case.
+        tilted: Whether the inertia is tilted.
     """
     turn = Rotation.random(rng=random).as_matrix() if tilted else np.eye(3)
     inertia = turn @ np.diag((8.0, 12.0, 16.0) if tilted else (12.0,) * 3) @ turn.T
@@ -120,15 +120,15 @@ def draw(random: np.random.Generator, one: Requirement, *, tilted: bool) -> Disp
 
 
 def times(one: Requirement, cases: int, say: Say, seed: int = 1) -> Vector:
-    """(cases,) settling times, s; infinite where a case does not settle.
+    """Settling times, (cases,), s; infinite if a case does not settle.
 
     Settled means below 0.05 deg and 1e-4 rad/s from then on, to the end of the run.
 
     Args:
-        one: the set.
-        cases: number of cases.
-        say: called after each block.
-        seed: of the cases.
+        one: Set of cases.
+        cases: Number of cases.
+        say: Called after each block.
+        seed: Seed of the cases.
     """
     random = np.random.default_rng(seed)
     drawn = [draw(random, one, tilted=k % 2 == 1) for k in range(cases)]

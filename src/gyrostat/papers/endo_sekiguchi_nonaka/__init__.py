@@ -1,4 +1,4 @@
-"""Endo, Sekiguchi and Nonaka: pointing with two wheels, a model error compensator tuned on line.
+"""Endo, Sekiguchi and Nonaka: two-wheel pointing, model error compensator with on-line tuning.
 
 H. Endo, K. Sekiguchi and K. Nonaka, "Model error compensator for attitude control of 2-wheel
 spacecraft with on-line FRIT based tuning".

@@ -1,4 +1,4 @@
-"""The paper's own start and others: its numbers and its statements."""
+"""Numbers and statements of the paper, from its own start and from others."""
 
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
@@ -19,19 +19,19 @@ FIXED = {
 }
 """Runs with a fixed gain, 1/s."""
 SAMPLED_POLE = 1.0 - setup.FEEDBACK * setup.PERIOD
-"""Of the sampled closed loop of integrators, h(k+1) = h(k) + Ts F (r - h)."""
+"""Pole of the sampled closed loop of integrators, h(k+1) = h(k) + Ts F (r - h)."""
 CLOSE = 0.1
-"""Close to the ideal output: within this share of how far the output without MEC is from it."""
+"""Largest distance from the ideal output that counts as close, relative to that without MEC."""
 STEADY = 3.0 / setup.FEEDBACK
-"""s: three time constants, after which only the effect of the momentum is left."""
+"""Three time constants, s, after which only the effect of the momentum remains."""
 GENTLE = 0.01
-"""A gain changes gently if no sample changes it by more than this share of its largest value."""
+"""Largest change per sample, relative to the largest gain, that counts as gentle."""
 BOUNDED = 10.0
-"""rad/s of wheel speed: four times what the start alone needs; beyond it the gain has run away."""
+"""Wheel speed above which the gain has diverged, rad/s: four times the need of the start."""
 IN_TIME = 9000.0
-"""s: a run from another start holds if its error is below 0.05 degrees for good from here on."""
+"""Time, s, from which a run from another start must stay below 0.05 degrees."""
 TURNS = (45, 90, 135, 180, 225, 270, 315)
-"""Degrees added to the phases of the momentum."""
+"""Angles added to the phases of the momentum, degrees."""
 AXES = (
     *((1.0, 2.0, -3.0), (2.0, 1.0, 3.0), (-1.0, 2.0, 3.0), (1.0, -2.0, 3.0)),
     *((3.0, 2.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
@@ -52,12 +52,12 @@ the compensator: fixed gains, by the names of `FIXED`, and on-line tuning, `mec_
 
 
 class Outcome(NamedTuple):
-    """What is kept of a run from another start.
+    """Summary of a run from another start.
 
     Attributes:
-        settled: from when on below 0.05 degrees for good, s; None where never.
-        top_speed: largest commanded wheel speed, rad/s.
-        valid_until: s.
+        settled: Time from which the error stays below 0.05 degrees, s; None if never.
+        top_speed: Largest commanded wheel speed, rad/s.
+        valid_until: End of validity, s.
     """
 
     settled: float | None
@@ -66,17 +66,17 @@ class Outcome(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether it settled in time."""
+        """Whether the run settled in time."""
         return self.settled is not None and self.settled <= IN_TIME
 
 
 def outcomes_of(flights: Iterable[Flight]) -> list[Outcome]:
-    """What is kept of runs from other starts, one after the other."""
+    """Summaries of runs from other starts."""
     return [Outcome(one.settled, one.top_speed, one.valid_until) for one in flights]
 
 
 def own_start(run: Run) -> tuple[Flights, list[Outcome]]:
-    """Simulate the paper's own start, and the others with FRIT."""
+    """Simulate the paper's own start, and the other starts with FRIT."""
     plain = Case()
     untuned = {
         "ideal": (Case(total=setup.NOMINAL, momentum=0.0), 0.0),
@@ -98,11 +98,11 @@ def own_start(run: Run) -> tuple[Flights, list[Outcome]]:
 
 
 def filtered(signal: np.ndarray, start: np.ndarray | float = 0.0) -> np.ndarray:
-    """M: m(k+1) = a m(k) + (1 - a) x(k), a = `SAMPLED_POLE`; (N, n) along the first axis.
+    """Filter M: m(k+1) = a m(k) + (1 - a) x(k), a = `SAMPLED_POLE`; (N, n) along the first axis.
 
     Args:
-        signal: (N, n) x.
-        start: m(0).
+        signal: Signal x, (N, n).
+        start: Initial value m(0).
     """
     first = np.broadcast_to(start, signal.shape[1:])[None]
     numerator, denominator = [0.0, 1.0 - SAMPLED_POLE], [1.0, -SAMPLED_POLE]
@@ -112,10 +112,10 @@ def filtered(signal: np.ndarray, start: np.ndarray | float = 0.0) -> np.ndarray:
 def identity(flight: Flight, sign: float = -1.0) -> float:
     """Max |eta + M d| / max |M d|, eta = M mu + sign F (h - M h), d = (h(k+1) - h(k)) / Ts - mu(k).
 
-    M is the sampled closed loop, and the filters of (25) start at h(0).
+    M is the sampled closed loop. The filters of (25) start at h(0).
 
     Args:
-        flight: of signals h and mu.
+        flight: Run with the signals h and mu.
         sign: -1 where (25) agrees with (22), +1 as (25) is printed.
     """
     output, virtual = flight.output[:-1], flight.virtual[:-1]
@@ -125,7 +125,7 @@ def identity(flight: Flight, sign: float = -1.0) -> float:
 
 
 def turns(flight: Flight) -> list[int]:
-    """How often each output turns round after `STEADY`."""
+    """Number of reversals of each output after `STEADY`."""
     slopes = np.sign(np.diff(flight.output[round(STEADY / setup.PERIOD) :: 100], axis=0))
     return [int(np.sum(np.diff(slope) != 0.0)) for slope in slopes.T]
 
@@ -164,7 +164,7 @@ def numbers(run: Run) -> Part:
 
 
 def statements(run: Run) -> Part:
-    """Statements on the paper's own start, and on the others with FRIT."""
+    """Statements on the paper's own start, and on the other starts with FRIT."""
     flights, outcomes = run.once(own_start)
     bare, frit, ideal = flights["no_mec"], flights["mec_frit"], flights["ideal"]
     far, near = bare.distance(ideal), frit.distance(ideal)

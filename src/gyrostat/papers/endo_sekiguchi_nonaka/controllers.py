@@ -1,4 +1,4 @@
-"""Controllers of the dispersed cases, and what is kept of their runs."""
+"""Controllers of the dispersed cases, and summaries of their runs."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -20,27 +20,27 @@ from gyrostat.papers.endo_sekiguchi_nonaka.setup import PERIOD, REQUIRED, fixed,
 from gyrostat.simulation import Runner, by_engine, control_loop, stack
 
 BLOCK = 64
-"""Runs that are simulated together by one thread."""
+"""Number of runs that one thread simulates together."""
 THREADS = min(2, os.cpu_count() or 1)
 
 
 class Estimated(eqx.Module):
-    """Output feedback: a controller on the attitude and rate of the attitude filter.
+    """Output feedback: a controller that uses attitude and rate of the attitude filter.
 
     Attributes:
-        controller: of the loop.
-        filter: of star tracker and gyro.
+        controller: Controller of the loop.
+        filter: Filter of star tracker and gyro.
     """
 
     controller: Any
     filter: SteadyAttitudeFilter = SteadyAttitudeFilter()
 
     def start(self, period: Scalar) -> tuple[SteadyAttitudeEstimate, Any, Scalar]:
-        """Memories of both, and the period."""
+        """Memories of both, and the control period."""
         return self.filter.start(), self.controller.start(period), jnp.asarray(period, dtype=float)
 
     def __call__(self, memory: Any, measurement: Any) -> tuple[Any, Any]:
-        """Estimate, then command."""
+        """Update the estimate, then compute the command."""
         estimate, inner, period = memory
         estimate = self.filter(estimate, measurement.attitude, measurement.rate, period)
         seen = measurement._replace(attitude=estimate.attitude, rate=estimate.rate)
@@ -49,7 +49,7 @@ class Estimated(eqx.Module):
 
 
 def _safe_tuner() -> SafeFrit:
-    """FRIT with dead zone and largest covariance chosen for the noise of the attitude filter."""
+    """FRIT with dead zone and covariance bound chosen for the noise of the attitude filter."""
     return SafeFrit(
         feedback=jnp.full(2, 0.1),
         reference=FirstOrderLags(jnp.full(2, 0.1)),
@@ -68,11 +68,11 @@ class Candidate:
     """A controller of the comparison.
 
     Attributes:
-        key: in the ids of its claims.
-        name: in figures.
-        make: builds it.
-        duration: of a run, s.
-        judged: s before its end, in which the error must not exceed the required one.
+        key: Name in the ids of its claims.
+        name: Name in figures.
+        make: Builds the controller.
+        duration: Duration of a run, s.
+        judged: Length of the final window, s, in which the error must stay below the required one.
     """
 
     key: str
@@ -101,13 +101,13 @@ SLOW = (
 
 
 class Outcome(NamedTuple):
-    """What is kept of runs, each array over them.
+    """Summary of runs, each array over the runs.
 
     Attributes:
-        settled: from when on the error is below 0.05 degrees to the end, s.
-        last: largest error in the judged window, degrees; infinite where the run failed.
-        demand: largest torque demanded of a wheel, N·m.
-        roll: largest rate about body z, rad/s.
+        settled: Time from which the error stays below 0.05 degrees, s.
+        last: Largest error in the final window, degrees; infinite if the run failed.
+        demand: Largest torque demand of a wheel, N·m.
+        roll: Largest rate about body z, rad/s.
     """
 
     settled: Vector
@@ -117,7 +117,7 @@ class Outcome(NamedTuple):
 
     @property
     def holds(self) -> np.ndarray:
-        """Whether the error stays below what is required."""
+        """Whether the error stays below the required one."""
         return self.last < REQUIRED
 
 
@@ -155,18 +155,18 @@ def evaluate(
     block_size: int = BLOCK,
     say: Callable[[str], None] = lambda text: None,
 ) -> Outcome:
-    """Simulate a controller in all cases; each has its own noise, the same for every controller.
+    """Simulate a controller in all cases. The noise of a case is the same for every controller.
 
     Args:
-        candidate: with its duration.
-        cases: one for each run.
-        seed: of the noise.
-        block_size: runs that are simulated together.
-        say: called after each block.
+        candidate: Controller with its duration.
+        cases: Dispersed cases, one for each run.
+        seed: Seed of the noise.
+        block_size: Number of runs that are simulated together.
+        say: Called after each block.
     """
     controller, count = candidate.make(), round(candidate.duration / PERIOD)
     judged_from = candidate.duration - candidate.judged
-    # not a split, whose keys may depend on how many there are
+    # not `split`, whose keys may depend on their number
     keys = jax.vmap(jax.random.fold_in, (None, 0))(jax.random.key(seed), jnp.arange(len(cases)))
 
     runs = list(zip(cases, keys, strict=True))

@@ -1,4 +1,4 @@
-"""Dispersed cases under every controller, in the full reproduction."""
+"""Dispersed cases with every controller, for the full reproduction."""
 
 from collections.abc import Mapping, Sequence
 
@@ -18,9 +18,9 @@ from gyrostat.papers.endo_sekiguchi_nonaka.figures import dispersed_figure
 from gyrostat.papers.reproduction import Part, Run
 
 CASES, SEED = 1000, 2024
-"""Cases, which every controller flies, and their seed."""
+"""Number of cases, simulated with every controller, and their seed."""
 EXTRA = 40.0
-"""s: a run is in time within 1.10 T + 40 s."""
+"""Allowance, s: a run is in time within 1.10 T + 40 s."""
 
 
 def dispersed_runs(run: Run) -> Part:
@@ -33,9 +33,8 @@ def dispersed_runs(run: Run) -> Part:
 def claimed(cases: Sequence[Case], found: Mapping[str, Outcome]) -> Part:
     """Values and figure of the dispersed runs.
 
-    Args:
-        cases: dispersed ones, and last the paper's own.
-        found: key of a candidate -> its runs of all cases.
+    cases: Dispersed cases, followed by the paper's own.
+    found: Key of a candidate -> its runs of all cases.
     """
     own_settled = float(found[OURS.key].settled[-1])
     found = {key: Outcome(*(x[:-1] for x in one)) for key, one in found.items()}

@@ -1,4 +1,4 @@
-"""Dispersed cases: other spacecraft, momenta, sensors and starts, wheels with limits."""
+"""Dispersed cases: spacecraft, momenta, sensors, initial states and wheels with limits."""
 
 from dataclasses import dataclass
 
@@ -19,30 +19,31 @@ from gyrostat.wheel import WheelArray
 from gyrostat.wheel.friction import ViscousCoulomb
 
 TORQUE, TOP_MOMENTUM, COULOMB = 0.1, 30.0, 0.9e-3
-"""Of each wheel, N·m, N·m·s and N·m."""
+"""Torque limit, N·m, momentum limit, N·m·s, and Coulomb torque, N·m, of each wheel."""
 FARTHEST, NEAREST = 150.0, 1.0
-"""Pointing error at the start, degrees."""
+"""Limits of the initial pointing error, degrees."""
 LARGEST_MOMENTUM = 0.2
-"""N·m·s."""
+"""Largest total momentum, N·m·s."""
 FREQUENCIES = (1e-4, 1e-3)
-"""Hz."""
+"""Frequencies of the momentum, Hz."""
 INERTIA_ERROR, PRODUCTS, TILT = 0.05, 0.02, np.deg2rad(0.5)
-"""Share of a moment of inertia; product over the root of its two moments; of a wheel axis, rad."""
+"""Relative error of a moment of inertia; product of inertia over the root of its two moments;
+misalignment of a wheel axis, rad."""
 WHEEL_SPEEDS = (-5.0, 0.0, 5.0)
-"""rad/s."""
+"""Initial wheel speeds, rad/s."""
 TRACKER, GYRO, TACHOMETER = np.deg2rad(10.0 / 3600.0), 5e-6, 2e-3
-"""Noise of a sample: rad about each axis, rad/s, rad/s."""
+"""Noise of a sample: tracker, rad about each axis; gyro, rad/s; tachometer, rad/s."""
 BIAS = np.deg2rad(1.0 / 3600.0)
-"""Of the gyro about each axis, rad/s, of either sign."""
+"""Gyro bias about each axis, rad/s, of either sign."""
 
 
 def body(total: Matrix, axes: Matrix, coulomb: float) -> Spacecraft:
-    """A spacecraft with two wheels that have limits.
+    """Spacecraft with two wheels that have limits.
 
     Args:
-        total: (3, 3) inertia with the wheels locked, kg·m².
-        axes: (3, 2) of the wheels, unit vectors.
-        coulomb: of each wheel, N·m.
+        total: Inertia with locked wheels, (3, 3), kg·m².
+        axes: Unit axes of the wheels, (3, 2).
+        coulomb: Coulomb torque of each wheel, N·m.
     """
     wheels = WheelArray(
         axes=jnp.asarray(axes),
@@ -55,20 +56,21 @@ def body(total: Matrix, axes: Matrix, coulomb: float) -> Spacecraft:
 
 
 AS_KNOWN = body(setup.NOMINAL, np.eye(3)[:, :2], 0.0)
-"""The model that a controller has."""
+"""Model of the spacecraft that the controllers use."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One run.
+    """One dispersed run.
 
     Attributes:
-        plant: with its wheels.
-        start: state at time zero.
-        sensor: with its bias.
-        angle: pointing error at the start, rad.
-        quickest: T = 2 sqrt(angle j / 0.1), s: at full torque half the way, braking the other half;
-            j = max(Jx |nx|, Jy |ny|), n the axis of the pointing error in the body.
+        plant: Spacecraft with its wheels.
+        start: Initial state.
+        sensor: Sensors with their bias.
+        angle: Initial pointing error, rad.
+        quickest: Shortest possible duration T = 2 sqrt(angle j / 0.1), s: full torque for half of
+            the angle, braking for the other half; j = max(Jx |nx|, Jy |ny|), with the axis n of the
+            pointing error in the body.
     """
 
     plant: SpeedLoopSpacecraft
@@ -88,7 +90,7 @@ def _case(
 ) -> Case:
     plant = SpeedLoopSpacecraft(body(total, axes, COULOMB), given)
     q0, q1, q2, q3 = quaternion
-    # inertial z in body axes; body z turns towards it about z x p
+    # inertial z in body axes; body z rotates towards it about z x p
     p = np.array([2.0 * (q1 * q3 - q0 * q2), 2.0 * (q2 * q3 + q0 * q1)])
     sine = float(np.hypot(*p))
     angle = float(np.arctan2(sine, q0**2 + q3**2 - q1**2 - q2**2))
@@ -106,18 +108,18 @@ def _case(
 
 
 def draw(count: int, seed: int) -> list[Case]:
-    """Cases drawn at random; the first ones are the same for every count.
+    """Draw random cases; the first ones are the same for every count.
 
     Args:
-        count: of cases.
-        seed: of all of them.
+        count: Number of cases.
+        seed: Seed of all cases.
     """
     random = np.random.default_rng(seed)
     return [_drawn(random) for _ in range(count)]
 
 
 def _across(random: np.random.Generator, axis: Vector) -> Vector:
-    """A unit vector at right angles to another."""
+    """Unit vector orthogonal to another."""
     vector = random.normal(size=3)
     vector -= vector @ axis * axis
     return vector / np.linalg.norm(vector)
@@ -140,7 +142,7 @@ def _drawn(random: np.random.Generator) -> Case:
         frequency=float(random.choice(FREQUENCIES)),
         phase=jnp.asarray(random.uniform(0.0, 2.0 * np.pi, 3)),
     )
-    # a turn about inertial z, then by the pointing error about an axis across it
+    # a rotation about inertial z, then by the pointing error about an orthogonal axis
     angle = np.deg2rad(random.uniform(NEAREST, FARTHEST))
     roll, azimuth = random.uniform(0.0, 2.0 * np.pi, 2)
     cosine, sine = np.cos(0.5 * angle), np.sin(0.5 * angle)

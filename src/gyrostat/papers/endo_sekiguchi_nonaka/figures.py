@@ -1,4 +1,4 @@
-"""Figures like the paper's 5 to 10, and the dispersed cases."""
+"""Figures corresponding to the paper's 5 to 10, and a figure of the dispersed cases."""
 
 from collections.abc import Callable, Mapping
 
@@ -14,11 +14,11 @@ from gyrostat.reports.figures import MARK, MEASURED, MODEL
 
 Flights = Mapping[str, Flight]
 EVERY = slice(None, None, 250)
-"""Drawn samples of 0.1 s."""
+"""Samples drawn, of the period 0.1 s."""
 
 
 def _three(axes: Axes, flights: Flights, signal: Callable[[Flight], np.ndarray]) -> None:
-    """The paper's three runs: ideal, without MEC, proposed."""
+    """Plot the paper's three runs: ideal, without MEC, proposed."""
     for flight, colour, style, label in (
         (flights["no_mec"], GREEN, "-", "without MEC"),
         (flights["mec_frit"], MARK, "-", "MEC with FRIT"),
@@ -35,7 +35,7 @@ def figures(flights: Flights) -> tuple[Drawing, ...]:
 
 
 def outputs(flights: Flights) -> Drawing:
-    """Figures 5 and 6: both outputs, and a closer look at their ends."""
+    """Figures 5 and 6: both outputs, and an enlarged view of their ends."""
     with panels(2, 2, height=4.6, sharex="col") as (figure, grid):
         for row in range(2):
             for column in range(2):
@@ -93,11 +93,11 @@ def inputs(flights: Flights) -> Drawing:
 
 
 def dispersed_figure(quickest: Vector, found: Mapping[str, Outcome]) -> Drawing:
-    """When runs settle, and the errors that they end with.
+    """Plot settling times and final errors.
 
     Args:
-        quickest: T of each case, s.
-        found: key of a candidate -> its runs.
+        quickest: Shortest duration T of each case, s.
+        found: Key of a candidate -> its runs.
     """
     with panels(1, 2, height=3.8) as (figure, (left, right)):
         left.plot(quickest, found[OURS.key].settled, ".", color=MODEL, ms=3.0)

@@ -1,4 +1,4 @@
-"""Simulations of the paper's spacecraft, from its own start and from others."""
+"""Simulations of the paper's spacecraft from its own start and from others."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -18,21 +18,21 @@ if TYPE_CHECKING:
     import xarray as xr
 
 BLOCK = 8
-"""Runs of 100 001 samples that are in memory together."""
+"""Number of runs of 100 001 samples that are in memory together."""
 JUDGED = 7000.0
-"""s: errors are judged from here to the end."""
+"""Start of the interval in which errors are judged, s."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """What a run starts from.
+    """Initial conditions and plant of a run.
 
     Attributes:
-        total: (3, 3) J_t of the plant, kg·m².
-        momentum: size of each component of H_0, N·m·s.
-        shift: added to the phases of H_0, rad.
-        axis: of the initial rotation.
-        torque_limit: of each wheel, N·m.
+        total: Inertia J_t of the plant with locked wheels, (3, 3), kg·m².
+        momentum: Amplitude of each component of H_0, N·m·s.
+        shift: Angle added to the phases of H_0, rad.
+        axis: Axis of the initial rotation.
+        torque_limit: Torque limit of each wheel, N·m.
     """
 
     total: Any = field(default_factory=lambda: setup.ACTUAL)
@@ -42,7 +42,7 @@ class Case:
     torque_limit: float = np.inf
 
     def plant(self) -> SpeedDrivenSpacecraft:
-        """The spacecraft with its momentum."""
+        """Spacecraft with its momentum."""
         body = setup.spacecraft(np.asarray(self.total), self.torque_limit)
         return SpeedDrivenSpacecraft(body, setup.momentum(self.momentum, self.shift))
 
@@ -52,13 +52,13 @@ class Flight:
     """One run.
 
     Attributes:
-        time: (N,) s.
-        output: (N, 2) q1 and q2.
-        speed: (N, 2) commanded wheel speeds, rad/s.
-        virtual: (N, 2) virtual input mu, 1/s.
-        gain: (N, 2, 2) of the compensator, 1/s.
-        error: (N,) of pointing, degrees.
-        valid_until: until when it did not diverge, s; values after that are NaN.
+        time: Time, (N,), s.
+        output: Outputs q1 and q2, (N, 2).
+        speed: Commanded wheel speeds, (N, 2), rad/s.
+        virtual: Virtual input mu, (N, 2), 1/s.
+        gain: Gain of the compensator, (N, 2, 2), 1/s.
+        error: Pointing error, (N,), degrees.
+        valid_until: Time until which the run did not diverge, s; later values are NaN.
     """
 
     time: np.ndarray
@@ -70,7 +70,7 @@ class Flight:
     valid_until: float
 
     def error_at(self, time: float) -> float:
-        """Pointing error at a time, s; degrees."""
+        """Pointing error, degrees, at a time, s."""
         return float(self.error[round(time / setup.PERIOD)])
 
     @property
@@ -85,40 +85,40 @@ class Flight:
 
     @property
     def settled(self) -> float | None:
-        """From when on the error is below 0.05 degrees for good, s; None where never."""
+        """Time from which the error stays below 0.05 degrees, s; None if it does not."""
         above = np.flatnonzero(~(self.error < setup.REQUIRED))
         last = above[-1] + 1 if len(above) else 0
         return None if last == len(self.error) else float(self.time[last])
 
     @property
     def outcome(self) -> str:
-        """Sentence on when the run settles, and its error at the end."""
+        """Sentence on the settling time and the final error."""
         end = f"{self.error_at(setup.DURATION):.3g} degrees at {setup.DURATION:g} s"
         if self.settled is None:
             return f"Never below {setup.REQUIRED:g} degrees for good; {end}."
         return f"Below {setup.REQUIRED:g} degrees for good from {self.settled:.1f} s on; {end}."
 
     def distance(self, ideal: "Flight") -> float:
-        """Root mean square over the run of the outputs' distance from those of another."""
+        """Root mean square distance of the outputs from those of another run."""
         return float(np.sqrt(np.mean(np.sum((self.output - ideal.output) ** 2, axis=1))))
 
 
 class Ideal(eqx.Module):
-    """Measures attitude, body rate and wheel speeds without error.
+    """Sensor of attitude, body rate and wheel speeds without error.
 
     Attributes:
-        plant: that is measured.
+        plant: Plant that is measured.
     """
 
     plant: SpeedDrivenSpacecraft
 
     def start(self, state: GyrostatState, period: Scalar) -> None:
-        """No memory."""
+        """The sensor has no memory."""
 
     def __call__(
         self, memory: None, state: GyrostatState, key: PRNGKeyArray
     ) -> tuple[None, SpacecraftMeasurement]:
-        """Measure; the key is unused."""
+        """Measure the state; the key is unused."""
         wheels = self.plant.spacecraft.wheels
         return None, SpacecraftMeasurement(
             attitude=state.attitude,
@@ -131,12 +131,12 @@ class Ideal(eqx.Module):
 def flown(
     cases: Sequence[Case], controllers: Sequence[Any], duration: float = setup.DURATION
 ) -> Iterator[Flight]:
-    """Simulate cases, each with its controller, all of one kind; one block at a time is in memory.
+    """Simulate cases, each with its controller of a common type; one block at a time is in memory.
 
     Args:
-        cases: one for each run.
-        controllers: one for each run.
-        duration: s.
+        cases: Cases, one for each run.
+        controllers: Controllers, one for each run.
+        duration: Duration, s.
     """
     pairs = list(zip(cases, controllers, strict=True))
     # the last block is filled up with its last run, so that one size is compiled
@@ -172,7 +172,7 @@ def _flight(run: Any) -> Flight:
         return np.array(run[name].values)
 
     output = np.array(run.attitude.values[:, 1:3])
-    # beyond the sphere by rounding only
+    # the argument exceeds 1 by rounding errors only
     half = np.minimum(np.hypot(output[:, 0], output[:, 1]), 1.0)
     return Flight(
         time=run.time.values,

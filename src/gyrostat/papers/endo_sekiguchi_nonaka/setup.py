@@ -1,4 +1,4 @@
-"""Tables 2 and 3, and the spacecraft, laws and compensators that they describe."""
+"""Tables 2 and 3 of the paper, and its spacecraft, control laws and compensators."""
 
 from typing import Any
 
@@ -17,34 +17,34 @@ from gyrostat.wheel import WheelArray
 
 AXIS = (1.0, 2.0, 3.0)
 ANGLE = np.deg2rad(30.0)
-"""Initial rotation axis, inertial, and angle, rad."""
+"""Initial rotation: axis in inertial space, and angle, rad."""
 BODY = np.diag([4000.0, 5000.0, 6000.0])
 WHEELS = np.diag([0.45, 0.225, 0.225]) + np.diag([0.225, 0.45, 0.225])
 """J_w1 + J_w2, kg·m²."""
 ROTOR = 0.45
-"""Of a wheel about its axis, kg·m²."""
+"""Inertia of a wheel about its axis, kg·m²."""
 EXCESS = np.diag([20.003, 25.003, 30.002])
 """J_t - J_tn, kg·m²."""
 MOMENTUM, FREQUENCY = 0.05, 1e-4
-"""N·m·s and Hz."""
+"""Amplitude, N·m·s, and frequency, Hz, of the total momentum."""
 PHASES = (0.0, 0.5 * np.pi, 0.0)
-"""Of sine, cosine and sine, rad."""
+"""Phases of its sine, cosine and sine components, rad."""
 FEEDBACK = 9e-4
 """F_1 and F_2, 1/s."""
 FORGETTING, COVARIANCE, SMOOTHING, THRESHOLD = 0.995, 100.0, 0.45, 1.2e-4
 """lambda, P(0), kappa, psi."""
 PERIOD, DURATION = 0.1, 10_000.0
-"""Of control, and of a run (not printed: one period of the momentum), s."""
+"""Control period, and duration of a run (not printed: one period of the momentum), s."""
 REQUIRED = 0.05
-"""Pointing accuracy that is wanted, degrees."""
+"""Required pointing accuracy, degrees."""
 
 
 def spacecraft(total: np.ndarray, torque_limit: float = np.inf) -> Spacecraft:
-    """The body with wheels along x and y.
+    """Body with wheels along x and y.
 
     Args:
-        total: (3, 3) J_t, inertia with the wheels locked, kg·m².
-        torque_limit: of each wheel, N·m.
+        total: Inertia with locked wheels J_t, (3, 3), kg·m².
+        torque_limit: Torque limit of each wheel, N·m.
     """
     rotors = np.diag([ROTOR, ROTOR, 0.0])
     wheels = WheelArray(
@@ -58,11 +58,11 @@ ACTUAL = NOMINAL + EXCESS
 
 
 def momentum(size: float = MOMENTUM, shift: float = 0.0) -> SinusoidalMomentum:
-    """H_0 of Table 2.
+    """Total momentum H_0 of Table 2.
 
     Args:
-        size: of each component, N·m·s.
-        shift: added to every phase, rad.
+        size: Amplitude of each component, N·m·s.
+        shift: Angle added to every phase, rad.
     """
     return SinusoidalMomentum(
         amplitude=jnp.full(3, size), frequency=FREQUENCY, phase=jnp.asarray(PHASES) + shift
@@ -70,13 +70,13 @@ def momentum(size: float = MOMENTUM, shift: float = 0.0) -> SinusoidalMomentum:
 
 
 def attitude(axis: tuple[float, ...] = AXIS) -> np.ndarray:
-    """(4,) initial quaternion for a rotation axis of any length."""
+    """Initial quaternion, (4,), for a rotation axis of any length."""
     unit = np.asarray(axis) / np.linalg.norm(axis)
     return np.concatenate([[np.cos(0.5 * ANGLE)], np.sin(0.5 * ANGLE) * unit])
 
 
 def law(*, momentum_measured: bool = False) -> OutputZeroing:
-    """(9)-(12) with the nominal inertia and no momentum, or with that from what is measured."""
+    """Control law (9)-(12) with nominal inertia, with zero or with measured momentum."""
     return OutputZeroing(
         spacecraft=spacecraft(NOMINAL),
         feedback=jnp.full(2, FEEDBACK),
@@ -85,15 +85,15 @@ def law(*, momentum_measured: bool = False) -> OutputZeroing:
 
 
 def fixed(gain: float) -> ModelErrorCompensator:
-    """(13), (14) with a gain K = gain times the unit matrix, 1/s; 0 is no compensator."""
+    """Compensator (13), (14) with gain K = gain times the unit matrix, 1/s; 0: no compensation."""
     return ModelErrorCompensator(law(), Integrators(), gain * jnp.eye(2))
 
 
 def tuned(**changes: Any) -> ModelErrorCompensator:
-    """(13)-(30) with Table 3.
+    """Compensator (13)-(30) with Table 3.
 
     Args:
-        changes: fields of `OnlineFrit` that are to be others.
+        changes: Fields of `OnlineFrit` to change.
     """
     fields: dict[str, Any] = {
         "feedback": jnp.full(2, FEEDBACK),

@@ -1,4 +1,4 @@
-"""Moreira, Lopes and Kuga: friction torque of a wheel on bristles, by Kalman filter.
+"""Moreira, Lopes and Kuga: Kalman filter for the friction torque of a wheel with bristle friction.
 
 M. L. B. Moreira, R. V. F. Lopes and H. K. Kuga, "Estimation of torque in a reaction wheel using a
 bristle model for friction".

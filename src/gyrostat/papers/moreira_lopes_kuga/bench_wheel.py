@@ -1,4 +1,4 @@
-"""A wheel on a fixed bench that is commanded in torque, and a sensor of its momentum."""
+"""Wheel on a fixed bench with torque commands, and a sensor of its momentum."""
 
 from typing import Annotated, Any, NamedTuple
 
@@ -11,15 +11,15 @@ from gyrostat.wheel import BearingEquation, Motion, Wheel, step_wheel
 from gyrostat.wheel.friction import LuGre
 
 FADING_STEP = 0.2
-"""Share of its time constant in which a fading torque is resolved."""
+"""Integration segment of a decaying torque, relative to its time constant."""
 
 
 class BenchWheelState(NamedTuple):
     """State of a wheel on a bench.
 
     Attributes:
-        speed: rad/s.
-        bristle: deflection of the bristles, rad; zero where the friction has none.
+        speed: Wheel speed, rad/s.
+        bristle: Deflection of the bristles, rad; zero for friction without bristles.
     """
 
     speed: Annotated[Scalar, "rad/s"]
@@ -27,12 +27,12 @@ class BenchWheelState(NamedTuple):
 
 
 class TorqueCommand(NamedTuple):
-    """Motor torque u(t) = torque + fading_torque exp(-fading_rate t) through a control period.
+    """Motor torque u(t) = torque + fading_torque exp(-fading_rate t) in a control period.
 
     Attributes:
-        torque: N·m.
-        fading_torque: N·m.
-        fading_rate: 1/s.
+        torque: Constant part, N·m.
+        fading_torque: Decaying part at the start of the period, N·m.
+        fading_rate: Decay rate, 1/s.
     """
 
     torque: Annotated[Scalar, "N·m"]
@@ -41,11 +41,11 @@ class TorqueCommand(NamedTuple):
 
 
 class BenchRecord(NamedTuple):
-    """What is worth recording.
+    """Recorded signals.
 
     Attributes:
-        momentum: of the wheel, N·m·s.
-        friction: torque in the bearing, N·m; of a resting wheel without bristles the motor torque.
+        momentum: Wheel momentum, N·m·s.
+        friction: Friction torque, N·m; for a wheel at rest without bristles, the motor torque.
     """
 
     momentum: Annotated[Scalar, "N·m·s"]
@@ -82,30 +82,30 @@ class BenchWheel(Checked):
     friction", eq. (5), with h = J w.
 
     Attributes:
-        wheel: its motor constant is not used.
+        wheel: Wheel; its motor constant is unused.
     """
 
     wheel: Wheel
 
     def start(self, *, speed: Scalar = 0.0, bristle: Scalar = 0.0) -> BenchWheelState:
-        """A state: speed, rad/s, and deflection of the bristles, rad."""
+        """State with the given speed, rad/s, and bristle deflection, rad."""
         return BenchWheelState(jnp.asarray(speed, float), jnp.asarray(bristle, float))
 
     def __call__(
         self, state: BenchWheelState, command: TorqueCommand, time: Scalar, duration: Scalar
     ) -> tuple[BenchWheelState, Bool[Array, ""]]:
-        """Carry the wheel over an interval of one command; the new state, and whether resolved."""
+        """Advance the wheel over an interval of constant command; return state and `resolved`."""
         contact = _OnBench(self.wheel.friction, self.wheel, command)
         motion = Motion(jnp.asarray(state.speed), ())
         motion, bristle, resolved = step_wheel(contact, motion, state.bristle, duration)
         return BenchWheelState(motion.speed, bristle), resolved
 
     def diverged(self, state: BenchWheelState) -> Bool[Array, ""]:
-        """Whether the wheel is faster than any bearing bears: 10 000 rad/s."""
+        """Whether the wheel is faster than any wheel bearing allows, 10 000 rad/s."""
         return ~(jnp.abs(state.speed) < 1e4)
 
     def record(self, state: BenchWheelState, command: TorqueCommand) -> BenchRecord:
-        """Momentum and friction at the start of a control period."""
+        """Momentum and friction torque at the start of a control period."""
         friction = self.wheel.friction
         if isinstance(friction, LuGre):
             torque = friction.torque(state.speed, state.bristle)
@@ -119,10 +119,10 @@ class BenchWheel(Checked):
 
 
 class MomentumMeasurement(NamedTuple):
-    """A measured momentum.
+    """Measured momentum.
 
     Attributes:
-        momentum: N·m·s.
+        momentum: Momentum, N·m·s.
     """
 
     momentum: Annotated[Scalar, "N·m·s"]
@@ -132,20 +132,20 @@ class MomentumSensor(Checked):
     """Momentum of the wheel with white noise: a measured speed times an inertia.
 
     Attributes:
-        inertia: of the rotor as whoever measures believes it, kg·m²; `BenchWheel` has the true one.
-        sigma: standard deviation of a sample, N·m·s.
+        inertia: Rotor inertia assumed by the sensor, kg·m²; `BenchWheel` has the true one.
+        sigma: Standard deviation of a sample, N·m·s.
     """
 
     inertia: Annotated[Scalar, positive("sensor inertia", "kg·m²")]
     sigma: Annotated[Scalar, size("momentum sigma", "N·m·s")] = 0.0
 
     def start(self, state: Any, period: Scalar) -> tuple[()]:
-        """It has no memory."""
+        """The sensor has no memory."""
         return ()
 
     def __call__(
         self, memory: tuple[()], state: Any, key: PRNGKeyArray
     ) -> tuple[tuple[()], MomentumMeasurement]:
-        """Measure."""
+        """Measure the momentum."""
         noise = self.sigma * jax.random.normal(key, jnp.shape(state.speed))
         return memory, MomentumMeasurement(self.inertia * state.speed + noise)

@@ -1,4 +1,4 @@
-"""The paper's filter, its loop without estimator, and its bristles in open loop."""
+"""The paper's filter, its loop without estimator, and its bristle model in open loop."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SETTLED = 200
-"""s: from here on the wheel counts as settled."""
+"""Time after which the wheel counts as settled, s."""
 SINE_TORQUE, SINE_PERIOD, SINE_END = 0.03, 60.0, 120
-"""N·m, s, s."""
+"""Amplitude, N·m, period, s, and duration, s, of the sine torque."""
 
 
 def loops(run: Run) -> Part:
-    """The loop with the paper's filter, and without any."""
+    """Simulate the loop with the paper's filter and without a filter."""
     seeds = setup.QUICK_SEEDS if run.quick else setup.SEEDS
     run.say(f"{seeds} runs with and without the filter")
     kalman = setup.fly(FrictionTorqueControl(setup.FILTER, setup.GAIN, setup.to_reference), seeds)
@@ -70,18 +70,18 @@ def loops(run: Run) -> Part:
 
 
 def _mean_largest(signal: np.ndarray) -> float:
-    """Largest magnitude of each run, mean of the runs."""
+    """Largest magnitude of each run, averaged over the runs."""
     return float(np.max(np.abs(signal), axis=1).mean())
 
 
 def _largest_effective(flown: "xr.Dataset") -> float:
-    """Largest commanded minus friction torque of each run, mean of the runs, N·m."""
+    """Largest commanded minus friction torque of each run, averaged over the runs, N·m."""
     effective = flown.torque + flown.fading_torque - flown.friction
     return float(np.max(effective.values, axis=1).mean())
 
 
 def _friction_spread(flown: "xr.Dataset") -> float:
-    """Standard deviation of the settled friction torque over time, mean of the runs, N·m."""
+    """Standard deviation of the settled friction torque over time, averaged over the runs, N·m."""
     return float(flown.friction.isel(time=slice(SETTLED, None)).std("time").mean())
 
 
@@ -120,7 +120,7 @@ def sine_momentum(friction: Friction | LuGre = setup.FRICTION) -> Scalar:
 
 
 def open_loop(run: Run) -> Part:
-    """The bristles under a sine torque."""
+    """Simulate the bristle model under a sine torque."""
     return Part(
         {"lugre_sine.momentum_120s_Nms": float(sine_momentum())},
         {"static_sine": float(sine_momentum(setup.FRICTION.curve))},

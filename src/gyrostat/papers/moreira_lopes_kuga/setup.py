@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RADIUS = 0.006
-"""r, m."""
+"""Radius r of the bearing, m."""
 FRICTION = LuGre.from_linear(
     radius=RADIUS,
     stiffness=1e5,
@@ -25,17 +25,17 @@ FRICTION = LuGre.from_linear(
     stribeck_speed=0.01,
 )
 INERTIA = 0.0191
-"""J, kg·m²."""
+"""Rotor inertia J, kg·m²."""
 REFERENCE = 1.0
-"""h_ref, N·m·s."""
+"""Momentum reference h_ref, N·m·s."""
 GAIN = 0.02
-"""gamma, 1/s."""
+"""Control gain gamma, 1/s."""
 MOMENTUM_SIGMA, TORQUE_DRIFT, INITIAL_SIGMA = 0.01, 0.1, 0.1
-"""rho, rho_1 and rho_0."""
+"""Filter parameters rho, rho_1 and rho_0."""
 DURATION, PERIOD = 300.0, 1.0
-"""s."""
+"""Duration of a run and period of the measurements, s."""
 SEEDS, QUICK_SEEDS = 64, 40
-"""Runs of each case, in a full and in a quick reproduction."""
+"""Number of runs of each case, in a full and in a quick reproduction."""
 
 WHEEL = Wheel(INERTIA, 1.0, FRICTION)
 BENCH = BenchWheel(WHEEL)
@@ -44,12 +44,12 @@ FILTER = FrictionTorqueFilter(MOMENTUM_SIGMA, TORQUE_DRIFT, INITIAL_SIGMA)
 
 
 def to_reference(time: Scalar) -> Scalar:
-    """h_ref from the start, N·m·s."""
+    """Momentum reference h_ref, N·m·s, constant from the start."""
     return jnp.full_like(jnp.asarray(time, float), REFERENCE)
 
 
 def steady_friction() -> float:
-    """Friction torque at h_ref, N·m."""
+    """Friction torque at h_ref in steady rotation, N·m."""
     return float(FRICTION.curve.torque(REFERENCE / INERTIA, 1.0))
 
 
@@ -67,5 +67,5 @@ def fly(controller: Any, seeds: int, *, plant: Any = BENCH) -> "xr.Dataset":
 
 
 def mean_at(signal: "xr.DataArray", second: int) -> float:
-    """Mean of all runs at a whole second."""
+    """Mean of all runs at a given second."""
     return float(signal.sel(time=float(second)).values.mean())
