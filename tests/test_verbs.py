@@ -93,6 +93,8 @@ def test_feasible_takes_mappings_and_arrays():
     assert answer.angle == other.angle > 0.0
     still = gs.feasible(craft, momentum, failed={"x": None}, target=target)
     assert still.angle != answer.angle
+    bare = gs.feasible(craft.spacecraft, momentum, failed={0: "180 rpm"}, target=target)
+    assert bare.angle == answer.angle
     with pytest.raises(gs.InputError, match="found no wheel 'q'"):
         gs.feasible(craft, momentum, failed={"q": None}, target=target)
 

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError, printable
-from gyrostat.core.units import parse_quantity
 
 if TYPE_CHECKING:
     from gyrostat.core.types import Vector
@@ -39,6 +38,8 @@ def in_si(value: Quantity, dimension: str, where: str) -> float:
     Raises:
         InputError: no number, not finite, or an unknown unit.
     """
+    from gyrostat.core.units import parse_quantity
+
     return parse_quantity(value if isinstance(value, str) else repr(float(value)), dimension, where)
 
 
@@ -172,7 +173,7 @@ def named(values: Named, where: str, *, bare: bool = False) -> dict[str, Any]:
         InputError: a part has no name, no value or a name that came before.
     """
     if values is None or isinstance(values, Mapping):
-        return dict(values or {})
+        return {str(name): value for name, value in (values or {}).items()}
     found: dict[str, Any] = {}
     for item in [values] if isinstance(values, str) else values:
         for part in item.split(","):
