@@ -215,23 +215,19 @@ def test_the_example_runs_as_a_script_from_standard_input(tmp_path):
 
 
 WORKERS = """
-import threading
 from gyrostat.campaigns.executors import processes
 print("main")
 spec, file = __spec__, __file__
-with processes(2)() as pool:
+with processes(1)() as pool:
     print(*pool.map(len, ["a", "bc"]))
 assert (spec, file) == (__spec__, __file__)
 """
 
 
-@pytest.mark.parametrize("way", ["script", "module"])
-def test_workers_do_not_run_the_main_module(tmp_path, way):
+def test_workers_do_not_run_a_script_without_a_main_guard(tmp_path):
     (tmp_path / "plain.py").write_text(WORKERS)
-    words = ["plain.py"] if way == "script" else ["-m", "plain"]
-    done = subprocess.run(
-        [sys.executable, *words], cwd=tmp_path, capture_output=True, text=True, timeout=120
-    )
+    command = [sys.executable, "plain.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (0, "main\n1 2\n"), done.stderr
 
 

@@ -224,7 +224,7 @@ def report(
 
 def _scenario(scenario: "Scenario | str | Path", *, force: bool) -> "Scenario":
     """Read scenario.toml; pass a scenario on."""
-    from gyrostat.campaigns import read_scenario
+    from gyrostat.campaigns.scenario_file import read_scenario
 
     return read_scenario(scenario, force=force) if isinstance(scenario, str | Path) else scenario
 
