@@ -66,6 +66,22 @@ def test_text_and_numbers_are_the_same_input(fit):
     assert arguments.quantities(3.0, "speed", "x") == [3.0]
 
 
+def test_a_word_that_is_none_of_the_known_ones_is_refused(fit):
+    record = fit.records[0]
+    for call, found in (
+        (
+            lambda: gs.identify(record, method="bach"),
+            "--method: found 'bach', expected one of batch",
+        ),
+        (lambda: gs.identify(record, current_hold="cubic"), "--current-hold: found 'cubic'"),
+        (lambda: gs.validate(fit, record, current_hold="cubic"), "--current-hold: found 'cubic'"),
+        (lambda: gs.identify(record, method="coast", prior={"coulomb": (1, 1)}), "found --prior"),
+        (lambda: gs.identify(record, method="coast", free=np.array(["static"])), "found --free"),
+    ):
+        with pytest.raises(gs.InputError, match=found):
+            call()
+
+
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), "5 rpn", "x"])
 def test_a_quantity_that_is_none_is_refused(value):
     with pytest.raises(gs.InputError, match=r"--speed-sigma"):

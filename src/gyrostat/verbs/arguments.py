@@ -188,6 +188,24 @@ def named(values: Named, where: str, *, bare: bool = False) -> dict[str, Any]:
     return found
 
 
+def one_of(value: str, known: Iterable[str], where: str) -> str:
+    """Check a word.
+
+    Raises:
+        InputError: it is none of the known ones.
+    """
+    if value not in [*known]:
+        raise InputError(f"{where}: found {value!r}, expected one of {', '.join(known)}")
+    return value
+
+
+def _is_given(value: Any) -> bool:
+    """Whether an option has a value, which may be the number 0."""
+    if value is None or isinstance(value, bool):
+        return bool(value)
+    return not hasattr(value, "__len__") or len(value) > 0
+
+
 def refuse_given(options: Mapping[str, object], where: str, expected: str) -> None:
     """Refuse options that would have no effect.
 
@@ -199,6 +217,6 @@ def refuse_given(options: Mapping[str, object], where: str, expected: str) -> No
     Raises:
         InputError: one was given.
     """
-    given = [option for option, value in options.items() if value]
+    given = [option for option, value in options.items() if _is_given(value)]
     if given:
         raise InputError(f"{where}: found {', '.join(given)}, expected these with {expected} only")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Say, silent, to_stderr, whole_numbers
+from gyrostat.verbs.arguments import Say, one_of, silent, to_stderr, whole_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -238,12 +238,10 @@ def _folder_name(name: str, runs: int, seed: int) -> str:
 def _check_device(name: str) -> None:
     from gyrostat.campaigns.fingerprint import FLAGS
 
-    if name not in FLAGS:
-        raise InputError(f"--device: found {name!r}, expected one of {', '.join(FLAGS)}")
+    one_of(name, FLAGS, "--device")
 
 
 def _check_engine(name: str) -> None:
     from gyrostat.campaigns.execute import ENGINES
 
-    if name not in ENGINES:
-        raise InputError(f"--engine: found {name!r}, expected one of {', '.join(ENGINES)}")
+    one_of(name, ENGINES, "--engine")

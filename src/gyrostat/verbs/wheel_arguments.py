@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from gyrostat.telemetry import Record
     from gyrostat.wheel import Wheel, WheelModel
 
+HOLDS = ("zero-order", "linear")
+"""How the current runs between samples."""
+
 
 def load_records(
     records: "Record | str | Path | Iterable[Record | str | Path]", say: Say, **reading: Any
