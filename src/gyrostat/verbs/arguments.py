@@ -63,7 +63,7 @@ def quantities(
     Raises:
         InputError: as `in_si`.
     """
-    parts = [] if value is None or value == "" else parts_of(value)
+    parts = parts_of(value) if _is_given(value) else []
     return [in_si(p.strip() if isinstance(p, str) else p, dimension, where) for p in parts]
 
 
