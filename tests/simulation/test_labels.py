@@ -78,6 +78,12 @@ def test_the_error_is_the_angle_to_the_target():
     assert data.error.units == "rad"
 
 
+def test_a_target_that_is_no_attitude_is_left_alone():
+    signals = random_signals(3)
+    other = signals.command._replace(target=np.zeros((RUNS, TIMES)))
+    assert "error" not in labelled(signals._replace(command=other), PERIOD)
+
+
 def test_a_file_keeps_the_coordinates(tmp_path):
     import xarray as xr
 
