@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from gyrostat.identification import Fit
     from gyrostat.wheel import Wheel, WheelModel
 
+LONGEST_DELAY = 1000
+"""Control periods."""
 FORMATS = ("c", "fmu", "basilisk", "json")
 NEEDED = {
     "compensated-wheel": ("--gains", "--table-inertia", "--speed-sigma"),
@@ -107,6 +109,8 @@ def export(
     one_of(to, FORMATS, "--to")
     one_of(precision, ("double", "float"), "--precision")
     one_of(on_bad, ("hold", "zero"), "--on-bad")
+    if not 0 <= delay <= LONGEST_DELAY:
+        raise InputError(f"--delay: found {delay}, expected 0 to {LONGEST_DELAY} control periods")
     given = {
         "--gains": gains,
         "--table-inertia": table_inertia,

@@ -102,7 +102,7 @@ def campaign(
         scenario: scenario with dispersions, or path of scenario.toml.
         runs: number of runs.
         out: folder of the campaign. None: a folder in the current one, named after scenario, runs
-            and seed, as "cubesat-1000-runs-seed-1"; one line on stderr says so.
+            and seed, as "cubesat-1000-runs-seed-1"; a line says so, on stderr without `say`.
         seed: seed of all draws.
         workers: worker processes; None: one for each core.
         scheduler: address of a Dask scheduler, in place of local processes.
@@ -132,6 +132,8 @@ def campaign(
 
     if out is not None:
         check_writable(Path(out))
+    if worst < 0:
+        raise InputError(f"--worst: found {worst}, expected 0 or more")
     _check_device(device)
     _check_engine(engine)
     found = _scenario(scenario, force=force)
@@ -141,7 +143,8 @@ def campaign(
     folder = Path(_folder_name(found.name, runs, seed) if out is None else out)
     if out is None:
         check_writable(folder)
-        to_stderr(f"the campaign's files go to the folder {folder}")
+        # one line that nobody has to ask for
+        (to_stderr if say is silent else say)(f"the campaign's files go to the folder {folder}")
     run_campaign(
         found,
         folder,
