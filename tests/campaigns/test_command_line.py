@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import gyrostat as gs
 from gyrostat.campaigns import engine, fingerprint
 from gyrostat.core.units import RPM
 
@@ -143,3 +144,39 @@ def test_a_scheduler_needs_dask(run, folder, tmp_path):
         assert "gyrostat[cluster]" in err
     else:
         pytest.skip("dask[distributed] is installed")
+
+
+def test_the_same_from_python(small, folder):
+    again = gs.campaign(folder / "scenario.toml", small.runs, small.out, seed=small.seed)
+    table = small.store.read_table()
+    assert again.sizes["run"] == small.runs
+    for name in table.column_names:
+        np.testing.assert_array_equal(again[name].values, table[name].to_numpy())
+    whole = table["status"].to_numpy() == 0
+    assert float(again.error_max.where(again.status == 0).quantile(0.997)) == pytest.approx(
+        np.quantile(table["error_max"].to_numpy()[whole], 0.997)
+    )
+    assert again.error_max.attrs["units"] == "rad"
+    assert again["wheel.a.coulomb"].attrs["units"] == "N·m"
+    assert again["event.loss.time"].attrs["units"] == "s"
+    assert again.attrs == {"scenario": "small", "folder": str(small.out), "seed": small.seed}
+    assert gs.report(small.out) == json.loads((small.out / "report.json").read_text())
+
+
+def test_a_replay_is_labelled(small):
+    history = gs.replay(small.out, 5)
+    assert history.wheel_speed.sel(wheel="b").dims == ("time",)
+    assert history.rate.sel(axis="z").units == "rad/s"
+    np.testing.assert_array_equal(history.wheel, ["a", "b", "c", "d"])
+    assert float(history.error.max()) < 1.0
+
+
+def test_a_run_from_python_says_how_it_ended(small, folder, monkeypatch):
+    flown = small.fly(None, keep=(0,))
+    monkeypatch.setattr(fingerprint, "use_engine", lambda record: None)
+    monkeypatch.setattr(engine, "fly", lambda text, seed, runs, keep, engine: flown)
+    run = gs.simulate(folder / "scenario.toml", engine="jax")
+    assert int(run.status) == 0
+    assert run.attrs["scenario"] == "small"
+    assert run.attrs["error_end"] == flown.columns["error_end"][0]
+    assert float(run.wheel_speed.sel(wheel="b")[0]) == pytest.approx(-200.0 * RPM)

@@ -5,7 +5,6 @@ from gyrostat.campaigns.execute import Job, replay, run_campaign, worst_runs
 from gyrostat.campaigns.executors import cluster, processes
 from gyrostat.campaigns.runs import campaign_runs
 from gyrostat.campaigns.scenario import Dispersion, Event, Scenario
-from gyrostat.campaigns.scenario_file import read_scenario
 from gyrostat.campaigns.store import Store
 
 __all__ = [
@@ -18,7 +17,6 @@ __all__ = [
     "campaign_runs",
     "cluster",
     "processes",
-    "read_scenario",
     "replay",
     "run_campaign",
     "worst_runs",

@@ -83,8 +83,9 @@ def with_coordinates(dataset: "xr.Dataset") -> "xr.Dataset":
     if "wheel" in sizes:
         known["wheel"] = np.arange(sizes["wheel"])
     dataset = dataset.assign_coords(known)
-    if {"attitude", "target"} <= set(dataset) and dataset.attitude.dims == dataset.target.dims:
-        first, second = dataset.attitude, dataset.target
+    pair = [dataset[name] for name in ("attitude", "target") if name in dataset]
+    if len(pair) == 2 and all("quaternion" in signal.dims for signal in pair):
+        first, second = pair
         # both signs of a quaternion are the same attitude; an angle a has the chord 2 sin(a / 4)
         chord = np.sqrt(
             np.minimum(

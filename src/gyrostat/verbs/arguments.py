@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError, printable
-from gyrostat.core.units import parse_quantity
 
 if TYPE_CHECKING:
     from gyrostat.core.types import Vector
@@ -39,6 +38,8 @@ def in_si(value: Quantity, dimension: str, where: str) -> float:
     Raises:
         InputError: no number, not finite, or an unknown unit.
     """
+    from gyrostat.core.units import parse_quantity
+
     return parse_quantity(value if isinstance(value, str) else repr(float(value)), dimension, where)
 
 
@@ -62,7 +63,7 @@ def quantities(
     Raises:
         InputError: as `in_si`.
     """
-    parts = [] if value is None or value == "" else parts_of(value)
+    parts = parts_of(value) if _is_given(value) else []
     return [in_si(p.strip() if isinstance(p, str) else p, dimension, where) for p in parts]
 
 
@@ -172,7 +173,7 @@ def named(values: Named, where: str, *, bare: bool = False) -> dict[str, Any]:
         InputError: a part has no name, no value or a name that came before.
     """
     if values is None or isinstance(values, Mapping):
-        return dict(values or {})
+        return {str(name): value for name, value in (values or {}).items()}
     found: dict[str, Any] = {}
     for item in [values] if isinstance(values, str) else values:
         for part in item.split(","):
@@ -187,6 +188,24 @@ def named(values: Named, where: str, *, bare: bool = False) -> dict[str, Any]:
     return found
 
 
+def one_of(value: str, known: Iterable[str], where: str) -> str:
+    """Check a word.
+
+    Raises:
+        InputError: it is none of the known ones.
+    """
+    if value not in [*known]:
+        raise InputError(f"{where}: found {value!r}, expected one of {', '.join(known)}")
+    return value
+
+
+def _is_given(value: Any) -> bool:
+    """Whether an option has a value, which may be the number 0."""
+    if value is None or isinstance(value, bool):
+        return bool(value)
+    return not hasattr(value, "__len__") or len(value) > 0
+
+
 def refuse_given(options: Mapping[str, object], where: str, expected: str) -> None:
     """Refuse options that would have no effect.
 
@@ -198,6 +217,6 @@ def refuse_given(options: Mapping[str, object], where: str, expected: str) -> No
     Raises:
         InputError: one was given.
     """
-    given = [option for option, value in options.items() if value]
+    given = [option for option, value in options.items() if _is_given(value)]
     if given:
         raise InputError(f"{where}: found {', '.join(given)}, expected these with {expected} only")

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import (
@@ -12,6 +12,7 @@ from gyrostat.verbs.arguments import (
     Say,
     in_si,
     numbers,
+    one_of,
     refuse_given,
     silent,
 )
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from gyrostat.identification import Fit
     from gyrostat.wheel import Wheel, WheelModel
 
+LONGEST_DELAY = 1000
+"""Control periods."""
 FORMATS = ("c", "fmu", "basilisk", "json")
 NEEDED = {
     "compensated-wheel": ("--gains", "--table-inertia", "--speed-sigma"),
@@ -38,20 +41,6 @@ TAKEN = {
     "controller": ("--current-limit",),
 }
 """What is exported -> further options that its design takes."""
-
-
-class _Options(NamedTuple):
-    """Options of a design by name, None where not given."""
-
-    given: dict[str, Any]
-
-    def si(self, option: str, dimension: str) -> float:
-        """Value in SI units."""
-        return in_si(self.given[option], dimension, option)
-
-    def gains(self) -> Iterable[float]:
-        """Gains of the attitude law."""
-        return map(float, numbers(self.given["--gains"], 3, None, "--gains"))
 
 
 def export(
@@ -117,8 +106,11 @@ def export(
 
     folder = Path(out)
     check_writable(folder)
-    if to not in FORMATS:
-        raise InputError(f"--to: found {to!r}, expected one of {', '.join(FORMATS)}")
+    one_of(to, FORMATS, "--to")
+    one_of(precision, ("double", "float"), "--precision")
+    one_of(on_bad, ("hold", "zero"), "--on-bad")
+    if not 0 <= delay <= LONGEST_DELAY:
+        raise InputError(f"--delay: found {delay}, expected 0 to {LONGEST_DELAY} control periods")
     given = {
         "--gains": gains,
         "--table-inertia": table_inertia,
@@ -144,9 +136,7 @@ def export(
         if what is None or period is None:
             missing = "--what" if what is None else "--period"
             raise InputError(f"--to {to}: found no {missing}, expected what flies and its period")
-        if what not in NEEDED:
-            raise InputError(f"--what: found {what!r}, expected one of {', '.join(NEEDED)}")
-        limits = measurement_limits(what, range_, rate_limit)
+        limits = measurement_limits(one_of(what, NEEDED, "--what"), range_, rate_limit)
         if what == "wheel":
             refuse_given({"--on-bad": on_bad == "zero"}, f"--what {what}", "another --what")
         target = _target(model if content is None else content, what, period, given, limits, on_bad)
@@ -198,30 +188,33 @@ def _target(
         refuse_given(others, f"--what {what}", "what flies being another")
     period = in_si(period_given, "time", "--period")
     require_period("--period", period)
-    part = source if ready else _designed(source.wheel(), what, period, _Options(given))
+    part = source if ready else _designed(source.wheel(), what, period, given)
     if what == "wheel":
         return TARGETS[what](part, period)
     check_parts(part)
     return TARGETS[what](part, period, limits, on_bad)
 
 
-def _designed(wheel: "Wheel", what: str, period: float, options: _Options) -> "Part":
-    """The part that the options describe."""
+def _designed(wheel: "Wheel", what: str, period: float, given: dict[str, Any]) -> Any:
+    """The part that the options describe: option -> value, or None where it is not given."""
     from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
     from gyrostat.core.validation import LARGEST, check_parts, require
     from gyrostat.estimation import FrictionScaleFilter
     from gyrostat.exports import CompensatedWheel
 
-    limit, given = math.inf, options.given
+    def si(option: str, dimension: str) -> float:
+        return in_si(given[option], dimension, option)
+
+    limit = math.inf
     if given["--current-limit"] is not None:
-        limit = options.si("--current-limit", "current")
+        limit = si("--current-limit", "current")
         require("--current-limit", limit, "A", positive=True)
     if what == "wheel":
         return wheel
     if what == "estimator":
         drift = float(numbers(given["--scale-drift"], 1, None, "--scale-drift")[0])
-        return FrictionScaleFilter(wheel, options.si("--speed-sigma", "speed"), drift)
-    law = AttitudePID(*options.gains())
+        return FrictionScaleFilter(wheel, si("--speed-sigma", "speed"), drift)
+    law = AttitudePID(*map(float, numbers(given["--gains"], 3, None, "--gains")))
     if not all(abs(g) <= LARGEST for g in (law.proportional, law.integral, law.derivative)):
         raise InputError(
             f"--gains: found {given['--gains']}, expected finite numbers of size below {LARGEST:g}"
@@ -231,8 +224,8 @@ def _designed(wheel: "Wheel", what: str, period: float, options: _Options) -> "P
     compensator = EstimatingCompensator.tuned(
         law,
         wheel,
-        options.si("--table-inertia", "inertia"),
-        options.si("--speed-sigma", "speed"),
+        si("--table-inertia", "inertia"),
+        si("--speed-sigma", "speed"),
         period,
         current_limit=limit,
         delay=int(given["--delay"] or 0),

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.units import parse_quantity
 from gyrostat.verbs.arguments import (
     AXES,
     Named,
@@ -24,11 +23,11 @@ from gyrostat.verbs.arguments import (
 if TYPE_CHECKING:
     from gyrostat.core.types import Vector
     from gyrostat.failures import Holdable, Loss, Recovery
-    from gyrostat.spacecraft import SpacecraftFile
+    from gyrostat.spacecraft import Spacecraft, SpacecraftFile
 
 
 def feasible(
-    spacecraft: "SpacecraftFile | str | Path",
+    spacecraft: "SpacecraftFile | Spacecraft | str | Path",
     momentum: str | Iterable[Quantity],
     out: "str | Path | None" = None,
     *,
@@ -47,7 +46,8 @@ def feasible(
     One of `target`, `euler`, or `boresight` with `towards` says what is wanted.
 
     Args:
-        spacecraft: spacecraft, or path of spacecraft.toml.
+        spacecraft: content or path of spacecraft.toml, or a spacecraft, whose wheels are named
+            "0", "1" and so on.
         momentum: (3,) total angular momentum, inertial axes, N·m·s.
         out: folder for holdable.json and report.html; None writes no file.
         failed: wheel -> momentum that it still has, N·m·s, or speed with a unit; None or "seized":
@@ -114,7 +114,7 @@ def feasible(
 
 
 def recover(
-    spacecraft: "SpacecraftFile | str | Path",
+    spacecraft: "SpacecraftFile | Spacecraft | str | Path",
     failed: Named,
     wheels: str | Iterable[Quantity],
     out: "str | Path | None" = None,
@@ -133,7 +133,8 @@ def recover(
     """Simulate the flight to the nearest feasible attitude after wheel failures.
 
     Args:
-        spacecraft: spacecraft, or path of spacecraft.toml.
+        spacecraft: content or path of spacecraft.toml, or a spacecraft, whose wheels are named
+            "0", "1" and so on.
         failed: wheel -> "seized", "frozen" (no torque, constant momentum) or "rundown:TIME".
         wheels: momentum of every wheel at the failure, N·m·s, or speed with a unit.
         out: folder for recover.json, run.nc and report.html; None writes no file.
@@ -176,7 +177,7 @@ def recover(
     if not all(np.all(np.isfinite(part)) for part in start if part is not None):
         raise InputError("--attitude, --rate, --wheels: found no finite state, expected numbers")
     lost = ", ".join(f"{k}={how}" for k, how in named(failed, "--failed", bare=True).items())
-    say(f"flying {file.name or spacecraft} from the failure of {lost}")
+    say(f"flying {file.name or _source(spacecraft)} from the failure of {lost}")
     found = simulate(
         file.spacecraft,
         start,
@@ -193,11 +194,20 @@ def recover(
     return found
 
 
-def _spacecraft(spacecraft: "SpacecraftFile | str | Path") -> "SpacecraftFile":
-    """Read spacecraft.toml; pass a spacecraft on."""
-    from gyrostat.spacecraft import read_spacecraft
+def _spacecraft(spacecraft: "SpacecraftFile | Spacecraft | str | Path") -> "SpacecraftFile":
+    """Read spacecraft.toml; number the wheels of a spacecraft that gives them no names."""
+    from gyrostat.spacecraft import Spacecraft, SpacecraftFile, read_spacecraft
 
+    if isinstance(spacecraft, Spacecraft):
+        spacecraft.check()
+        names = tuple(str(k) for k in range(spacecraft.wheels.count))
+        return SpacecraftFile("", names, spacecraft, ({},) * len(names))
     return read_spacecraft(spacecraft) if isinstance(spacecraft, str | Path) else spacecraft
+
+
+def _source(spacecraft: object) -> str:
+    """The path of a spacecraft without a name, for a message."""
+    return str(spacecraft) if isinstance(spacecraft, str | Path) else "the spacecraft"
 
 
 def _momenta(failed: Named, file: "SpacecraftFile") -> dict[int, float]:
@@ -253,7 +263,7 @@ def _losses(failed: Named, file: "SpacecraftFile") -> "dict[int, Loss]":
         number = file.wheel_number(name, "--failed")
         kind, _, constant = (value or "").partition(":")
         if kind == "rundown" and constant:
-            found[number] = Loss(kind, parse_quantity(constant, "time", f"--failed {name}"))
+            found[number] = Loss(kind, in_si(constant, "time", f"--failed {name}"))
         elif kind in ("seized", "frozen", "rundown") and not constant:
             found[number] = Loss(kind)  # pyright: ignore[reportArgumentType]
         else:

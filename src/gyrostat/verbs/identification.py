@@ -5,8 +5,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gyrostat.verbs.arguments import Named, Quantity, Say, named, quantities, refuse_given, silent
+from gyrostat.verbs.arguments import (
+    Named,
+    Quantity,
+    Say,
+    named,
+    one_of,
+    quantities,
+    refuse_given,
+    silent,
+)
 from gyrostat.verbs.wheel_arguments import (
+    HOLDS,
     factors_and_tolerances,
     inertia_and_tolerance,
     load_records,
@@ -19,6 +29,8 @@ if TYPE_CHECKING:
     from gyrostat.telemetry import Record
 
     Records = Record | str | Path | Sequence[Record | str | Path]
+
+METHODS = ("batch", "steady", "torque-step", "coast")
 
 
 def identify(
@@ -90,6 +102,8 @@ def identify(
     if out is not None:
         check_outputs(Path(out), FILES, by="identify", force=force)
     name = model or "stribeck"
+    one_of(method, METHODS, "--method")
+    one_of(current_hold or HOLDS[0], HOLDS, "--current-hold")
     value, tolerance = inertia_and_tolerance(inertia)
     factors, shares = factors_and_tolerances(
         {"current_scale": current_scale, "speed_scale": speed_scale, "clock": clock}
@@ -107,7 +121,7 @@ def identify(
         say(f"identifying {name} friction from {', '.join(r.name for r in measured)}")
         options: dict[str, Any] = {
             **common,
-            "free": [free] if isinstance(free, str) else list(free or ()),
+            "free": [free] if isinstance(free, str) else list(() if free is None else free),
             "prior": priors(prior, name),
             "start": parameters_in_si(named(start, "--start"), name, "--start"),
             "speed_sigma": sigmas or None,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Say, silent, to_stderr, whole_numbers
+from gyrostat.verbs.arguments import Say, one_of, silent, to_stderr, whole_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,7 +102,7 @@ def campaign(
         scenario: scenario with dispersions, or path of scenario.toml.
         runs: number of runs.
         out: folder of the campaign. None: a folder in the current one, named after scenario, runs
-            and seed, as "cubesat-1000-runs-seed-1"; one line on stderr says so.
+            and seed, as "cubesat-1000-runs-seed-1"; a line says so, on stderr without `say`.
         seed: seed of all draws.
         workers: worker processes; None: one for each core.
         scheduler: address of a Dask scheduler, in place of local processes.
@@ -132,6 +132,8 @@ def campaign(
 
     if out is not None:
         check_writable(Path(out))
+    if worst < 0:
+        raise InputError(f"--worst: found {worst}, expected 0 or more")
     _check_device(device)
     engine = engine_named(engine, say, "--engine")
     found = _scenario(scenario, force=force)
@@ -141,7 +143,8 @@ def campaign(
     folder = Path(_folder_name(found.name, runs, seed) if out is None else out)
     if out is None:
         check_writable(folder)
-        to_stderr(f"the campaign's files go to the folder {folder}")
+        # one line that nobody has to ask for
+        (to_stderr if say is silent else say)(f"the campaign's files go to the folder {folder}")
     run_campaign(
         found,
         folder,
@@ -224,7 +227,7 @@ def report(
 
 def _scenario(scenario: "Scenario | str | Path", *, force: bool) -> "Scenario":
     """Read scenario.toml; pass a scenario on."""
-    from gyrostat.campaigns import read_scenario
+    from gyrostat.campaigns.scenario_file import read_scenario
 
     return read_scenario(scenario, force=force) if isinstance(scenario, str | Path) else scenario
 
@@ -238,5 +241,4 @@ def _folder_name(name: str, runs: int, seed: int) -> str:
 def _check_device(name: str) -> None:
     from gyrostat.campaigns.fingerprint import FLAGS
 
-    if name not in FLAGS:
-        raise InputError(f"--device: found {name!r}, expected one of {', '.join(FLAGS)}")
+    one_of(name, FLAGS, "--device")

@@ -5,13 +5,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.units import parse_uncertain
 from gyrostat.verbs.arguments import Named, Quantity, Say, in_si, in_si_or_none, named
 
 if TYPE_CHECKING:
     from gyrostat.identification import Fit
     from gyrostat.telemetry import Record
     from gyrostat.wheel import Wheel, WheelModel
+
+HOLDS = ("zero-order", "linear")
+"""How the current runs between samples."""
 
 
 def load_records(
@@ -124,6 +126,8 @@ def priors(values: Named, model: str) -> dict[str, tuple[float, float]]:
 
 def inertia_and_tolerance(value: Quantity | None) -> tuple[float | None, dict[str, float]]:
     """Convert an inertia to kg·m², and its tolerance to a share where one is given."""
+    from gyrostat.core.units import parse_uncertain
+
     if not isinstance(value, str):
         return in_si_or_none(value, "inertia", "--inertia"), {}
     number, sigma = parse_uncertain(value, "inertia", "--inertia")
@@ -145,6 +149,8 @@ def factors_and_tolerances(
     Raises:
         InputError: a factor that is not positive.
     """
+    from gyrostat.core.units import parse_uncertain
+
     factors, tolerances = {}, {}
     for name, given in options.items():
         where = f"--{name.replace('_', '-')}"

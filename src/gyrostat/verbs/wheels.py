@@ -6,8 +6,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Named, Quantity, Say, in_si, in_si_or_none, named, silent
-from gyrostat.verbs.wheel_arguments import load_records, parameters_in_si, wheel_model
+from gyrostat.verbs.arguments import (
+    Named,
+    Quantity,
+    Say,
+    in_si,
+    in_si_or_none,
+    named,
+    one_of,
+    silent,
+)
+from gyrostat.verbs.wheel_arguments import HOLDS, load_records, parameters_in_si, wheel_model
 
 if TYPE_CHECKING:
     from gyrostat.identification import Fit, Validation
@@ -58,6 +67,7 @@ def validate(
     if out is not None:
         names = ("validation.html", "validation.json")
         check_outputs(Path(out), names, by="validate", force=force)
+    one_of(current_hold, HOLDS, "--current-hold")
     # a prediction is what shows whether a wheel marked as impossible is one
     known = wheel_model(model, force=True)
     known.wheel()
