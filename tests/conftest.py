@@ -78,6 +78,23 @@ def module_at():
 
 
 @pytest.fixture(scope="session")
+def tools(module_at):
+    """Flight C as functions, and the interpreter of jaxprs beside it, both of tests/codegen."""
+    from types import SimpleNamespace
+
+    here = Path(__file__).parent / "codegen"
+    compiled = module_at(here / "compiled.py")
+    interpreter = module_at(here / "interpreter.py")
+    return SimpleNamespace(
+        Compiled=compiled.Compiled,
+        write=compiled.write,
+        build=compiled.build,
+        compiler=compiled.compiler,
+        interpret=interpreter.interpret,
+    )
+
+
+@pytest.fixture(scope="session")
 def table_reference(module_at):
     """The independent wheel on a table of table_reference.py beside this file."""
     return module_at(Path(__file__).with_name("table_reference.py")).TableReference

@@ -211,7 +211,7 @@ def loaded_by(module: str) -> set[str]:
     return set(done.stdout.split())
 
 
-@pytest.mark.parametrize("module", ["gyrostat", "gyrostat.cli"])
+@pytest.mark.parametrize("module", ["gyrostat", "gyrostat.cli", "gyrostat.campaigns"])
 def test_import_is_light(module):
     if importlib.util.find_spec(module) is None:
         pytest.skip(f"there is no {module} yet")

@@ -159,7 +159,7 @@ def in_lanes(request):
 
 @pytest.fixture(scope="module")
 def in_flight(module_at, tmp_path_factory):
-    compiled = module_at(Path(__file__).parents[1] / "exports" / "compiled.py")
+    compiled = module_at(Path(__file__).with_name("compiled.py"))
     names = ("x", "m", "first", "second")
     entries = []
     for function in CASES:

@@ -104,13 +104,11 @@ def test_kinds_of_numbers_become_one_another(same):
     same(program, (True, True, True), x, np.arange(len(x)) - 4, x > 0.0)
 
 
-def test_random_programs_are_the_interpreter_bit_by_bit(module_at):
-    export = Path(__file__).parents[1] / "exports"
-    interpret = module_at(export / "interpreter.py").interpret
-    program = module_at(export / "test_random_programs.py").random_program(3)
+def test_random_programs_are_the_interpreter_bit_by_bit(module_at, tools):
+    program = module_at(Path(__file__).with_name("test_random_programs.py")).random_program(3)
     values = RANDOM.choice([0.0, -0.0, 1.0, np.inf, np.nan], (3, 300))
     values = np.where(RANDOM.random(values.shape) < 0.8, RANDOM.standard_normal((3, 300)), values)
-    expected = interpret(jax.make_jaxpr(program)(0.0, 0.0, 0.0), list(values))
+    expected = tools.interpret(jax.make_jaxpr(program)(0.0, 0.0, 0.0), list(values))
     compiled = lanes(program, (True,) * 3, values, more_flags=("-ffp-contract=off",))
     for ours, theirs in zip(compiled(*values), expected, strict=True):
         np.testing.assert_array_equal(ours, theirs)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gyrostat.core.units import RPM
+from gyrostat.identification import identify
 from gyrostat.simulation import CurrentRange, Telemetry, bench_record
 from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import DirectionalStribeck, Stribeck, ViscousCoulomb
@@ -46,10 +47,22 @@ def make_record(friction="stribeck", profile="steps", seed=0, sigma_rpm=5.0, **o
     )
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def record():
     """Make a record of a known wheel: friction, profile, seed, sigma_rpm, telemetry options."""
     return make_record
+
+
+@pytest.fixture(scope="session")
+def plain(record):
+    """Fit of the plain record with the inertia alone."""
+    return identify(record(), inertia=INERTIA)
+
+
+@pytest.fixture(scope="session")
+def given(record):
+    """Fit of the plain record with the inertia and the noise."""
+    return identify(record(), inertia=INERTIA, speed_sigma=5.0 * RPM)
 
 
 @pytest.fixture

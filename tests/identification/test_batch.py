@@ -31,6 +31,19 @@ PAPER_START = {
 respond = jax.jit(speed_response)
 
 
+@pytest.fixture(scope="module")
+def of_the_paper(record):
+    """Fits of 25 records from the paper's start."""
+    return [identify(record(seed=seed), **PAPER_START) for seed in range(25)]
+
+
+@pytest.fixture(scope="module")
+def of_pairs(record):
+    """Fits of a noisy and a quiet record together, for 6 seeds: records and fit."""
+    pairs = [[record(seed=k), record("stribeck", "ramps", 100 + k, 0.5)] for k in range(6)]
+    return [(pair, identify(pair, inertia=INERTIA)) for pair in pairs]
+
+
 def errors(fit, truth):
     return {n: v - truth[n] for n, v in fit.parameters.items() if n in fit.names and n in truth}
 
@@ -58,10 +71,9 @@ def test_noisy_record_gives_the_wheel_within_its_sigmas(record, truth, name, pro
     assert error @ np.linalg.solve(covariance, error) < chi2.ppf(0.9999, len(error))
 
 
-def test_paper_start_converges_within_twelve_iterations_and_sigmas_are_honest(record, truth):
+def test_paper_start_converges_within_twelve_iterations_and_sigmas_are_honest(of_the_paper, truth):
     distances = []
-    for seed in range(25):
-        fit = identify(record(seed=seed), **PAPER_START)
+    for fit in of_the_paper:
         assert fit.converged
         assert fit.iterations <= 12
         error = np.array(list(errors(fit, truth["stribeck"]).values()))
@@ -70,10 +82,9 @@ def test_paper_start_converges_within_twelve_iterations_and_sigmas_are_honest(re
     assert low < sum(distances) < high
 
 
-def test_residual_scales_sigma_where_the_noise_is_not_given(record):
-    given = identify(record(), inertia=INERTIA, speed_sigma=5.0 * RPM)
+def test_residual_scales_sigma_where_the_noise_is_not_given(record, given, plain):
     doubled = identify(record(), inertia=INERTIA, speed_sigma=10.0 * RPM)
-    scaled = identify(record(), inertia=INERTIA)
+    scaled = plain
     np.testing.assert_allclose(doubled.noise_sigma, 2.0 * given.noise_sigma, rtol=1e-3)
     np.testing.assert_allclose(scaled.noise_sigma, given.noise_sigma, rtol=0.05)
     np.testing.assert_allclose(scaled.sigma, given.sigma, rtol=0.1)
@@ -81,11 +92,10 @@ def test_residual_scales_sigma_where_the_noise_is_not_given(record):
     assert any("speed sigma" in w for w in doubled.warnings)
 
 
-def test_static_torque_of_the_paper_is_not_observable_and_says_what_would_cure_it(record):
-    fit = identify(record(), inertia=INERTIA, speed_sigma=5.0 * RPM)
-    assert not fit.observability["static"].observable
-    assert "zero crossings" in fit.observability["static"].advice
-    assert all(fit.observability[n].observable for n in ("motor_constant", "viscous", "coulomb"))
+def test_static_torque_of_the_paper_is_not_observable_and_says_what_would_cure_it(given):
+    assert not given.observability["static"].observable
+    assert "zero crossings" in given.observability["static"].advice
+    assert all(given.observability[n].observable for n in ("motor_constant", "viscous", "coulomb"))
 
 
 def test_ramps_from_rest_show_what_the_steps_do_not(record):
@@ -162,20 +172,19 @@ def test_missing_samples_are_skipped_and_jitter_is_taken_as_it_is(record, truth)
         assert abs(error) < 4.0 * fit.sigma[fit.names.index(name)]
 
 
-@pytest.mark.parametrize("loss", ["huber", "student"])
-def test_outliers_spoil_the_quadratic_loss_but_not_the_robust_ones(record, changed, truth, loss):
+def test_outliers_spoil_the_quadratic_loss_but_not_the_robust_ones(record, changed, truth, plain):
     clean = record()
     random = np.random.default_rng(5)
     speed = clean.speed.copy()
     hit = random.random(len(speed)) < 0.03
     speed[hit] += 30.0
     spoiled = changed(clean, speed=speed)
-    robust = identify(spoiled, inertia=INERTIA, loss=loss)
-    plain = identify(spoiled, inertia=INERTIA)
-    reference = identify(clean, inertia=INERTIA)
-    k = reference.names.index("coulomb")
-    assert abs(robust.values[k] - truth["stribeck"]["coulomb"]) < 4.0 * robust.sigma[k]
-    assert robust.sigma[k] < 2.0 * reference.sigma[k] < plain.sigma[k]
+    quadratic = identify(spoiled, inertia=INERTIA)
+    k = plain.names.index("coulomb")
+    for loss in ("huber", "student"):
+        robust = identify(spoiled, inertia=INERTIA, loss=loss)
+        assert abs(robust.values[k] - truth["stribeck"]["coulomb"]) < 4.0 * robust.sigma[k]
+        assert robust.sigma[k] < 2.0 * plain.sigma[k] < quadratic.sigma[k]
 
 
 def test_quantised_tachometer_is_no_obstacle(record, truth):
@@ -197,20 +206,17 @@ def test_start_that_sticks_is_left_behind(record, truth):
     assert fit.parameters["coulomb"] == pytest.approx(truth["stribeck"]["coulomb"], rel=0.05)
 
 
-def test_static_below_coulomb_is_allowed_as_noise(record):
+def test_static_below_coulomb_is_allowed_as_noise(of_the_paper):
     """Over seeds the estimate of T_s - c must scatter on both sides of its true value."""
-    seen = [
-        fit.parameters["static"] - fit.parameters["coulomb"]
-        for fit in (identify(record(seed=s), **PAPER_START) for s in range(25))
-    ]
+    seen = [fit.parameters["static"] - fit.parameters["coulomb"] for fit in of_the_paper]
     assert min(seen) < 0.0 < max(seen)
 
 
-def test_wrong_unit_of_the_speed_is_suspected(record, changed):
+def test_wrong_unit_of_the_speed_is_suspected(record, changed, plain):
     mixed = changed(record(), speed=record().speed / RPM)
     fit = identify(mixed, inertia=INERTIA)
     assert any("units" in w for w in fit.warnings)
-    assert not any("units" in w for w in identify(record(), inertia=INERTIA).warnings)
+    assert not any("units" in w for w in plain.warnings)
 
 
 def test_opposite_senses_of_current_and_speed_are_said(record, changed):
@@ -286,13 +292,12 @@ def test_an_a_priori_frees_its_parameter(record):
     assert fit.sigma[k] < 0.11
 
 
-def test_the_start_does_not_move_the_result(record):
+def test_the_start_does_not_move_the_result(record, given):
     """Nothing but the a-priori of the records themselves may pull at an estimate."""
-    plain = identify(record(), inertia=INERTIA, speed_sigma=5.0 * RPM)
     moved = identify(
         record(), inertia=INERTIA, speed_sigma=5.0 * RPM, start={"static": 1.0, "viscous": 1e-4}
     )
-    assert np.all(np.abs(moved.values - plain.values) < 1e-2 * plain.sigma)
+    assert np.all(np.abs(moved.values - given.values) < 1e-2 * given.sigma)
 
 
 def test_a_start_of_the_static_torque_is_heeded(record, truth):
@@ -407,32 +412,29 @@ def test_a_good_first_result_costs_no_second_start(record):
     assert stages.count(("viscous and Coulomb", 1)) == 1
 
 
-def test_what_no_start_explains_is_said(record, changed):
+def test_what_no_start_explains_is_said(record, changed, plain):
     whole = record()
     disturbed = changed(whole, speed=whole.speed + 8.0 * np.sin(0.7 * whole.time))
     fit = identify(disturbed, inertia=INERTIA)
     assert any("times the noise that the record itself shows" in w for w in fit.warnings)
-    assert not any("times the noise" in w for w in identify(whole, inertia=INERTIA).warnings)
+    assert not any("times the noise" in w for w in plain.warnings)
 
 
-def test_each_record_has_its_own_noise(record, truth):
+def test_each_record_has_its_own_noise(of_pairs, truth):
     """Sigmas are honest where a noisy and a quiet record are fitted together."""
     distances = []
-    for seed in range(12):
-        pair = [record(seed=seed), record("stribeck", "ramps", 100 + seed, 0.5)]
-        fit = identify(pair, inertia=INERTIA)
+    for _, fit in of_pairs:
         np.testing.assert_allclose(fit.speed_sigmas, [5.0 * RPM, 0.5 * RPM], rtol=0.1)
         error = np.array(list(errors(fit, truth["stribeck"]).values()))
         covariance = fit.covariance[: len(error), : len(error)]
         distances.append(error @ np.linalg.solve(covariance, error))
-    low, high = chi2.ppf([0.001, 0.999], 4 * 12)
+    low, high = chi2.ppf([0.001, 0.999], 4 * len(of_pairs))
     assert low < sum(distances) < high
 
 
-def test_noise_is_given_for_each_record(record):
-    pair = [record(seed=3), record("stribeck", "ramps", 103, 0.5)]
+def test_noise_is_given_for_each_record(of_pairs):
+    pair, seen = of_pairs[3]
     given = identify(pair, inertia=INERTIA, speed_sigma=[5.0 * RPM, 0.5 * RPM])
-    seen = identify(pair, inertia=INERTIA)
     np.testing.assert_allclose(given.sigma, seen.sigma, rtol=0.1)
     pooled = np.sqrt((25.0 + 0.25) / 2.0) * RPM
     assert given.speed_sigma == pytest.approx(pooled, rel=1e-3)

@@ -1,8 +1,23 @@
-"""From a traced function to a program of scalars, for whoever writes code from it."""
+"""From a traced function to a program of scalars, and from that to C.
 
-from gyrostat.codegen.lower import Lowering
-from gyrostat.codegen.prune import prune
-from gyrostat.codegen.source import Source
-from gyrostat.codegen.tracing import Trace, as_arrays, trace
+The names are loaded on first use, so that `gyrostat.codegen.simd`, which finds the C compiler, does
+not load JAX.
+"""
 
-__all__ = ["Lowering", "Source", "Trace", "as_arrays", "prune", "trace"]
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gyrostat.codegen.lower import Lowering
+    from gyrostat.codegen.source import Source
+    from gyrostat.codegen.tracing import Trace, as_arrays, trace
+
+__all__ = ["Lowering", "Source", "Trace", "as_arrays", "trace"]
+
+_MODULES = {"Lowering": "lower", "Source": "source"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_MODULES.get(name, 'tracing')}"), name)

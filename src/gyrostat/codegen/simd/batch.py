@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.codegen import Lowering, prune
+from gyrostat.codegen.lower import Lowering
 from gyrostat.codegen.program import Function, Name, Operand, Table
+from gyrostat.codegen.prune import prune
 from gyrostat.codegen.simd.batch_scope import BATCH, batch_kind, numbers
 from gyrostat.codegen.simd.compiler import library
 from gyrostat.codegen.simd.module import module

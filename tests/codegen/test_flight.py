@@ -1,4 +1,4 @@
-"""The emitter on small functions: every construct against Python, every refusal with its line."""
+"""Flight C of small functions: every construct against Python, every refusal with its line."""
 
 import inspect
 import re
@@ -247,7 +247,7 @@ def test_every_group_of_statements_names_its_line_of_python(compiled):
     text = compiled.module.source
     lines, first = inspect.getsourcelines(elementary)
     number = next(k for k, line in enumerate(lines) if "near = " in line)
-    comment = f"/* test_emitter.py:{first + number}: near = 0.9 * jnp.tanh(x) */"
+    comment = f"/* test_flight.py:{first + number}: near = 0.9 * jnp.tanh(x) */"
     assert f"{comment}\n    const double near = 0.9 * tanh(x);" in text
     assert re.search(r"/\* gyrostat/core/linear\.py:\d+: row = rows\[0\]", text)
     assert "/tmp" not in text
@@ -393,7 +393,7 @@ def test_what_does_not_belong_in_flight_code_is_refused_with_its_line(function):
     if text:
         lines, first = inspect.getsourcelines(function)
         number = next(k for k, line in enumerate(lines) if text in line)
-        assert f"test_emitter.py:{first + number}: " in message
+        assert f"test_flight.py:{first + number}: " in message
 
 
 def test_what_a_struct_cannot_hold_is_refused():
