@@ -61,7 +61,7 @@ def test_values_are_in_si(scenario):
 
 def test_the_text_gives_the_same_scenario(scenario):
     again = Scenario.from_text(scenario.text())
-    assert vars(again) == vars(scenario)
+    assert asdict(again) == asdict(scenario)
     assert again.digest() == scenario.digest()
 
 

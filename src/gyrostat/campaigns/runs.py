@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.schema import RESULTS, key_of, metric_units
+from gyrostat.campaigns.schema import RESULTS, metric_units
 from gyrostat.campaigns.store import Store
 
 if TYPE_CHECKING:
@@ -27,14 +27,14 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
     """
     import xarray as xr
 
-    from gyrostat.campaigns.build import parts_of
+    from gyrostat.campaigns.kinds import numbers_of
     from gyrostat.simulation import status_attributes
 
     store = Store(Path(folder))
     known, table = store.known(), store.read_table()
     scenario = Scenario.from_text(known.scenario)
-    parts = parts_of(scenario)
-    drawn = {key: key_of(key, parts) for key in scenario.dispersed}
+    numbers = numbers_of(scenario)
+    drawn = {key: numbers[key] for key in scenario.dispersed}
     attributes = {
         **{key: {"units": found.unit, "long_name": found.meaning} for key, found in drawn.items()},
         **{name: {"units": unit} for name, unit in metric_units(scenario.percentiles).items()},
