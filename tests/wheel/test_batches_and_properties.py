@@ -6,7 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.wheel import Wheel, advance, speed_response, stepping
+from gyrostat.wheel import Wheel, advance, segment, speed_response
 from gyrostat.wheel.friction import Stribeck, ViscousCoulomb
 
 SAMPLES = 64
@@ -162,7 +162,7 @@ def test_a_wheel_too_stiff_for_its_sampling_is_called_unresolved():
     speeds, resolved = speed_response(wheel, jnp.array([0.0, 10.0, 20.0]), jnp.ones(3), 0.0)
     assert not bool(resolved)
     assert np.all(np.isfinite(speeds))
-    assert stepping.MAX_SEGMENTS <= 1000
+    assert segment.MAX_SEGMENTS <= 1000
 
 
 @pytest.mark.parametrize("place", ["speed", "current", "friction"])
