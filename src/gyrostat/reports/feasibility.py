@@ -135,27 +135,27 @@ def rows_of(question: Question, answer: Holdable) -> list[Row]:
         ("total momentum", f"{triple(question.momentum)} N·m·s, inertial"),
     ]
     if answer.dimension is not None:
-        free = "" if answer.dimension == 3 else ": a turn about the total momentum is always free"
+        free = "" if answer.dimension == 3 else ": rotation about the total momentum is always free"
         rows.append(("attitudes that can be held", f"a set of dimension {answer.dimension}{free}"))
     if answer.attitude is not None:
-        rows.append(("attitude there (scalar first)", triple(answer.attitude, 9)))
+        rows.append(("nearest attitude (scalar first)", triple(answer.attitude, 9)))
     if answer.direction is not None:
-        rows.append(("direction there, inertial", triple(answer.direction, 6)))
+        rows.append(("boresight direction there, inertial", triple(answer.direction, 6)))
     if answer.margin is not None:
         rows.append(("margin of the most loaded wheel", share(answer.margin)))
     if answer.controllable is not None:
         told = "yes" if answer.controllable else "NO: not to first order"
-        rows.append(("attitude controllable about there", told))
+        rows.append(("attitude controllable near it", told))
     for name, proof in (
-        ("least rate at the target", answer.at_target),
-        ("least rate for ever", answer.for_ever),
+        ("lower bound of the rate, target", answer.at_target),
+        ("lower bound of the rate, any attitude", answer.for_ever),
     ):
         if proof.rate > 0.0:
             along = f" along body {triple(proof.direction)}" if np.any(proof.direction) else ""
-            left = f"{plain(proof.excess)} N·m·s that no wheel can take{along}"
+            left = f"{plain(proof.excess)} N·m·s that the wheels cannot absorb{along}"
             rows.append((name, f"{plain(proof.rate)} rad/s ({degrees(proof.rate)}/s): {left}"))
     if question.tolerance is not None and not answer.holdable:
-        kept = f"at most {plain(answer.dwell)} s" if answer.dwell is not None else "no bound known"
+        kept = f"at most {plain(answer.dwell)} s" if answer.dwell is not None else "no known bound"
         rows.append((f"stays within {degrees(question.tolerance)} of the target", kept))
     return rows
 

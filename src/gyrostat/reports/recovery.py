@@ -88,7 +88,7 @@ def verdict_of(found: Recovery) -> str:
     """The outcome in one sentence."""
     if found.settle is None:
         return f"NOT recovered: {found.reason}"
-    return f"recovered: at rest where it can be held {found.settle:g} s after the failure"
+    return f"recovered: at rest at a feasible attitude {found.settle:g} s after the failure"
 
 
 def rows_of(
@@ -101,7 +101,7 @@ def rows_of(
     if answer.attitude is not None:
         rows += [
             ("nearest attitude that can be held", f"{degrees(answer.angle)} from the target"),
-            ("attitude there (scalar first)", triple(answer.attitude, 9)),
+            ("nearest attitude (scalar first)", triple(answer.attitude, 9)),
         ]
     if found.plan.controller is not None:
         rows.append(("law", type(found.plan.controller).__name__))
@@ -109,7 +109,7 @@ def rows_of(
         flight = found.flight
         rows += [
             ("error at the end", degrees(float(flight.error.values[-1]))),
-            ("settled means", f"below {degrees(ANGLE)} and {RATE:g} rad/s to the end"),
+            ("criterion for settled", f"below {degrees(ANGLE)} and {RATE:g} rad/s to the end"),
             ("largest wheel torque", f"{float(np.max(np.abs(flight.torque.values))):.3g} N·m"),
             (
                 "largest wheel momentum",

@@ -77,7 +77,7 @@ class Record:
         return replace(
             self,
             **{field: factor * getattr(self, field) for field, factor in changed.items()},
-            notes=(*self.notes, *(f"{f} times {k:g}, as told" for f, k in changed.items())),
+            notes=(*self.notes, *(f"{f} scaled by {k:g} as requested" for f, k in changed.items())),
         )
 
     def _own(self, field: str) -> None:

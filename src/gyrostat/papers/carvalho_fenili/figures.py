@@ -145,7 +145,7 @@ def recovery_figure(runs: Mapping[str, Mapping[str, Mapping[str, Recovery]]]) ->
         figure,
         "Angle to the nearest attitude that can be held, from the failure on; dotted, 0.05 deg. "
         "Texts: how the wheels failed, how far that attitude is from the target, and when the "
-        "spacecraft has settled there for good.",
+        "spacecraft settles there.",
     )
 
 

@@ -95,8 +95,8 @@ class Flight:
         """Sentence on the settling time and the final error."""
         end = f"{self.error_at(setup.DURATION):.3g} degrees at {setup.DURATION:g} s"
         if self.settled is None:
-            return f"Never below {setup.REQUIRED:g} degrees for good; {end}."
-        return f"Below {setup.REQUIRED:g} degrees for good from {self.settled:.1f} s on; {end}."
+            return f"Never below {setup.REQUIRED:g} degrees permanently; {end}."
+        return f"Below {setup.REQUIRED:g} degrees permanently from {self.settled:.1f} s on; {end}."
 
     def distance(self, ideal: "Flight") -> float:
         """Root mean square distance of the outputs from those of another run."""
