@@ -34,9 +34,11 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
     known, table = store.known(), store.read_table()
     scenario = Scenario.from_text(known.scenario)
     numbers = numbers_of(scenario)
-    drawn = {key: numbers[key] for key in scenario.dispersed}
     attributes = {
-        **{key: {"units": found.unit, "long_name": found.meaning} for key, found in drawn.items()},
+        **{
+            key: {"units": numbers[key].unit, "long_name": f"drawn {key}"}
+            for key in scenario.dispersed
+        },
         **{name: {"units": unit} for name, unit in metric_units(scenario.percentiles).items()},
         "ended": {"units": "s", "long_name": "Time until which the run is valid."},
         "status": status_attributes(),
