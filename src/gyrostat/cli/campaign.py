@@ -37,7 +37,9 @@ def simulate(
     """Fly a scenario once, with its nominal values: RUN.nc and RUN.html."""
     from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
     from gyrostat.core.outputs import check_outputs
+    from gyrostat.core.validation import check_seed
 
+    check_seed(seed)  # before anything is compiled
     if out.suffix != ".nc":
         raise InputError(f"--out: found {str(out)!r}, expected a name that ends in .nc")
     names = (out.name, out.with_suffix(".html").name)
