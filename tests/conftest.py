@@ -1,5 +1,6 @@
 """What every test shares: one thread for each worker, and patience for compilation."""
 
+import gc
 import importlib.util
 import os
 import sys
@@ -28,6 +29,9 @@ os.environ.setdefault("GYROSTAT_CACHE", str(_cache))
 os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(Path(os.environ["GYROSTAT_CACHE"]) / "jax"))
 os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.3")
 
+# As the command line does: tracing makes many objects, and collecting them often finds none.
+gc.set_threshold(200_000)
+
 # A first example compiles, so its time says nothing: no deadline.
 settings.register_profile(
     "gyrostat",
@@ -40,9 +44,57 @@ settings.register_profile("ci", settings.get_profile("gyrostat"), derandomize=Tr
 settings.load_profile("ci" if os.environ.get("CI") else "gyrostat")
 
 
+# Files that take longest, the longest first; the campaign files that share one flown campaign.
+LONGEST = (
+    *("papers/test_carvalho_fenili", "papers/test_carrara_kuga", "campaigns/test_engine"),
+    *("identification/test_batch", "spacecraft/test_gyrostat", "campaigns/test_faults"),
+    *("failures/test_recover", "control/test_optimal_laws", "test_cli", "wheel/test_bristles"),
+    *("control/test_recovery_momentum", "papers/test_dispersed_recoveries"),
+    *("control/test_estimating_compensator", "control/test_recovery_zero_momentum"),
+    *("identification/test_steady", "simulation/test_in_lanes", "wheel/test_outlook"),
+    *("wheel/test_batches_and_properties", "wheel/test_sensitivities"),
+    *("papers/test_filter_with_friction_model", "control/test_wheel_array_control"),
+    *("papers/test_endo_sekiguchi_nonaka", "control/test_riccati"),
+    *("exports/test_against_interpreter", "control/test_recovery_on_gyrostat"),
+)
+SHARING = ("test_engine", "test_command_line", "test_damage", "test_replay")
+
+
 def pytest_collection_modifyitems(items):
     """The longest files first: none of them is begun when the other workers are done."""
-    items.sort(key=lambda item: "papers" not in item.path.parts)
+    places = {name: place for place, name in enumerate(LONGEST)}
+    here = Path(__file__).parent
+
+    def place(item):
+        return places.get(item.path.relative_to(here).with_suffix("").as_posix(), len(places))
+
+    items.sort(key=place)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """A worker takes a file at a time, or all files that share a campaign."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class ByFile(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            file = super()._split_scope(nodeid)
+            return "campaign" if Path(file).stem in SHARING else file
+
+    return ByFile(config, log)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item):
+    """Compile without optimisation, except for tests marked `optimised`.
+
+    Most tests compile for longer than they run, and XLA then needs half the time. Processes that a
+    test starts keep the flags above, or those of the product.
+    """
+    from gyrostat.core.jax64 import jax
+
+    optimised = item.get_closest_marker("optimised") is not None
+    jax.config.update("jax_disable_most_optimizations", not optimised)
 
 
 @pytest.fixture

@@ -9,6 +9,8 @@ from gyrostat.codegen.simd.batch import lanes
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 
+# Optimised, XLA joins a product and a sum into one instruction, as the compiler of C does.
+pytestmark = pytest.mark.optimised
 RUNS = 21
 RANDOM = np.random.default_rng(1)
 

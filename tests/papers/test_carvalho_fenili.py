@@ -19,6 +19,7 @@ from gyrostat.papers.reproduction import Run
 from gyrostat.simulation import simulate
 from gyrostat.spacecraft import Gyrostat, WheelFailures
 
+pytestmark = pytest.mark.optimised
 CASES = ("none", "Mx", "My", "Mz", "MxMy", "MxMz", "MyMz")
 FAILED = {"Mx": [0], "My": [1], "Mz": [2], "MxMy": [0, 1], "MxMz": [0, 2], "MyMz": [1, 2]}
 FAILURES = ("frozen", "seized", "rundown")

@@ -51,7 +51,9 @@ def simulate(
     from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
     from gyrostat.campaigns.schema import metric_units
     from gyrostat.core.outputs import check_outputs
+    from gyrostat.core.validation import check_seed
 
+    check_seed(seed)  # before anything is compiled
     path = None if out is None else Path(out)
     if path is not None:
         if path.suffix != ".nc":
