@@ -112,7 +112,7 @@ def _lag(records: Sequence[Record], linear: Sequence[Linearisation]) -> Nuisance
     while scales[-1] < SLOWEST_LAG:
         scales.append(scales[-1] * np.sqrt(10.0))
     columns = tuple(slope[:, None] for slope in slopes)
-    return Nuisance("speed_lag", "lag of the measured speed", "s", tuple(scales), columns)
+    return Nuisance("speed_lag", "lag or delay of the measured speed", "s", tuple(scales), columns)
 
 
 def _viscous_drift(

@@ -1,7 +1,7 @@
 """Result of an identification, with its uncertainty."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import partial
 
 import numpy as np
@@ -11,6 +11,7 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import SI_UNIT
 from gyrostat.identification.averaging import Effect
+from gyrostat.identification.diagnosis import Finding, Score
 from gyrostat.identification.observability import Observability
 from gyrostat.identification.prediction import build_wheel, wheel_dimensions
 from gyrostat.identification.statistics import Whiteness
@@ -81,6 +82,8 @@ class Fit:
         warnings: what a reader should know before using the result.
         friction_points: what a friction curve was fitted to; None for fits of the speed.
         effects: what the records say of effects beside the friction model.
+        findings: effects that explain what the residuals of least squares show, best first.
+        scores: test of each candidate effect of definite shape.
         tolerances: what stated tolerances add to `covariance`; None without any.
         impossible: values that no wheel has, one sentence each.
     """
@@ -108,6 +111,8 @@ class Fit:
     warnings: tuple[str, ...] = field(default=())
     friction_points: FrictionPoints | None = None
     effects: tuple[Effect, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    scores: tuple[Score, ...] = ()
     tolerances: Propagated | None = None
     impossible: tuple[str, ...] = ()
 
@@ -241,6 +246,8 @@ class Fit:
             "correlation": {"names": list(self.names), "matrix": self.correlation.tolist()},
             "held": dict(self.held),
             "effects": [effect.to_dict() for effect in self.effects],
+            "candidates": [asdict(score) for score in self.scores],
+            "diagnosis": [finding.to_dict() for finding in self.findings],
             "residuals": None if self.whiteness is None else self.whiteness.to_dict(),
             "records": [r.name for r in self.records],
             "impossible": list(self.impossible),

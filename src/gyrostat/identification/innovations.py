@@ -31,6 +31,10 @@ class Innovations(NamedTuple):
     log_variance: Vector
     samples: int
 
+    def leading(self, count: int) -> "Innovations":
+        """The same for the first columns alone."""
+        return self._replace(products=self.products[:, :count, :count])
+
 
 @jax.jit
 def _filter(columns, variance, transition, gain, crossing, walk, first, squared):

@@ -1,0 +1,384 @@
+"""Diagnosis of a fit: which effects explain what its residuals show, by score tests.
+
+All candidates are linear in their coefficients at the fit, and one Kalman filter has whitened their
+columns under every level of random torque (`gyrostat.identification.innovations`). The deviance of
+any combination is then a small linear problem: nothing is fitted again (Rao 1948, score test).
+Effects enter one by one while the best one is significant over all candidates (Bonferroni); what
+turns out not to be is taken out at the end. An effect that would do nearly as well in the place of
+one that was found cannot be told from it: both are named together.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.effects import Nuisance
+from gyrostat.identification.hypotheses import variance_ratio
+from gyrostat.identification.innovations import Innovations
+
+FALSE_ALARMS = 0.04
+"""Share of records without any effect in which one is found, by Bonferroni's bound."""
+INDISTINGUISHABLE = 6.0
+"""Difference of the Bayesian criterion below which two effects are named together (Kass and
+Raftery 1995: above it the evidence is strong)."""
+MOST_EFFECTS = 6
+"""Effects that are sought at most."""
+ALIEN = 1e-6
+"""Share of a candidate's whitened column that must not be a combination of the parameters: below,
+the record cannot show the effect."""
+
+TORQUES = (
+    ("crossing_ripple", "torque ripple near zero speed, share of the dry friction"),
+    ("torque_walk", "torque that wanders over the record, share of the dry friction"),
+)
+"""Random torques, in the order of the levels."""
+
+INCLUDED = "values and sigma allow for it"
+OPTIONS = {
+    "speed_lag": INCLUDED,
+    "viscous_drift": INCLUDED,
+    "crossing_ripple": INCLUDED,
+    "torque_walk": INCLUDED,
+    "current_offset": "--free current_bias",
+    "asymmetry": "--model directional",
+    "viscous_asymmetry": "--model directional",
+    "stribeck": "--model stribeck",
+    "outliers": "--loss student",
+    "unsigned_current": "--unsigned-current",
+    "units": "--units",
+    "opposed_signs": "turn the sign of one of the two columns",
+    "quantum": "edge times or an encoder angle in place of counts",
+}
+"""Effect -> what includes it; `--model auto` for all others."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """An effect that the record shows, with those that cannot be told from it.
+
+    Attributes:
+        names: Identifiers, the most likely one first.
+        titles: What a report calls them.
+        value: Size of the first; of several coefficients the largest one.
+        sigma: Its standard deviation; None for a random torque.
+        unit: Of value and sigma; "1" for shares.
+        significance: Square root of the fall of the deviance, or of a statistic like it; None where
+            physics tells, not statistics.
+        evidence: Fall of the Bayesian criterion (BIC); None likewise.
+        shifts: Name -> change of the least-squares estimate by including it, SI.
+    """
+
+    names: tuple[str, ...]
+    titles: tuple[str, ...]
+    value: float
+    sigma: float | None
+    unit: str
+    significance: float | None
+    evidence: float | None
+    shifts: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """What includes the effects, each named once."""
+        every = [OPTIONS.get(name, "--model auto") for name in self.names]
+        return tuple(dict.fromkeys(every))
+
+    def to_dict(self) -> dict[str, object]:
+        """A row of the diagnosis in fit.json."""
+        return {
+            "names": list(self.names),
+            "titles": list(self.titles),
+            "value": self.value,
+            "sigma": self.sigma,
+            "unit": self.unit,
+            "significance": self.significance,
+            "evidence": self.evidence,
+            "shifts": dict(self.shifts),
+            "options": list(self.options),
+        }
+
+
+@dataclass(frozen=True)
+class Score:
+    """Score test of one candidate, beside what was found.
+
+    Attributes:
+        name: Identifier.
+        title: What a report calls it.
+        value: Size that it would have; of several coefficients the most significant one.
+        sigma: Its standard deviation: what the record could show of it.
+        unit: Of value and sigma.
+        significance: Square root of the fall of the deviance by adding it.
+    """
+
+    name: str
+    title: str
+    value: float
+    sigma: float
+    unit: str
+    significance: float
+
+
+def by_evidence(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Findings, those that physics tells first, then the one with most evidence."""
+
+    def rank(finding: Finding) -> float:
+        return -math.inf if finding.evidence is None else -finding.evidence
+
+    return tuple(sorted(findings, key=rank))
+
+
+def tail(deviance: float, freedom: int) -> float:
+    """Probability that a chi-square variable is larger (above two freedoms Wilson and Hilferty)."""
+    deviance = max(deviance, 0.0)
+    if freedom == 1:
+        return math.erfc(math.sqrt(0.5 * deviance))
+    if freedom == 2:
+        return math.exp(-0.5 * deviance)
+    spread = 2.0 / (9.0 * freedom)
+    z = ((deviance / freedom) ** (1.0 / 3.0) - 1.0 + spread) / math.sqrt(spread)
+    return 0.5 * math.erfc(z / math.sqrt(2.0))
+
+
+class _Problem:
+    """Deviance of any set of effects at any level of random torque."""
+
+    def __init__(
+        self,
+        found: Sequence[Innovations],
+        levels: Matrix,
+        effects: Sequence[Nuisance],
+        prior: tuple[Matrix, Vector],
+        stated: bool,
+    ) -> None:
+        self.levels, self.effects = levels, effects
+        self.information, self.pull = prior
+        self.count = len(self.pull)
+        self.samples = sum(own.samples for own in found)
+        size = found[0].products.shape[1] - 1
+        ratios = [variance_ratio(own, size, stated) for own in found]
+        pairs = list(zip(found, ratios, strict=True))
+        self.total = np.sum([own.products / r[:, None, None] for own, r in pairs], axis=0)
+        self.logs = np.sum([own.samples * np.log(r) + own.log_variance for own, r in pairs], axis=0)
+        ends = self.count + np.cumsum([0, *(e.columns[0].shape[1] for e in effects)])
+        self.places = [range(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+
+    def solve(self, level: int, chosen: Sequence[int]) -> tuple[float, Vector, Matrix]:
+        """Deviance, coefficients of parameters and chosen effects, and their covariance."""
+        columns = [*range(self.count), *(p for k in chosen for p in self.places[k])]
+        rows = 1 + np.array(columns)
+        matrix = self.total[level][np.ix_(rows, rows)].copy()
+        right = self.total[level][rows, 0].copy()
+        matrix[: self.count, : self.count] += self.information
+        right[: self.count] += self.pull
+        unit = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+        inverse = np.linalg.pinv(matrix / np.outer(unit, unit), rcond=1e-12, hermitian=True)
+        inverse /= np.outer(unit, unit)
+        solved = inverse @ right
+        deviance = self.logs[level] + self.total[level][0, 0] - float(right @ solved)
+        return float(deviance), solved, inverse
+
+    def visible(self, effect: int) -> bool:
+        """Whether the columns of an effect are more than a combination of the parameters."""
+        rows = 1 + np.arange(self.count)
+        matrix = self.total[0][np.ix_(rows, rows)] + self.information
+        for place in self.places[effect]:
+            cross, own = self.total[0][rows, 1 + place], self.total[0][1 + place, 1 + place]
+            rest = own - float(cross @ np.linalg.lstsq(matrix, cross, rcond=1e-12)[0])
+            if own > 0.0 and rest > ALIEN * own:
+                return True
+        return False
+
+    def along(self, level: int, axis: int) -> list[int]:
+        """Levels that differ from one in the strength of one random torque alone, and have it."""
+        other = 1 - axis
+        same = self.levels[:, other] == self.levels[level, other]
+        return np.flatnonzero(same & (self.levels[:, axis] > 0.0)).tolist()
+
+    def without(self, level: int, axis: int) -> int:
+        """The level that lacks one random torque."""
+        other = 1 - axis
+        same = self.levels[:, other] == self.levels[level, other]
+        return int(np.flatnonzero(same & (self.levels[:, axis] == 0.0))[0])
+
+
+@dataclass(frozen=True)
+class _State:
+    """Effects of definite shape and the level of random torque that have been taken in."""
+
+    level: int
+    chosen: tuple[int, ...] = ()
+
+
+_Key = tuple[str, int]
+
+
+def _keys(problem: _Problem) -> list[_Key]:
+    """All candidates: effects of definite shape that the record can show, and random torques."""
+    shapes = [("shape", k) for k in range(len(problem.effects)) if problem.visible(k)]
+    return [*shapes, ("torque", 0), ("torque", 1)]
+
+
+def _present(problem: _Problem, state: _State, key: _Key) -> bool:
+    kind, place = key
+    return place in state.chosen if kind == "shape" else problem.levels[state.level, place] > 0.0
+
+
+def _added(problem: _Problem, state: _State, key: _Key) -> _State:
+    """The state with a candidate, a random torque at its best level."""
+    kind, place = key
+    if kind == "shape":
+        return _State(state.level, (*state.chosen, place))
+    levels = problem.along(state.level, place)
+    return _State(min(levels, key=lambda k: problem.solve(k, state.chosen)[0]), state.chosen)
+
+
+def _removed(problem: _Problem, state: _State, key: _Key) -> _State:
+    kind, place = key
+    if kind == "shape":
+        return _State(state.level, tuple(k for k in state.chosen if k != place))
+    return _State(problem.without(state.level, place), state.chosen)
+
+
+def _gain(problem: _Problem, before: _State, after: _State, key: _Key) -> tuple[float, float]:
+    """Fall of the Bayesian criterion and probability of so large a fall by chance."""
+    fall = problem.solve(before.level, before.chosen)[0]
+    fall -= problem.solve(after.level, after.chosen)[0]
+    kind, place = key
+    freedom = len(problem.places[place]) if kind == "shape" else 1
+    chance = tail(fall, freedom)
+    # a level is never negative: half of all records without random torque show none
+    return fall - freedom * math.log(problem.samples), 0.5 * chance if kind == "torque" else chance
+
+
+def _select(problem: _Problem, keys: Sequence[_Key]) -> _State:
+    """Take effects in, best first, and those out that are not significant after all."""
+    limit = FALSE_ALARMS / len(keys)
+    state = _State(int(np.flatnonzero(~problem.levels.any(axis=1))[0]))
+    for _ in range(MOST_EFFECTS):
+        trials = []
+        for key in keys:
+            if not _present(problem, state, key):
+                after = _added(problem, state, key)
+                gain, chance = _gain(problem, state, after, key)
+                if chance < limit:
+                    trials.append((gain, after))
+        if not trials:
+            break
+        state = max(trials, key=lambda trial: trial[0])[1]
+    for key in keys:
+        if _present(problem, state, key):
+            before = _removed(problem, state, key)
+            if _gain(problem, before, state, key)[1] >= limit:
+                state = before
+    return state
+
+
+def _describe(
+    problem: _Problem, state: _State, key: _Key, keys: Sequence[_Key], names, scale
+) -> Finding:
+    """Size, evidence and consequences of an effect that was found, with what equals it."""
+    before = _removed(problem, state, key)
+    evidence, _ = _gain(problem, before, state, key)
+    found = [(evidence, key)]
+    for other in keys:
+        if not _present(problem, state, other):
+            gain, chance = _gain(problem, before, _added(problem, before, other), other)
+            if evidence - gain < INDISTINGUISHABLE and chance < FALSE_ALARMS / len(keys):
+                found.append((gain, other))
+    found.sort(key=lambda pair: -pair[0])
+    first = found[0][1]
+    after = _added(problem, before, first)
+    deviance, solved, covariance = problem.solve(after.level, after.chosen)
+    bare, plain, _ = problem.solve(before.level, before.chosen)
+    kind, place = first
+    if kind == "shape":
+        width = len(problem.places[place])
+        own = np.arange(len(solved) - width, len(solved))
+        largest = own[int(np.argmax(np.abs(solved[own])))]
+        value, sigma = float(solved[largest]), float(np.sqrt(covariance[largest, largest]))
+        unit = problem.effects[place].unit
+    else:
+        value, sigma, unit = float(problem.levels[after.level, place]), None, "1"
+    shift = scale * (solved[: problem.count] - plain[: problem.count])
+    labels = [
+        (problem.effects[k].name, problem.effects[k].title) if kind == "shape" else TORQUES[k]
+        for _, (kind, k) in found
+    ]
+    return Finding(
+        names=tuple(name for name, _ in labels),
+        titles=tuple(title for _, title in labels),
+        value=value,
+        sigma=sigma,
+        unit=unit,
+        significance=float(np.sqrt(max(bare - deviance, 0.0))),
+        evidence=float(found[0][0]),
+        shifts=dict(zip(names, shift.tolist(), strict=True)),
+    )
+
+
+def _scores(problem: _Problem, state: _State, keys: Sequence[_Key]) -> list[Score]:
+    """Tests of the candidates of definite shape; of those found, beside the others."""
+    scores = []
+    for kind, place in keys:
+        if kind == "torque":
+            continue
+        before = _removed(problem, state, (kind, place))
+        after = _added(problem, before, (kind, place))
+        bare = problem.solve(before.level, before.chosen)[0]
+        deviance, solved, covariance = problem.solve(after.level, after.chosen)
+        width = len(problem.places[place])
+        own = np.arange(len(solved) - width, len(solved))
+        sigma = np.sqrt(np.maximum(np.diag(covariance)[own], np.finfo(float).tiny))
+        most = int(np.argmax(np.abs(solved[own]) / sigma))
+        effect = problem.effects[place]
+        scores.append(
+            Score(
+                name=effect.name,
+                title=effect.title,
+                value=float(solved[own[most]]),
+                sigma=float(sigma[most]),
+                unit=effect.unit,
+                significance=float(np.sqrt(max(bare - deviance, 0.0))),
+            )
+        )
+    return scores
+
+
+def diagnose(
+    found: Sequence[Innovations],
+    levels: Matrix,
+    effects: Sequence[Nuisance],
+    prior: tuple[Matrix, Vector],
+    names: Sequence[str],
+    scale: Vector,
+    *,
+    stated: bool,
+) -> tuple[tuple[Finding, ...], tuple[Score, ...]]:
+    """Find the effects that explain what a fit leaves.
+
+    Args:
+        found: Whitened columns of each record: residual, n parameters, all effects.
+        levels: Levels of ripple and wandering torque, (g, 2).
+        effects: Candidates of definite shape, in the order of their columns.
+        prior: Information matrix of the whitened parameters, (n, n), and its pull on them, (n,).
+        names: Of the n estimated parameters.
+        scale: (n,) sizes that the parameters could have, SI.
+        stated: Whether the user stated the noise of the speed.
+
+    Returns:
+        Findings, the one with most evidence first; and the score test of every candidate of
+        definite shape that the record can show.
+    """
+    problem = _Problem(found, levels, effects, prior, stated)
+    keys = _keys(problem)
+    state = _select(problem, keys)
+    described = [
+        _describe(problem, state, key, keys, names, scale)
+        for key in keys
+        if _present(problem, state, key)
+    ]
+    return by_evidence(described), tuple(_scores(problem, state, keys))
