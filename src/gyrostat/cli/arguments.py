@@ -41,16 +41,48 @@ def command_line() -> str:
     return shlex.join(["gyrostat", *sys.argv[1:]])
 
 
-def load(path: Path, columns: str | None, units: str | None, unsigned_current: bool) -> "Record":
-    """Read a record and say what the reader did to it."""
-    from gyrostat.telemetry import read_record
+def load(
+    path: Path,
+    columns: str | None,
+    units: str | None,
+    unsigned_current: bool,
+    *,
+    drop: bool = False,
+    unsigned_speed: bool = False,
+) -> "Record":
+    """Read a record, cut it at gaps, and say what was done to it.
+
+    Args:
+        path: of the file.
+        columns: text of --columns.
+        units: text of --units.
+        unsigned_current: whether the current has lost its sign.
+        drop: whether rows with missing numbers are left out.
+        unsigned_speed: whether the speed has lost its sign.
+
+    Raises:
+        InputError: the file gives no record.
+    """
+    from gyrostat.telemetry import cut, read_record
 
     record = read_record(
         path,
         columns=pairs(columns, "--columns") or None,
         units=pairs(units, "--units") or None,
         unsigned_current=unsigned_current,
+        missing="drop" if drop else "refuse",
     )
+    if unsigned_speed:
+        from gyrostat.identification.signs import signed_speed
+
+        signed = signed_speed(record)
+        if signed is None:
+            raise InputError(
+                f"{path}: --unsigned-speed: found a speed that never touches zero, expected one "
+                "that does: nothing shows where its sign changes"
+            )
+        record = signed
+    record = cut(record)
     for note in record.notes:
         say(f"{record.name}: {note}")
     return record

@@ -32,6 +32,13 @@ class Hold(StrEnum):
     linear = "linear"
 
 
+class MissingCells(StrEnum):
+    """What is done with cells that hold no finite number."""
+
+    refuse = "refuse"
+    drop = "drop"
+
+
 Columns = Annotated[
     str | None,
     typer.Option(help="Columns by role: time=t,current=m1cur,speed=m1vel (also temperature, ...)."),
@@ -41,6 +48,12 @@ Units = Annotated[
 ]
 Unsigned = Annotated[
     bool, typer.Option(help="The current has no sign: take it from setpoint, or from speed.")
+]
+UnsignedSpeed = Annotated[
+    bool, typer.Option(help="The speed has no sign: it changes where the speed touches zero.")
+]
+Missing = Annotated[
+    MissingCells, typer.Option(help="Cells without a number: an error, or their rows left out.")
 ]
 CurrentHold = Annotated[Hold, typer.Option(help="The current between samples.")]
 
@@ -57,7 +70,9 @@ def identify(
     ] = None,
     speed_scale: Annotated[str | None, typer.Option(help="True over measured speed.")] = None,
     clock: Annotated[str | None, typer.Option(help="True over recorded time.")] = None,
-    model: Annotated[str | None, typer.Option(help="Friction model [default: stribeck].")] = None,
+    model: Annotated[
+        str | None, typer.Option(help="Friction model, or auto [default: stribeck].")
+    ] = None,
     method: Annotated[Method, typer.Option(help="How to identify.")] = Method.batch,
     hold: Annotated[
         list[str] | None, typer.Option(help="NAME=VALUE held, or NAME at its default.")
@@ -84,6 +99,8 @@ def identify(
     columns: Columns = None,
     units: Units = None,
     unsigned_current: Unsigned = False,
+    unsigned_speed: UnsignedSpeed = False,
+    missing: Missing = MissingCells.refuse,
     force: Force = False,
     json_output: Json = False,
 ) -> None:
@@ -93,6 +110,8 @@ def identify(
 
     check_outputs(out, FILES, by="identify", force=force)
     name = model or "stribeck"
+    # the automatic choice knows the names of the default model
+    named = "stribeck" if name == "auto" else name
     value, tolerance = words.inertia(inertia)
     factors, shares = words.scales(
         {"current_scale": current_scale, "speed_scale": speed_scale, "clock": clock}
@@ -100,7 +119,7 @@ def identify(
     tolerance |= shares
     common: dict[str, Any] = {
         "inertia": value,
-        "hold": words.held(hold or [], name),
+        "hold": words.held(hold or [], named),
     }
     sigmas = words.quantities(speed_sigma, "speed", "--speed-sigma")
     batch_only = {
@@ -115,7 +134,11 @@ def identify(
     }
 
     def measured(path: Path) -> "Record":
-        return load(path, columns, units, unsigned_current).scaled(**factors)
+        drop = missing is MissingCells.drop
+        record = load(
+            path, columns, units, unsigned_current, drop=drop, unsigned_speed=unsigned_speed
+        )
+        return record.scaled(**factors)
 
     loaded = [measured(path) for path in records]
     if method is not Method.batch:
@@ -129,13 +152,13 @@ def identify(
     from gyrostat import identification as stage
     from gyrostat.identification.prediction import friction_model
 
-    friction_model(name)
+    friction_model(named)
     say(f"identifying {name} friction from {', '.join(r.name for r in loaded)}")
     options: dict[str, Any] = {
         **common,
         "free": free or [],
-        "prior": words.priors(prior or [], name),
-        "start": words.starts(start or [], name),
+        "prior": words.priors(prior or [], named),
+        "start": words.starts(start or [], named),
         "speed_sigma": sigmas or None,
         "loss": loss or "quadratic",
         "current_hold": (current_hold or Hold.zero_order).value,
@@ -143,7 +166,7 @@ def identify(
     fit = stage.identify(
         loaded, model=name, on_progress=words.progress, tolerance=tolerance, **options
     )
-    trends = stage.temperature_trends(loaded, model=name, on_left_out=say, **options)
+    trends = stage.temperature_trends(loaded, model=fit.model.name, on_left_out=say, **options)
     rows = []
     if compare or held_out:
         others = [measured(path) for path in held_out or []]
@@ -174,6 +197,8 @@ def validate(
     columns: Columns = None,
     units: Units = None,
     unsigned_current: Unsigned = False,
+    unsigned_speed: UnsignedSpeed = False,
+    missing: Missing = MissingCells.refuse,
     force: Force = False,
     json_output: Json = False,
 ) -> None:
@@ -189,7 +214,10 @@ def validate(
     wheel = read_model(model, force=True)
     wheel.wheel()
     values = {**wheel.values, **words.drive(hold or [], wheel.friction.name)}
-    measured = load(record, columns, units, unsigned_current)
+    drop = missing is MissingCells.drop
+    measured = load(
+        record, columns, units, unsigned_current, drop=drop, unsigned_speed=unsigned_speed
+    )
     result = predict(wheel.friction, values, measured, current_hold=current_hold.value)
     text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
     page = validation_page(result, command=command_line())

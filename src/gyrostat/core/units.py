@@ -116,6 +116,7 @@ _TABLE: dict[str, tuple[_Row, ...]] = {
     "angle": (
         (Unit("rad"), (), ("rad", "radian", "radians")),
         (Unit("deg", _DEGREE), (), ("deg", "°", "degree", "degrees")),
+        (Unit("rev", 2.0 * math.pi), (), ("rev", "turn", "turns", "revolution", "revolutions")),
     ),
 }
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.identification.automatic import AUTO, identify_automatically
 from gyrostat.identification.checks import (
     as_records,
     check_excitation,
@@ -22,12 +23,13 @@ from gyrostat.identification.fit import Fit
 from gyrostat.identification.loss import Loss, loss_named
 from gyrostat.identification.prediction import CurrentHold, SpeedPrediction, friction_model
 from gyrostat.identification.selection import Selection, select
+from gyrostat.identification.signs import lost_sign
 from gyrostat.identification.stages import Measurements, Outcome, Progress, refine, run_stages
 from gyrostat.identification.start_values import integral_regression
 from gyrostat.identification.statistics import NUMERICAL_NOISE, noise_level, whiteness
 from gyrostat.identification.tolerances import check_tolerances
 from gyrostat.identification.uncertainty import FEW, residual_levels
-from gyrostat.telemetry import Record
+from gyrostat.telemetry import Record, cut
 
 DEFAULT_ITERATIONS = 50
 RESTARTS = ((1.0, 0.9), (1.0, 0.7), (2.0, 1.0))
@@ -120,6 +122,7 @@ def identify(
     on_progress: Progress | None = None,
     tolerance: Mapping[str, float] | None = None,
     white_noise: bool = False,
+    include: Collection[str] = (),
 ) -> Fit:
     """Identify a wheel from one or several records fitted together.
 
@@ -133,7 +136,8 @@ def identify(
     Args:
         records: of one wheel.
         inertia: kg·m²; held unless `free` names it.
-        model: name of the friction model.
+        model: name of the friction model, or "auto": the simplest one, and whatever the diagnosis
+            finds beside it (`gyrostat.identification.automatic`).
         hold: name -> value to hold it at, SI, or None for its default.
         free: further names to estimate.
         prior: name -> a-priori mean and sigma, SI; such a name is estimated as well. Without one
@@ -150,6 +154,7 @@ def identify(
             "current_scale", "speed_scale", "clock" (true over recorded time).
         white_noise: take the friction model in white noise for the whole truth: plain least
             squares, whose uncertainty real wheels exceed.
+        include: names of further effects to average over, as the diagnosis names them.
 
     Returns:
         The fit; its `converged` says whether it is one.
@@ -158,6 +163,24 @@ def identify(
         InputError: the request or the records cannot give an estimate.
     """
     records = as_records(records)
+    if model == AUTO:
+        return identify_automatically(
+            identify,
+            records,
+            inertia=inertia,
+            hold=hold or {},
+            free=free,
+            prior=prior or {},
+            start=start or {},
+            speed_sigma=speed_sigma,
+            loss=loss,
+            current_hold=current_hold,
+            max_iterations=max_iterations,
+            on_progress=on_progress,
+            tolerance=tolerance,
+            white_noise=white_noise,
+        )
+    records = tuple(cut(record) for record in records)
     chosen_loss = loss_named(loss)
     given = _given_sigmas(speed_sigma, len(records))
     prediction = SpeedPrediction(records, friction_model(model), current_hold)
@@ -181,6 +204,12 @@ def identify(
 
     best = _search(selection, measure, chosen_loss, most, noise, on_progress)
     if best is None:
+        lost = [finding for r in records if (finding := lost_sign(r)) is not None]
+        if lost:
+            raise InputError(
+                f"{place(records)}: found a {lost[0].titles[0]}, expected a signed one; "
+                f"{lost[0].options[0]} restores it"
+            )
         raise InputError(
             f"{place(records)}: found no start from which the modelled wheel turns as the record "
             "does, expected start or held values closer to this wheel"
@@ -204,4 +233,5 @@ def identify(
         sigma_given=given is not None,
         white_noise=white_noise,
         tolerances=tolerances,
+        include=include,
     )

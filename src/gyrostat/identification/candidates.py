@@ -37,7 +37,7 @@ def _share_of_time(record: Record) -> Vector:
 
 
 def _share_of_temperature(record: Record) -> Vector | None:
-    """Temperature in each interval, from -1 at the coldest to 1 at the warmest; None if constant."""
+    """Temperature in each interval, from -1 (coldest) to 1 (warmest); None where it is constant."""
     if record.temperature is None or np.ptp(record.temperature) < WARMING:
         return None
     middle = 0.5 * (record.temperature[1:] + record.temperature[:-1])
@@ -52,7 +52,7 @@ def _angle(record: Record, linear: Linearisation) -> Vector:
 
 
 def _clipped(current: Vector) -> Vector | None:
-    """Sense of the current in the intervals in which it stands at its limit; None where it has none.
+    """Sense of the current in the intervals in which it stands at its limit; None without a limit.
 
     A limit is a largest current that several stretches share to the last digit.
     """
@@ -76,7 +76,7 @@ class _Candidates:
         dimensions = prediction.model.dimensions()
         self.dry = [n for n, d in dimensions.items() if d == "torque"]
         self.viscous = [n for n, d in dimensions.items() if d == "viscous"]
-        self.found: list[Nuisance] = []
+        self.asked: list[tuple[str, str, str, list[Matrix]]] = []
 
     def local(self, linear: Linearisation, name: str) -> Vector:
         """Derivative of the speed at the end of each interval by a parameter in it alone."""
@@ -107,16 +107,27 @@ class _Candidates:
         if not present:
             return
         width = next(own.shape[1] for own in inputs if own is not None)
-        columns = []
-        for k, (record, linear) in enumerate(pairs):
-            own = inputs[k]
-            block = np.zeros((len(record.time), width * (len(present) if each else 1)))
+        blocks = []
+        for k, (own, linear) in enumerate(zip(inputs, self.linear, strict=True)):
+            block = np.zeros((len(linear.transition), width * (len(present) if each else 1)))
             if own is not None:
                 first = width * present.index(k) if each else 0
-                block[:, first : first + width] = accumulated(linear, own)
-            columns.append(block)
-        if any(np.any(block) for block in columns):
-            self.found.append(Nuisance(name, title, unit, SHARES, tuple(columns)))
+                block[:, first : first + width] = own
+            blocks.append(block)
+        if any(np.any(block) for block in blocks):
+            self.asked.append((name, title, unit, blocks))
+
+    def found(self) -> list[Nuisance]:
+        """The candidates added, their changes of the speed accumulated over each record."""
+        ends = np.cumsum([blocks[0].shape[1] for *_, blocks in self.asked])[:-1]
+        split = []
+        for k, linear in enumerate(self.linear):
+            every = np.column_stack([blocks[k] for *_, blocks in self.asked])
+            split.append(np.split(accumulated(linear, every), ends, axis=1))
+        return [
+            Nuisance(name, title, unit, SHARES, tuple(columns[place] for columns in split))
+            for place, (name, title, unit, _) in enumerate(self.asked)
+        ]
 
 
 def candidates(
@@ -199,4 +210,4 @@ def candidates(
 
         title = "friction that rises towards rest (Stribeck), share of the dry friction"
         make.add("stribeck", title, "1", rise)
-    return make.found
+    return make.found()

@@ -1,6 +1,6 @@
 """Build the result and its uncertainty from a finished iteration."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,13 +62,16 @@ def _averaged(
     plain: _Estimate,
     sigmas: Sequence[float],
     stated: bool,
+    include: Collection[str],
 ) -> _Estimate:
     """Average over the effects that may act beside the model; `plain` where that leads nowhere."""
     index = selection.index(prediction)
     everything = dict(zip(prediction.names, outcome.values.tolist(), strict=True))
     formal = dict(zip(selection.free, np.sqrt(np.diag(plain.covariance)).tolist(), strict=True))
     allowed = nuisances(prediction, linear, everything, formal)
-    beside = candidates(prediction, linear, everything)
+    further = candidates(prediction, linear, everything)
+    allowed += [effect for effect in further if effect.name in include]
+    beside = [effect for effect in further if effect.name not in include]
     segments = []
     for record, each, sigma in zip(prediction.records, linear, sigmas, strict=True):
         residual = np.where(record.valid, record.speed - each.speed, np.nan)
@@ -143,6 +146,7 @@ def conclude(
     sigma_given: bool,
     white_noise: bool = False,
     tolerances: Mapping[str, float] | None = None,
+    include: Collection[str] = (),
 ) -> Fit:
     """Turn the end of a batch iteration into a result.
 
@@ -157,6 +161,7 @@ def conclude(
         sigma_given: whether the user stated the noise.
         white_noise: whether the friction model in white noise is taken for the whole truth.
         tolerances: name -> one sigma, share, of what was given.
+        include: names of further effects to average over.
     """
     records, solution = prediction.records, outcome.solution
     linear = prediction.linearise(outcome.values)
@@ -172,7 +177,9 @@ def conclude(
     if solution.converged and not white_noise:
         smallest = NUMERICAL_NOISE * deterministic.speed_level
         sigmas = speed_sigmas if sigma_given else [max(n, smallest) for n in noise]
-        best = _averaged(prediction, selection, outcome, loss, linear, plain, sigmas, sigma_given)
+        best = _averaged(
+            prediction, selection, outcome, loss, linear, plain, sigmas, sigma_given, include
+        )
     own = widened(best.covariance, np.sqrt(np.diag(formal)))
     counts = [int(r.valid.sum()) for r in records]
     everything = dict(zip(prediction.names, best.values.tolist(), strict=True))

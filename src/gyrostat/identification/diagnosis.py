@@ -11,6 +11,7 @@ one that was found cannot be told from it: both are named together.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -48,6 +49,7 @@ OPTIONS = {
     "stribeck": "--model stribeck",
     "outliers": "--loss student",
     "unsigned_current": "--unsigned-current",
+    "unsigned_speed": "--unsigned-speed",
     "units": "--units",
     "opposed_signs": "turn the sign of one of the two columns",
     "quantum": "edge times or an encoder angle in place of counts",
@@ -164,7 +166,7 @@ class _Problem:
         self.total = np.sum([own.products / r[:, None, None] for own, r in pairs], axis=0)
         self.logs = np.sum([own.samples * np.log(r) + own.log_variance for own, r in pairs], axis=0)
         ends = self.count + np.cumsum([0, *(e.columns[0].shape[1] for e in effects)])
-        self.places = [range(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        self.places = [range(a, b) for a, b in pairwise(ends.tolist())]
 
     def solve(self, level: int, chosen: Sequence[int]) -> tuple[float, Vector, Matrix]:
         """Deviance, coefficients of parameters and chosen effects, and their covariance."""

@@ -58,7 +58,8 @@ def outliers(record: Record, residual: Vector) -> Finding | None:
     if len(used) < 4 * NEIGHBOURS:
         return None
     padded = np.pad(used, NEIGHBOURS // 2, mode="edge")
-    around = np.median(np.lib.stride_tricks.sliding_window_view(padded, NEIGHBOURS), axis=1)
+    windows = np.lib.stride_tricks.sliding_window_view(padded, NEIGHBOURS)
+    around = np.median(np.delete(windows, NEIGHBOURS // 2, axis=1), axis=1)
     apart = used - around
     # the median of the neighbours is noisy too
     level = NORMAL_MAD * float(np.median(np.abs(apart)))

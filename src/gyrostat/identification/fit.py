@@ -86,6 +86,7 @@ class Fit:
         scores: test of each candidate effect of definite shape.
         tolerances: what stated tolerances add to `covariance`; None without any.
         impossible: values that no wheel has, one sentence each.
+        choices: what an automatic choice of the model included; empty without one.
     """
 
     model: type[Friction]
@@ -115,6 +116,7 @@ class Fit:
     scores: tuple[Score, ...] = ()
     tolerances: Propagated | None = None
     impossible: tuple[str, ...] = ()
+    choices: tuple[str, ...] = ()
 
     @property
     def sigma(self) -> Vector:
@@ -172,6 +174,17 @@ class Fit:
         self._require(wheel_dimensions(self.model))
         return build_wheel(self.model, self.parameters)
 
+    @property
+    def metadata(self) -> dict[str, str]:
+        """What the records say of themselves (serial, date, operator, temperature), as one text."""
+        names = dict.fromkeys(name for r in self.records for name in r.metadata)
+        return {
+            name: ", ".join(
+                dict.fromkeys(r.metadata[name] for r in self.records if name in r.metadata)
+            )
+            for name in names
+        }
+
     def wheel_model(self) -> WheelModel | None:
         """What model.toml holds; None where the method does not identify the friction."""
         known = [*wheel_dimensions(self.model)]
@@ -187,6 +200,7 @@ class Fit:
                 "method": self.method,
                 "records": ", ".join(r.name for r in self.records),
                 "samples": str(self.samples),
+                **self.metadata,
             },
             impossible="; ".join(self.impossible),
         )
@@ -249,7 +263,10 @@ class Fit:
             "candidates": [asdict(score) for score in self.scores],
             "diagnosis": [finding.to_dict() for finding in self.findings],
             "residuals": None if self.whiteness is None else self.whiteness.to_dict(),
+            "choices": list(self.choices),
             "records": [r.name for r in self.records],
+            "metadata": [dict(r.metadata) for r in self.records],
+            "notes": [list(r.notes) for r in self.records],
             "impossible": list(self.impossible),
             "warnings": list(self.warnings),
         }

@@ -3,12 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from gyrostat.identification.diagnosis import Finding, by_evidence
 from gyrostat.identification.faults import opposed_signs, wrong_units
 from gyrostat.identification.fit import Fit
-from gyrostat.telemetry import Record
 
 STATED = (0.8, 1.25)
 """Scatter over the stated noise between which the two agree."""
@@ -56,20 +53,6 @@ def impossible(fit: Fit) -> list[str]:
             found.append(
                 f"{name} lies {-seen.significance:.1f} sigma below {reference}: the model "
                 "contradicts the record (no friction rises as a wheel starts to turn)"
-            )
-    return found
-
-
-def _record_warnings(records: Sequence[Record]) -> list[str]:
-    found = []
-    for record in records:
-        steps = np.diff(record.time)
-        usual = float(np.median(steps))
-        gaps = int(np.sum(steps > 10.0 * usual))
-        if gaps:
-            found.append(
-                f"{record.name}: {gaps} gaps longer than ten usual sample times "
-                f"({usual:.3g} s); the current is taken as held through them"
             )
     return found
 
@@ -144,7 +127,7 @@ def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]
         text = f"did not converge in {fit.iterations} iterations ({reason})"
         warnings.append(f"{text}: not a valid result")
     warnings += [_sentence(fit, finding) for finding in fit.findings]
-    warnings += impossible(fit) + _record_warnings(fit.records)
+    warnings += impossible(fit)
     if "current_bias" in fit.names:
         bias = fit.parameters["current_bias"]
         warnings.append(
@@ -152,7 +135,9 @@ def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]
             f"validate with the same drive, hold it there (validate --hold current_bias={bias:.6g})"
         )
     warnings += [o.advice for o in fit.observability.values() if o.advice]
-    if fit.whiteness is not None and not fit.whiteness.white:
+    # errors of an angle alternate in its differences
+    differences = all(r.averaged for r in fit.records)
+    if fit.whiteness is not None and not fit.whiteness.white and not differences:
         warnings.append(_correlation_warning(fit))
     return warnings + _scatter_warnings(scatter)
 

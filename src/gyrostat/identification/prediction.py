@@ -98,12 +98,19 @@ class Linearisation(NamedTuple):
             start, (N - 1,).
         local: Derivative of the speed at the end of each interval with respect to the shared
             parameters as they act in this interval alone, (N - 1, s), SI.
+        averaged: Whether speed and jacobian are means over the interval before each sample.
     """
 
     speed: Vector
     jacobian: Matrix
     transition: Vector
     local: Matrix
+    averaged: bool = False
+
+
+def over_intervals(values: Matrix) -> Matrix:
+    """Means over the interval before each sample of what is given at the samples, (N, ...)."""
+    return np.concatenate([values[:1], 0.5 * (values[1:] + values[:-1])])
 
 
 @lru_cache
@@ -157,8 +164,10 @@ class SpeedPrediction:
     """The speeds that a wheel would have shown in some records.
 
     Attributes:
-        names: every parameter in order: the wheel's, current_bias, then one initial speed a record.
+        names: every parameter in order: the wheel's, current_bias, then one initial speed a record,
+            and one for every further segment of the records.
         dimensions: name -> dimension.
+        initial_speeds: names of these speeds.
     """
 
     def __init__(self, records: Sequence[Record], model: type[Friction], hold: CurrentHold) -> None:
@@ -172,11 +181,14 @@ class SpeedPrediction:
         self.records = tuple(records)
         self.model = model
         self._shared = len(wheel_dimensions(model)) + 1
-        self.initial_speeds = (
+        first = (
             ("initial_speed",)
             if len(records) == 1
             else tuple(f"initial_speed_{k + 1}" for k in range(len(records)))
         )
+        restarts = sum(len(r.segments) - 1 for r in records)
+        further = tuple(f"initial_speed_restart_{k + 1}" for k in range(restarts))
+        self.initial_speeds = first + further
         self.dimensions = {
             **wheel_dimensions(model),
             "current_bias": "current",
@@ -184,10 +196,17 @@ class SpeedPrediction:
         }
         self.names = tuple(self.dimensions)
         self._respond = _compiled(model, hold)
-        self._inputs = [
-            (jnp.asarray(_padded(r.time - r.time[0])), jnp.asarray(_padded(r.current)))
-            for r in self.records
-        ]
+        self._segments: list[list[tuple[int, slice, jax.Array, jax.Array]]] = []
+        restart = self._shared + len(records)
+        for k, record in enumerate(self.records):
+            own = []
+            for part in record.segments:
+                column = restart if own else self._shared + k
+                restart += bool(own)
+                time, current = record.time[part], record.current[part]
+                inputs = (jnp.asarray(_padded(time - time[0])), jnp.asarray(_padded(current)))
+                own.append((column, part, *inputs))
+            self._segments.append(own)
 
     def admissible(self, values: Vector) -> bool:
         """Whether a wheel can have these parameters at all: finite, inertia and scales positive."""
@@ -209,19 +228,27 @@ class SpeedPrediction:
         if not self.admissible(values):
             return None
         predicted = []
-        for k, (record, inputs) in enumerate(zip(self.records, self._inputs, strict=True)):
-            columns = [*range(self._shared), self._shared + k]
-            response = self._respond(jnp.asarray(values[columns]), *inputs)
-            count = len(record.time)
-            speed, slim, local = (np.asarray(part) for part in response[:3])
-            speed, local = speed[:count], local[: count - 1]
-            jacobian = np.zeros((count, len(values)))
-            jacobian[:, columns] = slim[:count]
-            if not bool(response[3]) or not np.isfinite(speed).all():
+        for record, segments in zip(self.records, self._segments, strict=True):
+            size = len(record.time)
+            speed, jacobian = np.zeros(size), np.zeros((size, len(values)))
+            # between segments nothing is carried over: transition and local derivatives are zero
+            slopes = np.zeros((size - 1, self._shared + 1))
+            for column, part, time, current in segments:
+                columns = [*range(self._shared), column]
+                response = self._respond(jnp.asarray(values[columns]), time, current)
+                if not bool(response[3]):
+                    return None
+                count = part.stop - part.start
+                speed[part] = np.asarray(response[0])[:count]
+                jacobian[part, columns] = np.asarray(response[1])[:count]
+                slopes[part.start : part.stop - 1] = np.asarray(response[2])[: count - 1]
+                if record.averaged:
+                    speed[part] = over_intervals(speed[part])
+                    jacobian[part] = over_intervals(jacobian[part])
+            if not all(np.isfinite(own).all() for own in (speed, jacobian, slopes)):
                 return None
-            if not (np.isfinite(jacobian).all() and np.isfinite(local).all()):
-                return None
-            predicted.append(Linearisation(speed, jacobian, local[:, 0], local[:, 1:]))
+            linear = Linearisation(speed, jacobian, slopes[:, 0], slopes[:, 1:], record.averaged)
+            predicted.append(linear)
         return predicted
 
     def __call__(self, values: Vector) -> list[tuple[Vector, Matrix]] | None:

@@ -31,7 +31,7 @@ class StartValues:
         motor: k_m/J, rad/s²/A.
         viscous: b/J, 1/s.
         coulomb: c/J, rad/s².
-        initial_speeds: (records,) rad/s.
+        initial_speeds: (segments,) rad/s, of the first segment of each record, then of all others.
         speed_level: root mean square of all speeds, rad/s.
         current_level: root mean square of all currents, A.
         span: duration of the longest record, s.
@@ -112,7 +112,8 @@ def _stretches(record: Record, speed: Vector, noise: float) -> list[tuple[int, i
     width = min(SMOOTHING, len(speed))
     smooth = np.convolve(speed, np.full(width, 1.0 / width), mode="same")
     sense = np.where(np.abs(smooth) > CLEAR * noise, np.sign(smooth), 0.0)
-    edges = [0, *(np.flatnonzero(np.diff(sense)) + 1).tolist(), len(speed)]
+    turns = (np.flatnonzero(np.diff(sense)) + 1).tolist()
+    edges = sorted({*turns, *(part.start for part in record.segments), len(speed)})
     turning = [
         (first, last)
         for first, last in pairwise(edges)
@@ -167,6 +168,8 @@ def integral_regression(records: Sequence[Record]) -> StartValues:
     speed_level = float(np.sqrt(np.mean(np.concatenate(speeds) ** 2)))
     drive = abs(motor) * max(float(np.max(np.abs(c))) for c in currents)
     coulomb = float(np.clip(coulomb, 0.01 * drive, 0.8 * drive)) if drive > 0.0 else abs(coulomb)
+    for record, speed in zip(records, speeds, strict=True):
+        initial += [np.mean(speed[part][:SMOOTHING]) for part in record.segments[1:]]
     span = max(float(np.ptp(r.time)) for r in records)
     return StartValues(
         motor=motor,

@@ -18,7 +18,7 @@ from gyrostat.identification.statistics import (
     noise_level,
     whiteness,
 )
-from gyrostat.telemetry import Record
+from gyrostat.telemetry import Record, cut
 from gyrostat.wheel.friction import Friction
 
 NEAR_CROSSING = 2.0
@@ -83,41 +83,45 @@ class Validation:
 def _best_prediction(
     prediction: SpeedPrediction, values: Mapping[str, float], noise: float
 ) -> tuple[float, Vector, bool]:
-    """Initial speed that suits a record best, the speed that follows, and whether it was found."""
+    """Initial speed that suits a record best, the speed that follows, and whether it was found.
+
+    Every segment of the record has one; the first is returned.
+    """
     record = prediction.records[0]
     told = {"current_bias": 0.0, **values}
-    missing = [n for n in prediction.names[:-1] if n not in told]
+    wheel = prediction.names[: -len(prediction.initial_speeds)]
+    missing = [n for n in wheel if n not in told]
     if missing:
         raise InputError(f"wheel model: found no {missing[0]}, expected its value")
-    base = np.array([*(told[n] for n in prediction.names[:-1]), 0.0], dtype=float)
-    speeds = record.speed[record.valid]
-    sigma = max(noise, NUMERICAL_NOISE * float(np.max(np.abs(speeds)))) or 1.0
-    first = float(np.median(speeds[:FIRST_SPEEDS]))
-    reach = REACH * sigma + float(np.ptp(speeds[:FIRST_SPEEDS]))
+    base = np.array([told[n] for n in wheel], dtype=float)
+    speeds = [record.speed[part][record.valid[part]] for part in record.segments]
+    sigma = max(noise, NUMERICAL_NOISE * float(np.max(np.abs(np.concatenate(speeds))))) or 1.0
+    first = np.array([np.median(own[:FIRST_SPEEDS]) for own in speeds])
+    reach = REACH * sigma + np.array([np.ptp(own[:FIRST_SPEEDS]) for own in speeds])
 
     def evaluate(x: Vector) -> Evaluation | None:
         # a wheel that sticks is a bad model, and its residuals shall say how bad
-        predicted = prediction(np.append(base[:-1], x))
+        predicted = prediction(np.append(base, x))
         if predicted is None:
             return None
         speed, rows = predicted[0]
         residual = (record.speed - speed)[record.valid]
-        return residual / sigma, rows[record.valid, -1:] / sigma
+        return residual / sigma, rows[record.valid, len(base) :] / sigma
 
     # keeps the problem regular where the wheel rests and nothing shows how it started
-    weak = Prior(np.array([first]), np.array([reach]))
+    weak = Prior(first, reach)
     solution = minimise(evaluate, weak.mean, weak, Quadratic())
     unlike = f"{record.name}: found no speed that this wheel could have had, expected finite "
     unlike += "parameters, positive scales and a friction curve that the samples resolve"
     if solution is None:
         raise InputError(unlike)
-    initial = float(np.clip(solution.x[0], first - reach, first + reach))
-    predicted = prediction(np.append(base[:-1], initial))
+    initial = np.clip(solution.x, first - reach, first + reach)
+    predicted = prediction(np.append(base, initial))
     if predicted is None:
         raise InputError(unlike)
     # one parameter between two ends has its minimum there, or where no correction lowers the cost
-    found = solution.reason != UNFINISHED or initial != solution.x[0]
-    return initial, predicted[0][0], found
+    found = solution.reason != UNFINISHED or np.any(initial != solution.x)
+    return float(initial[0]), predicted[0][0], bool(found)
 
 
 def validate(
@@ -138,6 +142,7 @@ def validate(
     Raises:
         InputError: a parameter is missing, or the record cannot be predicted.
     """
+    record = cut(record)
     check_signals([record])
     noise = noise_level(record.speed[record.valid])
     prediction = SpeedPrediction([record], model, current_hold)

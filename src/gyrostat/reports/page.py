@@ -12,7 +12,15 @@ from gyrostat.identification.comparison import Candidate
 from gyrostat.identification.temperature import TemperatureTrend
 from gyrostat.identification.validation import Validation
 from gyrostat.reports import figures
-from gyrostat.reports.text import effect_rows, measured, parameter_rows, plain, share_rows, summary
+from gyrostat.reports.text import (
+    effect_rows,
+    measured,
+    parameter_rows,
+    plain,
+    score_rows,
+    share_rows,
+    summary,
+)
 
 
 @lru_cache
@@ -68,6 +76,7 @@ def fit_page(
         rows=list(parameter_rows(fit)),
         shares=list(share_rows(fit)),
         effects=list(effect_rows(fit)),
+        scores=list(score_rows(fit)),
         records=drawn,
         friction=figures.svg(figures.friction_figure(fit)) if friction_known else None,
         residuals=figures.svg(figures.residual_figure(fit)) if fit.predicted else None,

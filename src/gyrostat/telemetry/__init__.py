@@ -1,7 +1,9 @@
 """Bench records: motor current and wheel speed over time, read, checked and written."""
 
+from gyrostat.telemetry.cuts import cut
+from gyrostat.telemetry.edges import record_of_edges
 from gyrostat.telemetry.read import read_record
 from gyrostat.telemetry.record import Record
 from gyrostat.telemetry.write import write_record
 
-__all__ = ["Record", "read_record", "write_record"]
+__all__ = ["Record", "cut", "read_record", "record_of_edges", "write_record"]

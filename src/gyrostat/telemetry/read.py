@@ -5,6 +5,7 @@ import stat
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 from gyrostat.telemetry.assemble import assemble
 from gyrostat.telemetry.columns import choose_columns
@@ -27,6 +28,7 @@ def read_record(
     units: Mapping[str, str] | None = None,
     unsigned_current: bool = False,
     max_samples: int = 2_000_000,
+    missing: Literal["refuse", "drop"] = "refuse",
 ) -> Record:
     """Read a bench record: delimited text, Parquet or a MATLAB file, told by the suffix.
 
@@ -39,12 +41,14 @@ def read_record(
 
     Args:
         path: file with the suffix .csv, .txt, .tsv, .dat, .parquet or .mat.
-        columns: role -> column name. Roles are time, current, speed, and where wanted
-            temperature, setpoint (or direction) and valid. A role that is not given is found by
-            its name.
-        units: role -> unit, which overrules the header.
+        columns: role -> column name. Roles are time, current, speed or in its place angle, and
+            where wanted temperature, setpoint (or direction) and valid. A role that is not given
+            is found by its name.
+        units: role -> unit, which overrules the header; "rev/4096" for the counts of an encoder.
         unsigned_current: the current is a magnitude: its sign is that of the setpoint, or of the
             speed where there is no setpoint or it is 0. Where that is 0 too, the sign before holds.
+        missing: "drop" leaves rows without a finite time or current out and marks speeds missing
+            that are not finite (NaN, 'NA', an empty cell); "refuse" makes errors of them.
         max_samples: more samples than that are refused, and no more than that are read.
 
     Returns:
@@ -55,17 +59,20 @@ def read_record(
             the file, the row and the column, what was found and what was expected.
     """
     file = Path(path)
+    drop = missing == "drop"
     reader = _READERS.get(file.suffix.lower())
     if reader is None:
         found = f"the suffix {file.suffix!r}" if file.suffix else "no suffix"
         raise fault(file, found, f"one of {', '.join(_READERS)}")
     _require_readable(file)
+    if reader is read_text:
+        reader = partial(read_text, tolerant=drop)
     choose = partial(choose_columns, columns=columns, units=units)
     try:
         measured = reader(file, choose, max_samples)
     except OSError as error:
         raise fault(file, f"an unreadable file ({error.strerror})", "a record") from None
-    return assemble(measured, unsigned_current)
+    return assemble(measured, unsigned_current, drop)
 
 
 def _require_readable(file: Path) -> None:
