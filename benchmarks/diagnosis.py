@@ -60,9 +60,8 @@ def main() -> None:
             fit = identify(record, inertia=INERTIA, hold=HOLD)
             noticed += bool(fit.findings)
             named = fit.findings[0].names if fit.findings else ()
-            # one ripple has two names: coherent over the record, and random at each crossing
-            alike = {name, "crossing_ripple"} if name.startswith("ripple") else {name}
-            right += bool(alike & set(named))
+            # one ripple has several names: coherent over the record, and random at each crossing
+            right += any(("ripple" in name and "ripple" in n) or n == name for n in named)
             first.update(["|".join(named)])
         total, noticed_all, right_all = total + count, noticed_all + noticed, right_all + right
         print(f"{name:16s} noticed {noticed}/{count}, right first {right}/{count}", flush=True)

@@ -218,7 +218,13 @@ def validate(
     measured = load(
         record, columns, units, unsigned_current, drop=drop, unsigned_speed=unsigned_speed
     )
-    result = predict(wheel.friction, values, measured, current_hold=current_hold.value)
+    result = predict(
+        wheel.friction,
+        values,
+        measured,
+        current_hold=current_hold.value,
+        covariance=wheel.covariance(),
+    )
     text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
     page = validation_page(result, command=command_line())
     with new_files(out, by="validate", force=force) as folder:
@@ -229,10 +235,12 @@ def validate(
         f"noise {result.noise:.4g} rad/s, over {result.samples} samples and {result.crossings} "
         "zero crossings"
     )
+    say(result.verdict)
     if json_output:
         print(text)
     if not result.converged:
         say("no valid result: found no initial speed that fits the record best")
+    if not (result.converged and result.holds):
         raise typer.Exit(1)
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from gyrostat.core.errors import InputError
-from gyrostat.identification.diagnosis import Finding
+from gyrostat.identification.findings import Finding
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.prediction import SpeedPrediction, friction_model
 from gyrostat.identification.signs import RESTORE, lost_sign

@@ -16,8 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.diagnosis import TORQUES, Finding, Score, diagnose
+from gyrostat.identification.diagnosis import TORQUES, diagnose
 from gyrostat.identification.effects import RIPPLES, STRONG_RIPPLES, Nuisance
+from gyrostat.identification.findings import Finding, Score
 from gyrostat.identification.hypotheses import Posteriors, Segment, grid, posteriors, whitened
 from gyrostat.identification.innovations import Innovations
 from gyrostat.identification.least_squares import Prior

@@ -8,9 +8,9 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.averaging import Effect, average
 from gyrostat.identification.candidates import candidates
-from gyrostat.identification.diagnosis import Finding, Score
 from gyrostat.identification.effects import nuisances, torque_noise
 from gyrostat.identification.faults import found_in
+from gyrostat.identification.findings import Finding, Score
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.hypotheses import Segment
 from gyrostat.identification.loss import Loss

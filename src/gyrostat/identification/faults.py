@@ -6,7 +6,7 @@ import numpy as np
 
 from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
-from gyrostat.identification.diagnosis import Finding
+from gyrostat.identification.findings import Finding
 from gyrostat.identification.signs import lost_sign
 from gyrostat.identification.statistics import NORMAL_MAD, quantum
 from gyrostat.telemetry import Record

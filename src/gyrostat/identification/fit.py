@@ -11,7 +11,7 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import SI_UNIT
 from gyrostat.identification.averaging import Effect
-from gyrostat.identification.diagnosis import Finding, Score
+from gyrostat.identification.findings import Finding, Score
 from gyrostat.identification.observability import Observability
 from gyrostat.identification.prediction import build_wheel, wheel_dimensions
 from gyrostat.identification.statistics import Whiteness
@@ -185,6 +185,11 @@ class Fit:
             for name in names
         }
 
+    def _temperature(self) -> dict[str, str]:
+        """Mean temperature of the records, to which the parameters belong, as text."""
+        means = [float(np.mean(r.temperature)) for r in self.records if r.temperature is not None]
+        return {"temperature": f"{np.mean(means):.4g} °C"} if means else {}
+
     def wheel_model(self) -> WheelModel | None:
         """What model.toml holds; None where the method does not identify the friction."""
         known = [*wheel_dimensions(self.model)]
@@ -192,6 +197,7 @@ class Fit:
         if not set(self.model.dimensions()) <= set(values):
             return None
         sigma = dict(zip(self.names, self.sigma.tolist(), strict=True))
+        own = [k for k, n in enumerate(self.names) if n in known]
         return WheelModel(
             friction=self.model,
             values=values,
@@ -201,8 +207,13 @@ class Fit:
                 "records": ", ".join(r.name for r in self.records),
                 "samples": str(self.samples),
                 **self.metadata,
+                **self._temperature(),
             },
             impossible="; ".join(self.impossible),
+            correlation=(
+                tuple(self.names[k] for k in own),
+                self.correlation[np.ix_(own, own)],
+            ),
         )
 
     def friction_curve(self, speed: Vector) -> tuple[Vector, Vector]:

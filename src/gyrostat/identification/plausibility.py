@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from gyrostat.identification.diagnosis import Finding, by_evidence
 from gyrostat.identification.faults import opposed_signs, wrong_units
+from gyrostat.identification.findings import Finding, by_evidence
 from gyrostat.identification.fit import Fit
 
 STATED = (0.8, 1.25)

@@ -11,6 +11,12 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import SI_UNIT
 from gyrostat.core.validation import magnitude
+from gyrostat.identification.slopes import (
+    SLOPES,
+    at_temperature,
+    slope_dimensions,
+    temperature_offsets,
+)
 from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import FRICTION_MODELS, Friction
@@ -50,6 +56,7 @@ def parameter_dimension(model: type[Friction], name: str, where: str) -> str:
         InputError: no parameter has this name.
     """
     known = {**wheel_dimensions(model), "current_bias": "current", "initial_speed": "speed"}
+    known |= {slope: f"{dimension}_per_temperature" for dimension, slope in SLOPES.items()}
     stem = "initial_speed" if name.startswith("initial_speed_") else name
     if stem not in known:
         raise InputError(f"{where}: found parameter {name!r}, expected one of {', '.join(known)}")
@@ -168,6 +175,9 @@ class SpeedPrediction:
             and one for every further segment of the records.
         dimensions: name -> dimension.
         initial_speeds: names of these speeds.
+
+    Where the records differ in temperature, viscous and dry friction change with it, by parameters
+    of their own.
     """
 
     def __init__(self, records: Sequence[Record], model: type[Friction], hold: CurrentHold) -> None:
@@ -189,12 +199,19 @@ class SpeedPrediction:
         restarts = sum(len(r.segments) - 1 for r in records)
         further = tuple(f"initial_speed_restart_{k + 1}" for k in range(restarts))
         self.initial_speeds = first + further
+        offsets = temperature_offsets(self.records)
+        slopes = slope_dimensions(model) if offsets else {}
         self.dimensions = {
             **wheel_dimensions(model),
             "current_bias": "current",
             **dict.fromkeys(self.initial_speeds, "speed"),
+            **slopes,
         }
         self.names = tuple(self.dimensions)
+        self._at_temperature = [
+            at_temperature(model, self.names, offset)
+            for offset in offsets or (0.0,) * len(self.records)
+        ]
         self._respond = _compiled(model, hold)
         self._segments: list[list[tuple[int, slice, jax.Array, jax.Array]]] = []
         restart = self._shared + len(records)
@@ -228,14 +245,14 @@ class SpeedPrediction:
         if not self.admissible(values):
             return None
         predicted = []
-        for record, segments in zip(self.records, self._segments, strict=True):
-            size = len(record.time)
+        for k, (record, segments) in enumerate(zip(self.records, self._segments, strict=True)):
+            size, at = len(record.time), self._at_temperature[k]
             speed, jacobian = np.zeros(size), np.zeros((size, len(values)))
             # between segments nothing is carried over: transition and local derivatives are zero
             slopes = np.zeros((size - 1, self._shared + 1))
             for column, part, time, current in segments:
                 columns = [*range(self._shared), column]
-                response = self._respond(jnp.asarray(values[columns]), time, current)
+                response = self._respond(jnp.asarray((at @ values)[columns]), time, current)
                 if not bool(response[3]):
                     return None
                 count = part.stop - part.start
@@ -245,6 +262,7 @@ class SpeedPrediction:
                 if record.averaged:
                     speed[part] = over_intervals(speed[part])
                     jacobian[part] = over_intervals(jacobian[part])
+            jacobian = jacobian @ at
             if not all(np.isfinite(own).all() for own in (speed, jacobian, slopes)):
                 return None
             linear = Linearisation(speed, jacobian, slopes[:, 0], slopes[:, 1:], record.averaged)

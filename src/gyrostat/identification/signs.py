@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from gyrostat.core.types import Vector
-from gyrostat.identification.diagnosis import Finding
+from gyrostat.identification.findings import Finding
 from gyrostat.identification.statistics import noise_level
 from gyrostat.telemetry import Record
 

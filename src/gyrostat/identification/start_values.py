@@ -66,7 +66,8 @@ class StartValues:
             Name -> value; without the wheel's parameters where the torque scale is not known.
         """
         speeds = dict(zip(prediction.initial_speeds, self.initial_speeds.tolist(), strict=True))
-        first: dict[str, float] = {"current_bias": 0.0, **speeds}
+        slopes = [n for n, d in prediction.dimensions.items() if d.endswith("_per_temperature")]
+        first: dict[str, float] = {"current_bias": 0.0, **speeds, **dict.fromkeys(slopes, 0.0)}
         inertia = self.inertia(known)
         if inertia is not None:
             friction = prediction.model.from_coulomb(self.viscous * inertia, self.coulomb * inertia)
@@ -86,9 +87,12 @@ class StartValues:
         torque = inertia * max(abs(self.motor) * self.current_level, self.speed_level / self.span)
         # without a current, one that would do what friction does
         current = self.current_level or torque / (abs(motor_constant) or 1.0)
+        viscous = torque / self.speed_level if self.speed_level > 0.0 else 0.0
         sizes = {
             "torque": torque,
-            "viscous": torque / self.speed_level if self.speed_level > 0.0 else 0.0,
+            "torque_per_temperature": torque,
+            "viscous_per_temperature": viscous,
+            "viscous": viscous,
             "motor_constant": torque / current,
             "inertia": inertia,
             "current": current,

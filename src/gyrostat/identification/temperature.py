@@ -11,10 +11,8 @@ from gyrostat.core.types import Vector
 from gyrostat.core.units import SI_UNIT
 from gyrostat.identification.batch import identify
 from gyrostat.identification.fit import Fit
+from gyrostat.identification.slopes import DISTINCT
 from gyrostat.telemetry import Record
-
-DISTINCT = 2.0
-"""°C that mean temperatures must span before a trend is worth asking for."""
 
 
 @dataclass(frozen=True)

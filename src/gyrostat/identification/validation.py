@@ -1,16 +1,16 @@
 """Prediction of an independent record by a known wheel."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.types import Vector
+from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.checks import check_signals
 from gyrostat.identification.least_squares import UNFINISHED, Evaluation, Prior, minimise
 from gyrostat.identification.loss import Quadratic
-from gyrostat.identification.prediction import CurrentHold, SpeedPrediction
+from gyrostat.identification.prediction import CurrentHold, Linearisation, SpeedPrediction
 from gyrostat.identification.statistics import (
     NUMERICAL_NOISE,
     Whiteness,
@@ -23,6 +23,12 @@ from gyrostat.wheel.friction import Friction
 
 NEAR_CROSSING = 2.0
 """s on either side of a zero crossing that count as near it."""
+ENOUGH = 0.8
+"""Share of the samples inside the 95 % prediction interval from which a model holds. The errors of
+the parameters are common to all samples: a right model has 95 % inside in the mean, and clearly
+fewer in one record of twenty."""
+INTERVAL = 1.959964
+"""Standard deviations of a 95 % interval."""
 FIRST_SPEEDS = 5
 """Speeds that tell where the initial one lies."""
 REACH = 5.0
@@ -47,6 +53,9 @@ class Validation:
         crossings: sign changes of the modelled speed.
         whiteness: of the residuals.
         converged: whether the initial speed was found.
+        predicted_sigma: standard deviation of the modelled speed from the uncertain parameters,
+            rad/s, (N,).
+        inside: share of the speeds within the 95 % prediction interval (parameters and noise).
     """
 
     record: Record
@@ -61,12 +70,31 @@ class Validation:
     crossings: int
     whiteness: Whiteness | None
     converged: bool
+    predicted_sigma: Vector
+    inside: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the model predicts the record within its own uncertainty."""
+        return self.inside >= ENOUGH
+
+    @property
+    def verdict(self) -> str:
+        """The judgement in one sentence."""
+        told = "holds" if self.holds else "FAILS"
+        return (
+            f"the model {told}: {100.0 * self.inside:.1f} % of the samples lie inside the 95 % "
+            f"prediction interval (parameters and noise), {100.0 * ENOUGH:.0f} % are asked for"
+        )
 
     def to_dict(self) -> dict[str, object]:
         """The content of validation.json."""
         return {
             "record": self.record.name,
             "converged": self.converged,
+            "holds": self.holds,
+            "inside": self.inside,
+            "asked_for": ENOUGH,
             "rms_speed": self.rms_speed,
             "mean": self.mean,
             "largest": self.largest,
@@ -82,10 +110,10 @@ class Validation:
 
 def _best_prediction(
     prediction: SpeedPrediction, values: Mapping[str, float], noise: float
-) -> tuple[float, Vector, bool]:
+) -> tuple[float, Linearisation, bool]:
     """Initial speed that suits a record best, the speed that follows, and whether it was found.
 
-    Every segment of the record has one; the first is returned.
+    Every segment of the record has one; the first is returned, with the linearisation.
     """
     record = prediction.records[0]
     told = {"current_bias": 0.0, **values}
@@ -116,12 +144,33 @@ def _best_prediction(
     if solution is None:
         raise InputError(unlike)
     initial = np.clip(solution.x, first - reach, first + reach)
-    predicted = prediction(np.append(base, initial))
+    predicted = prediction.linearise(np.append(base, initial))
     if predicted is None:
         raise InputError(unlike)
     # one parameter between two ends has its minimum there, or where no correction lowers the cost
     found = solution.reason != UNFINISHED or np.any(initial != solution.x)
-    return float(initial[0]), predicted[0][0], bool(found)
+    return float(initial[0]), predicted[0], bool(found)
+
+
+def _spread(
+    prediction: SpeedPrediction,
+    linear: Linearisation,
+    covariance: tuple[Sequence[str], Matrix] | None,
+) -> Vector:
+    """Standard deviation of the modelled speed from the uncertain parameters, (N,), rad/s.
+
+    The initial speeds are found anew for every choice of the parameters: what they make up for is
+    taken out.
+    """
+    record = prediction.records[0]
+    if covariance is None:
+        return np.zeros(len(record.time))
+    names, matrix = covariance
+    columns = linear.jacobian[:, [prediction.names.index(n) for n in names]]
+    own = linear.jacobian[:, -len(prediction.initial_speeds) :]
+    used = record.valid
+    columns = columns - own @ np.linalg.lstsq(own[used], columns[used], rcond=1e-10)[0]
+    return np.sqrt(np.maximum(np.einsum("mi,ij,mj->m", columns, matrix, columns), 0.0))
 
 
 def validate(
@@ -130,6 +179,7 @@ def validate(
     record: Record,
     *,
     current_hold: CurrentHold = "zero-order",
+    covariance: tuple[Sequence[str], Matrix] | None = None,
 ) -> Validation:
     """Predict a record with a known wheel; only the speed at its first sample is estimated.
 
@@ -138,6 +188,8 @@ def validate(
         values: all parameters of the wheel, SI; current_bias, A, where the drive has one.
         record: not used to find them.
         current_hold: the current between samples.
+        covariance: names of identified parameters and the covariance of their errors, (n, n), SI;
+            None: all values are exact.
 
     Raises:
         InputError: a parameter is missing, or the record cannot be predicted.
@@ -146,9 +198,12 @@ def validate(
     check_signals([record])
     noise = noise_level(record.speed[record.valid])
     prediction = SpeedPrediction([record], model, current_hold)
-    initial, speed, found = _best_prediction(prediction, values, noise)
+    initial, linear, found = _best_prediction(prediction, values, noise)
+    speed, spread = linear.speed, _spread(prediction, linear, covariance)
     residual = record.speed - speed
     used = residual[record.valid]
+    exact = NUMERICAL_NOISE * float(np.sqrt(np.mean(speed**2)))
+    width = INTERVAL * np.sqrt(spread**2 + noise**2 + exact**2)
     changes = crossing_times(record.time, speed, noise)
     near = np.zeros(len(record.time), dtype=bool)
     for change in changes:
@@ -167,4 +222,6 @@ def validate(
         crossings=len(changes),
         whiteness=whiteness(used) if len(used) >= 10 else None,
         converged=bool(found),
+        predicted_sigma=spread,
+        inside=float(np.mean(np.abs(used) <= width[record.valid])),
     )

@@ -96,7 +96,9 @@ def validation_page(validation: Validation, *, command: str) -> str:
         validation: the result.
         command: what produced it.
     """
-    figure = figures.record_figure(validation.record, validation.predicted, None, validation.noise)
+    figure = figures.record_figure(
+        validation.record, validation.predicted, validation.predicted_sigma, validation.noise
+    )
     return render(
         "validation.html", validation=validation, command=command, figure=figures.svg(figure)
     )
