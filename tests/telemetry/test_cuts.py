@@ -121,6 +121,16 @@ def test_edge_times_remove_the_quantum_of_counts():
     assert np.nanmax(np.abs(found.speed - mean)) < 1e-4 * quantum
 
 
+def test_a_file_of_edges_takes_the_place_of_a_speed(tmp_path):
+    time = np.arange(300) / RATE
+    (tmp_path / "r.csv").write_text("time_s,current_A\n" + "".join(f"{t},0.1\n" for t in time))
+    (tmp_path / "edges.txt").write_text("time_s\n" + "".join(f"{0.02 * k}\n" for k in range(1500)))
+    found = read_record(tmp_path / "r.csv", edges=tmp_path / "edges.txt", pulses=6)
+    assert found.averaged
+    speed = 2.0 * np.pi / 6.0 / 0.02
+    np.testing.assert_allclose(found.speed[found.valid], speed, rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("edges", "said"), [([0.0, 1.0], "at least 3"), ([0.0, 1.0, 0.5], "increasing")]
 )

@@ -49,6 +49,8 @@ def load(
     *,
     drop: bool = False,
     unsigned_speed: bool = False,
+    edges: Path | None = None,
+    pulses: int = 1,
 ) -> "Record":
     """Read a record, cut it at gaps, and say what was done to it.
 
@@ -59,6 +61,8 @@ def load(
         unsigned_current: whether the current has lost its sign.
         drop: whether rows with missing numbers are left out.
         unsigned_speed: whether the speed has lost its sign.
+        edges: file with the times of a tachometer's edges, or None.
+        pulses: edges a turn.
 
     Raises:
         InputError: the file gives no record.
@@ -71,6 +75,8 @@ def load(
         units=pairs(units, "--units") or None,
         unsigned_current=unsigned_current,
         missing="drop" if drop else "refuse",
+        edges=edges,
+        pulses=pulses,
     )
     if unsigned_speed:
         from gyrostat.identification.signs import signed_speed

@@ -9,7 +9,15 @@ import typer
 
 from gyrostat.cli import arguments as words
 from gyrostat.cli.arguments import command_line, load, say
-from gyrostat.cli.options import Force, ForceModel, Json, Out
+from gyrostat.cli.options import (
+    Force,
+    ForceModel,
+    Json,
+    Missing,
+    MissingCells,
+    Out,
+    UnsignedSpeed,
+)
 
 if TYPE_CHECKING:
     from gyrostat.identification import Fit
@@ -32,13 +40,6 @@ class Hold(StrEnum):
     linear = "linear"
 
 
-class MissingCells(StrEnum):
-    """What is done with cells that hold no finite number."""
-
-    refuse = "refuse"
-    drop = "drop"
-
-
 Columns = Annotated[
     str | None,
     typer.Option(help="Columns by role: time=t,current=m1cur,speed=m1vel (also temperature, ...)."),
@@ -48,12 +49,6 @@ Units = Annotated[
 ]
 Unsigned = Annotated[
     bool, typer.Option(help="The current has no sign: take it from setpoint, or from speed.")
-]
-UnsignedSpeed = Annotated[
-    bool, typer.Option(help="The speed has no sign: it changes where the speed touches zero.")
-]
-Missing = Annotated[
-    MissingCells, typer.Option(help="Cells without a number: an error, or their rows left out.")
 ]
 CurrentHold = Annotated[Hold, typer.Option(help="The current between samples.")]
 
@@ -101,6 +96,10 @@ def identify(
     unsigned_current: Unsigned = False,
     unsigned_speed: UnsignedSpeed = False,
     missing: Missing = MissingCells.refuse,
+    edges: Annotated[
+        Path | None, typer.Option(help="Times of a tachometer's edges, s, in place of a speed.")
+    ] = None,
+    pulses: Annotated[int, typer.Option(help="Edges a turn, with --edges.")] = 1,
     force: Force = False,
     json_output: Json = False,
 ) -> None:
@@ -136,7 +135,14 @@ def identify(
     def measured(path: Path) -> "Record":
         drop = missing is MissingCells.drop
         record = load(
-            path, columns, units, unsigned_current, drop=drop, unsigned_speed=unsigned_speed
+            path,
+            columns,
+            units,
+            unsigned_current,
+            drop=drop,
+            unsigned_speed=unsigned_speed,
+            edges=edges,
+            pulses=pulses,
         )
         return record.scaled(**factors)
 

@@ -29,11 +29,13 @@ class FrictionPoints:
         speed: (m,) rad/s.
         torque: (m,) friction torque with the sign of the speed, N·m.
         sigma: (m,) standard deviations of the torque, N·m.
+        when: (m,) mean time of the samples as a share of the record; None where it means nothing.
     """
 
     speed: Vector
     torque: Vector
     sigma: Vector
+    when: Vector | None = None
 
 
 @partial(jax.jit, static_argnums=0)

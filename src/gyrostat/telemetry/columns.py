@@ -74,7 +74,11 @@ class Chosen:
 
 
 def choose_columns(
-    header: Header, columns: Mapping[str, str] | None, units: Mapping[str, str] | None
+    header: Header,
+    columns: Mapping[str, str] | None,
+    units: Mapping[str, str] | None,
+    *,
+    motion: bool = True,
 ) -> dict[str, Chosen]:
     """Find the column and the unit of each role.
 
@@ -82,6 +86,7 @@ def choose_columns(
         header: the columns of the file.
         columns: role -> column name, for the roles that are not to be found by their usual names.
         units: role -> unit, which overrules the header.
+        motion: whether the file measures speed or angle.
 
     Returns:
         Role -> column, for the roles that the file has.
@@ -97,7 +102,7 @@ def choose_columns(
     claimed = {column.index: role for role, (column, _) in found.items()}
     if len(claimed) < len(found):
         raise fault(header.file, "one column for two roles", "a column of its own for each role")
-    measured = _motion(header, found, claimed)
+    measured = _motion(header, found, claimed) if motion else ""
     for role in ROLES.values():
         if role.name not in found and role.name not in {"speed", "angle"} - {measured}:
             hit = _usual(header, role, claimed)

@@ -41,27 +41,22 @@ def read_edges(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     return np.array(times)
 
 
-def record_of_edges(
-    name: str,
-    time: NDArray[np.float64],
-    current: NDArray[np.float64],
-    edges: NDArray[np.float64],
-    pulses: int,
-    setpoint: NDArray[np.float64] | None = None,
-) -> Record:
-    """Build a record from sampled current and the times of a tachometer's edges.
+def angle_at(
+    name: str, time: NDArray[np.float64], edges: NDArray[np.float64], pulses: int
+) -> NDArray[np.float64]:
+    """Angle that a wheel has turned, in whatever sense, at some times, from a train of edges.
 
     The angle is exact at every edge; between edges it follows a monotone cubic (Fritsch and Carlson
-    1980). Its differences are mean speeds over the sample intervals. One train of edges has no
-    sense of rotation: the speed is a magnitude (see `gyrostat.identification.signs`).
+    1980).
 
     Args:
-        name: of the record.
-        time: (N,) s, of the currents.
-        current: (N,) A.
+        name: of the record, for messages.
+        time: (N,) s.
         edges: (E,) s, increasing.
         pulses: edges a turn.
-        setpoint: (N,) commanded speed or direction, or None.
+
+    Returns:
+        (N,) rad; NaN where the nearest edges lie more than `LONGEST` sample intervals apart.
 
     Raises:
         InputError: fewer than three edges, edges that do not increase, or no pulses.
@@ -79,22 +74,47 @@ def record_of_edges(
             f"{name}: edges[{row}]: found {edges[row]:.9g} s after {edges[row - 1]:.9g} s, "
             "expected increasing times"
         )
-    angle = PchipInterpolator(
-        edges, 2.0 * np.pi / pulses * np.arange(len(edges)), extrapolate=False
-    )
+    turned = 2.0 * np.pi / pulses * np.arange(len(edges))
+    angle = PchipInterpolator(edges, turned, extrapolate=False)
     after = np.clip(np.searchsorted(edges, time, side="right"), 1, len(edges) - 1)
     usual = float(np.median(np.diff(time)))
     known = (time >= edges[0]) & (time <= edges[-1])
     known &= edges[after] - edges[after - 1] <= LONGEST * usual
-    at = np.where(known, angle(time), np.nan)
-    speed = np.concatenate([[np.nan], np.diff(at) / np.diff(time)])
-    valid = np.isfinite(speed)
+    return np.where(known, angle(time), np.nan)
+
+
+def record_of_edges(
+    name: str,
+    time: NDArray[np.float64],
+    current: NDArray[np.float64],
+    edges: NDArray[np.float64],
+    pulses: int,
+    setpoint: NDArray[np.float64] | None = None,
+) -> Record:
+    """Build a record from sampled current and the times of a tachometer's edges.
+
+    Differences of the angle are mean speeds over the sample intervals. One train of edges has no
+    sense of rotation: the speed is a magnitude (see `gyrostat.identification.signs`).
+
+    Args:
+        name: of the record.
+        time: (N,) s, of the currents.
+        current: (N,) A.
+        edges: (E,) s, increasing.
+        pulses: edges a turn.
+        setpoint: (N,) commanded speed or direction, or None.
+
+    Raises:
+        InputError: as `angle_at`.
+    """
+    angle = angle_at(name, time, edges, pulses)
+    speed = np.concatenate([[np.nan], np.diff(angle) / np.diff(time)])
     return Record(
         name=name,
         time=time,
         current=current,
         speed=speed,
-        valid=valid,
+        valid=np.isfinite(speed),
         setpoint=setpoint,
         notes=(f"speed from {counted(len(edges), 'edge')}, {pulses} a turn",),
         averaged=True,

@@ -3,12 +3,17 @@
 import os
 import stat
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Literal
 
-from gyrostat.telemetry.assemble import assemble
-from gyrostat.telemetry.columns import choose_columns
+import numpy as np
+
+from gyrostat.core.units import Unit
+from gyrostat.telemetry.assemble import Measured, assemble
+from gyrostat.telemetry.columns import Chosen, choose_columns
+from gyrostat.telemetry.edges import angle_at, read_edges
 from gyrostat.telemetry.fault import fault
 from gyrostat.telemetry.matlab import read_mat
 from gyrostat.telemetry.parquet import read_parquet
@@ -29,6 +34,8 @@ def read_record(
     unsigned_current: bool = False,
     max_samples: int = 2_000_000,
     missing: Literal["refuse", "drop"] = "refuse",
+    edges: str | os.PathLike[str] | None = None,
+    pulses: int = 1,
 ) -> Record:
     """Read a bench record: delimited text, Parquet or a MATLAB file, told by the suffix.
 
@@ -49,6 +56,9 @@ def read_record(
             speed where there is no setpoint or it is 0. Where that is 0 too, the sign before holds.
         missing: "drop" leaves rows without a finite time or current out and marks speeds missing
             that are not finite (NaN, 'NA', an empty cell); "refuse" makes errors of them.
+        edges: file with the times of a tachometer's edges, one a line, s, on the clock of the
+            record; the record then needs no speed.
+        pulses: edges a turn.
         max_samples: more samples than that are refused, and no more than that are read.
 
     Returns:
@@ -67,12 +77,26 @@ def read_record(
     _require_readable(file)
     if reader is read_text:
         reader = partial(read_text, tolerant=drop)
-    choose = partial(choose_columns, columns=columns, units=units)
+    choose = partial(choose_columns, columns=columns, units=units, motion=edges is None)
     try:
         measured = reader(file, choose, max_samples)
     except OSError as error:
         raise fault(file, f"an unreadable file ({error.strerror})", "a record") from None
+    if edges is not None:
+        measured = _with_edges(measured, edges, pulses)
     return assemble(measured, unsigned_current, drop)
+
+
+def _with_edges(measured: Measured, edges: str | os.PathLike[str], pulses: int) -> Measured:
+    """Columns of a file with the angle that its tachometer's edges give."""
+    time = measured.chosen["time"].unit.to_si(measured.values["time"])
+    angle = angle_at(measured.file.name, time, read_edges(edges), pulses)
+    return replace(
+        measured,
+        chosen={**measured.chosen, "angle": Chosen(-1, "edges", Unit("rad"))},
+        values={**measured.values, "angle": angle},
+        empty={**measured.empty, "angle": np.isnan(angle)},
+    )
 
 
 def _require_readable(file: Path) -> None:
