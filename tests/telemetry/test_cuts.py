@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gyrostat.core.errors import InputError
-from gyrostat.telemetry import Record, cut, read_record, record_of_edges
+from gyrostat.telemetry import Record, cut, pool, read_record, record_of_edges
 
 RATE = 10.0
 
@@ -159,3 +159,23 @@ def test_rows_without_numbers_are_left_out_where_that_is_asked_for(tmp_path):
 def test_what_a_record_says_of_itself_survives_cutting():
     record = sampled(*noisy(), metadata={"serial": "RW-07"})
     assert cut(dataclasses.replace(record)).metadata == {"serial": "RW-07"}
+
+
+def test_a_dense_record_is_pooled_into_exact_means():
+    """A speed that is a parabola in time, under a current that is a straight line."""
+    time = np.arange(200_001) * 1e-3
+    random = np.random.default_rng(5)
+    exact = 10.0 + 0.02 * time + 1e-4 * time**2
+    record = sampled(0.1 + 1e-4 * time, exact + 0.5 * random.standard_normal(len(time)), time)
+    found, size = pool(cut(record))
+    assert size == 4
+    assert found.averaged
+    assert found.time.size == 50_001
+    ends = found.time
+    integral = 10.0 * ends + 0.01 * ends**2 + 1e-4 / 3.0 * ends**3
+    error = (found.speed - np.append(np.nan, np.diff(integral) / np.diff(ends)))[1:]
+    assert abs(error.mean()) < 5.0 * 0.5 / np.sqrt(200_000)
+    assert error.std() == pytest.approx(0.5 / np.sqrt(4.0), rel=0.15)
+    # the held current, its mean over each interval
+    np.testing.assert_allclose(found.current[:-1], 0.1 + 1e-4 * (ends[:-1] + 1.5e-3), rtol=1e-9)
+    assert pool(sampled(*noisy()))[1] == 1

@@ -109,7 +109,6 @@ def identify(
 
     check_outputs(out, FILES, by="identify", force=force)
     name = model or "stribeck"
-    # the automatic choice knows the names of the default model
     named = "stribeck" if name == "auto" else name
     value, tolerance = words.inertia(inertia)
     factors, shares = words.scales(
@@ -133,13 +132,12 @@ def identify(
     }
 
     def measured(path: Path) -> "Record":
-        drop = missing is MissingCells.drop
         record = load(
             path,
             columns,
             units,
             unsigned_current,
-            drop=drop,
+            drop=missing is MissingCells.drop,
             unsigned_speed=unsigned_speed,
             edges=edges,
             pulses=pulses,
@@ -221,9 +219,8 @@ def validate(
     wheel.wheel()
     values = {**wheel.values, **words.drive(hold or [], wheel.friction.name)}
     drop = missing is MissingCells.drop
-    measured = load(
-        record, columns, units, unsigned_current, drop=drop, unsigned_speed=unsigned_speed
-    )
+    signs = {"unsigned_current": unsigned_current, "unsigned_speed": unsigned_speed}
+    measured = load(record, columns, units, drop=drop, **signs)
     result = predict(
         wheel.friction,
         values,

@@ -29,7 +29,7 @@ from gyrostat.identification.start_values import integral_regression
 from gyrostat.identification.statistics import NUMERICAL_NOISE, noise_level, whiteness
 from gyrostat.identification.tolerances import check_tolerances
 from gyrostat.identification.uncertainty import FEW, residual_levels
-from gyrostat.telemetry import Record, cut
+from gyrostat.telemetry import Record, cut, pool
 
 DEFAULT_ITERATIONS = 50
 RESTARTS = ((1.0, 0.9), (1.0, 0.7), (2.0, 1.0))
@@ -180,9 +180,12 @@ def identify(
             tolerance=tolerance,
             white_noise=white_noise,
         )
-    records = tuple(cut(record) for record in records)
+    pooled = [pool(cut(record)) for record in records]
+    records = tuple(record for record, _ in pooled)
     chosen_loss = loss_named(loss)
     given = _given_sigmas(speed_sigma, len(records))
+    if given is not None:
+        given = tuple(s / np.sqrt(size) for s, (_, size) in zip(given, pooled, strict=True))
     prediction = SpeedPrediction(records, friction_model(model), current_hold)
     check_signals(records)
     deterministic = integral_regression(records)

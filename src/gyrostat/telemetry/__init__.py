@@ -2,8 +2,9 @@
 
 from gyrostat.telemetry.cuts import cut
 from gyrostat.telemetry.edges import record_of_edges
+from gyrostat.telemetry.pool import pool
 from gyrostat.telemetry.read import read_record
 from gyrostat.telemetry.record import Record
 from gyrostat.telemetry.write import write_record
 
-__all__ = ["Record", "cut", "read_record", "record_of_edges", "write_record"]
+__all__ = ["Record", "cut", "pool", "read_record", "record_of_edges", "write_record"]
