@@ -160,9 +160,8 @@ CASES = (
     Case("NaN cell", lambda r: with_line(CLEAN(r), 40, "3.9,nan,1.0"), ("row 41",)),
     Case(
         "NA cells, dropped",
-        lambda r: CLEAN(r).replace("\n5.0,", "\nNA,").replace("\n6.0,", "\n6.0,NA"),
+        lambda r: with_line(with_line(CLEAN(r), 51, "NA,0.1,1.0"), 61, "6.0,0.1,NA"),
         options={"missing": "drop"},
-        named=("dropped", "cell"),
     ),
     # clipping and frozen sensors
     Case(
@@ -262,7 +261,7 @@ def outcome(case: Case, seed: int, folder: Path) -> tuple[str, str]:
         fit = identify(
             loaded, inertia=INERTIA, hold={"stribeck_speed": STRIBECK_SPEED}, model="auto"
         )
-        said = [*(n for r in fit.records for n in r.notes), *fit.warnings]
+        said = [*(n for r in fit.records for n in r.notes), *fit.choices, *fit.warnings]
         names = ("motor_constant", "coulomb") if "coulomb" in fit.names else ("motor_constant",)
         error = np.array([fit.parameters[n] - truth[n] for n in names])
         sigma = np.array([fit.sigma[fit.names.index(n)] for n in names])

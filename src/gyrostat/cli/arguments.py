@@ -97,7 +97,8 @@ def load(
 def quantity(text: str, name: str, model: str, option: str) -> float:
     """The value of a named parameter, SI."""
     from gyrostat.core.units import parse_quantity
-    from gyrostat.identification.prediction import friction_model, parameter_dimension
+    from gyrostat.identification.parameters import parameter_dimension
+    from gyrostat.identification.prediction import friction_model
 
     dimension = parameter_dimension(friction_model(model), name, option)
     return parse_quantity(text, dimension, f"{option} {name}")

@@ -63,6 +63,14 @@ class _Choice:
                 return replace(self, include=(*self.include, name))
         return None
 
+    def change(self, before: "_Choice") -> str:
+        """What this includes that a narrower choice did not."""
+        if self.free != before.free:
+            return f"{self.free[-1]} estimated"
+        if self.include != before.include:
+            return f"{self.include[-1]} allowed for"
+        return f"{self.loss} loss" if self.loss != before.loss else f"model {self.model}"
+
 
 def _restored(record: Record) -> Record:
     """The record with a lost sign restored."""
@@ -121,7 +129,7 @@ def identify_automatically(
             **options,
         )
 
-    choice = _Choice(loss=loss)
+    choice, causes = _Choice(loss=loss), []
     fit, refused = fitted(choice), set()
     for _ in range(MOST_STEPS):
         trials = [(f, choice.with_finding(f)) for f in fit.findings if f.names[0] not in refused]
@@ -136,9 +144,6 @@ def identify_automatically(
         if richer is None or not richer.converged or (richer.impossible and not fit.impossible):
             refused.add(finding.names[0])
             continue
+        causes.append(f"{wider.change(choice)} ({' or '.join(finding.titles)})")
         fit, choice = richer, wider
-    said = [f"friction model {choice.model}"]
-    said += [f"{name} estimated" for name in choice.free]
-    said += [f"{name} allowed for" for name in choice.include]
-    said += [f"{choice.loss} loss"] if choice.loss != loss else []
-    return replace(fit, choices=tuple(said))
+    return replace(fit, choices=(f"friction model {choice.model}", *causes))

@@ -14,8 +14,9 @@ from gyrostat.core.units import SI_UNIT
 from gyrostat.identification.checks import MOTION
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.observability import judge
+from gyrostat.identification.parameters import check_parameter
 from gyrostat.identification.plausibility import Scatter, judged
-from gyrostat.identification.prediction import check_parameter, wheel_dimensions
+from gyrostat.identification.prediction import wheel_dimensions
 from gyrostat.identification.statistics import crossing_times
 from gyrostat.identification.uncertainty import square_root, widened
 from gyrostat.telemetry import Record

@@ -20,8 +20,8 @@ HARMONICS = (1, 2, 3, 4)
 """Multiples of the wheel's angle at which a torque ripple is sought."""
 WARMING = 1.0
 """°C that the temperature must span within a record to be a candidate cause of drift."""
-CLIPPED_RUNS = 2
-"""Stretches at the very same largest current from which it may be clipped."""
+CLIPPED_RUNS = (2, 16)
+"""Stretches at the very same largest current, at least and at most, that may be clipped."""
 SUBSTEPS = 5
 """Points of a sample interval at which a narrow friction curve is averaged."""
 
@@ -51,16 +51,18 @@ def _angle(record: Record, linear: Linearisation) -> Vector:
     return np.concatenate([[0.0], np.cumsum(mean * np.diff(record.time))])
 
 
-def _clipped(current: Vector) -> Vector | None:
-    """Sense of the current in the intervals in which it stands at its limit; None without a limit.
+def _clipped(current: Vector) -> Matrix | None:
+    """Current at its limit in each stretch where it stands there, (N - 1, stretches).
 
-    A limit is a largest current that several stretches share to the last digit.
+    None without a limit, a largest current that several stretches share to the last digit, or where
+    they are too many to tell apart.
     """
     at = np.abs(current) == np.max(np.abs(current))
-    runs = int(at[0]) + int(np.sum(at[1:] & ~at[:-1]))
-    if runs < CLIPPED_RUNS or at.all():
+    number = np.cumsum(np.diff(np.concatenate([[0], at.astype(int)])) == 1)
+    if at.all() or not CLIPPED_RUNS[0] <= number[-1] <= CLIPPED_RUNS[1]:
         return None
-    return np.where(at, np.sign(current), 0.0)[:-1]
+    runs = number[:, None] == np.arange(1, number[-1] + 1)
+    return (np.where(at, current, 0.0)[:, None] * runs)[:-1]
 
 
 class _Candidates:
@@ -196,9 +198,10 @@ def candidates(
 
     def limited(record: Record, linear: Linearisation) -> Matrix | None:
         at = _clipped(record.current)
-        return None if at is None else (at * make.local(linear, "current_bias"))[:, None]
+        return None if at is None else at * make.local(linear, "current_bias")[:, None]
 
-    make.add("clipped_current", "clipped current: true minus recorded", "A", limited)
+    title = "clipped current: true minus recorded, share of the limit"
+    make.add("clipped_current", title, "1", limited, each=True)
     if not prediction.model.vanishing_at:
 
         def rise(_, linear: Linearisation) -> Matrix:

@@ -20,12 +20,16 @@ from gyrostat.identification.effects import Nuisance
 from gyrostat.identification.findings import Finding, Score, by_evidence
 from gyrostat.identification.hypotheses import variance_ratio
 from gyrostat.identification.innovations import Innovations
+from gyrostat.identification.statistics import chi_square_tail
 
 FALSE_ALARMS = 0.04
 """Share of records without any effect in which one is found, by Bonferroni's bound."""
 INDISTINGUISHABLE = 6.0
 """Difference of the Bayesian criterion below which two effects are named together (Kass and
 Raftery 1995: above it the evidence is strong)."""
+CATCH_ALL = 0.7
+"""Factor on the evidence of a random torque where it is compared with effects of definite shape: it
+can follow any of them, and a strong one that is not quite linear better than its own column."""
 MOST_EFFECTS = 6
 """Effects that are sought at most."""
 ALIEN = 1e-6
@@ -37,18 +41,6 @@ TORQUES = (
     ("torque_walk", "torque that wanders over the record, share of the dry friction"),
 )
 """Random torques, in the order of the levels."""
-
-
-def tail(deviance: float, freedom: int) -> float:
-    """Probability that a chi-square variable is larger (above two freedoms Wilson and Hilferty)."""
-    deviance = max(deviance, 0.0)
-    if freedom == 1:
-        return math.erfc(math.sqrt(0.5 * deviance))
-    if freedom == 2:
-        return math.exp(-0.5 * deviance)
-    spread = 2.0 / (9.0 * freedom)
-    z = ((deviance / freedom) ** (1.0 / 3.0) - 1.0 + spread) / math.sqrt(spread)
-    return 0.5 * math.erfc(z / math.sqrt(2.0))
 
 
 class _Problem:
@@ -157,9 +149,14 @@ def _gain(problem: _Problem, before: _State, after: _State, key: _Key) -> tuple[
     fall -= problem.solve(after.level, after.chosen)[0]
     kind, place = key
     freedom = len(problem.places[place]) if kind == "shape" else 1
-    chance = tail(fall, freedom)
+    chance = chi_square_tail(fall, freedom)
     # a level is never negative: half of all records without random torque show none
     return fall - freedom * math.log(problem.samples), 0.5 * chance if kind == "torque" else chance
+
+
+def _rank(gain: float, key: _Key) -> float:
+    """Fall of the Bayesian criterion for comparing effects: a random torque mimics all others."""
+    return CATCH_ALL * gain if key[0] == "torque" and gain > 0.0 else gain
 
 
 def _select(problem: _Problem, keys: Sequence[_Key]) -> _State:
@@ -173,7 +170,7 @@ def _select(problem: _Problem, keys: Sequence[_Key]) -> _State:
                 after = _added(problem, state, key)
                 gain, chance = _gain(problem, state, after, key)
                 if chance < limit:
-                    trials.append((gain, after))
+                    trials.append((_rank(gain, key), after))
         if not trials:
             break
         state = max(trials, key=lambda trial: trial[0])[1]
@@ -188,17 +185,18 @@ def _select(problem: _Problem, keys: Sequence[_Key]) -> _State:
 def _describe(
     problem: _Problem, state: _State, key: _Key, keys: Sequence[_Key], names, scale
 ) -> Finding:
-    """Size, evidence and consequences of an effect that was found, with what equals it."""
+    """Size, evidence and consequences of an effect that was found, and what equals it."""
     before = _removed(problem, state, key)
     evidence, _ = _gain(problem, before, state, key)
-    found = [(evidence, key)]
+    found = [(_rank(evidence, key), evidence, key)]
     for other in keys:
         if not _present(problem, state, other):
             gain, chance = _gain(problem, before, _added(problem, before, other), other)
-            if evidence - gain < INDISTINGUISHABLE and chance < FALSE_ALARMS / len(keys):
-                found.append((gain, other))
-    found.sort(key=lambda pair: -pair[0])
-    first = found[0][1]
+            alike = abs(evidence - gain) < INDISTINGUISHABLE
+            if alike and chance < FALSE_ALARMS / len(keys):
+                found.append((_rank(gain, other), gain, other))
+    found.sort(key=lambda row: -row[0])
+    _, evidence, first = found[0]
     after = _added(problem, before, first)
     deviance, solved, covariance = problem.solve(after.level, after.chosen)
     bare, plain, _ = problem.solve(before.level, before.chosen)
@@ -214,7 +212,7 @@ def _describe(
     shift = scale * (solved[: problem.count] - plain[: problem.count])
     labels = [
         (problem.effects[k].name, problem.effects[k].title) if kind == "shape" else TORQUES[k]
-        for _, (kind, k) in found
+        for *_, (kind, k) in found
     ]
     return Finding(
         names=tuple(name for name, _ in labels),
@@ -223,7 +221,7 @@ def _describe(
         sigma=sigma,
         unit=unit,
         significance=float(np.sqrt(max(bare - deviance, 0.0))),
-        evidence=float(found[0][0]),
+        evidence=evidence,
         shifts=dict(zip(names, shift.tolist(), strict=True)),
     )
 

@@ -15,7 +15,7 @@ OPTIONS = {
     "viscous_asymmetry": "--model directional",
     "stribeck": "--model stribeck",
     "outliers": "--loss student",
-    "unsigned_current": "--unsigned-current",
+    "unsigned_current": "--unsigned-current with a setpoint, or --model auto",
     "unsigned_speed": "--unsigned-speed",
     "units": "--units",
     "opposed_signs": "turn the sign of one of the two columns",

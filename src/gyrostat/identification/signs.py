@@ -25,6 +25,10 @@ CLEAR = 4.0
 """Standard deviations of the noise beyond which a speed has a sign."""
 SMOOTHED = 5
 """Samples of the running mean that a sense of rotation is taken from."""
+MISSING = 0.5
+"""Share of speeds around a sample below which it may hide a touch of zero."""
+ROUNDS = 5
+"""Rounds in which the sign of a current is refined."""
 BOTH_WAYS = 0.05
 """Share of samples that must have the rarer sign for a signal to have both."""
 
@@ -44,20 +48,20 @@ def _filled(record: Record) -> Vector:
     return np.interp(record.time, record.time[record.valid], record.speed[record.valid])
 
 
-def _misfit(time: Vector, current: Vector, speed: Vector) -> float:
-    """Sum of squares that the equation of motion leaves of the changes of speed over windows."""
+def _regression(time: Vector, current: Vector, speed: Vector) -> tuple[Vector, float]:
+    """Equation of motion over windows: k_m/J, b/J and c/J, and the sum of squares that is left."""
     edges = np.unique(np.linspace(0, len(time) - 1, WINDOWS + 1).astype(int))
     smooth = _smooth(speed)
 
     def change(rates: Vector) -> Vector:
         return np.diff(np.concatenate([[0.0], np.cumsum(rates[:-1] * np.diff(time))])[edges])
 
-    rows = np.column_stack([change(current), change(smooth), change(np.sign(smooth))])
+    rows = np.column_stack([change(current), -change(smooth), -change(np.sign(smooth))])
     right = np.diff(smooth[edges])
     size = np.linalg.norm(rows, axis=0)
-    rows = rows / np.where(size > 0.0, size, 1.0)
-    solved = np.linalg.lstsq(rows, right, rcond=1e-10)[0]
-    return float(np.sum((right - rows @ solved) ** 2))
+    size = np.where(size > 0.0, size, 1.0)
+    solved = np.linalg.lstsq(rows / size, right, rcond=1e-10)[0] / size
+    return solved, float(np.sum((right - rows @ solved) ** 2))
 
 
 def _both_ways(values: Vector, clear: float) -> bool:
@@ -78,7 +82,8 @@ def signed_speed(record: Record) -> Record | None:
     """
     size = np.abs(_filled(record))
     level = max(TOUCHES * float(size.max()), CLEAR * noise_level(size))
-    low = _smooth(size) < level
+    # where the speed is missing for long it may have touched zero: tachometers fail at low speed
+    low = (_smooth(size) < level) | (_smooth(record.valid * 1.0) < MISSING)
     if not low.any() or low.all():
         return None
     # a touch is where a stretch of low speed is lowest
@@ -97,12 +102,27 @@ def signed_speed(record: Record) -> Record | None:
 
 
 def signed_current(record: Record) -> Record:
-    """Give a current that was recorded as a magnitude the sign of the setpoint, or of the speed."""
-    guide = _smooth(_filled(record))
-    source = "speed"
+    """Give a current that was recorded as a magnitude the sign of the setpoint.
+
+    Without a setpoint its sign is that of the motor torque, as the equation of motion has it: from
+    the acceleration at first, then with the friction found so.
+
+    Args:
+        record: With a current that is never negative.
+    """
+    size, source = np.abs(record.current), "setpoint"
     if record.setpoint is not None and np.any(record.setpoint):
-        guide, source = np.where(record.setpoint == 0.0, guide, record.setpoint), "setpoint"
-    current = np.where(guide < 0.0, -1.0, 1.0) * np.abs(record.current)
+        guide = np.where(record.setpoint == 0.0, _filled(record), record.setpoint)
+    else:
+        source = "the torque"
+        speed = _smooth(_filled(record))
+        acceleration = _smooth(np.gradient(speed, record.time))
+        guide = acceleration
+        for _ in range(ROUNDS):
+            signed = np.where(guide < 0.0, -size, size)
+            (_, viscous, coulomb), _ = _regression(record.time, signed, speed)
+            guide = acceleration + max(viscous, 0.0) * speed + max(coulomb, 0.0) * np.sign(speed)
+    current = np.where(guide < 0.0, -size, size)
     return replace(
         record, current=current, notes=(*record.notes, f"sign of current taken from {source}")
     )
@@ -137,8 +157,8 @@ def lost_sign(record: Record) -> Finding | None:
         name, other = "unsigned_speed", signed_speed(record)
         if other is None or np.min(_smooth(speed)) < -clear:
             return None
-    own = _misfit(record.time, record.current, speed)
-    better = _misfit(record.time, other.current, _filled(other))
+    _, own = _regression(record.time, record.current, speed)
+    _, better = _regression(record.time, other.current, _filled(other))
     if not better < CLEARLY_BETTER * own:
         return None
     evidence = WINDOWS * float(np.log(own / max(better, np.finfo(float).tiny)))
