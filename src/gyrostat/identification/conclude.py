@@ -103,7 +103,7 @@ def _averaged(
     values[index] = x + found.shift
     shifted = prediction.linearise(values)
     if shifted is None or prediction.stuck([(s.speed, s.jacobian) for s in shifted], sigmas):
-        return plain
+        return replace(plain, findings=found.findings, scores=found.scores)
     speeds = []
     for k, each in enumerate(shifted):
         columns = [effect.columns[k] for effect in allowed]
@@ -241,7 +241,9 @@ def conclude(
     parts = zip(records, levels, stated, noise, strict=True)
     scatter = [Scatter(r.name, level, given, own) for r, level, given, own in parts]
     silent = bool(best.effects) or white_noise or not solution.converged
-    faults = [f for record, own in zip(records, left, strict=True) for f in found_in(record, own)]
+    faults = [
+        f for record, own in zip(records, left, strict=True) for f in found_in(record, own, loss)
+    ]
     warnings = () if silent else (UNJUDGED,)
     return judged(fit, solution.reason, scatter, faults=faults, warnings=warnings)
 

@@ -7,6 +7,7 @@ import numpy as np
 from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
 from gyrostat.identification.findings import Finding
+from gyrostat.identification.loss import Loss, Quadratic
 from gyrostat.identification.signs import lost_sign
 from gyrostat.identification.statistics import NORMAL_MAD, quantum
 from gyrostat.telemetry import Record
@@ -194,12 +195,15 @@ def certain(name: str, title: str) -> Finding:
     return Finding((name,), (title,), 1.0, None, "1", None, None)
 
 
-def found_in(record: Record, residual: Vector) -> list[Finding]:
+def found_in(record: Record, residual: Vector, loss: Loss) -> list[Finding]:
     """Faults of measurement that show in the samples of one record.
 
     Args:
         record: Of the samples.
         residual: (N,) measured minus modelled speed, rad/s; NaN where missing.
+        loss: Of the fit; a robust one forgives outliers, which are then no finding.
     """
-    seen = (lost_sign(record), counter(record, residual), outliers(record, residual))
+    seen = [lost_sign(record), counter(record, residual)]
+    if isinstance(loss, Quadratic):
+        seen.append(outliers(record, residual))
     return [finding for finding in seen if finding is not None]
