@@ -30,8 +30,12 @@ def _runs(at: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
-def _scatter(values: NDArray[np.float64]) -> float:
-    """Noise of a smooth signal from its second differences."""
+def scatter(values: NDArray[np.float64]) -> float:
+    """Standard deviation of the noise on a smooth signal, from its second differences.
+
+    Args:
+        values: (N,) samples.
+    """
     second = np.abs(np.diff(values, 2))
     return 1.4826 * float(np.median(second)) / np.sqrt(6.0) if len(second) else 0.0
 
@@ -43,7 +47,7 @@ def _frozen(record: Record) -> NDArray[np.bool_]:
     frozen = np.zeros(len(record.time), dtype=bool)
     if len(speed) < FROZEN:
         return frozen
-    noise = _scatter(speed)
+    noise = scatter(speed)
     if noise <= LEAST * float(np.max(np.abs(speed))):
         return frozen
     repeats = np.concatenate([[False], speed[1:] == speed[:-1]])

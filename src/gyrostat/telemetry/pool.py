@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gyrostat.telemetry.cuts import scatter
 from gyrostat.telemetry.record import Record
 
 MANY = 100_000
@@ -25,7 +26,7 @@ def _largest_pool(record: Record) -> int:
         return 1
     speed = record.speed[record.valid]
     time = record.time[record.valid]
-    noise = 1.4826 * float(np.median(np.abs(np.diff(speed, 2)))) / np.sqrt(6.0)
+    noise = scatter(speed)
     block = len(speed) // BLOCKS
     means, at = (_means(v[: block * BLOCKS], block) for v in (speed, time))
     rate = np.abs(np.diff(means) / np.diff(at))
