@@ -4,7 +4,7 @@ import numpy as np
 
 from gyrostat.core.units import RPM
 from gyrostat.identification import identify
-from gyrostat.identification.torque_points import torque_points
+from gyrostat.identification.torque_points import torque_points, torque_regression
 
 
 def test_measured_points_lie_on_the_true_curve_of_both_directions(record, truth):
@@ -21,3 +21,12 @@ def test_measured_points_lie_on_the_true_curve_of_both_directions(record, truth)
     z = (points.torque - curve) / np.hypot(points.sigma, motor)
     assert np.sqrt(np.mean(z**2)) < 1.8
     assert np.max(np.abs(z)) < 4.5
+
+
+def test_the_regression_on_torque_agrees_with_the_fit_and_with_the_truth(record, truth):
+    fit = identify(record(), inertia=1.5e-3, speed_sigma=5.0 * RPM, white_noise=True)
+    rows = torque_regression(fit)
+    assert [row.name for row in rows] == ["motor_constant", "viscous", "coulomb"]
+    for row in rows:
+        assert abs(row.value - truth["stribeck"][row.name]) < 4.0 * row.sigma
+        assert abs(row.disagreement) < 4.0

@@ -6,10 +6,11 @@ from importlib.metadata import version
 
 import jinja2
 
-from gyrostat.core.units import RPM
+from gyrostat.core.units import RPM, SI_UNIT
 from gyrostat.identification import Fit
 from gyrostat.identification.comparison import Candidate
 from gyrostat.identification.temperature import TemperatureTrend
+from gyrostat.identification.torque_points import torque_regression
 from gyrostat.identification.validation import Validation
 from gyrostat.reports import figures
 from gyrostat.reports.text import (
@@ -79,6 +80,10 @@ def fit_page(
         scores=list(score_rows(fit)),
         records=drawn,
         friction=figures.svg(figures.friction_figure(fit)) if friction_known else None,
+        regression=[
+            (row, measured(row.value, row.sigma), SI_UNIT[fit.dimensions[row.name]])
+            for row in torque_regression(fit)
+        ],
         residuals=figures.svg(figures.residual_figure(fit)) if fit.predicted else None,
         correlation=list(zip(fit.names, fit.correlation.tolist(), strict=True)),
         comparison=comparison,
