@@ -168,14 +168,14 @@ def test_a_dense_record_is_pooled_into_exact_means():
     exact = 10.0 + 0.02 * time + 1e-4 * time**2
     record = sampled(0.1 + 1e-4 * time, exact + 0.5 * random.standard_normal(len(time)), time)
     found, size = pool(cut(record))
-    assert size == 4
+    assert size == 8
     assert found.averaged
-    assert found.time.size == 50_001
+    assert found.time.size == 25_001
     ends = found.time
     integral = 10.0 * ends + 0.01 * ends**2 + 1e-4 / 3.0 * ends**3
     error = (found.speed - np.append(np.nan, np.diff(integral) / np.diff(ends)))[1:]
     assert abs(error.mean()) < 5.0 * 0.5 / np.sqrt(200_000)
-    assert error.std() == pytest.approx(0.5 / np.sqrt(4.0), rel=0.15)
+    assert error.std() == pytest.approx(0.5 / np.sqrt(8.0), rel=0.15)
     # the held current, its mean over each interval
-    np.testing.assert_allclose(found.current[:-1], 0.1 + 1e-4 * (ends[:-1] + 1.5e-3), rtol=1e-9)
+    np.testing.assert_allclose(found.current[:-1], 0.1 + 1e-4 * (ends[:-1] + 3.5e-3), rtol=1e-9)
     assert pool(sampled(*noisy()))[1] == 1

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from gyrostat.telemetry.cuts import scatter
 from gyrostat.telemetry.record import Record
 
-MANY = 100_000
+MANY = 50_000
 """Samples up to which a record is taken as it is."""
-ENOUGH = 50_000
+ENOUGH = 25_000
 """Means that a pooled record keeps at least."""
 BLOCKS = 1000
 """Blocks whose mean speeds show the accelerations through the noise."""
