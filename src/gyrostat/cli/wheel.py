@@ -218,9 +218,8 @@ def validate(
     wheel = read_model(model, force=True)
     wheel.wheel()
     values = {**wheel.values, **words.drive(hold or [], wheel.friction.name)}
-    drop = missing is MissingCells.drop
-    signs = {"unsigned_current": unsigned_current, "unsigned_speed": unsigned_speed}
-    measured = load(record, columns, units, drop=drop, **signs)
+    drop, lost = missing is MissingCells.drop, unsigned_speed
+    measured = load(record, columns, units, unsigned_current, drop=drop, unsigned_speed=lost)
     result = predict(
         wheel.friction,
         values,

@@ -65,7 +65,7 @@ def _regression(time: Vector, current: Vector, speed: Vector) -> tuple[Vector, f
 
 
 def _both_ways(values: Vector, clear: float) -> bool:
-    return min(np.mean(values > clear), np.mean(values < -clear)) > BOTH_WAYS
+    return bool(min(np.mean(values > clear), np.mean(values < -clear)) > BOTH_WAYS)
 
 
 def signed_speed(record: Record) -> Record | None:
@@ -80,10 +80,10 @@ def signed_speed(record: Record) -> Record | None:
     Returns:
         A copy with the sign restored; None where the speed never touches zero.
     """
-    size = np.abs(_filled(record))
+    size: Vector = np.abs(_filled(record))
     level = max(TOUCHES * float(size.max()), CLEAR * noise_level(size))
     # where the speed is missing for long it may have touched zero: tachometers fail at low speed
-    low = (_smooth(size) < level) | (_smooth(record.valid * 1.0) < MISSING)
+    low = (_smooth(size) < level) | (_smooth(record.valid.astype(np.float64)) < MISSING)
     if not low.any() or low.all():
         return None
     # a touch is where a stretch of low speed is lowest

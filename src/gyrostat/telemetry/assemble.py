@@ -88,11 +88,15 @@ def assemble(measured: Measured, unsigned_current: bool, drop: bool = False) -> 
         series["temperature"] = np.full(count, parse_quantity(told, "temperature", where))
     return Record(
         name=measured.file.name,
+        time=series["time"],
+        current=series["current"],
+        speed=series["speed"],
         valid=~missing,
+        temperature=series.get("temperature"),
+        setpoint=series.get("setpoint"),
         notes=tuple(notes),
         averaged=averaged,
         metadata=dict(measured.metadata),
-        **series,
     )
 
 

@@ -57,6 +57,8 @@ def pool(record: Record) -> tuple[Record, int]:
     if size == 1:
         return record, 1
     parts: dict[str, list[NDArray]] = {}
+    known = np.where(record.valid, record.speed, 0.0)
+    present = record.valid.astype(np.float64)
     for k, segment in enumerate(record.segments):
         count = (segment.stop - segment.start - 1) // size
         if count < 2:
@@ -64,11 +66,10 @@ def pool(record: Record) -> tuple[Record, int]:
         edges = segment.start + size * np.arange(count + 1)
         inside = slice(edges[0], edges[-1])
         after = slice(edges[0] + 1, edges[-1] + 1)
-        known = np.where(record.valid, record.speed, 0.0)
-        weight, total = _means(record.valid[after] * 1.0, size), _means(known[after], size)
+        weight, total = _means(present[after], size), _means(known[after], size)
         if not record.averaged:
             # means of the speed at both ends of each sample interval
-            weight = 0.5 * (weight + _means(record.valid[inside] * 1.0, size))
+            weight = 0.5 * (weight + _means(present[inside], size))
             total = 0.5 * (total + _means(known[inside], size))
         valid = np.append(False, weight > 0.5)
         own = {
