@@ -146,7 +146,17 @@ def test_bench_identify_validate_is_a_closed_circle(run, tmp_path):
         options = ("--speed-sigma", "5rpm", "--seed", seed, "--out", record)
         assert run("bench", model, "--profile", profile, *options)[0] == 0
     out = tmp_path / "fit"
-    assert run("identify", tmp_path / "steps.csv", "--inertia", "1.5e-3", "--out", out)[0] == 0
+    steps = tmp_path / "steps.csv"
+    steps.write_text("# serial: RW-07\n# operator: A. Meyer\n" + steps.read_text())
+    options = ("--inertia", "1.5e-3", "--model", "auto", "--hold", "stribeck_speed=4rpm")
+    assert run("identify", steps, *options, "--out", out)[0] == 0
+    fit = json.loads((out / "fit.json").read_text())
+    assert fit["choices"][0] == "friction model viscous-coulomb"
+    assert fit["metadata"] == [{"serial": "RW-07", "operator": "A. Meyer"}]
+    assert {score["name"] for score in fit["candidates"]} >= {"current_offset", "speed_lag"}
+    model = tomllib.loads((out / "model.toml").read_text())
+    assert model["origin"]["serial"] == "RW-07"
+    assert model["correlation"]["names"] == ["motor_constant", "viscous", "coulomb"]
     check = tmp_path / "check"
     code, stdout, _ = run(
         "validate", out / "model.toml", tmp_path / "sines.csv", "--out", check, "--json"
@@ -154,6 +164,7 @@ def test_bench_identify_validate_is_a_closed_circle(run, tmp_path):
     assert code == 0
     assert json.loads(stdout) == json.loads((check / "validation.json").read_text())
     assert json.loads(stdout)["rms_speed"] == pytest.approx(0.5236, rel=0.08)
+    assert json.loads(stdout)["inside"] == pytest.approx(0.95, abs=0.03)
     assert "<svg" in (check / "validation.html").read_text()
 
 
@@ -262,7 +273,9 @@ def test_the_offset_of_a_drive_is_told_to_the_validation(run, tmp_path):
     rms = []
     for hold in ((), ("--hold", "current_bias=5mA")):
         code, out, err = run("validate", model, record, *hold, "--json", "--out", tmp_path / "v")
-        assert code == 0, err
+        # without the offset the model fails on this record, and the exit code says so
+        assert code == (0 if hold else 1), err
+        assert ("FAILS" in err) is not bool(hold)
         rms.append(json.loads(out)["rms_speed"])
     assert rms[1] == pytest.approx(0.5236, rel=0.08)
     assert rms[0] > 1.5 * rms[1]

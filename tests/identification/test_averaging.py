@@ -138,7 +138,7 @@ def test_a_lag_of_the_tachometer_is_found_and_its_bias_removed(record, changed):
     assert abs(fit.values[motor] - 0.0228) < 3.0 * fit.sigma[motor]
     assert fit.whiteness is not None
     assert not fit.whiteness.white
-    assert any("lag of the measured speed" in w for w in fit.warnings)
+    assert any("lag or delay of the measured speed" in w for w in fit.warnings)
 
 
 def test_plain_least_squares_is_at_hand(record):

@@ -88,3 +88,18 @@ def test_a_record_that_does_not_converge_alone_is_left_out():
     assert temperature_trends(records, on_left_out=said.append, max_iterations=1, **OPTIONS) == []
     assert [s for s in said if "did not converge" in s] == said
     assert len(said) == 2
+
+
+def test_records_at_several_temperatures_share_one_model():
+    """Viscous friction and its change per degree from one fit, at the mean temperature."""
+    records = [at(t, 10e-6 - 0.1e-6 * t, seed) for seed, t in enumerate((10.0, 25.0, 40.0))]
+    fit = identify(records, **OPTIONS)
+    for name, true in (("viscous", 7.5e-6), ("viscous_per_degC", -0.1e-6), ("dry_per_degC", 0.0)):
+        place = fit.names.index(name)
+        assert abs(fit.values[place] - true) < 4.0 * fit.sigma[place]
+    assert fit.sigma[fit.names.index("viscous_per_degC")] < 0.02e-6
+    assert fit.to_dict()["parameters"]["viscous_per_degC"]["unit"] == "N·m·s/rad/°C"
+    model = fit.wheel_model()
+    assert model is not None
+    assert set(model.values) == {"motor_constant", "inertia", "viscous", "coulomb"}
+    assert model.origin["temperature"] == "25 °C"

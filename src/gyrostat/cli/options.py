@@ -1,5 +1,6 @@
 """Options shared by several verbs."""
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -19,3 +20,18 @@ ForceModel = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result's JSON and nothing else.")]
+
+
+class MissingCells(StrEnum):
+    """What is done with cells that hold no finite number."""
+
+    refuse = "refuse"
+    drop = "drop"
+
+
+UnsignedSpeed = Annotated[
+    bool, typer.Option(help="The speed has no sign: it changes where the speed touches zero.")
+]
+Missing = Annotated[
+    MissingCells, typer.Option(help="Cells without a number: an error, or their rows left out.")
+]

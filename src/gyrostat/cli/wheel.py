@@ -8,7 +8,15 @@ import typer
 
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json
-from gyrostat.cli.options import Force, ForceModel, Json, Out
+from gyrostat.cli.options import (
+    Force,
+    ForceModel,
+    Json,
+    Missing,
+    MissingCells,
+    Out,
+    UnsignedSpeed,
+)
 
 
 class Method(StrEnum):
@@ -52,7 +60,9 @@ def identify(
     ] = None,
     speed_scale: Annotated[str | None, typer.Option(help="True over measured speed.")] = None,
     clock: Annotated[str | None, typer.Option(help="True over recorded time.")] = None,
-    model: Annotated[str | None, typer.Option(help="Friction model [default: stribeck].")] = None,
+    model: Annotated[
+        str | None, typer.Option(help="Friction model, or auto [default: stribeck].")
+    ] = None,
     method: Annotated[Method, typer.Option(help="How to identify.")] = Method.batch,
     hold: Annotated[
         list[str] | None, typer.Option(help="NAME=VALUE held, or NAME at its default.")
@@ -79,6 +89,12 @@ def identify(
     columns: Columns = None,
     units: Units = None,
     unsigned_current: Unsigned = False,
+    unsigned_speed: UnsignedSpeed = False,
+    missing: Missing = MissingCells.refuse,
+    edges: Annotated[
+        Path | None, typer.Option(help="Times of a tachometer's edges, s, in place of a speed.")
+    ] = None,
+    pulses: Annotated[int, typer.Option(help="Edges a turn, with --edges.")] = 1,
     force: Force = False,
     json_output: Json = False,
 ) -> None:
@@ -102,6 +118,8 @@ def validate(
     columns: Columns = None,
     units: Units = None,
     unsigned_current: Unsigned = False,
+    unsigned_speed: UnsignedSpeed = False,
+    missing: Missing = MissingCells.refuse,
     force: Force = False,
     json_output: Json = False,
 ) -> None:
@@ -109,7 +127,7 @@ def validate(
     result = call(verbs.validate, locals(), command=command_line())
     if json_output:
         print_json(out / "validation.json")
-    if not result.converged:
+    if not (result.converged and result.holds):
         raise typer.Exit(1)
 
 

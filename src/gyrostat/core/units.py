@@ -109,6 +109,8 @@ _TABLE: dict[str, tuple[_Row, ...]] = {
         (Unit("mN·m/rpm", 1e-3 / RPM), (), ()),
         (Unit("µN·m/rpm", 1e-6 / RPM), (), ()),
     ),
+    "torque_per_temperature": ((Unit("N·m/°C"), (), ()),),
+    "viscous_per_temperature": ((Unit("N·m·s/rad/°C"), (), ()),),
     "temperature": (
         (Unit("°C"), ("C",), ("°C", "degC", "deg·C", "Celsius")),
         (Unit("K", 1.0, -273.15), (), ("Kelvin",)),
@@ -117,6 +119,7 @@ _TABLE: dict[str, tuple[_Row, ...]] = {
     "angle": (
         (Unit("rad"), (), ("rad", "radian", "radians")),
         (Unit("deg", _DEGREE), (), ("deg", "°", "degree", "degrees")),
+        (Unit("rev", 2.0 * math.pi), (), ("rev", "turn", "turns", "revolution", "revolutions")),
     ),
 }
 

@@ -16,8 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.diagnosis import TORQUES, diagnose
 from gyrostat.identification.effects import RIPPLES, STRONG_RIPPLES, Nuisance
+from gyrostat.identification.findings import Finding, Score
 from gyrostat.identification.hypotheses import Posteriors, Segment, grid, posteriors, whitened
+from gyrostat.identification.innovations import Innovations
 from gyrostat.identification.least_squares import Prior
 
 AT_THE_EDGE = 0.5
@@ -67,12 +70,16 @@ class Average:
         covariance: Of the estimates, (n, n), SI.
         coefficients: Mean coefficients of all nuisances, (m,).
         effects: What the records say of each candidate.
+        findings: Effects, averaged or not, that the diagnosis found.
+        scores: Tests of all candidates.
     """
 
     shift: Vector
     covariance: Matrix
     coefficients: Vector
     effects: tuple[Effect, ...]
+    findings: tuple[Finding, ...] = ()
+    scores: tuple[Score, ...] = ()
 
 
 def average(
@@ -83,8 +90,10 @@ def average(
     scale: Vector,
     *,
     stated: bool,
+    beside: Sequence[Nuisance] = (),
+    names: Sequence[str] = (),
 ) -> Average:
-    """Average estimates over all hypotheses.
+    """Average estimates over all hypotheses, and diagnose what the records show.
 
     Args:
         segments: All records, linearised at the same fit.
@@ -92,20 +101,30 @@ def average(
         prior: A-priori knowledge of the n estimated parameters.
         x: (n,) estimates of the fit, SI.
         scale: (n,) sizes that the parameters could have, SI.
+        beside: Further candidates, which are only diagnosed.
+        names: Of the estimated parameters; without them nothing is diagnosed.
         stated: Whether the user stated the noise of the speed: then it is only raised where the
             residuals clearly exceed it.
     """
     rows = prior.rows() * scale
     known = (rows.T @ rows, -rows.T @ prior.residual(x))
+    every = [*effects, *beside]
+    count = len(x)
+    own = 1 + count + sum(effect.columns[0].shape[1] for effect in effects)
+
+    def mixture(levels: Matrix) -> tuple[list[Innovations], Posteriors, Vector]:
+        found = whitened(segments, every, scale, levels)
+        seen = posteriors([f.leading(own) for f in found], effects, known, levels, stated)
+        return found, seen, _weights(seen)
+
     levels = grid(RIPPLES)
-    seen = posteriors(whitened(segments, effects, scale, levels), effects, known, levels, stated)
-    weight = _weights(seen)
+    found, seen, weight = mixture(levels)
     if weight[np.max(seen.levels, axis=1) == RIPPLES[-1]].sum() > AT_THE_EDGE:
         levels = grid((*RIPPLES, *STRONG_RIPPLES))
-        found = whitened(segments, effects, scale, levels)
-        seen = posteriors(found, effects, known, levels, stated)
-        weight = _weights(seen)
-    count = len(x)
+        found, seen, weight = mixture(levels)
+    findings, scores = (), ()
+    if names:
+        findings, scores = diagnose(found, levels, every, known, names, scale, stated=stated)
     mean = weight @ seen.mean
     apart = seen.mean - mean
     inside = np.einsum("h,hij->ij", weight, seen.covariance)
@@ -115,6 +134,8 @@ def average(
         covariance=np.outer(scale, scale) * covariance[:count, :count],
         coefficients=mean[count:],
         effects=(*_found(seen, weight, effects, count), *_torques(seen, weight)),
+        findings=findings,
+        scores=scores,
     )
 
 
@@ -147,12 +168,7 @@ def _found(
 def _torques(seen: Posteriors, weight: Vector) -> list[Effect]:
     """What the mixture says of the random torques, given their presence."""
     found = []
-    for place, (name, title) in enumerate(
-        (
-            ("crossing_ripple", "torque ripple near zero speed, share of the friction torque"),
-            ("torque_walk", "torque that wanders over the record, share of the friction torque"),
-        )
-    ):
+    for place, (name, title) in enumerate(TORQUES):
         level = seen.levels[:, place]
         own = weight * (level > 0.0)
         chance = float(min(own.sum(), 1.0))

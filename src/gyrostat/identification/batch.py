@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.identification.automatic import AUTO, identify_automatically
 from gyrostat.identification.checks import (
     as_records,
     check_excitation,
@@ -23,12 +24,13 @@ from gyrostat.identification.fit import Fit
 from gyrostat.identification.loss import Loss, loss_named
 from gyrostat.identification.prediction import CurrentHold, SpeedPrediction, friction_model
 from gyrostat.identification.selection import Selection, select
+from gyrostat.identification.signs import lost_sign
 from gyrostat.identification.stages import Measurements, Outcome, Progress, refine, run_stages
 from gyrostat.identification.start_values import integral_regression
 from gyrostat.identification.statistics import NUMERICAL_NOISE, noise_level, whiteness
 from gyrostat.identification.tolerances import check_tolerances
 from gyrostat.identification.uncertainty import FEW, residual_levels
-from gyrostat.telemetry import Record
+from gyrostat.telemetry import Record, cut, pool
 
 DEFAULT_ITERATIONS = 50
 RESTARTS = ((1.0, 0.9), (1.0, 0.7), (2.0, 1.0))
@@ -121,6 +123,7 @@ def identify(
     on_progress: Progress | None = None,
     tolerance: Mapping[str, float] | None = None,
     white_noise: bool = False,
+    include: Collection[str] = (),
 ) -> Fit:
     """Identify a wheel from one or several records, fitted together.
 
@@ -134,7 +137,8 @@ def identify(
     Args:
         records: Records of one wheel.
         inertia: Rotor inertia, kg·m²; held unless `free` names it.
-        model: Name of the friction model.
+        model: Name of the friction model, or "auto": the simplest one, with the effects that the
+            diagnosis finds (`gyrostat.identification.automatic`).
         hold: Name -> value at which it is held, SI, or None for its default.
         free: Names of further parameters to estimate.
         prior: Name -> a-priori mean and standard deviation, SI; the parameter is then estimated.
@@ -153,6 +157,7 @@ def identify(
             "speed_scale", "clock" (true over recorded time).
         white_noise: Whether to assume that the friction model with white noise is exact (plain
             least squares). The resulting uncertainty is too small for real wheels.
+        include: Names of further effects to average over, as the diagnosis names them.
 
     Returns:
         The fit; `converged` says whether it is valid.
@@ -161,8 +166,29 @@ def identify(
         InputError: The arguments or the records do not allow an estimate.
     """
     records = as_records(records)
+    if model == AUTO:
+        return identify_automatically(
+            identify,
+            records,
+            inertia=inertia,
+            hold=hold or {},
+            free=free,
+            prior=prior or {},
+            start=start or {},
+            speed_sigma=speed_sigma,
+            loss=loss,
+            current_hold=current_hold,
+            max_iterations=max_iterations,
+            on_progress=on_progress,
+            tolerance=tolerance,
+            white_noise=white_noise,
+        )
+    pooled = [pool(cut(record)) for record in records]
+    records = tuple(record for record, _ in pooled)
     chosen_loss = loss_named(loss)
     given = _given_sigmas(speed_sigma, len(records))
+    if given is not None:
+        given = tuple(s / np.sqrt(size) for s, (_, size) in zip(given, pooled, strict=True))
     prediction = SpeedPrediction(records, friction_model(model), current_hold)
     check_signals(records)
     deterministic = integral_regression(records)
@@ -184,6 +210,12 @@ def identify(
 
     best = _search(selection, measure, chosen_loss, most, noise, on_progress)
     if best is None:
+        lost = [finding for r in records if (finding := lost_sign(r)) is not None]
+        if lost:
+            raise InputError(
+                f"{place(records)}: found a {lost[0].titles[0]}, expected a signed one; "
+                f"{lost[0].options[0]} restores it"
+            )
         raise InputError(
             f"{place(records)}: found no start from which the modelled wheel turns as the record "
             "does, expected start or held values closer to this wheel"
@@ -207,4 +239,5 @@ def identify(
         sigma_given=given is not None,
         white_noise=white_noise,
         tolerances=tolerances,
+        include=include,
     )

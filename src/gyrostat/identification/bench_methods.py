@@ -5,7 +5,6 @@ has an experiment of its own that makes it stand out.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -15,8 +14,9 @@ from gyrostat.core.units import SI_UNIT
 from gyrostat.identification.checks import MOTION
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.observability import judge
-from gyrostat.identification.plausibility import Scatter, fit_warnings, impossible
-from gyrostat.identification.prediction import check_parameter, wheel_dimensions
+from gyrostat.identification.parameters import check_parameter
+from gyrostat.identification.plausibility import Scatter, judged
+from gyrostat.identification.prediction import wheel_dimensions
 from gyrostat.identification.statistics import crossing_times
 from gyrostat.identification.uncertainty import square_root, widened
 from gyrostat.telemetry import Record
@@ -150,8 +150,4 @@ def result(
         predicted_sigma=(),
         **rest,
     )
-    return replace(
-        fit,
-        warnings=(*fit_warnings(fit, reason, scatter), *warnings),
-        impossible=tuple(impossible(fit)),
-    )
+    return judged(fit, reason, scatter, warnings=warnings)

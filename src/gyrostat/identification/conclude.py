@@ -1,18 +1,21 @@
 """Build the result and its uncertainty from a finished iteration."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.averaging import Effect, average
+from gyrostat.identification.candidates import candidates
 from gyrostat.identification.effects import nuisances, torque_noise
+from gyrostat.identification.faults import found_in
+from gyrostat.identification.findings import Finding, Score
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.hypotheses import Segment
 from gyrostat.identification.loss import Loss
 from gyrostat.identification.observability import Observability, observability
-from gyrostat.identification.plausibility import Scatter, fit_warnings, impossible
+from gyrostat.identification.plausibility import Scatter, judged
 from gyrostat.identification.prediction import Linearisation, SpeedPrediction
 from gyrostat.identification.selection import Selection
 from gyrostat.identification.stages import Outcome
@@ -37,6 +40,8 @@ class _Estimate:
         predicted: Modelled speed of each record with the effects found, rad/s.
         linear: Of each record at these values, without effects.
         effects: Found beside the model.
+        findings: Of the diagnosis.
+        scores: Of all candidates.
     """
 
     values: Vector
@@ -44,6 +49,8 @@ class _Estimate:
     predicted: tuple[Vector, ...]
     linear: Sequence[Linearisation]
     effects: tuple[Effect, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    scores: tuple[Score, ...] = ()
 
 
 def _averaged(
@@ -55,12 +62,16 @@ def _averaged(
     plain: _Estimate,
     sigmas: Sequence[float],
     stated: bool,
+    include: Collection[str],
 ) -> _Estimate:
     """Average over the effects that may act beside the model; `plain` where that leads nowhere."""
     index = selection.index(prediction)
     everything = dict(zip(prediction.names, outcome.values.tolist(), strict=True))
     formal = dict(zip(selection.free, np.sqrt(np.diag(plain.covariance)).tolist(), strict=True))
-    candidates = nuisances(prediction, linear, everything, formal)
+    allowed = nuisances(prediction, linear, everything, formal)
+    further = candidates(prediction, linear, everything)
+    allowed += [effect for effect in further if effect.name in include]
+    beside = [effect for effect in further if effect.name not in include]
     segments = []
     for record, each, sigma in zip(prediction.records, linear, sigmas, strict=True):
         residual = np.where(record.valid, record.speed - each.speed, np.nan)
@@ -76,17 +87,26 @@ def _averaged(
         )
     x = outcome.values[index]
     try:
-        found = average(segments, candidates, selection.prior, x, selection.scale, stated=stated)
+        found = average(
+            segments,
+            allowed,
+            selection.prior,
+            x,
+            selection.scale,
+            stated=stated,
+            beside=beside,
+            names=selection.free,
+        )
     except np.linalg.LinAlgError:
         return plain
     values = outcome.values.copy()
     values[index] = x + found.shift
     shifted = prediction.linearise(values)
     if shifted is None or prediction.stuck([(s.speed, s.jacobian) for s in shifted], sigmas):
-        return plain
+        return replace(plain, findings=found.findings, scores=found.scores)
     speeds = []
     for k, each in enumerate(shifted):
-        columns = [candidate.columns[k] for candidate in candidates]
+        columns = [effect.columns[k] for effect in allowed]
         speeds.append(each.speed + np.column_stack(columns) @ found.coefficients)
     return _Estimate(
         values=values,
@@ -94,6 +114,8 @@ def _averaged(
         predicted=tuple(speeds),
         linear=shifted,
         effects=found.effects,
+        findings=found.findings,
+        scores=found.scores,
     )
 
 
@@ -124,6 +146,7 @@ def conclude(
     sigma_given: bool,
     white_noise: bool = False,
     tolerances: Mapping[str, float] | None = None,
+    include: Collection[str] = (),
 ) -> Fit:
     """Turn the end of a batch iteration into a result.
 
@@ -138,6 +161,7 @@ def conclude(
         sigma_given: whether the user stated the noise.
         white_noise: whether the friction model in white noise is taken for the whole truth.
         tolerances: name -> one sigma, share, of what was given.
+        include: names of further effects to average over.
     """
     records, solution = prediction.records, outcome.solution
     linear = prediction.linearise(outcome.values)
@@ -153,7 +177,9 @@ def conclude(
     if solution.converged and not white_noise:
         smallest = NUMERICAL_NOISE * deterministic.speed_level
         sigmas = speed_sigmas if sigma_given else [max(n, smallest) for n in noise]
-        best = _averaged(prediction, selection, outcome, loss, linear, plain, sigmas, sigma_given)
+        best = _averaged(
+            prediction, selection, outcome, loss, linear, plain, sigmas, sigma_given, include
+        )
     own = widened(best.covariance, np.sqrt(np.diag(formal)))
     counts = [int(r.valid.sum()) for r in records]
     everything = dict(zip(prediction.names, best.values.tolist(), strict=True))
@@ -196,6 +222,8 @@ def conclude(
         if len(solution.residual) >= 10
         else None,
         effects=best.effects,
+        findings=best.findings,
+        scores=best.scores,
     )
     if tolerances:
         information = selection.prior.information()
@@ -206,21 +234,18 @@ def conclude(
             ),
             tolerances,
         )
-    left = [
-        (record.speed - speed)[record.valid]
-        for record, speed in zip(records, plain.predicted, strict=True)
-    ]
-    levels = residual_levels(left, len(selection.free), loss)
+    left = [record.speed - speed for record, speed in zip(records, plain.predicted, strict=True)]
+    used = [own[record.valid] for own, record in zip(left, records, strict=True)]
+    levels = residual_levels(used, len(selection.free), loss)
     stated = speed_sigmas if sigma_given else [None] * len(records)
     parts = zip(records, levels, stated, noise, strict=True)
     scatter = [Scatter(r.name, level, given, own) for r, level, given, own in parts]
-    judged = bool(best.effects) or white_noise or not solution.converged
-    unjudged = () if judged else (UNJUDGED,)
-    return replace(
-        fit,
-        warnings=(*fit_warnings(fit, solution.reason, scatter), *unjudged),
-        impossible=tuple(impossible(fit)),
-    )
+    silent = bool(best.effects) or white_noise or not solution.converged
+    faults = [
+        f for record, own in zip(records, left, strict=True) for f in found_in(record, own, loss)
+    ]
+    warnings = () if silent else (UNJUDGED,)
+    return judged(fit, solution.reason, scatter, faults=faults, warnings=warnings)
 
 
 def with_tolerances(fit: Fit, errors: Propagated, tolerances: Mapping[str, float]) -> Fit:

@@ -14,7 +14,7 @@ import numpy as np
 
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.prediction import Linearisation, SpeedPrediction
+from gyrostat.identification.prediction import Linearisation, SpeedPrediction, over_intervals
 from gyrostat.telemetry import Record
 
 LAGS = (0.1, 0.3, 1.0)
@@ -29,6 +29,8 @@ STRONG_RIPPLES = (0.3, 1.0, 3.0)
 """Further levels for records that the usual ones do not explain."""
 COHERENCE = 1.0
 """rad: angle over which the ripple at a zero crossing keeps its value."""
+WIDTH = 8
+"""Numbers of columns are rounded up to multiples of it."""
 FIRST_WALK = 0.5
 """Initial sigma of a wandering torque, in units of its growth over the record."""
 
@@ -90,9 +92,16 @@ def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
         linear: Of the record.
         inputs: Change of the speed at the end of each interval that arises in it, (N - 1, k).
     """
-    size = len(padded(linear.transition)) - len(linear.transition)
-    rows = _chain(padded(linear.transition), np.pad(inputs, ((0, size), (0, 0))))
-    return np.vstack([np.zeros((1, inputs.shape[1])), np.asarray(rows)[: len(inputs)]])
+    count, width = inputs.shape
+    size = len(padded(linear.transition)) - count
+    rows = _chain(padded(linear.transition), np.pad(inputs, ((0, size), (0, spare(width)))))
+    found = np.vstack([np.zeros((1, width)), np.asarray(rows)[:count, :width]])
+    return over_intervals(found) if linear.averaged else found
+
+
+def spare(width: int) -> int:
+    """Columns of zeros to add to so many, so that few widths are ever compiled."""
+    return -width % WIDTH
 
 
 def padded(values: Vector) -> Vector:
@@ -112,7 +121,7 @@ def _lag(records: Sequence[Record], linear: Sequence[Linearisation]) -> Nuisance
     while scales[-1] < SLOWEST_LAG:
         scales.append(scales[-1] * np.sqrt(10.0))
     columns = tuple(slope[:, None] for slope in slopes)
-    return Nuisance("speed_lag", "lag of the measured speed", "s", tuple(scales), columns)
+    return Nuisance("speed_lag", "lag or delay of the measured speed", "s", tuple(scales), columns)
 
 
 def _viscous_drift(

@@ -1,7 +1,7 @@
 """Result of an identification, with its uncertainty."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from gyrostat.core.named_vector import NamedVector
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import SI_UNIT
 from gyrostat.identification.averaging import Effect
+from gyrostat.identification.findings import Finding, Score
 from gyrostat.identification.fit_text import table
 from gyrostat.identification.observability import Observability
 from gyrostat.identification.prediction import build_wheel, wheel_dimensions
@@ -35,11 +36,13 @@ class FrictionPoints:
         speed: (m,) rad/s.
         torque: (m,) friction torque with the sign of the speed, N·m.
         sigma: (m,) standard deviations of the torque, N·m.
+        when: (m,) mean time of the samples as a share of the record; None where it means nothing.
     """
 
     speed: Vector
     torque: Vector
     sigma: Vector
+    when: Vector | None = None
 
 
 @partial(jax.jit, static_argnums=0)
@@ -88,8 +91,11 @@ class Fit:
         warnings: what a reader should know before using the result.
         friction_points: what a friction curve was fitted to; None for fits of the speed.
         effects: what the records say of effects beside the friction model.
+        findings: effects that explain what the residuals of least squares show, best first.
+        scores: test of each candidate effect of definite shape.
         tolerances: what stated tolerances add to `covariance`; None without any.
         impossible: values that no wheel has, one sentence each.
+        choices: what an automatic choice of the model included; empty without one.
         comparison: ranking of the friction models, best first, where it was asked for.
         temperatures: trends of parameters over temperature, where the records show any.
     """
@@ -117,8 +123,11 @@ class Fit:
     warnings: tuple[str, ...] = field(default=())
     friction_points: FrictionPoints | None = None
     effects: tuple[Effect, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    scores: tuple[Score, ...] = ()
     tolerances: Propagated | None = None
     impossible: tuple[str, ...] = ()
+    choices: tuple[str, ...] = ()
     comparison: "tuple[Candidate, ...]" = ()
     temperatures: "tuple[TemperatureTrend, ...]" = ()
 
@@ -182,6 +191,22 @@ class Fit:
         self._require(wheel_dimensions(self.model))
         return build_wheel(self.model, self.parameters)
 
+    @property
+    def metadata(self) -> dict[str, str]:
+        """What the records say of themselves (serial, date, operator, temperature), as one text."""
+        names = dict.fromkeys(name for r in self.records for name in r.metadata)
+        return {
+            name: ", ".join(
+                dict.fromkeys(r.metadata[name] for r in self.records if name in r.metadata)
+            )
+            for name in names
+        }
+
+    def _temperature(self) -> dict[str, str]:
+        """Mean temperature of the records, to which the parameters belong, as text."""
+        means = [float(np.mean(r.temperature)) for r in self.records if r.temperature is not None]
+        return {"temperature": f"{np.mean(means):.4g} °C"} if means else {}
+
     def wheel_model(self) -> WheelModel | None:
         """What model.toml holds; None where the method does not identify the friction."""
         known = [*wheel_dimensions(self.model)]
@@ -189,6 +214,7 @@ class Fit:
         if not set(self.model.dimensions()) <= set(values):
             return None
         sigma = dict(zip(self.names, self.sigma.tolist(), strict=True))
+        own = [k for k, n in enumerate(self.names) if n in known]
         return WheelModel(
             friction=self.model,
             values=values,
@@ -197,8 +223,14 @@ class Fit:
                 "method": self.method,
                 "records": ", ".join(r.name for r in self.records),
                 "samples": str(self.samples),
+                **self.metadata,
+                **self._temperature(),
             },
             impossible="; ".join(self.impossible),
+            correlation=(
+                tuple(self.names[k] for k in own),
+                self.correlation[np.ix_(own, own)],
+            ),
         )
 
     def friction_curve(self, speed: Vector) -> tuple[Vector, Vector]:
@@ -256,8 +288,13 @@ class Fit:
             "correlation": {"names": list(self.names), "matrix": self.correlation.tolist()},
             "held": dict(self.held),
             "effects": [effect.to_dict() for effect in self.effects],
+            "candidates": [asdict(score) for score in self.scores],
+            "diagnosis": [finding.to_dict() for finding in self.findings],
             "residuals": None if self.whiteness is None else self.whiteness.to_dict(),
+            "choices": list(self.choices),
             "records": [r.name for r in self.records],
+            "metadata": [dict(r.metadata) for r in self.records],
+            "notes": [list(r.notes) for r in self.records],
             "impossible": list(self.impossible),
             "warnings": list(self.warnings),
         }

@@ -72,6 +72,18 @@ def effect_rows(fit: "Fit") -> Iterator[tuple[str, str, str]]:
         yield effect.title, f"{size} {unit}", f"{100.0 * effect.probability:.0f} %"
 
 
+def score_rows(fit: "Fit") -> Iterator[tuple[str, str, str]]:
+    """Rows of the score tests: title, value ± sigma, significance.
+
+    Args:
+        fit: The fit, whose candidate effects are listed.
+    """
+    for score in fit.scores:
+        factor, unit = (100.0, "%") if score.unit == "1" else (1.0, score.unit)
+        size = f"{measured(factor * score.value, factor * score.sigma)} {unit}"
+        yield score.title, size, f"{score.significance:.1f}"
+
+
 def share_rows(fit: "Fit") -> Iterator[tuple[str, ...]]:
     """Contributions of record and tolerances to the variance of each estimate, in per cent.
 
@@ -98,4 +110,6 @@ def summary(fit: "Fit") -> list[str]:
             f"residual {plain(fit.rms_speed)} rad/s rms ({plain(fit.rms_speed / RPM)} rpm), "
             f"speed noise {plain(fit.speed_sigma)} rad/s"
         )
+    if fit.choices:
+        lines.append(f"chosen automatically: {', '.join(fit.choices)}")
     return lines

@@ -89,8 +89,15 @@ def whitened(
     return found
 
 
-def _variance_ratio(own: Innovations, freedom: int, stated: bool) -> Vector:
-    """Variance of the prediction errors of a record over the assumed one, for each level, (g,)."""
+def variance_ratio(own: Innovations, freedom: int, stated: bool) -> Vector:
+    """Variance of the prediction errors of a record over the assumed one, for each level, (g,).
+
+    Args:
+        own: Whitened columns of the record.
+        freedom: Number of columns beside the residual.
+        stated: Whether the user stated the noise: then it is only raised where the errors clearly
+            exceed it.
+    """
     size = np.sqrt(np.maximum(np.diagonal(own.products, axis1=1, axis2=2), 1e-300))
     scaled = own.products / (size[:, :, None] * size[:, None, :])
     misfit = []
@@ -124,7 +131,7 @@ def posteriors(
     count = len(pull)
     widths = [effect.columns[0].shape[1] for effect in effects]
     size = count + sum(widths)
-    ratios = [_variance_ratio(each, size, stated) for each in found]
+    ratios = [variance_ratio(each, size, stated) for each in found]
     pairs = list(zip(found, ratios, strict=True))
     total = np.sum([own.products / ratio[:, None, None] for own, ratio in pairs], axis=0)
     logs = np.sum([own.samples * np.log(ratio) + own.log_variance for own, ratio in pairs], axis=0)

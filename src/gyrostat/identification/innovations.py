@@ -15,7 +15,7 @@ import numpy as np
 
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.effects import TorqueNoise, padded
+from gyrostat.identification.effects import TorqueNoise, padded, spare
 
 
 class Innovations(NamedTuple):
@@ -30,6 +30,10 @@ class Innovations(NamedTuple):
     products: Vector
     log_variance: Vector
     samples: int
+
+    def leading(self, count: int) -> "Innovations":
+        """The same for the first columns alone."""
+        return self._replace(products=self.products[:, :count, :count])
 
 
 @jax.jit
@@ -85,10 +89,9 @@ def innovations(
         noise: Random torque at level one, in SI.
         levels: (g, 2) levels of the ripple at crossings and of the wandering torque.
     """
-    size = len(padded(variance))
-    fill = size - len(variance)
+    fill, width = len(padded(variance)) - len(variance), columns.shape[1]
     products, logs = _filter(
-        np.pad(columns, ((0, fill), (0, 0))),
+        np.pad(columns, ((0, fill), (0, spare(width)))),
         np.pad(variance, (0, fill), constant_values=np.inf),
         padded(np.append(transition, 0.0)),
         padded(np.append(noise.gain, 0.0)),
@@ -97,4 +100,5 @@ def innovations(
         noise.first,
         levels**2,
     )
-    return Innovations(np.asarray(products), np.asarray(logs), int(np.isfinite(variance).sum()))
+    products = np.asarray(products)[:, :width, :width]
+    return Innovations(products, np.asarray(logs), int(np.isfinite(variance).sum()))

@@ -1,23 +1,11 @@
 """Warnings about a fit from statistics and from the physics of wheels."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import numpy as np
-
-from gyrostat.core.units import RPM
+from gyrostat.identification.faults import opposed_signs, wrong_units
+from gyrostat.identification.findings import Finding, by_evidence
 from gyrostat.identification.fit import Fit
-from gyrostat.telemetry import Record
-
-BACK_EMF = 60.0
-"""V: motors of reaction wheels run on 5 to 50 V, and must overcome their own back-EMF."""
-FASTEST = 1500.0
-"""rad/s: 14 000 rpm, beyond any ball-bearing reaction wheel."""
-LARGEST_CURRENT = 50.0
-"""A: beyond any reaction wheel drive."""
-MOTOR_CONSTANTS = (5e-4, 0.14)
-"""N·m/A: from the smallest cubesat wheels to motors that a 28 V bus stops at 2000 rpm."""
-
 
 STATED = (0.8, 1.25)
 """Scatter over the stated noise between which the two agree."""
@@ -25,8 +13,8 @@ UNEXPLAINED = 1.5
 """Scatter over the noise that a record itself shows from which something is wrong."""
 
 
-PROBABLE = 0.8
-"""Posterior probability from which an effect is named as a cause."""
+MOVED, MOST_MOVED = 0.5, 3
+"""Standard deviations of noise from which a change of an estimate is told, and of how many."""
 
 
 @dataclass(frozen=True)
@@ -44,33 +32,6 @@ class Scatter:
     level: float
     stated: float | None
     noise: float | None = None
-
-
-def _unit_warnings(fit: Fit) -> list[str]:
-    """Signs that a column does not have the unit that its header says."""
-    # not every dedicated method knows the motor
-    motor = fit.parameters.get("motor_constant", 0.0)
-    speed = max(float(np.nanmax(np.abs(r.speed))) for r in fit.records)
-    current = max(float(np.max(np.abs(r.current))) for r in fit.records)
-    found = []
-    if speed > FASTEST:
-        found.append(f"the wheel reaches {speed:.0f} rad/s = {speed / RPM:.0f} rpm")
-    if abs(motor) * speed > BACK_EMF:
-        found.append(
-            f"k_m times the largest speed is a back-EMF of {abs(motor) * speed:.0f} V, above any "
-            "wheel's supply"
-        )
-    if current > LARGEST_CURRENT:
-        found.append(f"the current reaches {current:.0f} A")
-    low, high = MOTOR_CONSTANTS
-    if "motor_constant" in fit.names and not low <= abs(motor) <= high:
-        found.append(f"k_m = {motor:.3g} N·m/A lies outside {low:g} to {high:g}")
-    if not found:
-        return []
-    return [
-        f"check the units of the record: {'; '.join(found)} (rpm taken as rad/s, deg/s as rad/s or "
-        "mA as A would do this)"
-    ]
 
 
 def impossible(fit: Fit) -> list[str]:
@@ -96,20 +57,6 @@ def impossible(fit: Fit) -> list[str]:
     return found
 
 
-def _record_warnings(records: Sequence[Record]) -> list[str]:
-    found = []
-    for record in records:
-        steps = np.diff(record.time)
-        usual = float(np.median(steps))
-        gaps = int(np.sum(steps > 10.0 * usual))
-        if gaps:
-            found.append(
-                f"{record.name}: {gaps} gaps longer than ten usual sample times "
-                f"({usual:.3g} s); the current is taken as held through them"
-            )
-    return found
-
-
 def _scatter_warnings(scatter: Sequence[Scatter]) -> list[str]:
     found = []
     for record in scatter:
@@ -129,8 +76,31 @@ def _scatter_warnings(scatter: Sequence[Scatter]) -> list[str]:
     return found
 
 
+def _sentence(fit: Fit, finding: Finding) -> str:
+    """What a finding says, what it does to the parameters, and what includes it."""
+    size = ""
+    if finding.sigma is not None:
+        factor, unit = (100.0, " %") if finding.unit == "1" else (1.0, f" {finding.unit}")
+        size = f" of {factor * finding.value:.3g} ± {factor * finding.sigma:.2g}{unit}"
+    elif finding.significance is not None:
+        size = f" ({finding.value:.3g})" if finding.unit == "1" else ""
+    parts = [f"the record shows {finding.titles[0]}{size}"]
+    if len(finding.titles) > 1:
+        parts[0] += f", or {' or '.join(finding.titles[1:])}: it cannot tell these apart"
+    if finding.evidence is not None:
+        parts.append(f"BIC falls by {finding.evidence:.0f}")
+    noise = dict(zip(fit.names, fit.noise_sigma.tolist(), strict=True))
+    moved = {n: s / noise[n] for n, s in finding.shifts.items() if noise.get(n)}
+    largest = sorted(moved, key=lambda n: -abs(moved[n]))[:MOST_MOVED]
+    words = [f"{n} by {moved[n]:+.1f} sigma" for n in largest if abs(moved[n]) > MOVED]
+    if words:
+        parts.append(f"including it moves {', '.join(words)} of least squares")
+    parts.append(" or ".join(finding.options))
+    return "; ".join(parts)
+
+
 def _correlation_warning(fit: Fit) -> str:
-    """What correlated residuals mean, and what most probably causes them."""
+    """What correlated residuals mean."""
     assert fit.whiteness is not None
     worst = fit.whiteness.worst_block
     scale = f", most clearly in means of {worst[0]} samples" if worst else ""
@@ -140,10 +110,8 @@ def _correlation_warning(fit: Fit) -> str:
     )
     if not fit.effects:
         return f"{text}; sigma allows for correlated residuals"
-    found = [e for e in fit.effects if e.probability > PROBABLE]
-    named = ", ".join(f"{e.title} ({100.0 * e.probability:.0f} %)" for e in found)
-    cause = f"probably {named}" if named else "no candidate effect explains it"
-    return f"{text}; {cause}; values and sigma allow for all candidates"
+    cause = "see the diagnosis" if fit.findings else "no candidate effect explains it"
+    return f"{text}; {cause}"
 
 
 def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]:
@@ -158,7 +126,8 @@ def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]
     if reason:
         text = f"did not converge in {fit.iterations} iterations ({reason})"
         warnings.append(f"{text}: not a valid result")
-    warnings += _unit_warnings(fit) + impossible(fit) + _record_warnings(fit.records)
+    warnings += [_sentence(fit, finding) for finding in fit.findings]
+    warnings += impossible(fit)
     if "current_bias" in fit.names:
         bias = fit.parameters["current_bias"]
         warnings.append(
@@ -166,6 +135,42 @@ def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]
             f"validate with the same drive, hold it there (validate --hold current_bias={bias:.6g})"
         )
     warnings += [o.advice for o in fit.observability.values() if o.advice]
-    if fit.whiteness is not None and not fit.whiteness.white:
+    # errors of an angle alternate in its differences
+    differences = all(r.averaged for r in fit.records)
+    if fit.whiteness is not None and not fit.whiteness.white and not differences:
         warnings.append(_correlation_warning(fit))
     return warnings + _scatter_warnings(scatter)
+
+
+def judged(
+    fit: Fit,
+    reason: str,
+    scatter: Sequence[Scatter],
+    *,
+    faults: Sequence[Finding] = (),
+    warnings: Sequence[str] = (),
+) -> Fit:
+    """A fit with its diagnosis, its warnings, and what makes it impossible.
+
+    Args:
+        fit: the result, with the findings of the residuals.
+        reason: why the iteration did not converge; empty where it did.
+        scatter: of the records about the fit.
+        faults: of measurement, as the samples show them.
+        warnings: further ones.
+    """
+    # not every dedicated method knows the motor
+    motor = fit.parameters.get("motor_constant", 0.0)
+    estimated = "motor_constant" in fit.names
+    sigma = fit.sigma[fit.names.index("motor_constant")] if estimated else 0.0
+    physical = (
+        wrong_units(fit.parameters, fit.names, fit.records),
+        opposed_signs(motor, float(sigma)),
+    )
+    every = [*(f for f in physical if f is not None), *faults, *fit.findings]
+    fit = replace(fit, findings=by_evidence(every))
+    return replace(
+        fit,
+        warnings=(*fit_warnings(fit, reason, scatter), *warnings),
+        impossible=tuple(impossible(fit)),
+    )

@@ -9,8 +9,11 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.core.units import SI_UNIT
-from gyrostat.core.validation import magnitude
+from gyrostat.identification.slopes import (
+    at_temperature,
+    slope_dimensions,
+    temperature_offsets,
+)
 from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import FRICTION_MODELS, Friction
@@ -38,47 +41,6 @@ def wheel_dimensions(model: type[Friction]) -> dict[str, str]:
     return {"motor_constant": "motor_constant", "inertia": "inertia", **model.dimensions()}
 
 
-def parameter_dimension(model: type[Friction], name: str, where: str) -> str:
-    """Dimension of a parameter that a request names, before there is a prediction.
-
-    Args:
-        model: friction model.
-        name: of the parameter.
-        where: what names it, for the message.
-
-    Raises:
-        InputError: no parameter has this name.
-    """
-    known = {**wheel_dimensions(model), "current_bias": "current", "initial_speed": "speed"}
-    stem = "initial_speed" if name.startswith("initial_speed_") else name
-    if stem not in known:
-        raise InputError(f"{where}: found parameter {name!r}, expected one of {', '.join(known)}")
-    return known[stem]
-
-
-def check_parameter(model: type[Friction], name: str, value: float, where: str) -> None:
-    """Refuse a value that no wheel has, before anything is computed with it.
-
-    Args:
-        model: friction model.
-        name: of the parameter.
-        value: SI.
-        where: what gives it, for the message.
-
-    Raises:
-        InputError: it is of no physical magnitude or of the wrong sign.
-    """
-    dimension = parameter_dimension(model, name, where)
-    unit = SI_UNIT[dimension]
-    magnitude(where, value, unit)
-    of_friction = name in model.dimensions()
-    if name in ("inertia", "motor_constant") or (of_friction and dimension == "speed"):
-        if value <= 0.0:
-            raise InputError(f"{where}: found {value:g}, expected more than 0 {unit}")
-    elif of_friction and value < 0.0:
-        raise InputError(f"{where}: found {value:g}, expected 0 {unit} or more")
-
-
 def build_wheel(model: type[Friction], values: Mapping[str, float]) -> Wheel:
     """Make a wheel from named parameters, SI; names that are not the wheel's are left aside."""
     return Wheel(
@@ -98,28 +60,40 @@ class Linearisation(NamedTuple):
             start, (N - 1,).
         local: Derivative of the speed at the end of each interval with respect to the shared
             parameters as they act in this interval alone, (N - 1, s), SI.
+        averaged: Whether speed and jacobian are means over the interval before each sample.
     """
 
     speed: Vector
     jacobian: Matrix
     transition: Vector
     local: Matrix
+    averaged: bool = False
+
+
+def over_intervals(values: Matrix) -> Matrix:
+    """Means over the interval before each sample of what is given at the samples, (N, ...)."""
+    return np.concatenate([values[:1], 0.5 * (values[1:] + values[:-1])])
 
 
 @lru_cache
 def _compiled(model: type[Friction], hold: CurrentHold):
     """Compile theta -> speeds and their derivatives, for theta = wheel parameters, bias, w(0).
 
+    Where a sample restarts, the speed is the one given for it, and the last derivative is that by
+    this speed.
+
     The derivatives of each interval are chained: S_{k+1} = (dw_{k+1}/dw_k) S_k + dw_{k+1}/dtheta.
     """
     names = tuple(wheel_dimensions(model))
 
-    def respond(theta, time, current):
+    def respond(theta, time, current, restart, first):
         duration, slope = sample_intervals(time, current, hold)
+        # what happens in a gap is not known
+        duration = jnp.where(restart[1:], 0.0, duration)
 
         def interval(carry, sample):
             speed, sensitivity, resolved = carry
-            start, change, length = sample
+            start, change, length, anew, initial = sample
 
             def move(at):
                 wheel = build_wheel(model, dict(zip(names, at[1:-1], strict=True)))
@@ -128,15 +102,18 @@ def _compiled(model: type[Friction], hold: CurrentHold):
 
             at = jnp.concatenate([speed[None], theta[:-1]])
             slopes, step = jax.jacfwd(move, has_aux=True)(at)
+            slopes = jnp.where(anew, 0.0, slopes)
+            speed = jnp.where(anew, initial, step.speed)
             sensitivity = slopes[0] * sensitivity + jnp.append(slopes[1:], 0.0)
-            return (
-                (step.speed, sensitivity, resolved & step.resolved),
-                (step.speed, sensitivity, slopes),
-            )
+            sensitivity = jnp.where(anew, own, sensitivity)
+            resolved = resolved & step.resolved
+            return (speed, sensitivity, resolved), (speed, sensitivity, slopes)
 
         own = jnp.zeros_like(theta).at[-1].set(1.0)
         (_, _, resolved), (speeds, rows, slopes) = jax.lax.scan(
-            interval, (theta[-1], own, jnp.array(True)), (current[:-1], slope, duration)
+            interval,
+            (theta[-1], own, jnp.array(True)),
+            (current[:-1], slope, duration, restart[1:], first[1:]),
         )
         speeds = jnp.concatenate([theta[-1:], speeds])
         return speeds, jnp.concatenate([own[None], rows]), slopes, resolved
@@ -157,8 +134,13 @@ class SpeedPrediction:
     """The speeds that a wheel would have shown in some records.
 
     Attributes:
-        names: every parameter in order: the wheel's, current_bias, then one initial speed a record.
+        names: every parameter in order: the wheel's, current_bias, then one initial speed a record,
+            and one for every further segment of the records.
         dimensions: name -> dimension.
+        initial_speeds: names of these speeds.
+
+    Where the records differ in temperature, viscous and dry friction change with it, by parameters
+    of their own.
     """
 
     def __init__(self, records: Sequence[Record], model: type[Friction], hold: CurrentHold) -> None:
@@ -172,22 +154,40 @@ class SpeedPrediction:
         self.records = tuple(records)
         self.model = model
         self._shared = len(wheel_dimensions(model)) + 1
-        self.initial_speeds = (
+        first = (
             ("initial_speed",)
             if len(records) == 1
             else tuple(f"initial_speed_{k + 1}" for k in range(len(records)))
         )
+        restarts = sum(len(r.segments) - 1 for r in records)
+        further = tuple(f"initial_speed_restart_{k + 1}" for k in range(restarts))
+        self.initial_speeds = first + further
+        offsets = temperature_offsets(self.records)
+        slopes = slope_dimensions(model) if offsets else {}
         self.dimensions = {
             **wheel_dimensions(model),
             "current_bias": "current",
             **dict.fromkeys(self.initial_speeds, "speed"),
+            **slopes,
         }
         self.names = tuple(self.dimensions)
-        self._respond = _compiled(model, hold)
-        self._inputs = [
-            (jnp.asarray(_padded(r.time - r.time[0])), jnp.asarray(_padded(r.current)))
-            for r in self.records
+        self._at_temperature = [
+            at_temperature(model, self.names, offset)
+            for offset in offsets or (0.0,) * len(self.records)
         ]
+        self._respond = _compiled(model, hold)
+        self._inputs, self._columns = [], []
+        restart = self._shared + len(records)
+        for k, record in enumerate(self.records):
+            again = np.zeros(len(record.time), dtype=bool)
+            again[[part.start for part in record.segments[1:]]] = True
+            parts = (record.time - record.time[0], record.current)
+            inputs = [jnp.asarray(_padded(part)) for part in parts]
+            flags = np.pad(again, (0, len(inputs[0]) - len(again)))
+            self._inputs.append((*inputs, jnp.asarray(flags)))
+            further = range(restart, restart + len(record.segments) - 1)
+            self._columns.append([self._shared + k, *further])
+            restart += len(further)
 
     def admissible(self, values: Vector) -> bool:
         """Whether a wheel can have these parameters at all: finite, inertia and scales positive."""
@@ -209,19 +209,34 @@ class SpeedPrediction:
         if not self.admissible(values):
             return None
         predicted = []
-        for k, (record, inputs) in enumerate(zip(self.records, self._inputs, strict=True)):
-            columns = [*range(self._shared), self._shared + k]
-            response = self._respond(jnp.asarray(values[columns]), *inputs)
+        for record, inputs, columns, at in zip(
+            self.records, self._inputs, self._columns, self._at_temperature, strict=True
+        ):
+            own = at @ values
+            first = np.zeros(len(inputs[0]))
+            first[[part.start for part in record.segments]] = own[columns]
+            shared = own[[*range(self._shared), columns[0]]]
+            response = self._respond(jnp.asarray(shared), *inputs, jnp.asarray(first))
             count = len(record.time)
-            speed, slim, local = (np.asarray(part) for part in response[:3])
-            speed, local = speed[:count], local[: count - 1]
+            speed, slim, slopes = (np.asarray(part) for part in response[:3])
+            speed, slopes = speed[:count], slopes[: count - 1]
             jacobian = np.zeros((count, len(values)))
-            jacobian[:, columns] = slim[:count]
-            if not bool(response[3]) or not np.isfinite(speed).all():
+            jacobian[:, : self._shared] = slim[:count, :-1]
+            for column, part in zip(columns, record.segments, strict=True):
+                jacobian[part, column] = slim[part, -1]
+            finite = all(np.isfinite(found).all() for found in (speed, jacobian, slopes))
+            if not (bool(response[3]) and finite):
                 return None
-            if not (np.isfinite(jacobian).all() and np.isfinite(local).all()):
-                return None
-            predicted.append(Linearisation(speed, jacobian, local[:, 0], local[:, 1:]))
+            if record.averaged:
+                speed = speed.copy()
+                for part in record.segments:
+                    speed[part] = over_intervals(speed[part])
+                    jacobian[part] = over_intervals(jacobian[part])
+            if np.any(at != np.eye(len(at))):
+                jacobian = jacobian @ at
+            predicted.append(
+                Linearisation(speed, jacobian, slopes[:, 0], slopes[:, 1:], record.averaged)
+            )
         return predicted
 
     def __call__(self, values: Vector) -> list[tuple[Vector, Matrix]] | None:

@@ -10,7 +10,8 @@ from gyrostat.core.types import Vector
 from gyrostat.core.units import SI_UNIT
 from gyrostat.core.validation import require
 from gyrostat.identification.least_squares import Prior
-from gyrostat.identification.prediction import SpeedPrediction, check_parameter
+from gyrostat.identification.parameters import check_parameter
+from gyrostat.identification.prediction import SpeedPrediction
 from gyrostat.identification.start_values import StartValues
 
 SMALLEST_INERTIA, LARGEST_INERTIA = 1e-12, 1e6

@@ -31,7 +31,8 @@ class StartValues:
         motor: k_m/J, rad/s²/A.
         viscous: b/J, 1/s.
         coulomb: c/J, rad/s².
-        initial_speeds: Initial speed of each record, (records,), rad/s.
+        initial_speeds: Initial speed of each segment, (segments,), rad/s: the first segment of
+            each record, then all others.
         speed_level: Root mean square of all speeds, rad/s.
         current_level: Root mean square of all currents, A.
         span: Duration of the longest record, s.
@@ -66,7 +67,8 @@ class StartValues:
             Name -> value; without the wheel's parameters if the torque scale is unknown.
         """
         speeds = dict(zip(prediction.initial_speeds, self.initial_speeds.tolist(), strict=True))
-        first: dict[str, float] = {"current_bias": 0.0, **speeds}
+        slopes = [n for n, d in prediction.dimensions.items() if d.endswith("_per_temperature")]
+        first: dict[str, float] = {"current_bias": 0.0, **speeds, **dict.fromkeys(slopes, 0.0)}
         inertia = self.inertia(known)
         if inertia is not None:
             friction = prediction.model.from_coulomb(self.viscous * inertia, self.coulomb * inertia)
@@ -86,9 +88,12 @@ class StartValues:
         torque = inertia * max(abs(self.motor) * self.current_level, self.speed_level / self.span)
         # without a current: the current that would balance friction
         current = self.current_level or torque / (abs(motor_constant) or 1.0)
+        viscous = torque / self.speed_level if self.speed_level > 0.0 else 0.0
         sizes = {
             "torque": torque,
-            "viscous": torque / self.speed_level if self.speed_level > 0.0 else 0.0,
+            "torque_per_temperature": torque,
+            "viscous_per_temperature": viscous,
+            "viscous": viscous,
             "motor_constant": torque / current,
             "inertia": inertia,
             "current": current,
@@ -112,7 +117,8 @@ def _stretches(record: Record, speed: Vector, noise: float) -> list[tuple[int, i
     width = min(SMOOTHING, len(speed))
     smooth = np.convolve(speed, np.full(width, 1.0 / width), mode="same")
     sense = np.where(np.abs(smooth) > CLEAR * noise, np.sign(smooth), 0.0)
-    edges = [0, *(np.flatnonzero(np.diff(sense)) + 1).tolist(), len(speed)]
+    turns = (np.flatnonzero(np.diff(sense)) + 1).tolist()
+    edges = sorted({*turns, *(part.start for part in record.segments), len(speed)})
     turning = [
         (first, last)
         for first, last in pairwise(edges)
@@ -168,6 +174,8 @@ def integral_regression(records: Sequence[Record]) -> StartValues:
     speed_level = float(np.sqrt(np.mean(np.concatenate(speeds) ** 2)))
     drive = abs(motor) * max(float(np.max(np.abs(c))) for c in currents)
     coulomb = float(np.clip(coulomb, 0.01 * drive, 0.8 * drive)) if drive > 0.0 else abs(coulomb)
+    for record, speed in zip(records, speeds, strict=True):
+        initial += [np.mean(speed[part][:SMOOTHING]) for part in record.segments[1:]]
     span = max(float(np.ptp(r.time)) for r in records)
     return StartValues(
         motor=motor,

@@ -11,10 +11,8 @@ from gyrostat.core.types import Vector
 from gyrostat.core.units import SI_UNIT
 from gyrostat.identification.batch import identify
 from gyrostat.identification.fit import Fit
+from gyrostat.identification.slopes import DISTINCT
 from gyrostat.telemetry import Record
-
-DISTINCT = 2.0
-"""Smallest span of mean temperatures for which a trend is estimated, °C."""
 
 
 @dataclass(frozen=True)

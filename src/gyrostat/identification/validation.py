@@ -1,16 +1,16 @@
 """Prediction of an independent record by a known wheel."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.types import Vector
+from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.checks import check_signals
 from gyrostat.identification.least_squares import UNFINISHED, Evaluation, Prior, minimise
 from gyrostat.identification.loss import Quadratic
-from gyrostat.identification.prediction import CurrentHold, SpeedPrediction
+from gyrostat.identification.prediction import CurrentHold, Linearisation, SpeedPrediction
 from gyrostat.identification.statistics import (
     NUMERICAL_NOISE,
     Whiteness,
@@ -18,11 +18,17 @@ from gyrostat.identification.statistics import (
     noise_level,
     whiteness,
 )
-from gyrostat.telemetry import Record
+from gyrostat.telemetry import Record, cut
 from gyrostat.wheel.friction import Friction
 
 NEAR_CROSSING = 2.0
 """s on either side of a zero crossing that count as near it."""
+ENOUGH = 0.8
+"""Share of the samples inside the 95 % prediction interval from which a model holds. The errors of
+the parameters are common to all samples: a right model has 95 % inside in the mean, and clearly
+fewer in one record of twenty."""
+INTERVAL = 1.959964
+"""Standard deviations of a 95 % interval."""
 FIRST_SPEEDS = 5
 """Speeds that tell where the initial one lies."""
 REACH = 5.0
@@ -47,6 +53,9 @@ class Validation:
         crossings: sign changes of the modelled speed.
         whiteness: of the residuals.
         converged: whether the initial speed was found.
+        predicted_sigma: standard deviation of the modelled speed from the uncertain parameters,
+            rad/s, (N,).
+        inside: share of the speeds within the 95 % prediction interval (parameters and noise).
     """
 
     record: Record
@@ -61,12 +70,31 @@ class Validation:
     crossings: int
     whiteness: Whiteness | None
     converged: bool
+    predicted_sigma: Vector
+    inside: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the model predicts the record within its own uncertainty."""
+        return self.inside >= ENOUGH
+
+    @property
+    def verdict(self) -> str:
+        """The judgement in one sentence."""
+        told = "holds" if self.holds else "FAILS"
+        return (
+            f"the model {told}: {100.0 * self.inside:.1f} % of the samples lie inside the 95 % "
+            f"prediction interval (parameters and noise), {100.0 * ENOUGH:.0f} % are asked for"
+        )
 
     def to_dict(self) -> dict[str, object]:
         """The content of validation.json."""
         return {
             "record": self.record.name,
             "converged": self.converged,
+            "holds": self.holds,
+            "inside": self.inside,
+            "asked_for": ENOUGH,
             "rms_speed": self.rms_speed,
             "mean": self.mean,
             "largest": self.largest,
@@ -82,42 +110,67 @@ class Validation:
 
 def _best_prediction(
     prediction: SpeedPrediction, values: Mapping[str, float], noise: float
-) -> tuple[float, Vector, bool]:
-    """Initial speed that suits a record best, the speed that follows, and whether it was found."""
+) -> tuple[float, Linearisation, bool]:
+    """Initial speed that suits a record best, the speed that follows, and whether it was found.
+
+    Every segment of the record has one; the first is returned, with the linearisation.
+    """
     record = prediction.records[0]
     told = {"current_bias": 0.0, **values}
-    missing = [n for n in prediction.names[:-1] if n not in told]
+    wheel = prediction.names[: -len(prediction.initial_speeds)]
+    missing = [n for n in wheel if n not in told]
     if missing:
         raise InputError(f"wheel model: found no {missing[0]}, expected its value")
-    base = np.array([*(told[n] for n in prediction.names[:-1]), 0.0], dtype=float)
-    speeds = record.speed[record.valid]
-    sigma = max(noise, NUMERICAL_NOISE * float(np.max(np.abs(speeds)))) or 1.0
-    first = float(np.median(speeds[:FIRST_SPEEDS]))
-    reach = REACH * sigma + float(np.ptp(speeds[:FIRST_SPEEDS]))
+    base = np.array([told[n] for n in wheel], dtype=float)
+    speeds = [record.speed[part][record.valid[part]] for part in record.segments]
+    sigma = max(noise, NUMERICAL_NOISE * float(np.max(np.abs(np.concatenate(speeds))))) or 1.0
+    first = np.array([np.median(own[:FIRST_SPEEDS]) for own in speeds])
+    reach = REACH * sigma + np.array([np.ptp(own[:FIRST_SPEEDS]) for own in speeds])
 
     def evaluate(x: Vector) -> Evaluation | None:
         # a wheel that sticks is a bad model, and its residuals shall say how bad
-        predicted = prediction(np.append(base[:-1], x))
+        predicted = prediction(np.append(base, x))
         if predicted is None:
             return None
         speed, rows = predicted[0]
         residual = (record.speed - speed)[record.valid]
-        return residual / sigma, rows[record.valid, -1:] / sigma
+        return residual / sigma, rows[record.valid, len(base) :] / sigma
 
     # keeps the problem regular where the wheel rests and nothing shows how it started
-    weak = Prior(np.array([first]), np.array([reach]))
+    weak = Prior(first, reach)
     solution = minimise(evaluate, weak.mean, weak, Quadratic())
     unlike = f"{record.name}: found no speed that this wheel could have had, expected finite "
     unlike += "parameters, positive scales and a friction curve that the samples resolve"
     if solution is None:
         raise InputError(unlike)
-    initial = float(np.clip(solution.x[0], first - reach, first + reach))
-    predicted = prediction(np.append(base[:-1], initial))
+    initial = np.clip(solution.x, first - reach, first + reach)
+    predicted = prediction.linearise(np.append(base, initial))
     if predicted is None:
         raise InputError(unlike)
     # one parameter between two ends has its minimum there, or where no correction lowers the cost
-    found = solution.reason != UNFINISHED or initial != solution.x[0]
-    return initial, predicted[0][0], found
+    found = solution.reason != UNFINISHED or np.any(initial != solution.x)
+    return float(initial[0]), predicted[0], bool(found)
+
+
+def _spread(
+    prediction: SpeedPrediction,
+    linear: Linearisation,
+    covariance: tuple[Sequence[str], Matrix] | None,
+) -> Vector:
+    """Standard deviation of the modelled speed from the uncertain parameters, (N,), rad/s.
+
+    The initial speeds are found anew for every choice of the parameters: what they make up for is
+    taken out.
+    """
+    record = prediction.records[0]
+    if covariance is None:
+        return np.zeros(len(record.time))
+    names, matrix = covariance
+    columns = linear.jacobian[:, [prediction.names.index(n) for n in names]]
+    own = linear.jacobian[:, -len(prediction.initial_speeds) :]
+    used = record.valid
+    columns = columns - own @ np.linalg.lstsq(own[used], columns[used], rcond=1e-10)[0]
+    return np.sqrt(np.maximum(np.einsum("mi,ij,mj->m", columns, matrix, columns), 0.0))
 
 
 def validate(
@@ -126,6 +179,7 @@ def validate(
     record: Record,
     *,
     current_hold: CurrentHold = "zero-order",
+    covariance: tuple[Sequence[str], Matrix] | None = None,
 ) -> Validation:
     """Predict a record with a known wheel; only the speed at its first sample is estimated.
 
@@ -134,16 +188,22 @@ def validate(
         values: all parameters of the wheel, SI; current_bias, A, where the drive has one.
         record: not used to find them.
         current_hold: the current between samples.
+        covariance: names of identified parameters and the covariance of their errors, (n, n), SI;
+            None: all values are exact.
 
     Raises:
         InputError: a parameter is missing, or the record cannot be predicted.
     """
+    record = cut(record)
     check_signals([record])
     noise = noise_level(record.speed[record.valid])
     prediction = SpeedPrediction([record], model, current_hold)
-    initial, speed, found = _best_prediction(prediction, values, noise)
+    initial, linear, found = _best_prediction(prediction, values, noise)
+    speed, spread = linear.speed, _spread(prediction, linear, covariance)
     residual = record.speed - speed
     used = residual[record.valid]
+    exact = NUMERICAL_NOISE * float(np.sqrt(np.mean(speed**2)))
+    width = INTERVAL * np.sqrt(spread**2 + noise**2 + exact**2)
     changes = crossing_times(record.time, speed, noise)
     near = np.zeros(len(record.time), dtype=bool)
     for change in changes:
@@ -162,4 +222,6 @@ def validate(
         crossings=len(changes),
         whiteness=whiteness(used) if len(used) >= 10 else None,
         converged=bool(found),
+        predicted_sigma=spread,
+        inside=float(np.mean(np.abs(used) <= width[record.valid])),
     )

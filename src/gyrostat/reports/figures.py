@@ -14,6 +14,7 @@ from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
 from gyrostat.identification import Fit
 from gyrostat.identification.statistics import autocorrelation, crossing_times
+from gyrostat.identification.torque_points import torque_points
 from gyrostat.telemetry import Record
 
 MEASURED, MODEL, BAND, MARK = "#8a8f98", "#1f5fa8", "#9cc3ea", "#c8461e"
@@ -156,19 +157,31 @@ def _friction_axes(axes: Axes, fit: Fit, limit: float, sides: Sequence[tuple[Vec
             label="95 % band" if first else None,
         )
         axes.plot(speed / RPM, torque * 1e3, color=MODEL, lw=1.4, label="model" if first else None)
-    points = fit.friction_points
+    points = fit.friction_points or torque_points(fit)
     if points is not None:
         near = np.abs(points.speed) <= limit
         axes.errorbar(
             points.speed[near] / RPM,
             points.torque[near] * 1e3,
             2.0 * points.sigma[near] * 1e3,
-            fmt="o",
+            fmt="none" if points.when is not None else "o",
             ms=3,
             color=MARK,
             lw=0.8,
-            label="steady speeds",
+            label="steady speeds" if points.when is None else None,
         )
+        if points.when is not None:
+            axes.scatter(
+                points.speed[near] / RPM,
+                points.torque[near] * 1e3,
+                14,
+                points.when[near],
+                cmap="copper",
+                vmin=0.0,
+                vmax=1.0,
+                zorder=3,
+                label="measured (light: late in the record)",
+            )
     axes.axhline(0.0, lw=0.6, color="#6b7077")
 
 

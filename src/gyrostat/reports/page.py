@@ -6,9 +6,16 @@ from importlib.metadata import version
 import jinja2
 
 from gyrostat.core.text import measured, plain
-from gyrostat.core.units import RPM
+from gyrostat.core.units import RPM, SI_UNIT
 from gyrostat.identification import Fit
-from gyrostat.identification.fit_text import effect_rows, parameter_rows, share_rows, summary
+from gyrostat.identification.fit_text import (
+    effect_rows,
+    parameter_rows,
+    score_rows,
+    share_rows,
+    summary,
+)
+from gyrostat.identification.torque_points import torque_regression
 from gyrostat.identification.validation import Validation
 from gyrostat.reports import figures
 
@@ -58,8 +65,13 @@ def fit_page(fit: Fit, *, command: str) -> str:
         rows=list(parameter_rows(fit)),
         shares=list(share_rows(fit)),
         effects=list(effect_rows(fit)),
+        scores=list(score_rows(fit)),
         records=drawn,
         friction=figures.svg(figures.friction_figure(fit)) if friction_known else None,
+        regression=[
+            (row, measured(row.value, row.sigma), SI_UNIT[fit.dimensions[row.name]])
+            for row in torque_regression(fit)
+        ],
         residuals=figures.svg(figures.residual_figure(fit)) if fit.predicted else None,
         correlation=list(zip(fit.names, fit.correlation.tolist(), strict=True)),
         comparison=fit.comparison,
@@ -77,7 +89,9 @@ def validation_page(validation: Validation, *, command: str) -> str:
         validation: Result of the validation.
         command: Command line that produced it.
     """
-    figure = figures.record_figure(validation.record, validation.predicted, None, validation.noise)
+    figure = figures.record_figure(
+        validation.record, validation.predicted, validation.predicted_sigma, validation.noise
+    )
     return render(
         "validation.html", validation=validation, command=command, figure=figures.svg(figure)
     )

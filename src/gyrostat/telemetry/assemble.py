@@ -1,19 +1,23 @@
 """Build a checked record from the columns of a file."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gyrostat.core.units import parse_quantity
 from gyrostat.telemetry.columns import Chosen
 from gyrostat.telemetry.fault import counted, fault
 from gyrostat.telemetry.record import Record
 
 _HOW_TO_MARK = (
-    "a finite number (a missing speed sample is an empty cell, or has 0 in a column 'valid')"
+    "a finite number (a missing speed sample is an empty cell, or has 0 in a column 'valid'; "
+    "--missing drop leaves such rows out)"
 )
+WRAPPED = 0.45
+"""Turns between two samples from which the sense of an angle within one turn is uncertain."""
 
 
 @dataclass(frozen=True)
@@ -29,20 +33,26 @@ class Measured:
     rows: NDArray[np.int64]
     """(N,) row number of each sample in the file, for messages."""
     notes: tuple[str, ...] = ()
+    metadata: Mapping[str, str] = field(default_factory=dict)
+    """What comments of the file say of the record."""
 
 
-def assemble(measured: Measured, unsigned_current: bool) -> Record:
+def assemble(measured: Measured, unsigned_current: bool, drop: bool = False) -> Record:
     """Check the columns of a file and build a record.
 
     Args:
         measured: Columns of the file.
         unsigned_current: Whether the current is a magnitude whose sign must come from setpoint or
             speed.
+        drop: Whether to drop rows without a finite time or current, mark speeds that are not finite
+            as missing and hold other columns; otherwise these are errors.
 
     Raises:
         InputError: An empty cell, NaN or infinity where a number is required; time that does not
             increase; negative current although it is declared unsigned; fewer than two samples.
     """
+    if drop:
+        measured = _dropped(measured)
     count = measured.rows.size
     if count < 2:
         raise fault(measured.file, counted(count), "at least 2")
@@ -57,6 +67,12 @@ def assemble(measured: Measured, unsigned_current: bool) -> Record:
             if held:
                 notes.append(f"{role} held over {counted(held)}")
     _require_increasing_time(measured, series["time"])
+    averaged = "angle" in series
+    if averaged:
+        series["speed"], missing = _differences(
+            measured, series.pop("angle"), series["time"], missing
+        )
+        notes.append("speed: mean over each interval, from the angle")
     series["speed"][missing] = np.nan
     if unsigned_current:
         negative = series["current"] < 0.0
@@ -67,17 +83,85 @@ def assemble(measured: Measured, unsigned_current: bool) -> Record:
         if unknown:
             notes.append(f"direction unknown in {counted(unknown)}: sign of current held")
         series["current"] = np.copysign(series["current"], _held_direction(sign))
+    told = measured.metadata.get("temperature")
+    if told and "temperature" not in series:
+        where = f"{measured.file}: comment temperature"
+        series["temperature"] = np.full(count, parse_quantity(told, "temperature", where))
     return Record(
         name=measured.file.name,
+        time=series["time"],
+        current=series["current"],
+        speed=series["speed"],
         valid=~missing,
+        temperature=series.get("temperature"),
+        setpoint=series.get("setpoint"),
         notes=tuple(notes),
-        **series,
+        averaged=averaged,
+        metadata=dict(measured.metadata),
     )
+
+
+def _motion(measured: Measured) -> str:
+    """The role that shows the motion: speed or angle."""
+    return "angle" if "angle" in measured.values else "speed"
+
+
+def _dropped(measured: Measured) -> Measured:
+    """Leave rows without time or current out, and mark or hold what else is not finite."""
+    values = {role: series.copy() for role, series in measured.values.items()}
+    empty = {role: gaps.copy() for role, gaps in measured.empty.items()}
+    moves = _motion(measured)
+    kept = np.isfinite(values["time"]) & np.isfinite(values["current"])
+    notes = list(measured.notes)
+    if not kept.all():
+        notes.append(f"{counted(int(np.sum(~kept)), 'row')} without time or current dropped")
+    bad = ~np.isfinite(values[moves]) & ~empty[moves]
+    empty[moves] |= bad
+    for role in set(values) - {"time", "current", moves}:
+        wrong = ~np.isfinite(values[role])
+        known = np.flatnonzero(~wrong)
+        if not known.size:
+            del values[role], empty[role]
+            notes.append(f"column {role} left out: no finite number in it")
+        elif wrong.any():
+            latest = np.maximum.accumulate(np.where(wrong, known[0], np.arange(wrong.size)))
+            values[role] = values[role][latest]
+            empty[role][:] = False
+            notes.append(f"{role} held over {counted(int(wrong.sum()))}")
+    return replace(
+        measured,
+        values={role: series[kept] for role, series in values.items()},
+        empty={role: gaps[kept] for role, gaps in empty.items()},
+        rows=measured.rows[kept],
+        notes=tuple(notes),
+    )
+
+
+def _differences(
+    measured: Measured,
+    angle: NDArray[np.float64],
+    time: NDArray[np.float64],
+    missing: NDArray[np.bool_],
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Mean speed over the interval before each sample, rad/s, and where it is missing, (N,)."""
+    turned = np.diff(np.where(missing, 0.0, angle))
+    known = ~(missing[1:] | missing[:-1])
+    turn = 2.0 * np.pi
+    seen = angle[~missing]
+    if np.ptp(seen) <= turn * (1.0 + 1e-9):
+        turned = (turned + 0.5 * turn) % turn - 0.5 * turn
+        if np.any(np.abs(turned[known]) > WRAPPED * turn):
+            found = "an angle within one turn that changes by nearly half a turn between samples"
+            expected = "a continuous angle, or more samples a turn"
+            column = measured.chosen["angle"].name
+            raise fault(measured.file, found, expected, None, column)
+    speed = np.concatenate([[np.nan], turned / np.diff(time)])
+    return speed, np.concatenate([[True], ~known])
 
 
 def _missing(measured: Measured) -> NDArray[np.bool_]:
     """Flag of each sample whose speed is missing, (N,)."""
-    missing = measured.empty["speed"].copy()
+    missing = measured.empty[_motion(measured)].copy()
     if "valid" in measured.values:
         valid = measured.values["valid"]
         _refuse(measured, "valid", ~np.isin(valid, (0.0, 1.0)), "0 or 1")
@@ -93,8 +177,8 @@ def _in_si(
     with np.errstate(over="ignore"):
         converted = measured.chosen[role].unit.to_si(values)
     bad = ~np.isfinite(converted)
-    if role == "speed":
-        # The speed of a sample that is marked missing is not used.
+    if role in ("speed", "angle"):
+        # The value of a sample that is marked missing is not used.
         _refuse(measured, role, bad & ~missing, _HOW_TO_MARK)
         return converted, 0
     # A cell may be empty only in a sample marked missing, and time must always be given.

@@ -1,9 +1,10 @@
 """Assignment of columns to roles (time, current, speed, ...) and their units."""
 
 import difflib
+import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from gyrostat.core.errors import InputError
@@ -30,6 +31,8 @@ ROLES = {
         Role("time", ("time", "t"), "time", required=True),
         Role("current", ("current", "i"), "current", required=True),
         Role("speed", ("speed", "omega", "ω", "velocity", "w"), "speed", required=True),
+        # in place of the speed
+        Role("angle", ("angle", "position", "encoder"), "angle"),
         Role("temperature", ("temperature", "temp"), "temperature"),
         # Only the sign of a setpoint without unit is used.
         Role("setpoint", ("setpoint", "direction"), "speed", unit_optional=True),
@@ -71,14 +74,19 @@ class Chosen:
 
 
 def choose_columns(
-    header: Header, columns: Mapping[str, str] | None, units: Mapping[str, str] | None
+    header: Header,
+    columns: Mapping[str, str] | None,
+    units: Mapping[str, str] | None,
+    *,
+    motion: bool = True,
 ) -> dict[str, Chosen]:
     """Find the column and the unit of each role.
 
     Args:
-        header: Columns of the file.
-        columns: Role -> column name, for roles whose column does not have a usual name.
-        units: Role -> unit; overrides the header.
+        header: the columns of the file.
+        columns: role -> column name, for the roles that are not to be found by their usual names.
+        units: role -> unit, which overrules the header.
+        motion: whether the file measures speed or angle.
 
     Returns:
         Role -> column, for the roles that the file provides.
@@ -94,8 +102,9 @@ def choose_columns(
     claimed = {column.index: role for role, (column, _) in found.items()}
     if len(claimed) < len(found):
         raise fault(header.file, "one column for two roles", "a column of its own for each role")
+    measured = _motion(header, found, claimed) if motion else ""
     for role in ROLES.values():
-        if role.name not in found:
+        if role.name not in found and role.name not in {"speed", "angle"} - {measured}:
             hit = _usual(header, role, claimed)
             if hit is not None:
                 found[role.name] = hit
@@ -103,6 +112,21 @@ def choose_columns(
         role: Chosen(column.index, name, _unit(header, ROLES[role], column, stated.get(role)))
         for role, (column, name) in found.items()
     }
+
+
+def _motion(
+    header: Header, found: Mapping[str, tuple[Column, str]], claimed: Mapping[int, str]
+) -> str:
+    """Which of speed and angle the file measures: as named, else the speed where there is one."""
+    named = [role for role in ("speed", "angle") if role in found]
+    if len(named) == 2:
+        raise fault(header.file, "columns named for speed and for angle", "one of the two")
+    if named:
+        return named[0]
+    speed = replace(ROLES["speed"], required=False)
+    if _usual(header, speed, claimed) is None and _usual(header, ROLES["angle"], claimed):
+        return "angle"
+    return "speed"
 
 
 def _by_role(file: Path, option: str, given: Mapping[str, str] | None) -> dict[str, str]:
@@ -202,6 +226,9 @@ def _unit(header: Header, role: Role, column: Column, option: str | None) -> Uni
         in_names = [(text, row) for text, row in in_names if known_unit(text, role.dimension)]
     stated = [(column.unit, header.units_row), *in_names]
     if option is not None:
+        counts = re.fullmatch(r"rev/(\d+)", option.strip())
+        if role.dimension == "angle" and counts and int(counts[1]) > 0:
+            return Unit(option.strip(), 2.0 * math.pi / int(counts[1]))
         stated = [(option, None)]
     name = column.names[0]
     units: list[Unit] = []

@@ -3,11 +3,17 @@
 import os
 import stat
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
-from gyrostat.telemetry.assemble import assemble
-from gyrostat.telemetry.columns import choose_columns
+import numpy as np
+
+from gyrostat.core.units import Unit
+from gyrostat.telemetry.assemble import Measured, assemble
+from gyrostat.telemetry.columns import Chosen, choose_columns
+from gyrostat.telemetry.edges import angle_at, read_edges
 from gyrostat.telemetry.fault import fault
 from gyrostat.telemetry.matlab import read_mat
 from gyrostat.telemetry.parquet import read_parquet
@@ -27,6 +33,9 @@ def read_record(
     units: Mapping[str, str] | None = None,
     unsigned_current: bool = False,
     max_samples: int = 2_000_000,
+    missing: Literal["refuse", "drop"] = "refuse",
+    edges: str | os.PathLike[str] | None = None,
+    pulses: int = 1,
 ) -> Record:
     """Read a bench record from delimited text, Parquet or a MATLAB file; the suffix decides.
 
@@ -38,15 +47,19 @@ def read_record(
     empty cell of another column repeats its previous value; elsewhere it is an error.
 
     Args:
-        path: File with the suffix .csv, .txt, .tsv, .dat, .parquet or .mat.
-        columns: Role -> column name. The roles are time, current and speed, and optionally
-            temperature, setpoint (or direction) and valid. A role that is not listed is found by
-            its usual names.
-        units: Role -> unit; overrides the header.
-        unsigned_current: Whether the current is a magnitude. Its sign is then taken from the
-            setpoint, or from the speed if there is no setpoint or it is 0. If that is 0 too, the
-            last sign holds.
-        max_samples: Largest number of samples that is accepted. Reading stops there.
+        path: file with the suffix .csv, .txt, .tsv, .dat, .parquet or .mat.
+        columns: role -> column name. Roles are time, current, speed or in its place angle, and
+            where wanted temperature, setpoint (or direction) and valid. A role that is not given
+            is found by its name.
+        units: role -> unit, which overrules the header; "rev/4096" for the counts of an encoder.
+        unsigned_current: the current is a magnitude: its sign is that of the setpoint, or of the
+            speed where there is no setpoint or it is 0. Where that is 0 too, the sign before holds.
+        missing: "drop" leaves rows without a finite time or current out and marks speeds missing
+            that are not finite (NaN, 'NA', an empty cell); "refuse" makes errors of them.
+        edges: file with the times of a tachometer's edges, one a line, s, on the clock of the
+            record; the record then needs no speed.
+        pulses: edges a turn.
+        max_samples: more samples than that are refused, and no more than that are read.
 
     Returns:
         The record in SI units, named after the file. `notes` lists what the reader changed.
@@ -56,17 +69,34 @@ def read_record(
             names the file, the row and the column, what was found and what was expected.
     """
     file = Path(path)
+    drop = missing == "drop"
     reader = _READERS.get(file.suffix.lower())
     if reader is None:
         found = f"the suffix {file.suffix!r}" if file.suffix else "no suffix"
         raise fault(file, found, f"one of {', '.join(_READERS)}")
     _require_readable(file)
-    choose = partial(choose_columns, columns=columns, units=units)
+    if reader is read_text:
+        reader = partial(read_text, tolerant=drop)
+    choose = partial(choose_columns, columns=columns, units=units, motion=edges is None)
     try:
         measured = reader(file, choose, max_samples)
     except OSError as error:
         raise fault(file, f"an unreadable file ({error.strerror})", "a record") from None
-    return assemble(measured, unsigned_current)
+    if edges is not None:
+        measured = _with_edges(measured, edges, pulses)
+    return assemble(measured, unsigned_current, drop)
+
+
+def _with_edges(measured: Measured, edges: str | os.PathLike[str], pulses: int) -> Measured:
+    """Columns of a file with the angle that its tachometer's edges give."""
+    time = measured.chosen["time"].unit.to_si(measured.values["time"])
+    angle = angle_at(measured.file.name, time, read_edges(edges), pulses)
+    return replace(
+        measured,
+        chosen={**measured.chosen, "angle": Chosen(-1, "edges", Unit("rad"))},
+        values={**measured.values, "angle": angle},
+        empty={**measured.empty, "angle": np.isnan(angle)},
+    )
 
 
 def _require_readable(file: Path) -> None:

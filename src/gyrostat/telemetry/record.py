@@ -1,6 +1,8 @@
 """Test-bench record of a wheel."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,15 +18,21 @@ class Record:
     Arrays are copied, made read-only and checked when a record is built.
 
     Attributes:
-        name: Name of the record in messages and reports.
-        time: Time, (N,), s, strictly increasing, N >= 2; any start and spacing.
-        current: Motor current, (N,), A, signed.
-        speed: Wheel speed, (N,), rad/s; NaN exactly where the sample is missing.
-        valid: Whether the speed sample is present, (N,), bool.
-        temperature: Temperature, (N,), °C, or None.
-        setpoint: Commanded speed, (N,), rad/s, or None. If the file gave no unit, only its sign is
-            used.
-        notes: Remarks of the reader on how it changed the data.
+        name: what to call the record in messages and reports.
+        time: (N,) s, strictly increasing, N >= 2; any start and spacing.
+        current: (N,) A, signed.
+        speed: (N,) rad/s, NaN exactly where the sample is missing.
+        valid: (N,) bool, False where the speed sample is missing.
+        temperature: (N,) °C, or None.
+        setpoint: (N,) commanded speed in rad/s, or only its direction where it came without a
+            unit; or None.
+        notes: what the reader did to the data, one remark each.
+        restart: (N,) bool, True where what happened since the sample before is unknown: a segment
+            with a start of its own begins there; None where the record was not searched for gaps
+            (`gyrostat.telemetry.cut`).
+        averaged: whether the speed is the mean over the interval before each sample, as differences
+            of an angle and counts of pulses are.
+        metadata: what the file says of the record: serial, date, operator, temperature.
 
     Raises:
         InputError: An array violates one of these conditions.
@@ -38,27 +46,37 @@ class Record:
     temperature: NDArray[np.float64] | None = None
     setpoint: NDArray[np.float64] | None = None
     notes: tuple[str, ...] = ()
+    restart: NDArray[np.bool_] | None = None
+    averaged: bool = False
+    metadata: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self):
-        fields = ["time", "current", "valid", "speed", "temperature", "setpoint"]
-        present = [field for field in fields if getattr(self, field) is not None]
-        for field in present:
-            self._own(field)
+        fields = ["time", "current", "valid", "speed", "temperature", "setpoint", "restart"]
+        present = [name for name in fields if getattr(self, name) is not None]
+        for name in present:
+            self._own(name)
         if self.time.size < 2:
             raise self._fault("time", counted(self.time.size), "at least 2")
-        for field in present:
-            series = getattr(self, field)
+        for name in present:
+            series = getattr(self, name)
             if series.shape != self.time.shape:
                 raise self._fault(
-                    field, counted(series.size, "value"), f"{self.time.size}, as in time"
+                    name, counted(series.size, "value"), f"{self.time.size}, as in time"
                 )
-            if field == "speed":
+            if name == "speed":
                 bad = np.isinf(series) | (np.isnan(series) == self.valid)
-                self._refuse(bad, field, "a finite number where valid is True, NaN elsewhere")
+                self._refuse(bad, name, "a finite number where valid is True, NaN elsewhere")
             else:
-                self._refuse(~np.isfinite(series), field, "a finite number")
+                self._refuse(~np.isfinite(series), name, "a finite number")
         late = np.append(False, np.diff(self.time) <= 0.0)
         self._refuse(late, "time", "more than the time before it")
+
+    @property
+    def segments(self) -> list[slice]:
+        """Stretches of samples without a gap, in order."""
+        starts = [] if self.restart is None else np.flatnonzero(self.restart[1:]) + 1
+        edges = [0, *(int(k) for k in starts), self.time.size]
+        return [slice(a, b) for a, b in pairwise(edges)]
 
     def scaled(
         self, *, current_scale: float = 1.0, speed_scale: float = 1.0, clock: float = 1.0
@@ -71,31 +89,32 @@ class Record:
             clock: True time over recorded time.
         """
         factors = {"current": current_scale, "speed": speed_scale, "time": clock}
-        changed = {field: factor for field, factor in factors.items() if factor != 1.0}
+        changed = {name: factor for name, factor in factors.items() if factor != 1.0}
         if not changed:
             return self
         return replace(
             self,
-            **{field: factor * getattr(self, field) for field, factor in changed.items()},
-            notes=(*self.notes, *(f"{f} scaled by {k:g} as requested" for f, k in changed.items())),
+            **{name: factor * getattr(self, name) for name, factor in changed.items()},
+            notes=(*self.notes, *(f"{f} times {k:g}, as told" for f, k in changed.items())),
         )
 
-    def _own(self, field: str) -> None:
+    def _own(self, name: str) -> None:
         """Replace an array by a read-only copy: bool for valid, float64 otherwise."""
-        series = np.array(getattr(self, field))
-        kinds, wanted = ("b", "truth values") if field == "valid" else ("iuf", "real numbers")
+        series = np.array(getattr(self, name))
+        truth = name in ("valid", "restart")
+        kinds, wanted = ("b", "truth values") if truth else ("iuf", "real numbers")
         if series.ndim != 1 or series.dtype.kind not in kinds:
             found = f"shape {series.shape} of {series.dtype}"
-            raise self._fault(field, found, f"shape (N,) of {wanted}")
-        series = series.astype(bool if field == "valid" else np.float64)
+            raise self._fault(name, found, f"shape (N,) of {wanted}")
+        series = series.astype(bool if truth else np.float64)
         series.setflags(write=False)
-        object.__setattr__(self, field, series)
+        object.__setattr__(self, name, series)
 
-    def _refuse(self, bad: NDArray[np.bool_], field: str, expected: str) -> None:
+    def _refuse(self, bad: NDArray[np.bool_], name: str, expected: str) -> None:
         if np.any(bad):
             index = int(np.argmax(bad))
-            found = repr(float(getattr(self, field)[index]))
-            raise self._fault(f"{field}[{index}]", found, expected)
+            found = repr(float(getattr(self, name)[index]))
+            raise self._fault(f"{name}[{index}]", found, expected)
 
     def _fault(self, where: str, found: str, expected: str) -> InputError:
         return InputError(f"{self.name}: {where}: found {found}, expected {expected}")

@@ -22,6 +22,14 @@ _LOOKED_AT = 24  # number of lines used to detect the delimiter
 _BLANKS = " "  # delimiter that matches any number of blanks
 _DELIMITERS = (",", ";", "\t", "|", _BLANKS)  # in order of preference
 _TRUTH = {"true": "1", "false": "0"}
+_NO_NUMBER = ("na", "n/a", "#n/a", "null", "none", "-", "--", "nil", "missing")
+_METADATA = {
+    **dict.fromkeys(("serial", "serial number", "s/n", "sn"), "serial"),
+    **dict.fromkeys(("date", "recorded", "time stamp", "timestamp"), "date"),
+    **dict.fromkeys(("operator", "tested by"), "operator"),
+    **dict.fromkeys(("temperature", "temp"), "temperature"),
+}
+_LONGEST_REMARK, _MOST_COMMENTS = 80, 100
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", re.ASCII)
 
 _Line = tuple[int, str]
@@ -29,7 +37,10 @@ _Row = tuple[int, list[str]]
 
 
 def read_text(
-    file: Path, choose: Callable[[Header], Mapping[str, Chosen]], max_samples: int
+    file: Path,
+    choose: Callable[[Header], Mapping[str, Chosen]],
+    max_samples: int,
+    tolerant: bool = False,
 ) -> Measured:
     """Read delimited text.
 
@@ -37,6 +48,7 @@ def read_text(
         file: A regular file.
         choose: Function from the header to role -> column.
         max_samples: Largest number of samples that is accepted.
+        tolerant: Whether to take 'NA' and similar words as empty cells.
 
     Returns:
         The chosen columns.
@@ -46,7 +58,8 @@ def read_text(
         OSError: The file cannot be read.
     """
     with file.open("rb") as stream:
-        lines = _from_header(_lines(file, stream))
+        comments: list[str] = []
+        lines = _from_header(_lines(file, stream), comments)
         looked_at = list(islice(lines, _LOOKED_AT))
         if len(looked_at) < 2:
             found = "a header and no samples" if looked_at else "no text but comments and blanks"
@@ -56,14 +69,25 @@ def read_text(
         rows = chain(top, ((row, _cells(text, delimiter)) for row, text in lines))
         header, header_rows = _header(file, top[:3])
         chosen = choose(header)
-        numbers = _Numbers(file, delimiter)
+        numbers = _Numbers(file, delimiter, tolerant)
         width = len(header.columns)
         trailing = len(top[0][1]) > width
         samples = _fitted(header, islice(rows, header_rows, None), trailing)
         values, empty, taken = _read_samples(file, chosen, samples, numbers, max_samples)
     notes = ["trailing delimiter ignored"] if any(len(cells) > width for _, cells in top) else []
     notes += ["decimal comma"] if numbers.comma else []
-    return Measured(file, chosen, values, empty, taken, tuple(notes))
+    return Measured(file, chosen, values, empty, taken, tuple(notes), _metadata(comments))
+
+
+def _metadata(comments: Iterable[str]) -> dict[str, str]:
+    """What comments before the header say of the record: 'serial: RW-7', 'date = 2026-03-01'."""
+    found = {}
+    for text in comments:
+        said = re.match(r"\s*#+\s*([\w /]+?)\s*[:=]\s*(.+?)\s*$", text)
+        name = _METADATA.get(said[1].casefold()) if said else None
+        if said and name:
+            found[name] = said[2][:_LONGEST_REMARK]
+    return found
 
 
 def _lines(file: Path, stream: BinaryIO) -> Iterator[_Line]:
@@ -88,12 +112,14 @@ def _lines(file: Path, stream: BinaryIO) -> Iterator[_Line]:
             yield row, text
 
 
-def _from_header(lines: Iterator[_Line]) -> Iterator[_Line]:
-    """The lines from the header on; comments before the header are skipped."""
+def _from_header(lines: Iterator[_Line], comments: list[str]) -> Iterator[_Line]:
+    """The lines without the comments before the header, which are collected."""
     for line in lines:
         if not line[1].lstrip().startswith("#"):
             yield line
             yield from lines
+        elif len(comments) < _MOST_COMMENTS:
+            comments.append(line[1])
 
 
 def _cells(text: str, delimiter: str) -> list[str]:
@@ -188,8 +214,9 @@ def _is_unit(cell: str) -> bool:
 class _Numbers:
     """Parser for the numbers of one file, which must use one decimal mark throughout."""
 
-    def __init__(self, file: Path, delimiter: str):
+    def __init__(self, file: Path, delimiter: str, tolerant: bool):
         self.file = file
+        self.tolerant = tolerant
         self.comma_allowed = delimiter != ","
         self.point = False
         self.comma = False
@@ -200,6 +227,8 @@ class _Numbers:
             # Python would accept '1_000' as a number.
             value = float("" if "_" in cell else cell)
         except ValueError:
+            if self.tolerant and cell.casefold() in _NO_NUMBER:
+                return math.nan
             if not self.comma_allowed or _DECIMAL_COMMA.fullmatch(cell) is None:
                 raise fault(self.file, shown(cell), "a number", row, column) from None
             value = float(cell.replace(",", "."))

@@ -55,6 +55,10 @@ def identify(
     columns: Mapping[str, str] | str | None = None,
     units: Mapping[str, str] | str | None = None,
     unsigned_current: bool = False,
+    unsigned_speed: bool = False,
+    missing: str = "refuse",
+    edges: "str | Path | None" = None,
+    pulses: int = 1,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.identify",
@@ -69,7 +73,8 @@ def identify(
         current_scale: true over measured current: "+- 1 %" or "1.01 +- 0.5 %".
         speed_scale: true over measured speed, likewise.
         clock: true over recorded time, likewise.
-        model: friction model; by default "stribeck".
+        model: friction model, by default "stribeck"; "auto": the simplest one, with the effects
+            that the diagnosis finds.
         method: "batch", "steady", "torque-step" or "coast".
         hold: parameters that are held: name -> value, or None for the default.
         free: parameters that are estimated as well.
@@ -83,6 +88,11 @@ def identify(
         columns: role -> column, such as {"current": "m1cur"}.
         units: role -> unit, where the file has none.
         unsigned_current: whether the current has no sign; it is taken from setpoint or speed.
+        unsigned_speed: whether the speed has no sign; it changes where the speed touches zero.
+        missing: cells without a number: "refuse" makes an error of them, "drop" leaves their rows
+            out.
+        edges: file with the times of a tachometer's edges, s, in place of a speed.
+        pulses: edges a turn, with `edges`.
         force: whether to replace files that gyrostat did not write.
         say: called with each line for a person.
         command: text that the report names as its origin.
@@ -102,6 +112,7 @@ def identify(
     if out is not None:
         check_outputs(Path(out), FILES, by="identify", force=force)
     name = model or "stribeck"
+    named_model = "stribeck" if name == "auto" else name  # the names of its parameters
     one_of(method, METHODS, "--method")
     one_of(current_hold or HOLDS[0], HOLDS, "--current-hold")
     value, tolerance = inertia_and_tolerance(inertia)
@@ -111,19 +122,27 @@ def identify(
     tolerance |= shares
     common: dict[str, Any] = {
         "inertia": value,
-        "hold": parameters_in_si(named(hold, "--hold", bare=True), name, "--hold"),
+        "hold": parameters_in_si(named(hold, "--hold", bare=True), named_model, "--hold"),
     }
     sigmas = quantities(speed_sigma, "speed", "--speed-sigma")
-    reading = {"columns": columns, "units": units, "unsigned_current": unsigned_current}
+    reading = {
+        "columns": columns,
+        "units": units,
+        "unsigned_current": unsigned_current,
+        "unsigned_speed": unsigned_speed,
+        "missing": missing,
+        "edges": edges,
+        "pulses": pulses,
+    }
     measured = [record.scaled(**factors) for record in load_records(records, say, **reading)]
     if method == "batch":
-        friction_model(name)
+        friction_model(named_model)
         say(f"identifying {name} friction from {', '.join(r.name for r in measured)}")
         options: dict[str, Any] = {
             **common,
             "free": [free] if isinstance(free, str) else list(() if free is None else free),
-            "prior": priors(prior, name),
-            "start": parameters_in_si(named(start, "--start"), name, "--start"),
+            "prior": priors(prior, named_model),
+            "start": parameters_in_si(named(start, "--start"), named_model, "--start"),
             "speed_sigma": sigmas or None,
             "loss": loss or "quadratic",
             "current_hold": current_hold or "zero-order",
@@ -137,7 +156,9 @@ def identify(
             ),
             **options,
         )
-        trends = stage.temperature_trends(measured, model=name, on_left_out=say, **options)
+        trends = stage.temperature_trends(
+            measured, model=fit.model.name, on_left_out=say, **options
+        )
         fit = replace(fit, temperatures=tuple(trends))
         if compare or held_out:
             others = load_records(held_out or (), say, **reading)

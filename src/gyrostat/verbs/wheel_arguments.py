@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Named, Quantity, Say, in_si, in_si_or_none, named
+from gyrostat.verbs.arguments import Named, Quantity, Say, in_si, in_si_or_none, named, one_of
 
 if TYPE_CHECKING:
     from gyrostat.identification import Fit
@@ -14,33 +14,60 @@ if TYPE_CHECKING:
 
 HOLDS = ("zero-order", "linear")
 """How the current runs between samples."""
+MISSING = ("refuse", "drop")
+"""What is done with cells that hold no finite number."""
 
 
 def load_records(
-    records: "Record | str | Path | Iterable[Record | str | Path]", say: Say, **reading: Any
+    records: "Record | str | Path | Iterable[Record | str | Path]",
+    say: Say,
+    *,
+    missing: str = "refuse",
+    unsigned_speed: bool = False,
+    **reading: Any,
 ) -> "list[Record]":
-    """Read the records that are given as paths, and say what the reader noted.
+    """Read the records that are given as paths, cut them at gaps, and say what was changed.
 
     Args:
         records: one or several records or paths.
         say: called with each note.
-        reading: options of `gyrostat.telemetry.read_record`; columns and units also as text.
+        missing: "refuse" or "drop"; see `gyrostat.telemetry.read_record`.
+        unsigned_speed: whether the speed has no sign; it changes where the speed touches zero.
+        reading: further options of `gyrostat.telemetry.read_record`; columns and units also as
+            text.
 
     Raises:
-        InputError: a file cannot be read.
+        InputError: a file cannot be read, or a speed without sign never touches zero.
     """
-    from gyrostat.telemetry import Record, read_record
+    from gyrostat.telemetry import Record, cut, read_record
 
+    one_of(missing, MISSING, "--missing")
     for name in ("columns", "units"):
         reading[name] = named(reading[name], f"--{name}") or None
     several = [records] if isinstance(records, Record | str | Path) else list(records)
     found = []
     for item in several:
-        record = item if isinstance(item, Record) else read_record(item, **reading)
-        for note in record.notes if record is not item else ():
+        if isinstance(item, Record):
+            record, known = item, len(item.notes)
+        else:
+            record, known = read_record(item, missing=missing, **reading), 0  # pyright: ignore[reportArgumentType]
+        record = cut(_signed(record) if unsigned_speed else record)
+        for note in record.notes[known:]:
             say(f"{record.name}: {note}")
         found.append(record)
     return found
+
+
+def _signed(record: "Record") -> "Record":
+    from gyrostat.identification.signs import signed_speed
+
+    signed = signed_speed(record)
+    if signed is None:
+        raise InputError(
+            f"{record.name}: --unsigned-speed: found a speed that never touches zero, expected one "
+            "that does: nothing shows where its sign changes"
+        )
+    return signed
 
 
 def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) -> "WheelModel":
@@ -98,7 +125,8 @@ def parameters_in_si(values: Mapping[str, Any], model: str, where: str) -> dict[
 
 
 def _parameter_in_si(value: Quantity, name: str, model: str, where: str) -> float:
-    from gyrostat.identification.prediction import friction_model, parameter_dimension
+    from gyrostat.identification.parameters import parameter_dimension
+    from gyrostat.identification.prediction import friction_model
 
     dimension = parameter_dimension(friction_model(model), name, where)
     return in_si(value, dimension, f"{where} {name}")

@@ -34,6 +34,8 @@ def validate(
     columns: Mapping[str, str] | str | None = None,
     units: Mapping[str, str] | str | None = None,
     unsigned_current: bool = False,
+    unsigned_speed: bool = False,
+    missing: str = "refuse",
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.validate",
@@ -49,12 +51,16 @@ def validate(
         columns: role -> column of the file.
         units: role -> unit, where the file has none.
         unsigned_current: whether the current has no sign.
+        unsigned_speed: whether the speed has no sign; it changes where the speed touches zero.
+        missing: cells without a number: "refuse" makes an error of them, "drop" leaves their rows
+            out.
         force: whether to replace files that gyrostat did not write.
         say: called with each line for a person.
         command: text that the page names as its origin.
 
     Returns:
-        Residuals and their size; a valid result if it has `converged`.
+        Residuals, the share of samples inside the prediction interval and the verdict `holds`; a
+        valid result if it has `converged`.
 
     Raises:
         InputError: a model or record that cannot be used, or files in the way.
@@ -72,9 +78,22 @@ def validate(
     known = wheel_model(model, force=True)
     known.wheel()
     values = {**known.values, **_drive(hold, known.friction.name)}
-    reading = {"columns": columns, "units": units, "unsigned_current": unsigned_current}
-    measured = load_records(record, say, **reading)[0]
-    result = predict(known.friction, values, measured, current_hold=current_hold)  # pyright: ignore[reportArgumentType]
+    measured = load_records(
+        record,
+        say,
+        columns=columns,
+        units=units,
+        unsigned_current=unsigned_current,
+        unsigned_speed=unsigned_speed,
+        missing=missing,
+    )[0]
+    result = predict(
+        known.friction,
+        values,
+        measured,
+        current_hold=current_hold,  # pyright: ignore[reportArgumentType]
+        covariance=known.covariance(),
+    )
     if out is not None:
         text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
         page = validation_page(result, command=command)
@@ -86,6 +105,7 @@ def validate(
         f"noise {result.noise:.4g} rad/s, over {result.samples} samples and {result.crossings} "
         "zero crossings"
     )
+    say(result.verdict)
     if not result.converged:
         say("no valid result: found no initial speed that fits the record best")
     return result

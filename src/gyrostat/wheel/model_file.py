@@ -12,6 +12,10 @@ viscous = 4.83e-06        # N·m·s/rad
 [sigma]                   # standard deviations of identified parameters, optional
 motor_constant = 1.8e-05
 
+[correlation]             # of their errors, optional
+names = ["motor_constant", "viscous"]
+matrix = [[1.0, 0.2], [0.2, 1.0]]
+
 [validity]                # only where the numbers are none that a wheel has
 impossible = "viscous is negative (-3e-06): no wheel has this"
 
@@ -25,13 +29,17 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from gyrostat.core.errors import InputError
 from gyrostat.core.files import write_whole
 from gyrostat.core.toml_file import number, read_toml, refuse_unknown
+from gyrostat.core.types import Matrix
 from gyrostat.core.units import SI_UNIT
 from gyrostat.wheel.friction import FRICTION_MODELS, Friction
 from gyrostat.wheel.wheel import Wheel
 
+_SECTIONS = ("wheel", "friction", "sigma", "correlation", "validity", "origin")
 _WHEEL = {"inertia": "inertia", "motor_constant": "motor_constant"}
 
 
@@ -44,6 +52,8 @@ class WheelModel:
         values: parameter name -> value, SI; the inertia may be missing.
         sigma: parameter name -> standard deviation, SI, of identified parameters.
         origin: where the numbers come from, as text.
+        correlation: names of identified parameters and the correlation of their errors, (n, n);
+            None where it is not known.
         impossible: why no wheel has these values; empty where one may.
     """
 
@@ -52,6 +62,22 @@ class WheelModel:
     sigma: Mapping[str, float] = field(default_factory=dict)
     origin: Mapping[str, str] = field(default_factory=dict)
     impossible: str = ""
+    correlation: tuple[tuple[str, ...], Matrix] | None = None
+
+    def covariance(self) -> tuple[tuple[str, ...], Matrix]:
+        """Names of the identified parameters and the covariance of their errors, (n, n), SI.
+
+        Without a correlation the errors count as independent.
+        """
+        names = tuple(self.sigma)
+        sigma = np.array([self.sigma[n] for n in names])
+        correlation = np.eye(len(names))
+        if self.correlation is not None:
+            known, matrix = self.correlation
+            places = [k for k, n in enumerate(names) if n in known]
+            own = [known.index(names[k]) for k in places]
+            correlation[np.ix_(places, places)] = matrix[np.ix_(own, own)]
+        return names, correlation * np.outer(sigma, sigma)
 
     def wheel(self) -> Wheel:
         """The wheel.
@@ -91,6 +117,10 @@ def write_model(path: str | os.PathLike[str], model: WheelModel) -> None:
     text += lines(model.friction.dimensions(), model.values)
     if model.sigma:
         text += ["", "[sigma]  # standard deviations", *lines(dimensions, model.sigma)]
+    if model.correlation is not None:
+        known, matrix = model.correlation
+        text += ["", "[correlation]  # of their errors", f"names = {json.dumps(known)}"]
+        text += ["matrix = [", *(f"  {row}," for row in matrix.tolist()), "]"]
     if model.impossible:
         text += ["", "[validity]", f"impossible = {_quoted(model.impossible)}"]
     if model.origin:
@@ -112,7 +142,7 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
     """
     path = Path(path)
     table = read_toml(path, "a model file")
-    refuse_unknown(path, "", table, ("wheel", "friction", "sigma", "validity", "origin"))
+    refuse_unknown(path, "", table, _SECTIONS)
     for section in table:
         if not isinstance(table[section], dict):
             raise InputError(f"{path}: key {section}: found a value, expected a table")
@@ -159,7 +189,32 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
         sigma={n: number(path, f"sigma.{n}", v, positive=False) for n, v in sigma.items()},
         origin={k: str(v) for k, v in table.get("origin", {}).items()},
         impossible=impossible,
+        correlation=_correlation(path, table.get("correlation"), sigma),
     )
+
+
+def _correlation(
+    path: Path, table: Mapping[str, object] | None, sigma: Collection[str]
+) -> tuple[tuple[str, ...], Matrix] | None:
+    """Names and matrix of a table [correlation]; None without one."""
+    if table is None:
+        return None
+    refuse_unknown(path, "correlation.", table, ("names", "matrix"))
+    names, rows = table.get("names"), table.get("matrix")
+    if not isinstance(names, list) or not set(map(str, names)) <= set(sigma):
+        raise InputError(f"{path}: key correlation.names: expected names that stand under sigma")
+    try:
+        matrix = np.array(rows, dtype=float)
+    except (TypeError, ValueError):
+        matrix = np.zeros(0)
+    count = len(names)
+    fits = matrix.shape == (count, count) and bool(np.all(np.abs(matrix) <= 1.0 + 1e-9))
+    if not (fits and np.allclose(matrix, matrix.T) and np.allclose(np.diag(matrix), 1.0)):
+        raise InputError(
+            f"{path}: key correlation.matrix: expected {count} rows of {count} numbers from -1 to "
+            "1, symmetric, with ones on the diagonal"
+        )
+    return tuple(map(str, names)), matrix
 
 
 def _quoted(text: str) -> str:

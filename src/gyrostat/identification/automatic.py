@@ -1,0 +1,149 @@
+"""Automatic choice of the model: what the diagnosis finds is included, and nothing else."""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from gyrostat.core.errors import InputError
+from gyrostat.identification.findings import Finding
+from gyrostat.identification.fit import Fit
+from gyrostat.identification.prediction import SpeedPrediction, friction_model
+from gyrostat.identification.signs import RESTORE, lost_sign
+from gyrostat.telemetry import Record
+
+AUTO = "auto"
+"""Name that stands for the automatic choice in place of a friction model."""
+SIMPLEST = "viscous-coulomb"
+"""Where the choice starts."""
+MOST_STEPS = 6
+"""Effects that are included at most."""
+DIRECTIONAL = ("asymmetry", "viscous_asymmetry")
+COLUMNS = (
+    "coulomb_drift",
+    "viscous_over_temperature",
+    "coulomb_over_temperature",
+    "clipped_current",
+)
+"""Effects that join the fit as nuisances."""
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """What a fit includes.
+
+    Attributes:
+        model: Name of the friction model.
+        free: Names estimated beside the usual ones.
+        loss: Of a residual.
+        include: Effects that join the fit as nuisances.
+    """
+
+    model: str = SIMPLEST
+    free: tuple[str, ...] = ()
+    loss: str = "quadratic"
+    include: tuple[str, ...] = ()
+
+    def with_finding(self, finding: Finding) -> "_Choice | None":
+        """The choice that includes a finding too; None where nothing more does.
+
+        Of effects that cannot be told apart the first that this knows is taken, a current offset
+        before an asymmetry of friction: it has one parameter.
+        """
+        if "current_offset" in finding.names and "current_bias" not in self.free:
+            return replace(self, free=(*self.free, "current_bias"))
+        for name in finding.names:
+            if name in DIRECTIONAL and self.model != "directional":
+                return replace(self, model="directional")
+            if name == "stribeck" and self.model == SIMPLEST:
+                return replace(self, model="stribeck")
+            if name == "outliers" and self.loss == "quadratic":
+                return replace(self, loss="student")
+            joins = name in COLUMNS or name.startswith("ripple_")
+            if joins and name not in self.include:
+                return replace(self, include=(*self.include, name))
+        return None
+
+    def change(self, before: "_Choice") -> str:
+        """What this includes that a narrower choice did not."""
+        if self.free != before.free:
+            return f"{self.free[-1]} estimated"
+        if self.include != before.include:
+            return f"{self.include[-1]} allowed for"
+        return f"{self.loss} loss" if self.loss != before.loss else f"model {self.model}"
+
+
+def _restored(record: Record) -> Record:
+    """The record with a lost sign restored."""
+    finding = lost_sign(record)
+    if finding is None:
+        return record
+    return RESTORE[finding.names[0]](record) or record
+
+
+def identify_automatically(
+    identify: Callable[..., Fit],
+    records: Sequence[Record],
+    *,
+    hold: Mapping[str, float | None],
+    free: Collection[str],
+    prior: Mapping[str, tuple[float, float]],
+    start: Mapping[str, float],
+    loss: str,
+    **options: Any,
+) -> Fit:
+    """Identify a wheel with the model that its records support.
+
+    Lost signs are restored; then the simplest friction model is fitted, and what the diagnosis
+    finds is included, the effect with most evidence first, until it finds nothing more that can be
+    included. A step that leads to no valid wheel is taken back.
+
+    Args:
+        identify: `gyrostat.identification.identify`.
+        records: of one wheel.
+        hold: as for `identify`; names that a model does not have are left out for it.
+        free: likewise.
+        prior: likewise.
+        start: likewise.
+        loss: as for `identify`.
+        options: further arguments of `identify`.
+
+    Returns:
+        The fit, with what was chosen in `choices`.
+
+    Raises:
+        InputError: the records or the request cannot give an estimate.
+    """
+    records = tuple(_restored(record) for record in records)
+
+    def fitted(choice: _Choice) -> Fit:
+        known = SpeedPrediction(records, friction_model(choice.model), "zero-order").names
+        return identify(
+            records,
+            model=choice.model,
+            hold={n: v for n, v in hold.items() if n in known},
+            free=[n for n in {*free, *choice.free} if n in known],
+            prior={n: v for n, v in prior.items() if n in known},
+            start={n: v for n, v in start.items() if n in known},
+            loss=choice.loss,
+            include=choice.include,
+            **options,
+        )
+
+    choice, causes = _Choice(loss=loss), []
+    fit, refused = fitted(choice), set()
+    for _ in range(MOST_STEPS):
+        trials = [(f, choice.with_finding(f)) for f in fit.findings if f.names[0] not in refused]
+        step = next(((f, c) for f, c in trials if c is not None), None)
+        if step is None:
+            break
+        finding, wider = step
+        try:
+            richer = fitted(wider)
+        except InputError:
+            richer = None
+        if richer is None or not richer.converged or (richer.impossible and not fit.impossible):
+            refused.add(finding.names[0])
+            continue
+        causes.append(f"{wider.change(choice)} ({' or '.join(finding.titles)})")
+        fit, choice = richer, wider
+    return replace(fit, choices=(f"friction model {choice.model}", *causes))

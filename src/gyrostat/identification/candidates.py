@@ -1,0 +1,216 @@
+"""Further effects that a record may show: columns of derivatives for the diagnosis.
+
+Like the nuisances of `gyrostat.identification.effects` each is linearised at a fit. They are tested
+after the fit and take part in it only where the user asks for them.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.effects import Nuisance, accumulated
+from gyrostat.identification.prediction import Linearisation, SpeedPrediction
+from gyrostat.telemetry import Record
+from gyrostat.wheel.friction.stribeck import DEFAULT_STRIBECK_SPEED
+
+SHARES = (0.01, 0.03, 0.1, 0.3)
+"""Prior sigmas of a torque, shares of the friction torque, where it joins the fit."""
+HARMONICS = (1, 2, 3, 4)
+"""Multiples of the wheel's angle at which a torque ripple is sought."""
+WARMING = 1.0
+"""°C that the temperature must span within a record to be a candidate cause of drift."""
+CLIPPED_RUNS = (2, 16)
+"""Stretches at the very same largest current, at least and at most, that may be clipped."""
+SUBSTEPS = 5
+"""Points of a sample interval at which a narrow friction curve is averaged."""
+
+Shape = Callable[[Record, Linearisation], Matrix | None]
+"""Record and its linearisation -> change of the speed at the end of each interval per unit of each
+coefficient, (N - 1, k); None where the record has nothing of the kind."""
+
+
+def _share_of_time(record: Record) -> Vector:
+    """Time at the middle of each interval, from -1 at the start of the record to 1 at its end."""
+    middle = 0.5 * (record.time[1:] + record.time[:-1])
+    return 2.0 * (middle - record.time[0]) / np.ptp(record.time) - 1.0
+
+
+def _share_of_temperature(record: Record) -> Vector | None:
+    """Temperature in each interval, from -1 (coldest) to 1 (warmest); None where it is constant."""
+    if record.temperature is None or np.ptp(record.temperature) < WARMING:
+        return None
+    middle = 0.5 * (record.temperature[1:] + record.temperature[:-1])
+    return 2.0 * (middle - record.temperature.min()) / np.ptp(record.temperature) - 1.0
+
+
+def _angle(record: Record, linear: Linearisation) -> Vector:
+    """Angle of the wheel at the samples, (N,) rad: the integral of its speed."""
+    speed = np.where(record.valid, record.speed, linear.speed)
+    mean = 0.5 * (speed[1:] + speed[:-1])
+    return np.concatenate([[0.0], np.cumsum(mean * np.diff(record.time))])
+
+
+def _clipped(current: Vector) -> Matrix | None:
+    """Current at its limit in each stretch where it stands there, (N - 1, stretches).
+
+    None without a limit, a largest current that several stretches share to the last digit, or where
+    they are too many to tell apart.
+    """
+    at = np.abs(current) == np.max(np.abs(current))
+    number = np.cumsum(np.diff(np.concatenate([[0], at.astype(int)])) == 1)
+    if at.all() or not CLIPPED_RUNS[0] <= number[-1] <= CLIPPED_RUNS[1]:
+        return None
+    runs = number[:, None] == np.arange(1, number[-1] + 1)
+    return (np.where(at, current, 0.0)[:, None] * runs)[:-1]
+
+
+class _Candidates:
+    """Makes the candidates of one fit."""
+
+    def __init__(
+        self,
+        prediction: SpeedPrediction,
+        linear: Sequence[Linearisation],
+        values: Mapping[str, float],
+    ) -> None:
+        self.prediction, self.linear, self.values = prediction, linear, values
+        dimensions = prediction.model.dimensions()
+        self.dry = [n for n, d in dimensions.items() if d == "torque"]
+        self.viscous = [n for n, d in dimensions.items() if d == "viscous"]
+        self.asked: list[tuple[str, str, str, list[Matrix]]] = []
+
+    def local(self, linear: Linearisation, name: str) -> Vector:
+        """Derivative of the speed at the end of each interval by a parameter in it alone."""
+        return linear.local[:, self.prediction.names.index(name)]
+
+    def torque(self, linear: Linearisation, names: Sequence[str]) -> Vector:
+        """Change of the speed by the torque of some friction parameters in each interval."""
+        return np.sum([self.values[n] * self.local(linear, n) for n in names], axis=0)
+
+    def per_torque(self, linear: Linearisation) -> Vector:
+        """Change of the speed at the end of each interval per torque in it, rad/s per N·m."""
+        motor = self.values["motor_constant"]
+        return self.local(linear, "current_bias") / (motor if motor else 1.0)
+
+    def add(self, name: str, title: str, unit: str, shape: Shape, *, each: bool = False) -> None:
+        """Add a candidate.
+
+        Args:
+            name: identifier.
+            title: what a report calls it.
+            unit: of its coefficients.
+            shape: of its effect in a record.
+            each: whether every record has a coefficient of its own.
+        """
+        pairs = list(zip(self.prediction.records, self.linear, strict=True))
+        inputs = [shape(record, linear) for record, linear in pairs]
+        present = [k for k, own in enumerate(inputs) if own is not None]
+        if not present:
+            return
+        width = next(own.shape[1] for own in inputs if own is not None)
+        blocks = []
+        for k, (own, linear) in enumerate(zip(inputs, self.linear, strict=True)):
+            block = np.zeros((len(linear.transition), width * (len(present) if each else 1)))
+            if own is not None:
+                first = width * present.index(k) if each else 0
+                block[:, first : first + width] = own
+            blocks.append(block)
+        if any(np.any(block) for block in blocks):
+            self.asked.append((name, title, unit, blocks))
+
+    def found(self) -> list[Nuisance]:
+        """The candidates added, their changes of the speed accumulated over each record."""
+        ends = np.cumsum([blocks[0].shape[1] for *_, blocks in self.asked])[:-1]
+        split = []
+        for k, linear in enumerate(self.linear):
+            every = np.column_stack([blocks[k] for *_, blocks in self.asked])
+            split.append(np.split(accumulated(linear, every), ends, axis=1))
+        return [
+            Nuisance(name, title, unit, SHARES, tuple(columns[place] for columns in split))
+            for place, (name, title, unit, _) in enumerate(self.asked)
+        ]
+
+
+def candidates(
+    prediction: SpeedPrediction, linear: Sequence[Linearisation], values: Mapping[str, float]
+) -> list[Nuisance]:
+    """Effects that the diagnosis tests beside those that every fit allows for.
+
+    Args:
+        prediction: Records and friction model.
+        linear: Of each record, at the fit.
+        values: Name -> value of all parameters, SI.
+    """
+    make = _Candidates(prediction, linear, values)
+
+    def scaled(names: Sequence[str], share: Callable[[Record], Vector | None]) -> Shape:
+        def shape(record: Record, linear: Linearisation) -> Matrix | None:
+            own = share(record)
+            return None if own is None else (own * make.torque(linear, names))[:, None]
+
+        return shape
+
+    def sense(linear: Linearisation) -> Vector:
+        return np.sign(linear.speed[1:] + linear.speed[:-1])
+
+    def one_sided(names: Sequence[str]) -> Shape:
+        return lambda _, linear: (sense(linear) * make.torque(linear, names))[:, None]
+
+    if not any(np.any(each.jacobian[:, prediction.names.index("current_bias")]) for each in linear):
+        return []
+    make.add(
+        "current_offset",
+        "current offset",
+        "A",
+        lambda _, each: make.local(each, "current_bias")[:, None],
+    )
+    if len(make.viscous) == 1:
+        make.add("asymmetry", "direction asymmetry of the dry friction", "1", one_sided(make.dry))
+        title = "direction asymmetry of the viscous friction"
+        make.add("viscous_asymmetry", title, "1", one_sided(make.viscous))
+    title = "drift of the dry friction over half the record"
+    make.add("coulomb_drift", title, "1", scaled(make.dry, _share_of_time), each=True)
+    for names, name, what in (
+        (make.viscous, "viscous_over_temperature", "viscous"),
+        (make.dry, "coulomb_over_temperature", "dry"),
+    ):
+        title = f"change of the {what} friction over half the range of temperature"
+        make.add(name, title, "1", scaled(names, _share_of_temperature))
+    friction = float(np.mean([abs(values[n]) for n in make.dry])) if make.dry else 0.0
+    level = friction or abs(values["motor_constant"])
+
+    def ripple(order: int) -> Shape:
+        def shape(record: Record, linear: Linearisation) -> Matrix:
+            phase = order * _angle(record, linear)
+            turned = np.diff(phase)
+            # mean over the interval of a wheel that turns at the mean speed in it
+            fading = np.sinc(turned / (2.0 * np.pi))
+            middle = phase[:-1] + 0.5 * turned
+            waves = np.column_stack([np.cos(middle), np.sin(middle)])
+            return level * (fading * make.per_torque(linear))[:, None] * waves
+
+        return shape
+
+    for order in HARMONICS:
+        title = f"torque ripple, {order} per turn, share of the dry friction"
+        make.add(f"ripple_{order}", title, "1", ripple(order))
+
+    def limited(record: Record, linear: Linearisation) -> Matrix | None:
+        at = _clipped(record.current)
+        return None if at is None else at * make.local(linear, "current_bias")[:, None]
+
+    title = "clipped current: true minus recorded, share of the limit"
+    make.add("clipped_current", title, "1", limited, each=True)
+    if not prediction.model.vanishing_at:
+
+        def rise(_, linear: Linearisation) -> Matrix:
+            share = (np.arange(SUBSTEPS) + 0.5) / SUBSTEPS
+            start, change = linear.speed[:-1, None], np.diff(linear.speed)[:, None]
+            speed = start + share * change
+            bend = np.sign(speed) * np.exp(-((speed / DEFAULT_STRIBECK_SPEED) ** 2))
+            return (-level * np.mean(bend, axis=1) * make.per_torque(linear))[:, None]
+
+        title = "friction that rises towards rest (Stribeck), share of the dry friction"
+        make.add("stribeck", title, "1", rise)
+    return make.found()

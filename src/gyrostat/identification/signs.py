@@ -1,0 +1,173 @@
+"""Lost and opposed signs of current and speed, told from the equation of motion alone.
+
+Over windows of a record the change of the speed is a linear function of the integrals of current,
+speed and sense of rotation. Where it clearly fits better with a sign restored, the sign was lost.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from gyrostat.core.types import Vector
+from gyrostat.identification.findings import Finding
+from gyrostat.identification.statistics import noise_level
+from gyrostat.telemetry import Record
+
+WINDOWS = 150
+"""Windows into which a record is cut."""
+FEWEST_WINDOWS = 12
+"""Windows below which nothing is judged."""
+CLEARLY_BETTER = 0.5
+"""Misfit with a sign restored, over that as recorded, below which the sign was lost."""
+TOUCHES = 0.03
+"""Share of the largest speed, or `CLEAR` noises, below which a speed touches zero."""
+CLEAR = 4.0
+"""Standard deviations of the noise beyond which a speed has a sign."""
+SMOOTHED = 5
+"""Samples of the running mean that a sense of rotation is taken from."""
+MISSING = 0.5
+"""Share of speeds around a sample below which it may hide a touch of zero."""
+ROUNDS = 5
+"""Rounds in which the sign of a current is refined."""
+BOTH_WAYS = 0.05
+"""Share of samples that must have the rarer sign for a signal to have both."""
+
+TITLES = {
+    "unsigned_speed": "speed without sign",
+    "unsigned_current": "current without sign",
+}
+
+
+def _smooth(values: Vector) -> Vector:
+    width = min(SMOOTHED, len(values))
+    return np.convolve(values, np.full(width, 1.0 / width), mode="same")
+
+
+def _filled(record: Record) -> Vector:
+    """Speed with missing samples bridged by straight lines, (N,)."""
+    return np.interp(record.time, record.time[record.valid], record.speed[record.valid])
+
+
+def _regression(time: Vector, current: Vector, speed: Vector) -> tuple[Vector, float]:
+    """Equation of motion over windows: k_m/J, b/J and c/J, and the sum of squares that is left."""
+    edges = np.unique(np.linspace(0, len(time) - 1, WINDOWS + 1).astype(int))
+    smooth = _smooth(speed)
+
+    def change(rates: Vector) -> Vector:
+        return np.diff(np.concatenate([[0.0], np.cumsum(rates[:-1] * np.diff(time))])[edges])
+
+    rows = np.column_stack([change(current), -change(smooth), -change(np.sign(smooth))])
+    right = np.diff(smooth[edges])
+    size = np.linalg.norm(rows, axis=0)
+    size = np.where(size > 0.0, size, 1.0)
+    solved = np.linalg.lstsq(rows / size, right, rcond=1e-10)[0] / size
+    return solved, float(np.sum((right - rows @ solved) ** 2))
+
+
+def _both_ways(values: Vector, clear: float) -> bool:
+    return bool(min(np.mean(values > clear), np.mean(values < -clear)) > BOTH_WAYS)
+
+
+def signed_speed(record: Record) -> Record | None:
+    """Restore the sign of a speed that was recorded as a magnitude.
+
+    Between two touches of zero the wheel keeps its sense: that in which current and change of the
+    magnitude agree.
+
+    Args:
+        record: With a speed that is never clearly negative.
+
+    Returns:
+        A copy with the sign restored; None where the speed never touches zero.
+    """
+    size: Vector = np.abs(_filled(record))
+    level = max(TOUCHES * float(size.max()), CLEAR * noise_level(size))
+    # where the speed is missing for long it may have touched zero: tachometers fail at low speed
+    low = (_smooth(size) < level) | (_smooth(record.valid.astype(np.float64)) < MISSING)
+    if not low.any() or low.all():
+        return None
+    # a touch is where a stretch of low speed is lowest
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], low, [False]]).astype(int)))
+    cuts = [int(a + np.argmin(size[a:b])) for a, b in edges.reshape(-1, 2)]
+    parts = np.split(np.arange(len(size)), [c for c in cuts if 0 < c < len(size) - 1])
+    smooth, sense = _smooth(size), np.ones(len(size))
+    for part in parts:
+        inside = part[:-1]
+        agreement = float(np.sum(record.current[inside] * (smooth[inside + 1] - smooth[inside])))
+        sense[part] = 1.0 if agreement >= 0.0 else -1.0
+    speed = np.where(record.valid, sense * np.abs(record.speed), np.nan)
+    return replace(
+        record, speed=speed, notes=(*record.notes, "sign of speed restored from the current")
+    )
+
+
+def signed_current(record: Record) -> Record:
+    """Give a current that was recorded as a magnitude the sign of the setpoint.
+
+    Without a setpoint its sign is that of the motor torque, as the equation of motion has it: from
+    the acceleration at first, then with the friction found so.
+
+    Args:
+        record: With a current that is never negative.
+    """
+    size, source = np.abs(record.current), "setpoint"
+    if record.setpoint is not None and np.any(record.setpoint):
+        guide = np.where(record.setpoint == 0.0, _filled(record), record.setpoint)
+    else:
+        source = "the torque"
+        speed = _smooth(_filled(record))
+        acceleration = _smooth(np.gradient(speed, record.time))
+        guide = acceleration
+        for _ in range(ROUNDS):
+            signed = np.where(guide < 0.0, -size, size)
+            (_, viscous, coulomb), _ = _regression(record.time, signed, speed)
+            guide = acceleration + max(viscous, 0.0) * speed + max(coulomb, 0.0) * np.sign(speed)
+    current = np.where(guide < 0.0, -size, size)
+    return replace(
+        record, current=current, notes=(*record.notes, f"sign of current taken from {source}")
+    )
+
+
+RESTORE = {"unsigned_speed": signed_speed, "unsigned_current": signed_current}
+"""Finding -> what restores the sign that a record has lost."""
+
+
+def lost_sign(record: Record) -> Finding | None:
+    """Find out whether current or speed of a record have lost their sign.
+
+    Args:
+        record: As measured.
+
+    Returns:
+        The finding; None where it has not.
+    """
+    speed = _filled(record)
+    noise = CLEAR * noise_level(record.speed[record.valid])
+    clear = max(noise, TOUCHES * float(np.max(np.abs(speed))))
+    # a smooth signal: the sign of single noisy samples at rest tells nothing
+    turns_both_ways = _both_ways(_smooth(speed), clear)
+    pulls_both_ways = _both_ways(record.current, 0.0)
+    if turns_both_ways == pulls_both_ways or len(record.time) < FEWEST_WINDOWS:
+        return None
+    if turns_both_ways:
+        if np.any(record.current < 0.0) and np.any(record.current > 0.0):
+            return None
+        name, other = "unsigned_current", signed_current(record)
+    else:
+        name, other = "unsigned_speed", signed_speed(record)
+        if other is None or np.min(_smooth(speed)) < -clear:
+            return None
+    _, own = _regression(record.time, record.current, speed)
+    _, better = _regression(record.time, other.current, _filled(other))
+    if not better < CLEARLY_BETTER * own:
+        return None
+    evidence = WINDOWS * float(np.log(own / max(better, np.finfo(float).tiny)))
+    return Finding(
+        names=(name,),
+        titles=(f"{TITLES[name]} in {record.name}",),
+        value=1.0,
+        sigma=None,
+        unit="1",
+        significance=float(np.sqrt(evidence)),
+        evidence=evidence,
+    )

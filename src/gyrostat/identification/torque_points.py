@@ -1,0 +1,144 @@
+"""Measured points of a friction curve: what the motor torque has left after acceleration.
+
+Within a short window of constant current the speed is nearly a straight line; its slope is the
+acceleration, and friction is k_m I - J dw/dt (inverse dynamics). Windows are pooled in bins of
+speed. No model of friction takes part.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.fit import Fit, FrictionPoints
+from gyrostat.telemetry import Record
+
+WINDOW, WINDOWS = 12, 300
+"""Samples of a window at least, and windows of a long record at most."""
+BINS = 14
+"""Bins of speed on each side of zero."""
+FEWEST = 3
+"""Windows that a bin must hold."""
+STEADY = 0.02
+"""Spread of the current within a window, as a share of its largest, up to which it is constant."""
+
+
+def _windows(record: Record, noise: float) -> Matrix:
+    """Mean speed, current, acceleration and time of each usable window of a record, (m, 4)."""
+    length = max(WINDOW, len(record.time) // WINDOWS)
+    starts = np.concatenate(
+        [np.arange(part.start, part.stop - length + 1, length) for part in record.segments]
+    )
+    places = starts[:, None].astype(int) + np.arange(length)
+    # the current of the last sample acts after the window
+    current = record.current[places][:, :-1]
+    steady = np.ptp(current, axis=1) <= STEADY * np.max(np.abs(record.current))
+    usable = steady & record.valid[places].all(axis=1)
+    places, current = places[usable], current[usable]
+    time, speed = record.time[places], record.speed[places]
+    centred = time - time.mean(axis=1, keepdims=True)
+    slope = np.sum(centred * speed, axis=1) / np.sum(centred**2, axis=1)
+    mean = speed.mean(axis=1)
+    # neither rest nor a change of sense inside
+    moves = np.abs(mean) > 0.5 * np.abs(slope) * np.ptp(time, axis=1) + 2.0 * noise
+    when = (time[:, 0] - record.time[0]) / np.ptp(record.time)
+    return np.column_stack([mean, current.mean(axis=1), slope, when])[moves]
+
+
+def torque_points(fit: Fit) -> FrictionPoints | None:
+    """Friction torque over speed, as the records of a fit measure it.
+
+    Args:
+        fit: with motor constant and inertia.
+
+    Returns:
+        Points with the standard errors of their means; None where the records show too little.
+    """
+    known = fit.parameters
+    if not {"motor_constant", "inertia"} <= set(known):
+        return None
+    motor, inertia, bias = (
+        known["motor_constant"],
+        known["inertia"],
+        known.get("current_bias", 0.0),
+    )
+    speed, current, slope, when = _all_windows(fit).T
+    return _binned(speed, motor * (current + bias) - inertia * slope, when)
+
+
+def _all_windows(fit: Fit) -> Matrix:
+    """Windows of all records, (m, 4)."""
+    return np.concatenate([_windows(r, fit.speed_sigma) for r in fit.records])
+
+
+@dataclass(frozen=True)
+class Regression:
+    """One parameter by linear regression on torque, beside the fit of the speed.
+
+    Attributes:
+        name: Of the parameter.
+        value: By regression, SI.
+        sigma: Its standard deviation from the scatter about the regression, SI.
+        disagreement: Difference from the fit, in standard deviations of both.
+    """
+
+    name: str
+    value: float
+    sigma: float
+    disagreement: float
+
+
+def torque_regression(fit: Fit) -> list[Regression]:
+    """Regress the torque of acceleration on current, speed and sense of rotation.
+
+    J dw/dt = k_m I - b w - c sgn(w) over windows of constant current: linear, and independent of
+    the integration of the model over the record.
+
+    Args:
+        fit: of a model with one viscous coefficient and one Coulomb torque.
+
+    Returns:
+        One row for each of motor constant, viscous and Coulomb friction that the fit estimates;
+        empty where the records or the model do not allow it.
+    """
+    names = ("motor_constant", "viscous", "coulomb")
+    known = fit.parameters
+    if not {*names, "inertia"} <= set(known):
+        return []
+    speed, current, slope, _ = _all_windows(fit).T
+    bias = known.get("current_bias", 0.0)
+    rows = np.column_stack([current + bias, -speed, -np.sign(speed)])
+    free = [k for k, name in enumerate(names) if name in fit.names]
+    held = [k for k in range(len(names)) if k not in free]
+    right = known["inertia"] * slope - rows[:, held] @ np.array([known[names[k]] for k in held])
+    rows = rows[:, free]
+    if not free or len(right) < FEWEST * len(names):
+        return []
+    size = np.linalg.norm(rows, axis=0)
+    if not np.all(size > 0.0) or np.linalg.matrix_rank(rows / size) < len(free):
+        return []
+    inverse = np.linalg.inv((rows / size).T @ (rows / size)) / np.outer(size, size)
+    solved = inverse @ rows.T @ right
+    scatter = np.sum((right - rows @ solved) ** 2) / (len(right) - len(free))
+    found = []
+    for value, variance, k in zip(solved, scatter * np.diag(inverse), free, strict=True):
+        own = fit.sigma[fit.names.index(names[k])]
+        apart = (value - known[names[k]]) / np.hypot(own, np.sqrt(variance))
+        found.append(Regression(names[k], float(value), float(np.sqrt(variance)), float(apart)))
+    return found
+
+
+def _binned(speed: Vector, torque: Vector, when: Vector) -> FrictionPoints | None:
+    """Means and standard errors in bins of speed."""
+    if len(speed) < FEWEST:
+        return None
+    width = float(np.max(np.abs(speed))) / BINS
+    place = np.floor(speed / width)
+    rows = []
+    for k in np.unique(place):
+        own = place == k
+        count = int(own.sum())
+        if count >= FEWEST:
+            error = float(np.std(torque[own], ddof=1)) / np.sqrt(count)
+            rows.append((speed[own].mean(), torque[own].mean(), error, when[own].mean()))
+    return FrictionPoints(*map(np.array, zip(*rows, strict=True))) if rows else None

@@ -1,0 +1,145 @@
+"""Cut a record where it says nothing: gaps, a frozen tachometer, a clipped current."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.telemetry.record import Record
+
+GAP = 10.0
+"""Usual sample intervals beyond which the current between two samples is unknown."""
+VARYING = 0.05
+"""Largest share of exact repetitions in a signal that varies from sample to sample."""
+FROZEN = 8
+"""Exact repetitions in a row from which a tachometer that otherwise varies is frozen."""
+DROPPED = 3
+"""Zeros in a row, between speeds far from zero, from which a tachometer has dropped out."""
+FAR = 10.0
+"""Standard deviations of the noise that are far from zero."""
+CLIPPED, CLIPPED_RUNS = 3, 2
+"""Samples at the largest current in a row, and stretches of them, from which it is clipped."""
+LEAST = 1e-9
+"""Noise, as a share of the largest speed, below which a speed repeats by computation."""
+
+
+def _runs(at: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and one past last index of each stretch of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(int)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def scatter(values: NDArray[np.float64]) -> float:
+    """Standard deviation of the noise on a smooth signal, from its second differences.
+
+    Args:
+        values: (N,) samples.
+    """
+    second = np.abs(np.diff(values, 2))
+    return 1.4826 * float(np.median(second)) / np.sqrt(6.0) if len(second) else 0.0
+
+
+def _frozen(record: Record) -> NDArray[np.bool_]:
+    """(N,) whether the speed only repeats the one before it, in a tachometer that has frozen."""
+    places = np.flatnonzero(record.valid)
+    speed = record.speed[places]
+    frozen = np.zeros(len(record.time), dtype=bool)
+    if len(speed) < FROZEN:
+        return frozen
+    noise = scatter(speed)
+    if noise <= LEAST * float(np.max(np.abs(speed))):
+        return frozen
+    repeats = np.concatenate([[False], speed[1:] == speed[:-1]])
+    runs = [(a, b) for a, b in _runs(repeats) if b - a >= FROZEN]
+    usual = repeats & (speed != 0.0)
+    for first, last in runs:
+        usual[first:last] = False
+    if np.mean(usual) < VARYING:
+        for first, last in runs:
+            if speed[first] != 0.0:
+                frozen[places[first:last]] = True
+    for first, last in _runs(speed == 0.0):
+        inside = first > 0 and last < len(speed) and last - first >= DROPPED
+        if inside and min(abs(speed[first - 1]), abs(speed[last])) > FAR * noise:
+            frozen[places[first:last]] = True
+    return frozen
+
+
+def _clipped(current: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(N,) whether the current stands at the limit of what measures it."""
+    at = np.abs(current) == np.max(np.abs(current))
+    runs = [(a, b) for a, b in _runs(at) if b - a >= CLIPPED]
+    rest = ~at & (current != 0.0)
+    repeats = np.concatenate([[False], current[1:] == current[:-1]])
+    varies = rest.sum() > FROZEN and np.mean(repeats[rest]) < VARYING
+    clipped = np.zeros(len(current), dtype=bool)
+    if varies and len(runs) >= CLIPPED_RUNS:
+        for first, last in runs:
+            clipped[first:last] = True
+    return clipped
+
+
+def cut(record: Record) -> Record:
+    """Cut a record into segments wherever its current or speed cannot be known.
+
+    A gap of more than `GAP` usual sample intervals and a stretch of clipped current end a segment:
+    the speed after them has a start of its own. Speeds of a frozen tachometer are marked missing.
+    Samples of segments with fewer than two speeds are left out.
+
+    Args:
+        record: As read.
+
+    Returns:
+        The record with `restart` and with remarks on what was done; itself where it was cut before.
+    """
+    if record.restart is not None:
+        return record
+    notes = list(record.notes)
+    frozen = _frozen(record)
+    if frozen.any():
+        count = len(_runs(frozen))
+        notes.append(f"tachometer frozen: {int(frozen.sum())} samples masked ({count} stretches)")
+    clipped = _clipped(record.current)
+    if clipped.any():
+        level = float(np.max(np.abs(record.current)))
+        notes.append(
+            f"current clipped at {level:.4g} A: cut at {int(clipped.sum())} samples "
+            f"({len(_runs(clipped))} stretches)"
+        )
+    steps = np.diff(record.time)
+    usual = float(np.median(steps))
+    gaps = steps > GAP * usual
+    if gaps.any():
+        notes.append(
+            f"{int(gaps.sum())} gaps longer than {GAP:g} usual sample times ({usual:.3g} s): cut "
+            "into segments with their own start"
+        )
+    restart = np.concatenate([[False], gaps | clipped[:-1]])
+    valid = record.valid & ~frozen
+    if record.averaged:
+        # a mean over an interval that the segment does not contain
+        valid &= ~restart
+    kept = np.ones(len(restart), dtype=bool)
+    starts = [0, *np.flatnonzero(restart).tolist(), len(restart)]
+    for first, last in pairwise(starts):
+        if valid[first:last].sum() < 2:
+            kept[first:last] = False
+    if kept.sum() < 2:
+        return record
+    # what follows a segment that is left out starts anew all the same
+    fresh = np.concatenate([[False], ~kept[:-1]]) | restart
+    fields = {
+        name: None if (series := getattr(record, name)) is None else series[kept]
+        for name in ("time", "current", "temperature", "setpoint")
+    }
+    fresh = fresh[kept]
+    fresh[0] = False
+    return replace(
+        record,
+        **fields,
+        speed=np.where(valid, record.speed, np.nan)[kept],
+        valid=valid[kept],
+        restart=fresh,
+        notes=tuple(notes),
+    )

@@ -1,0 +1,121 @@
+"""Speed from the times of a tachometer's edges instead of their counts."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.errors import InputError
+from gyrostat.telemetry.fault import counted, fault
+from gyrostat.telemetry.record import Record
+
+LONGEST = 2.5
+"""Usual sample intervals between two edges beyond which the angle in between is unknown."""
+
+
+def read_edges(path: str | os.PathLike[str]) -> NDArray[np.float64]:
+    """Read the times of a tachometer's edges, one a line, s; a header line may stand above.
+
+    Args:
+        path: text file.
+
+    Raises:
+        InputError: the file cannot be read, or a line is no number.
+    """
+    file = Path(path)
+    try:
+        lines = file.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise fault(file, f"an unreadable file ({error})", "edge times, one a line") from None
+    times = []
+    for row, line in enumerate(lines, 1):
+        text = line.strip().rstrip(",;")
+        if not text or text.startswith("#"):
+            continue
+        try:
+            times.append(float(text))
+        except ValueError:
+            if times or row > 1:
+                raise fault(file, repr(text[:40]), "a time in s", row) from None
+    return np.array(times)
+
+
+def angle_at(
+    name: str, time: NDArray[np.float64], edges: NDArray[np.float64], pulses: int
+) -> NDArray[np.float64]:
+    """Angle that a wheel has turned, in whatever sense, at some times, from a train of edges.
+
+    The angle is exact at every edge; between edges it follows a monotone cubic (Fritsch and Carlson
+    1980).
+
+    Args:
+        name: of the record, for messages.
+        time: (N,) s.
+        edges: (E,) s, increasing.
+        pulses: edges a turn.
+
+    Returns:
+        (N,) rad; NaN where the nearest edges lie more than `LONGEST` sample intervals apart.
+
+    Raises:
+        InputError: fewer than three edges, edges that do not increase, or no pulses.
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    if pulses < 1:
+        raise InputError(f"{name}: pulses: found {pulses}, expected at least 1 a turn")
+    if len(edges) < 3:
+        raise InputError(f"{name}: edges: found {counted(len(edges), 'edge')}, expected at least 3")
+    late = np.flatnonzero(~(np.diff(edges) > 0.0))
+    if late.size:
+        row = int(late[0]) + 1
+        raise InputError(
+            f"{name}: edges[{row}]: found {edges[row]:.9g} s after {edges[row - 1]:.9g} s, "
+            "expected increasing times"
+        )
+    turned = 2.0 * np.pi / pulses * np.arange(len(edges))
+    angle = PchipInterpolator(edges, turned, extrapolate=False)
+    after = np.clip(np.searchsorted(edges, time, side="right"), 1, len(edges) - 1)
+    usual = float(np.median(np.diff(time)))
+    known = (time >= edges[0]) & (time <= edges[-1])
+    known &= edges[after] - edges[after - 1] <= LONGEST * usual
+    return np.where(known, angle(time), np.nan)
+
+
+def record_of_edges(
+    name: str,
+    time: NDArray[np.float64],
+    current: NDArray[np.float64],
+    edges: NDArray[np.float64],
+    pulses: int,
+    setpoint: NDArray[np.float64] | None = None,
+) -> Record:
+    """Build a record from sampled current and the times of a tachometer's edges.
+
+    Differences of the angle are mean speeds over the sample intervals. One train of edges has no
+    sense of rotation: the speed is a magnitude (see `gyrostat.identification.signs`).
+
+    Args:
+        name: of the record.
+        time: (N,) s, of the currents.
+        current: (N,) A.
+        edges: (E,) s, increasing.
+        pulses: edges a turn.
+        setpoint: (N,) commanded speed or direction, or None.
+
+    Raises:
+        InputError: as `angle_at`.
+    """
+    angle = angle_at(name, time, edges, pulses)
+    speed = np.concatenate([[np.nan], np.diff(angle) / np.diff(time)])
+    return Record(
+        name=name,
+        time=time,
+        current=current,
+        speed=speed,
+        valid=np.isfinite(speed),
+        setpoint=setpoint,
+        notes=(f"speed from {counted(len(edges), 'edge')}, {pulses} a turn",),
+        averaged=True,
+    )
