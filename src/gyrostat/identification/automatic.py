@@ -133,12 +133,19 @@ def identify_automatically(
             **options,
         )
 
+    def attempt(choice: _Choice, records: Sequence[Record]) -> Fit | None:
+        try:
+            fit = fitted(choice, records)
+        except InputError:
+            return None
+        return fit if fit.converged else None
+
     choice, causes = _Choice(loss=loss), []
     fit, refused = fitted(choice, records), set()
     limited = [cut(record, at_limit=True) for record in records]
     if any(len(own.time) < len(record.time) for own, record in zip(limited, records, strict=True)):
-        without = fitted(choice, limited)
-        if without.converged and without.speed_sigma < CLIPPED * fit.speed_sigma:
+        without = attempt(choice, limited)
+        if without is not None and without.speed_sigma < CLIPPED * fit.speed_sigma:
             fit, records = without, tuple(limited)
     for _ in range(MOST_STEPS):
         trials = [(f, choice.with_finding(f)) for f in fit.findings if f.names[0] not in refused]
@@ -146,11 +153,8 @@ def identify_automatically(
         if step is None:
             break
         finding, wider = step
-        try:
-            richer = fitted(wider, records)
-        except InputError:
-            richer = None
-        if richer is None or not richer.converged or (richer.impossible and not fit.impossible):
+        richer = attempt(wider, records)
+        if richer is None or (richer.impossible and not fit.impossible):
             refused.add(finding.names[0])
             continue
         causes.append(f"{wider.change(choice)} ({' or '.join(finding.titles)})")
