@@ -66,13 +66,16 @@ def _frozen(record: Record) -> NDArray[np.bool_]:
     return frozen
 
 
-def _clipped(current: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(N,) whether the current stands at the limit of what measures it."""
+def _clipped(current: NDArray[np.float64], at_limit: bool) -> NDArray[np.bool_]:
+    """(N,) whether the current stands at the limit of what measures it.
+
+    Steps of equal amplitude look alike, unless the current varies elsewhere: `at_limit` takes all.
+    """
     at = np.abs(current) == np.max(np.abs(current))
     runs = [(a, b) for a, b in _runs(at) if b - a >= CLIPPED]
     rest = ~at & (current != 0.0)
     repeats = np.concatenate([[False], current[1:] == current[:-1]])
-    varies = rest.sum() > FROZEN and np.mean(repeats[rest]) < VARYING
+    varies = at_limit or (rest.sum() > FROZEN and np.mean(repeats[rest]) < VARYING)
     clipped = np.zeros(len(current), dtype=bool)
     if varies and len(runs) >= CLIPPED_RUNS:
         for first, last in runs:
@@ -80,7 +83,7 @@ def _clipped(current: NDArray[np.float64]) -> NDArray[np.bool_]:
     return clipped
 
 
-def cut(record: Record) -> Record:
+def cut(record: Record, *, at_limit: bool = False) -> Record:
     """Cut a record into segments wherever its current or speed cannot be known.
 
     A gap of more than `GAP` usual sample intervals and a stretch of clipped current end a segment:
@@ -89,18 +92,20 @@ def cut(record: Record) -> Record:
 
     Args:
         record: As read.
+        at_limit: Take every stretch at the very same largest current as clipped, also where steps
+            of equal amplitude would look so.
 
     Returns:
         The record with `restart` and with remarks on what was done; itself where it was cut before.
     """
-    if record.restart is not None:
+    if record.restart is not None and not at_limit:
         return record
     notes = list(record.notes)
     frozen = _frozen(record)
     if frozen.any():
         count = len(_runs(frozen))
         notes.append(f"tachometer frozen: {int(frozen.sum())} samples masked ({count} stretches)")
-    clipped = _clipped(record.current)
+    clipped = _clipped(record.current, at_limit)
     if clipped.any():
         level = float(np.max(np.abs(record.current)))
         notes.append(
@@ -116,6 +121,8 @@ def cut(record: Record) -> Record:
             "into segments with their own start"
         )
     restart = np.concatenate([[False], gaps | clipped[:-1]])
+    if record.restart is not None:
+        restart |= record.restart
     valid = record.valid & ~frozen
     if record.averaged:
         # a mean over an interval that the segment does not contain
