@@ -23,14 +23,12 @@ def show_values(things: Iterable[object]) -> None:
             thing.__repr__ = _values
 
 
-def _values(part: Any) -> str:
-    return eqx.tree_pformat(jax.tree.map(_plain, part))
+def _values(self: eqx.Module) -> str:
+    return eqx.tree_pformat(jax.tree.map(_plain, self))
 
 
 def _plain(leaf: Any) -> Any:
     """Numbers of a small array; everything else as it is, arrays under a transformation too."""
-    if isinstance(leaf, jax.core.Tracer) or not isinstance(
-        leaf, jax.Array | np.ndarray | np.generic
-    ):
+    if isinstance(leaf, Tracer) or not isinstance(leaf, jax.Array | np.ndarray | np.generic):
         return leaf
     return np.asarray(leaf).tolist() if leaf.size <= MOST else leaf

@@ -79,7 +79,7 @@ def with_coordinates(dataset: "xr.Dataset") -> "xr.Dataset":
         dataset: histories; wheels are numbered from 0.
     """
     sizes = dataset.sizes
-    known = {name: [*parts] for name, parts in COMPONENTS.items() if name in sizes}
+    known: dict[str, Any] = {name: [*parts] for name, parts in COMPONENTS.items() if name in sizes}
     if "wheel" in sizes:
         known["wheel"] = np.arange(sizes["wheel"])
     dataset = dataset.assign_coords(known)
@@ -93,6 +93,6 @@ def with_coordinates(dataset: "xr.Dataset") -> "xr.Dataset":
                 ((first + second) ** 2).sum("quaternion", skipna=False),
             )
         )
-        told = {"units": "rad", "long_name": "pointing error"}
-        dataset["error"] = (4.0 * np.arcsin(np.minimum(0.5 * chord, 1.0))).assign_attrs(told)
+        angle: Any = 4.0 * np.arcsin(np.minimum(0.5 * chord, 1.0))
+        dataset["error"] = angle.assign_attrs(units="rad", long_name="pointing error")
     return dataset

@@ -63,7 +63,7 @@ def quantities(
     Raises:
         InputError: as `in_si`.
     """
-    parts = parts_of(value) if _is_given(value) else []
+    parts = [] if value is None or not _is_given(value) else parts_of(value)
     return [in_si(p.strip() if isinstance(p, str) else p, dimension, where) for p in parts]
 
 

@@ -165,14 +165,14 @@ def _what(model: Any, kind: str | None, what: str | None) -> str | None:
 
 
 def _target(
-    source: "Part | WheelModel",
+    source: Any,
     what: str,
     period_given: Quantity,
     given: dict[str, Any],
     limits: Any,
     on_bad: str,
 ) -> Any:
-    """Flight module of a part, or of the one that the options describe."""
+    """Flight module of a part, or of the one that a wheel model and the options describe."""
     from gyrostat.core.validation import check_parts, require_period
     from gyrostat.exports import TARGETS, part_kind
 
