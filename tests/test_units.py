@@ -20,6 +20,8 @@ def test_si_units_are_spelled_as_the_outputs_spell_them():
         "inertia": "kg·m²",
         "imbalance": "kg·m",
         "viscous": "N·m·s/rad",
+        "torque_per_temperature": "N·m/°C",
+        "viscous_per_temperature": "N·m·s/rad/°C",
         "temperature": "°C",
         "angle": "rad",
     }

@@ -66,17 +66,20 @@ GOOD = HEADER + "0,1,10\n1,1,20\n"
         (
             HEADER + "0,1,10\n1,1,nan\n",
             "row 3, column 'speed_rpm': found nan, expected a finite number"
-            " (a missing speed sample is an empty cell, or has 0 in a column 'valid')",
+            " (a missing speed sample is an empty cell, or has 0 in a column 'valid'; "
+            "--missing drop leaves such rows out)",
         ),
         (
             HEADER + "0,-Inf,10\n1,1,20\n",
             "row 2, column 'current_A': found -inf, expected a finite number"
-            " (a missing speed sample is an empty cell, or has 0 in a column 'valid')",
+            " (a missing speed sample is an empty cell, or has 0 in a column 'valid'; "
+            "--missing drop leaves such rows out)",
         ),
         (
             HEADER + "0,1e999,10\n1,1,20\n",
             "row 2, column 'current_A': found inf, expected a finite number"
-            " (a missing speed sample is an empty cell, or has 0 in a column 'valid')",
+            " (a missing speed sample is an empty cell, or has 0 in a column 'valid'; "
+            "--missing drop leaves such rows out)",
         ),
         (
             HEADER + "0,1,10\nNaN,1,20\n",
@@ -93,12 +96,14 @@ GOOD = HEADER + "0,1,10\n1,1,20\n"
         (
             HEADER + "0,1,10\n,,\n1,,20\n",
             "row 4, column 'current_A': found an empty cell, expected a finite number"
-            " (a missing speed sample is an empty cell, or has 0 in a column 'valid')",
+            " (a missing speed sample is an empty cell, or has 0 in a column 'valid'; "
+            "--missing drop leaves such rows out)",
         ),
         (
             HEADER + "0,,\n1,1,20\n",
             "row 2, column 'current_A': found an empty cell, expected a finite number"
-            " (a missing speed sample is an empty cell, or has 0 in a column 'valid')",
+            " (a missing speed sample is an empty cell, or has 0 in a column 'valid'; "
+            "--missing drop leaves such rows out)",
         ),
         (
             HEADER + "0,1,10\n0.5,1,20\n0.25,1,20\n",

@@ -94,7 +94,8 @@ def test_a_missing_matlab_sample_is_told_by_valid(read):
             {"speed_rad_s": [1.0, np.nan, 2.0]},
             {},
             "row 2, column 'speed_rad_s': found nan, expected a finite number"
-            " (a missing speed sample is an empty cell, or has 0 in a column 'valid')",
+            " (a missing speed sample is an empty cell, or has 0 in a column 'valid'; "
+            "--missing drop leaves such rows out)",
         ),
         (
             {"time_s": [0.0, 1.0, 1.0]},

@@ -124,8 +124,8 @@ def test_units_of_the_caller_add_and_overrule(read):
         (
             "time_s,current_A,speed_rpm",
             {"columns": {"speeed": "speed_rpm"}},
-            "found role 'speeed' in columns, expected one of time, current, speed, temperature,"
-            " setpoint, valid",
+            "found role 'speeed' in columns, expected one of time, current, speed, angle,"
+            " temperature, setpoint, valid",
         ),
         (
             "time_s,current_A,speed_rpm",
@@ -135,7 +135,7 @@ def test_units_of_the_caller_add_and_overrule(read):
         (
             "time_s,current_A,speed_rpm",
             {"units": {"valid": "rpm"}},
-            "found role 'valid' in units, expected one of time, current, speed, temperature,"
+            "found role 'valid' in units, expected one of time, current, speed, angle, temperature,"
             " setpoint",
         ),
         (
