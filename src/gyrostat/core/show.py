@@ -29,6 +29,7 @@ def _values(self: eqx.Module) -> str:
 
 def _plain(leaf: Any) -> Any:
     """Numbers of a small array; everything else as it is, arrays under a transformation too."""
-    if isinstance(leaf, Tracer) or not isinstance(leaf, jax.Array | np.ndarray | np.generic):
+    traced = isinstance(leaf, jax.core.Tracer)  # pyright: ignore[reportAttributeAccessIssue]
+    if traced or not isinstance(leaf, jax.Array | np.ndarray | np.generic) or leaf.size > MOST:
         return leaf
-    return np.asarray(leaf).tolist() if leaf.size <= MOST else leaf
+    return np.asarray(leaf).tolist()
