@@ -9,7 +9,7 @@ from gyrostat.core import rotations
 from gyrostat.core.jax64 import jnp
 from gyrostat.simulation import control_loop
 from gyrostat.spacecraft import Gyrostat, Spacecraft
-from gyrostat.spacecraft.gyrostat import GyrostatState, WheelTorqueCommand
+from gyrostat.spacecraft.gyrostat_state import GyrostatState, WheelTorqueCommand
 from gyrostat.wheel import WheelArray, read_wheel_sheet
 from gyrostat.wheel.friction import Stribeck
 

@@ -32,7 +32,7 @@ from gyrostat.codegen.simd.compiler import FAST
 from gyrostat.core import rotations
 from gyrostat.core.jax64 import jax
 from gyrostat.simulation import run
-from gyrostat.spacecraft.gyrostat import GyrostatState
+from gyrostat.spacecraft.gyrostat_state import GyrostatState
 
 SOURCE = Path(__file__).with_suffix(".c")
 WORKERS, BLOCK, RUNS = 2, 64, {"JAX": 128, "lanes": 256, "C": 1024, "Basilisk": 16}

@@ -7,6 +7,7 @@ import pytest
 
 from gyrostat.core.checked import (
     Checked,
+    declared_units,
     finite,
     from_start,
     limit,
@@ -20,7 +21,6 @@ from gyrostat.core.checked import (
 from gyrostat.core.delay_line import empty_line, is_delay, pushed
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.units import declared_units
 from gyrostat.core.validation import check_period
 
 

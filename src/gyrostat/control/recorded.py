@@ -4,7 +4,7 @@ from collections import namedtuple
 from functools import cache
 from typing import Any
 
-from gyrostat.core.units import declared_units
+from gyrostat.core.checked import declared_units
 
 
 def recorded_with(prefix: str, command: Any, signals: Any) -> Any:

@@ -159,3 +159,20 @@ class Checked(eqx.Module):
 
 def _each(value: Any) -> tuple[Any, ...]:
     return value if isinstance(value, tuple) else (value,)
+
+
+def declared_units(kind: type) -> dict[str, str]:
+    """Field -> unit of a class that declares units.
+
+    Either the annotation of a field is `Annotated[type, unit]`, or `UNITS` of the class has them.
+
+    Args:
+        kind: Class of a state, command, measurement or record.
+    """
+    annotated = {
+        name: note
+        for name, annotation in getattr(kind, "__annotations__", {}).items()
+        for note in getattr(annotation, "__metadata__", ())
+        if isinstance(note, str)
+    }
+    return annotated | getattr(kind, "UNITS", {})

@@ -18,7 +18,6 @@ __all__ = [
     "RPM",
     "SI_UNIT",
     "Unit",
-    "declared_units",
     "find_unit",
     "known_unit",
     "parse_quantity",
@@ -284,20 +283,3 @@ def parse_uncertain(text: str, dimension: str | None, where: str) -> tuple[float
     if not (math.isfinite(sigma) and sigma >= 0.0):
         raise InputError(f"{where}: found tolerance {amount[:40]!r}, expected 0 or more")
     return value, sigma
-
-
-def declared_units(kind: type) -> dict[str, str]:
-    """Field -> unit of a class that declares units.
-
-    Either the annotation of a field is `Annotated[type, unit]`, or `UNITS` of the class has them.
-
-    Args:
-        kind: Class of a state, command, measurement or record.
-    """
-    annotated = {
-        name: note
-        for name, annotation in getattr(kind, "__annotations__", {}).items()
-        for note in getattr(annotation, "__metadata__", ())
-        if isinstance(note, str)
-    }
-    return annotated | getattr(kind, "UNITS", {})

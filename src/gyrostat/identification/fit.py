@@ -1,7 +1,7 @@
 """Result of an identification, with its uncertainty."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -11,9 +11,9 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.named_vector import NamedVector
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.core.units import SI_UNIT
 from gyrostat.identification.averaging import Effect
 from gyrostat.identification.findings import Finding, Score
+from gyrostat.identification.fit_json import content
 from gyrostat.identification.fit_text import table
 from gyrostat.identification.observability import Observability
 from gyrostat.identification.prediction import build_wheel, wheel_dimensions
@@ -259,47 +259,4 @@ class Fit:
 
     def to_dict(self) -> dict[str, object]:
         """The content of fit.json."""
-        sigma, shares = self.sigma, self.variance_shares
-        found = {
-            "model": self.model.name,
-            "method": self.method,
-            "converged": self.converged,
-            "iterations": self.iterations,
-            "samples": self.samples,
-            "crossings": self.crossings,
-            "rms_speed": self.rms_speed,
-            "speed_sigma": self.speed_sigma,
-            "speed_sigmas": list(self.speed_sigmas),
-            "parameters": {
-                name: {
-                    "value": float(self.values[k]),
-                    "sigma": float(sigma[k]),
-                    "unit": SI_UNIT[self.dimensions[name]],
-                    "observable": self.observability[name].observable,
-                    "significance": self.observability[name].significance,
-                    "sigma_noise": float(self.noise_sigma[k]),
-                    "sigma_serial": float(sigma[k]),
-                    "least_squares": float(self.least_squares[k]),
-                    "variance_shares": {n: float(s[k]) for n, s in shares.items()},
-                    "given": self.observability[name].given,
-                }
-                for k, name in enumerate(self.names)
-            },
-            "correlation": {"names": list(self.names), "matrix": self.correlation.tolist()},
-            "held": dict(self.held),
-            "effects": [effect.to_dict() for effect in self.effects],
-            "candidates": [asdict(score) for score in self.scores],
-            "diagnosis": [finding.to_dict() for finding in self.findings],
-            "residuals": None if self.whiteness is None else self.whiteness.to_dict(),
-            "choices": list(self.choices),
-            "records": [r.name for r in self.records],
-            "metadata": [dict(r.metadata) for r in self.records],
-            "notes": [list(r.notes) for r in self.records],
-            "impossible": list(self.impossible),
-            "warnings": list(self.warnings),
-        }
-        if self.comparison:
-            found["comparison"] = [row.to_dict() for row in self.comparison]
-        if self.temperatures:
-            found["temperature"] = [trend.to_dict() for trend in self.temperatures]
-        return found
+        return content(self)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import equinox as eqx
 import numpy as np
 
+from gyrostat.core.checked import declared_units
 from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.units import declared_units
 from gyrostat.core.validation import MOST_PERIODS, check_parts, check_period, require_period
 from gyrostat.simulation.labels import (
     attributes,

@@ -11,8 +11,8 @@ from gyrostat.spacecraft.environment import CircularOrbit, GravityGradient, Harm
 from gyrostat.spacecraft.failures import WheelFailures
 from gyrostat.spacecraft.friction_steps import FrictionSteps
 from gyrostat.spacecraft.gyro import Gyro, TableMeasurement, TableSensors, TrueTurn, Turn
-from gyrostat.spacecraft.gyrostat import (
-    Gyrostat,
+from gyrostat.spacecraft.gyrostat import Gyrostat
+from gyrostat.spacecraft.gyrostat_state import (
     GyrostatRecord,
     GyrostatState,
     RateRecord,

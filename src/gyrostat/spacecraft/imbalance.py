@@ -12,7 +12,8 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import from_rotation_vector, product
-from gyrostat.spacecraft.gyrostat import Gyrostat, GyrostatRecord, GyrostatState
+from gyrostat.spacecraft.gyrostat import Gyrostat
+from gyrostat.spacecraft.gyrostat_state import GyrostatRecord, GyrostatState
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed
 

@@ -11,7 +11,8 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import from_rotation_vector, product
 from gyrostat.spacecraft.failures import WheelFailures
-from gyrostat.spacecraft.gyrostat import Gyrostat, GyrostatState
+from gyrostat.spacecraft.gyrostat import Gyrostat
+from gyrostat.spacecraft.gyrostat_state import GyrostatState
 from gyrostat.wheel import Tachometer
 
 

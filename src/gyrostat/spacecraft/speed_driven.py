@@ -13,7 +13,8 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import normalised, rate_of_quaternion, to_body
-from gyrostat.spacecraft.gyrostat import Gyrostat, GyrostatState, RateRecord, too_fast
+from gyrostat.spacecraft.gyrostat import Gyrostat
+from gyrostat.spacecraft.gyrostat_state import GyrostatState, RateRecord, too_fast
 from gyrostat.spacecraft.spacecraft import Spacecraft
 
 UNIT_LENGTH = 1e-6

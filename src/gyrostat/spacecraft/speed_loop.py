@@ -13,7 +13,8 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import from_rotation_vector, normalised, product, to_body
-from gyrostat.spacecraft.gyrostat import Gyrostat, RateRecord, too_fast
+from gyrostat.spacecraft.gyrostat import Gyrostat
+from gyrostat.spacecraft.gyrostat_state import RateRecord, too_fast
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.speed_driven import started
 from gyrostat.wheel.friction import ViscousCoulomb

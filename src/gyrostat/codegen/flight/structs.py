@@ -15,7 +15,7 @@ from gyrostat.codegen.program import Kind, Name
 from gyrostat.codegen.scope import LARGEST, kind_of
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
-from gyrostat.core.units import SI_UNIT, declared_units
+from gyrostat.core.units import SI_UNIT
 
 
 @dataclass(frozen=True)

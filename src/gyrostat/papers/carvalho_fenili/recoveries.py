@@ -31,7 +31,7 @@ from gyrostat.spacecraft import (
     SpacecraftSensor,
     WheelFailures,
 )
-from gyrostat.spacecraft.gyrostat import WheelTorqueCommand
+from gyrostat.spacecraft.gyrostat_state import WheelTorqueCommand
 from gyrostat.wheel import WheelArray
 
 if TYPE_CHECKING:

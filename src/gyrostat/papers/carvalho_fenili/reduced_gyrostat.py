@@ -12,7 +12,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import check_unit, normalised, rate_of_quaternion, to_body
-from gyrostat.spacecraft.gyrostat import RateRecord, WheelTorqueCommand, too_fast
+from gyrostat.spacecraft.gyrostat_state import RateRecord, WheelTorqueCommand, too_fast
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.spacecraft_sensor import SpacecraftMeasurement
 
