@@ -10,7 +10,6 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from functools import cached_property
 from typing import Any, Self
 
 INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
@@ -126,10 +125,6 @@ class Scenario:
 
     def text(self) -> str:
         """The scenario as JSON, from which `from_text` makes the same one, bit by bit."""
-        return self._text
-
-    @cached_property
-    def _text(self) -> str:
         return json.dumps(asdict(self), ensure_ascii=False, sort_keys=True)
 
     def digest(self) -> str:

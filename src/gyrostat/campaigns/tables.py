@@ -104,10 +104,11 @@ class Table:
             found: As TOML gives it; None for the default.
             full: Key of the scenario, without the axis of a component.
         """
-        if found is None and entry.default is None:
-            raise InputError(f"{self.place(key)}: found none, expected {entry.range()}")
+        default = entry.default
+        if found is None and default is not None:
+            return dict.fromkeys(entry.ends(full), default)
         if found is None:
-            return dict.fromkeys(entry.ends(full), entry.default)
+            raise InputError(f"{self.place(key)}: found none, expected {entry.range()}")
         if entry.size == 1:
             return {full: self.allowed(key, found, entry)}
         if not isinstance(found, list) or len(found) != entry.size:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -69,7 +70,7 @@ def _running(operation: str) -> Callable[..., Sequence[Scalars]]:
         rows = rows[::-1] if params["reverse"] else rows
         for k, *place in np.ndindex(rows.shape):
             if k:
-                pair = rows[k - 1, *place], rows[k, *place]
+                pair: Any = rows[k - 1, *place], rows[k, *place]
                 rows[k, *place] = build.compute(operation, *pair, group=group)
         return [np.moveaxis(rows[::-1] if params["reverse"] else rows, 0, params["axis"])]
 

@@ -65,6 +65,8 @@ class Runner:
         longest: int | None = None,
         on_demand: Any = False,
     ) -> None:
+        if engine not in ("jax", "native"):
+            raise InputError(f"engine: found {engine!r}, expected jax or native")
         self._make, self._own, self._engine, self._on_demand = make, tuple(own), engine, on_demand
         self._samples = count + 1
         # the fewest chunks of one length
