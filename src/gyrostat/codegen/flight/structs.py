@@ -13,6 +13,7 @@ from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import Kind, Name
 from gyrostat.codegen.scope import LARGEST, kind_of
+from gyrostat.core.checked import declared_units
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 from gyrostat.core.units import SI_UNIT
