@@ -1,5 +1,6 @@
 """Entries of the cache: limit, order of removal, clearing."""
 
+import json
 import os
 import subprocess
 import sys
@@ -85,3 +86,19 @@ def test_a_script_keeps_what_jax_compiles_as_the_command_line_does(cache):
     environment |= {"JAX_PLATFORMS": "cpu", "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0"}
     subprocess.run([sys.executable, "-c", COMPILING], env=environment, check=True)
     assert any(name.startswith("jax-") for name in names(cache))
+
+
+def test_the_command_line_shows_and_clears(run, cache):
+    cache.write("jax-a", bytes(1000))
+    cache.write("lanes-b", bytes(2000))
+    code, out, err = run("cache", "--json")
+    assert code == 0
+    assert "jax" in err.casefold()
+    assert json.loads(out)["entries"] == {
+        "native engine": {"count": 1, "size": 2000 + OVERHEAD},
+        "JAX": {"count": 1, "size": 1000 + OVERHEAD},
+    }
+    code, out, _ = run("cache", "--clear", "--json")
+    assert code == 0
+    assert json.loads(out)["removed"] == 2
+    assert names(cache) == set()

@@ -9,6 +9,7 @@ from typing import Any
 import typer
 
 from gyrostat.cli.arguments import say
+from gyrostat.cli.cache import cache
 from gyrostat.cli.campaign import campaign, replay, report, simulate
 from gyrostat.cli.export import export
 from gyrostat.cli.feasibility import feasible
@@ -41,7 +42,7 @@ app = typer.Typer(
 )
 for _verb in (
     *(identify, validate, bench, feasible, recover),
-    *(simulate, campaign, replay, report, export, reproduce),
+    *(simulate, campaign, replay, report, export, reproduce, cache),
 ):
     app.command()(_keeping_programs(_verb))
 app.command("holdable", help="Old name of `feasible`.")(_keeping_programs(feasible))

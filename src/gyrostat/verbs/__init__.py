@@ -5,6 +5,7 @@ Quantities are numbers in SI units or text with a unit ("5 rpm"). A function wri
 every line for a person to `say`, which drops it by default.
 """
 
+from gyrostat.verbs.cache import cache
 from gyrostat.verbs.exports import export
 from gyrostat.verbs.failures import feasible, recover
 from gyrostat.verbs.identification import identify
@@ -14,6 +15,7 @@ from gyrostat.verbs.wheels import bench, validate
 
 __all__ = [
     "bench",
+    "cache",
     "campaign",
     "export",
     "feasible",

@@ -1,0 +1,47 @@
+"""Verb `cache`: show and clear the compiled programs that are kept."""
+
+from gyrostat.verbs.arguments import Say, silent
+
+
+def cache(*, clear: bool = False, say: Say = silent) -> dict[str, object]:
+    """Show the cache of compiled programs, or remove its entries.
+
+    Args:
+        clear: whether to remove all entries; other files in the folder stay.
+        say: called with each line for a person.
+
+    Returns:
+        "folder", "limit" (bytes), "size" (bytes), and "entries": what compiled them -> "count" and
+        "size" (bytes). After clearing, "removed" is the number of removed entries.
+
+    Raises:
+        InputError: no private folder can be made, or an entry cannot be removed.
+    """
+    from gyrostat.core.cache import private_cache
+    from gyrostat.core.cache_entries import KINDS, entries, limit
+    from gyrostat.core.cache_entries import clear as remove_all
+    from gyrostat.core.errors import InputError
+
+    opened = private_cache(say)
+    if opened is None:
+        raise InputError("cache: found no private folder, expected one (see GYROSTAT_CACHE)")
+    removed = len(remove_all(opened.path)) if clear else None
+    found = entries(opened.path)
+    content: dict[str, dict[str, int]] = {}
+    for kind in KINDS.values():
+        own = [entry.size for entry in found if entry.kind == kind]
+        content[kind] = {"count": len(own), "size": sum(own)}
+    size, largest = sum(entry.size for entry in found), limit()
+    say(f"folder {opened.path}")
+    if removed is not None:
+        say(f"{removed} entries removed")
+    for kind, row in content.items():
+        say(f"  {kind}: {row['count']} programs, {row['size'] / 1e6:.1f} MB")
+    say(f"  in all {size / 1e6:.1f} MB of {largest / 1e6:.0f} MB (GYROSTAT_CACHE_LIMIT)")
+    result: dict[str, object] = {
+        "folder": str(opened.path),
+        "limit": largest,
+        "size": size,
+        "entries": content,
+    }
+    return result if removed is None else {**result, "removed": removed}
