@@ -208,15 +208,3 @@ def test_mean_speeds_over_the_intervals_give_the_same_wheel(record, changed, tru
         dataclasses.replace(averaged, averaged=False), inertia=INERTIA, white_noise=True
     )
     assert abs(late.values[place] - true) > 10.0 * late.sigma[place]
-
-
-def test_steps_beyond_the_range_of_the_current_sensor_are_cut_out(record, changed, truth):
-    """Without noise on the current clipped steps look like steps of equal amplitude."""
-    steps = record(seed=9, sigma_rpm=2.0)
-    limit = np.quantile(np.abs(steps.current), 0.6)
-    clipped = changed(steps, current=np.clip(steps.current, -limit, limit))
-    fit = identify(clipped, inertia=INERTIA, model="auto")
-    assert any("current clipped" in note for r in fit.records for note in r.notes)
-    place = fit.names.index("motor_constant")
-    true = truth["stribeck"]["motor_constant"]
-    assert abs(fit.values[place] - true) < 4.0 * fit.sigma[place]
