@@ -97,22 +97,21 @@ def _chi_square_exceeds(statistic: float, freedom: int) -> float:
 
 
 def chi_square_tail(deviance: float, freedom: int) -> float:
-    """Probability that a chi-square variable is larger.
-
-    Above two freedoms by the approximation of Wilson and Hilferty (1931), good to 0.003.
+    """Probability that a chi-square variable is larger (Abramowitz and Stegun, 26.4.4 and 26.4.5).
 
     Args:
         deviance: value of the variable.
         freedom: number of its freedoms.
     """
-    deviance = max(deviance, 0.0)
-    if freedom == 1:
-        return math.erfc(math.sqrt(0.5 * deviance))
-    if freedom == 2:
-        return math.exp(-0.5 * deviance)
-    spread = 2.0 / (9.0 * freedom)
-    z = ((deviance / freedom) ** (1.0 / 3.0) - 1.0 + spread) / math.sqrt(spread)
-    return 0.5 * math.erfc(z / math.sqrt(2.0))
+    value = max(deviance, 0.0)
+    if freedom % 2 == 0:
+        return _chi_square_exceeds(value, freedom)
+    term = math.sqrt(2.0 * value / math.pi) * math.exp(-0.5 * value)
+    total = math.erfc(math.sqrt(0.5 * value))
+    for odd in range(3, freedom + 1, 2):
+        total += term
+        term *= value / odd
+    return total
 
 
 def block_tests(residual: Vector, fitted: Matrix | None = None) -> dict[int, float]:

@@ -72,7 +72,7 @@ def _clipped(current: NDArray[np.float64]) -> NDArray[np.bool_]:
     runs = [(a, b) for a, b in _runs(at) if b - a >= CLIPPED]
     rest = ~at & (current != 0.0)
     repeats = np.concatenate([[False], current[1:] == current[:-1]])
-    varies = at_limit or (rest.sum() > FROZEN and np.mean(repeats[rest]) < VARYING)
+    varies = rest.sum() > FROZEN and np.mean(repeats[rest]) < VARYING
     clipped = np.zeros(len(current), dtype=bool)
     if varies and len(runs) >= CLIPPED_RUNS:
         for first, last in runs:
