@@ -12,8 +12,18 @@ from gyrostat.identification.effects import Nuisance, TorqueNoise
 from gyrostat.identification.hypotheses import Segment, grid, whitened
 from gyrostat.identification.prediction import Linearisation
 from gyrostat.identification.signs import lost_sign, signed_current, signed_speed
+from gyrostat.identification.statistics import chi_square_tail
 
 INERTIA = 1.5e-3
+
+
+@pytest.mark.parametrize("freedom", [1, 2, 3, 7])
+def test_tail_probabilities_are_those_of_the_chi_square(freedom):
+    from scipy.stats import chi2
+
+    for deviance in (0.5, 5.0, 20.0):
+        exact = chi2.sf(deviance, freedom)
+        assert chi_square_tail(deviance, freedom) == pytest.approx(exact, rel=1e-10)
 
 
 def problem(size, seed=0, count=300):
@@ -194,15 +204,3 @@ def test_mean_speeds_over_the_intervals_give_the_same_wheel(record, changed, tru
         dataclasses.replace(averaged, averaged=False), inertia=INERTIA, white_noise=True
     )
     assert abs(late.values[place] - true) > 10.0 * late.sigma[place]
-
-
-def test_steps_beyond_the_range_of_the_current_sensor_are_cut_out(record, changed, truth):
-    """Without noise on the current clipped steps look like steps of equal amplitude."""
-    steps = record(seed=9, sigma_rpm=2.0)
-    limit = np.quantile(np.abs(steps.current), 0.6)
-    clipped = changed(steps, current=np.clip(steps.current, -limit, limit))
-    fit = identify(clipped, inertia=INERTIA, model="auto")
-    assert any("current clipped" in note for r in fit.records for note in r.notes)
-    place = fit.names.index("motor_constant")
-    true = truth["stribeck"]["motor_constant"]
-    assert abs(fit.values[place] - true) < 4.0 * fit.sigma[place]

@@ -9,7 +9,7 @@ from gyrostat.identification.findings import Finding
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.prediction import SpeedPrediction, friction_model
 from gyrostat.identification.signs import RESTORE, lost_sign
-from gyrostat.telemetry import Record, cut
+from gyrostat.telemetry import Record
 
 AUTO = "auto"
 """Name that stands for the automatic choice in place of a friction model."""
@@ -17,9 +17,6 @@ SIMPLEST = "viscous-coulomb"
 """Where the choice starts."""
 MOST_STEPS = 6
 """Effects that are included at most."""
-CLIPPED = 0.5
-"""Residuals without the stretches at the largest current, over those with them, below which the
-current was clipped there."""
 DIRECTIONAL = ("asymmetry", "viscous_asymmetry")
 COLUMNS = (
     "coulomb_drift",
@@ -96,8 +93,7 @@ def identify_automatically(
 ) -> Fit:
     """Identify a wheel with the model that its records support.
 
-    Lost signs are restored; stretches at the largest current are cut out where all the rest then
-    fits far better; then the simplest friction model is fitted, and what the diagnosis
+    Lost signs are restored; then the simplest friction model is fitted, and what the diagnosis
     finds is included, the effect with most evidence first, until it finds nothing more that can be
     included. A step that leads to no valid wheel is taken back.
 
@@ -142,11 +138,6 @@ def identify_automatically(
 
     choice, causes = _Choice(loss=loss), []
     fit, refused = fitted(choice, records), set()
-    limited = [cut(record, at_limit=True) for record in records]
-    if any(len(own.time) < len(record.time) for own, record in zip(limited, records, strict=True)):
-        without = attempt(choice, limited)
-        if without is not None and without.speed_sigma < CLIPPED * fit.speed_sigma:
-            fit, records = without, tuple(limited)
     for _ in range(MOST_STEPS):
         trials = [(f, choice.with_finding(f)) for f in fit.findings if f.names[0] not in refused]
         step = next(((f, c) for f, c in trials if c is not None), None)

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.special import chdtrc
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.effects import Nuisance
 from gyrostat.identification.findings import Finding, Score, by_evidence
 from gyrostat.identification.hypotheses import variance_ratio
 from gyrostat.identification.innovations import Innovations
+from gyrostat.identification.statistics import chi_square_tail
 
 FALSE_ALARMS = 0.04
 """Share of records without any effect in which one is found, by Bonferroni's bound."""
@@ -149,7 +149,7 @@ def _gain(problem: _Problem, before: _State, after: _State, key: _Key) -> tuple[
     fall -= problem.solve(after.level, after.chosen)[0]
     kind, place = key
     freedom = len(problem.places[place]) if kind == "shape" else 1
-    chance = float(chdtrc(freedom, max(fall, 0.0)))
+    chance = chi_square_tail(fall, freedom)
     # a level is never negative: half of all records without random torque show none
     return fall - freedom * math.log(problem.samples), 0.5 * chance if kind == "torque" else chance
 

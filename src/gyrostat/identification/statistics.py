@@ -10,13 +10,13 @@ from gyrostat.core.types import Matrix, Vector
 NORMAL_MAD = 1.482602218505602
 """Standard deviation of a normal variable over its median absolute deviation."""
 NUMERICAL_NOISE = 1e-6
-"""Numerical error of a modelled speed, relative to its level: a lower bound of the noise."""
+"""Of a modelled speed, as a share of its level: no record is taken to be more exact."""
 
 
 FALSE_ALARMS = 0.05
-"""Probability that one of the tests rejects white residuals."""
+"""Share of records with white residuals in which one of the tests rejects."""
 FEWEST_BLOCKS = 8
-"""Smallest number of blocks for which the scatter of their means is tested."""
+"""Blocks from which the scatter of their means is judged."""
 
 
 @dataclass(frozen=True)
@@ -24,14 +24,15 @@ class Whiteness:
     """Tests of whether residuals are independent in time, at all time scales.
 
     Attributes:
-        runs: Number of runs of equal sign.
-        runs_expected: Expected number for independent residuals.
-        runs_probability: Two-sided p-value of the number of runs (Wald and Wolfowitz 1940).
-        lags: Number of lags in the Ljung-Box test.
-        ljung_box: Ljung-Box statistic (Ljung and Box 1978).
-        ljung_box_probability: P-value of the Ljung-Box statistic.
-        block_lengths: Samples per block, for each test of block means.
-        block_probabilities: Two-sided p-value of the scatter of block means, for each length.
+        runs: number of runs of one sign.
+        runs_expected: for independent residuals.
+        runs_probability: two-sided probability of so odd a count (Wald and Wolfowitz 1940).
+        lags: lags in the second test.
+        ljung_box: its statistic (Ljung and Box 1978).
+        ljung_box_probability: of a statistic so large, were the residuals white.
+        block_lengths: samples in a block, for each test of block means.
+        block_probabilities: for each length, two-sided probability of so odd a scatter of the means
+            of blocks, were the residuals white.
     """
 
     runs: int
@@ -45,23 +46,23 @@ class Whiteness:
 
     @property
     def probability(self) -> float:
-        """Smallest p-value of all tests times the number of tests (Bonferroni)."""
+        """Smallest probability of all tests times their number (Bonferroni)."""
         every = (self.runs_probability, self.ljung_box_probability, *self.block_probabilities)
         return min(1.0, len(every) * min(every))
 
     @property
     def white(self) -> bool:
-        """Whether no test rejects, at the common level `FALSE_ALARMS`."""
+        """Whether no test rejects, at `FALSE_ALARMS` over all of them."""
         return self.probability >= FALSE_ALARMS
 
     @property
     def worst_block(self) -> tuple[int, float] | None:
-        """Block length with the smallest p-value, and this p-value; None without block tests."""
+        """Length and probability of the block test that deviates most; None without one."""
         pairs = zip(self.block_lengths, self.block_probabilities, strict=True)
         return min(pairs, key=lambda pair: pair[1], default=None)
 
     def to_dict(self) -> dict[str, object]:
-        """Convert to the form of fit.json and validation.json."""
+        """As it stands in fit.json and validation.json."""
         return {
             "white": self.white,
             "probability": self.probability,
@@ -78,15 +79,15 @@ def autocorrelation(residual: Vector, lags: int) -> Vector:
     """Autocorrelation of a residual series at lags 1 to `lags`, (lags,)."""
     centred = residual - residual.mean()
     size = 2 ** int(np.ceil(np.log2(2 * len(centred))))
-    # zero-padding to twice the length turns circular correlation into linear correlation
+    # padded to twice the length, the circular products are those of the series itself
     products = np.fft.irfft(np.abs(np.fft.rfft(centred, size)) ** 2, size)[: lags + 1]
     return products[1:] / products[0] if products[0] > 0.0 else np.zeros(lags)
 
 
 def _chi_square_exceeds(statistic: float, freedom: int) -> float:
-    """Upper tail probability of a chi-square variable with an even number of degrees of freedom.
+    """Probability that a chi-square variable with an even number of freedoms is larger.
 
-    A Poisson sum; it avoids importing scipy.special in every command.
+    A Poisson sum, which spares every command the import of scipy.special.
     """
     half, term, total = 0.5 * statistic, 1.0, 1.0
     for k in range(1, freedom // 2):
@@ -95,21 +96,39 @@ def _chi_square_exceeds(statistic: float, freedom: int) -> float:
     return math.exp(-half) * total
 
 
+def chi_square_tail(deviance: float, freedom: int) -> float:
+    """Probability that a chi-square variable is larger (Abramowitz and Stegun, 26.4.4 and 26.4.5).
+
+    Args:
+        deviance: value of the variable.
+        freedom: number of its freedoms.
+    """
+    value = max(deviance, 0.0)
+    if freedom % 2 == 0:
+        return _chi_square_exceeds(value, freedom)
+    term = math.sqrt(2.0 * value / math.pi) * math.exp(-0.5 * value)
+    total = math.erfc(math.sqrt(0.5 * value))
+    for odd in range(3, freedom + 1, 2):
+        total += term
+        term *= value / odd
+    return total
+
+
 def block_tests(residual: Vector, fitted: Matrix | None = None) -> dict[int, float]:
     """Test the scatter of block means against that of single residuals, at all block lengths.
 
-    For white residuals, the mean square of the block means and the remaining mean square have an F
-    ratio. Fitted parameters remove part of the slow variation. The degrees of freedom of each block
-    length are therefore the trace of the block projector after projection on the residual space.
+    For white residuals the mean square of the block means and what is left of the sum of squares
+    have an F ratio. Fitted parameters take away part of the slow variation: each block length has
+    its own freedoms, the trace of the block projector after theirs.
 
     Args:
-        residual: Residuals in time order, (m,).
-        fitted: Derivatives of the modelled measurements with respect to the fitted parameters,
-            whitened like the residuals, (m, n); None if no parameter was fitted.
+        residual: (m,) in time order.
+        fitted: (m, n) derivatives of the modelled measurements by the fitted parameters, whitened
+            like the residuals; None where nothing was fitted.
 
     Returns:
-        Block length in samples, powers of two -> two-sided p-value (Paulson's approximation of the
-        F distribution, accurate to 0.003).
+        Block length in samples, powers of two -> two-sided probability (Paulson's approximation of
+        the F distribution, good to 0.003).
     """
     count = len(residual)
     basis = np.zeros((count, 0))
@@ -140,8 +159,8 @@ def whiteness(residual: Vector, fitted: Matrix | None = None) -> Whiteness:
     """Test residuals for independence.
 
     Args:
-        residual: Residuals in time order, (m,), m >= 3.
-        fitted: Derivatives with respect to the fitted parameters, (m, n), as for `block_tests`.
+        residual: (m,) in time order, m >= 3.
+        fitted: (m, n) derivatives by the fitted parameters, as for `block_tests`.
     """
     count = len(residual)
     above = residual > np.median(residual)
@@ -168,13 +187,13 @@ def whiteness(residual: Vector, fitted: Matrix | None = None) -> Whiteness:
 
 
 def noise_level(speed: Vector) -> float:
-    """Standard deviation of the noise on a smooth speed signal, from its second differences.
+    """Standard deviation of the noise on a smooth speed, from its second differences.
 
-    The median is insensitive to steps. If coarse quantisation makes most differences zero, the mean
-    square is used instead.
+    The median makes it deaf to steps; where a coarse quantum leaves most differences at zero the
+    mean square is used instead.
 
     Args:
-        speed: Speed samples, (m,), rad/s.
+        speed: (m,) samples, rad/s.
     """
     second = np.diff(speed, 2)
     if len(second) == 0:
@@ -184,10 +203,10 @@ def noise_level(speed: Vector) -> float:
 
 
 def quantum(values: Vector) -> float | None:
-    """Quantisation step of a signal; None if the signal is not quantised.
+    """Step of a quantised signal, or None where the samples are not quantised.
 
     Args:
-        values: Samples, (m,).
+        values: (m,) samples.
     """
     levels = np.unique(values)
     if len(levels) < 3 or len(levels) > 0.2 * len(values):
@@ -199,15 +218,15 @@ def quantum(values: Vector) -> float | None:
 
 
 def crossing_times(time: Vector, speed: Vector, noise: float) -> Vector:
-    """Times at which a modelled speed changes sign, by linear interpolation between samples.
+    """Times at which a modelled speed changes sign, by straight lines between samples.
 
     Args:
-        time: Time, (N,), s.
-        speed: Modelled speed, (N,), rad/s.
-        noise: Speed below which the wheel counts as neither forward nor backward, rad/s.
+        time: (N,) s.
+        speed: (N,) rad/s.
+        noise: rad/s; a speed below it is not taken for motion in either sense.
 
     Returns:
-        Crossing times, s.
+        The times, s.
     """
     moving = np.flatnonzero(np.abs(speed) > noise)
     before, after = moving[:-1], moving[1:]
@@ -218,7 +237,7 @@ def crossing_times(time: Vector, speed: Vector, noise: float) -> Vector:
 
 
 def correlation_length(residual: Vector) -> int:
-    """Lag beyond which the autocorrelation is within its noise, at most a quarter of the series."""
+    """Lags after which the autocorrelation is within its noise, at most a quarter of the series."""
     lags = max(1, len(residual) // 4)
     rho = autocorrelation(residual, lags)
     inside = np.flatnonzero(np.abs(rho) < 2.0 / np.sqrt(len(residual)))
@@ -231,8 +250,8 @@ def serial_meat(scores: Matrix, lags: int) -> Matrix:
     Newey and West (1987): Bartlett weights keep it positive semi-definite.
 
     Args:
-        scores: Gradient of each sample's loss in time order, (m, n).
-        lags: Number of lags to include.
+        scores: (m, n) gradient of each sample's loss, in time order.
+        lags: lags to take in.
     """
     total = scores.T @ scores
     for k in range(1, lags + 1):

@@ -66,16 +66,13 @@ def _frozen(record: Record) -> NDArray[np.bool_]:
     return frozen
 
 
-def _clipped(current: NDArray[np.float64], at_limit: bool) -> NDArray[np.bool_]:
-    """(N,) whether the current stands at the limit of what measures it.
-
-    Steps of equal amplitude look alike, unless the current varies elsewhere: `at_limit` takes all.
-    """
+def _clipped(current: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(N,) whether the current stands at the limit of what measures it."""
     at = np.abs(current) == np.max(np.abs(current))
     runs = [(a, b) for a, b in _runs(at) if b - a >= CLIPPED]
     rest = ~at & (current != 0.0)
     repeats = np.concatenate([[False], current[1:] == current[:-1]])
-    varies = at_limit or (rest.sum() > FROZEN and np.mean(repeats[rest]) < VARYING)
+    varies = rest.sum() > FROZEN and np.mean(repeats[rest]) < VARYING
     clipped = np.zeros(len(current), dtype=bool)
     if varies and len(runs) >= CLIPPED_RUNS:
         for first, last in runs:
@@ -83,7 +80,7 @@ def _clipped(current: NDArray[np.float64], at_limit: bool) -> NDArray[np.bool_]:
     return clipped
 
 
-def cut(record: Record, *, at_limit: bool = False) -> Record:
+def cut(record: Record) -> Record:
     """Cut a record into segments wherever its current or speed cannot be known.
 
     A gap of more than `GAP` usual sample intervals and a stretch of clipped current end a segment:
@@ -92,20 +89,18 @@ def cut(record: Record, *, at_limit: bool = False) -> Record:
 
     Args:
         record: As read.
-        at_limit: Take every stretch at the very same largest current as clipped, also where steps
-            of equal amplitude would look so.
 
     Returns:
         The record with `restart` and with remarks on what was done; itself where it was cut before.
     """
-    if record.restart is not None and not at_limit:
+    if record.restart is not None:
         return record
     notes = list(record.notes)
     frozen = _frozen(record)
     if frozen.any():
         count = len(_runs(frozen))
         notes.append(f"tachometer frozen: {int(frozen.sum())} samples masked ({count} stretches)")
-    clipped = _clipped(record.current, at_limit)
+    clipped = _clipped(record.current)
     if clipped.any():
         level = float(np.max(np.abs(record.current)))
         notes.append(
@@ -121,8 +116,6 @@ def cut(record: Record, *, at_limit: bool = False) -> Record:
             "into segments with their own start"
         )
     restart = np.concatenate([[False], gaps | clipped[:-1]])
-    if record.restart is not None:
-        restart |= record.restart
     valid = record.valid & ~frozen
     if record.averaged:
         # a mean over an interval that the segment does not contain
