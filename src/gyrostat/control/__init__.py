@@ -59,7 +59,6 @@ from gyrostat.control.underactuated.recovery import (
 )
 from gyrostat.control.underactuated.two_wheel_law import TwoWheelLaw
 from gyrostat.control.underactuated.two_wheel_pointing import PointingCommand, TwoWheelPointing
-from gyrostat.core.show import show_values
 
 __all__ = [
     "ArrayCommand",
@@ -127,5 +126,3 @@ __all__ = [
     "riccati",
     "uncontrollable",
 ]
-
-show_values([*globals().values()])

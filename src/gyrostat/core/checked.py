@@ -14,6 +14,7 @@ import equinox as eqx
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.show import with_values
 from gyrostat.core.validation import check_parts, check_period, require
 
 
@@ -111,6 +112,9 @@ class Checked(eqx.Module):
     A field may declare rules by `typing.Annotated`; a field that is None is not tested. Fields that
     are parts themselves validate their own.
     """
+
+    def __repr__(self) -> str:
+        return with_values(self)
 
     def check(self) -> None:
         """Validate parameters: every field, then `check_own`.

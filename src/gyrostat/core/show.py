@@ -1,35 +1,26 @@
-"""Text of parts that shows the values of their arrays."""
+"""Text of a part with the values of its arrays."""
 
-from collections.abc import Iterable
 from typing import Any
 
 import equinox as eqx
+import jax
 import numpy as np
 
-from gyrostat.core.jax64 import jax
-
-MOST = 36
-"""Numbers of an array that are shown; of a larger one, type and shape."""
+LARGEST_SHOWN = 36
+"""Largest number of elements of an array whose values are shown."""
 
 
-def show_values(things: Iterable[object]) -> None:
-    """Let parts show values in their `repr`; Equinox shows type and shape, as f64[4].
+def with_values(part: Any) -> str:
+    """Format a part with the values of small arrays; Equinox shows type and shape, as f64[4].
 
     Args:
-        things: among them the classes of the parts.
+        part: Tree of arrays and other values.
     """
-    for thing in things:
-        if isinstance(thing, type) and issubclass(thing, eqx.Module):
-            thing.__repr__ = _values
-
-
-def _values(self: eqx.Module) -> str:
-    return eqx.tree_pformat(jax.tree.map(_plain, self))
+    return eqx.tree_pformat(jax.tree.map(_plain, part))
 
 
 def _plain(leaf: Any) -> Any:
-    """Numbers of a small array; everything else as it is, arrays under a transformation too."""
     traced = isinstance(leaf, jax.core.Tracer)  # pyright: ignore[reportAttributeAccessIssue]
-    if traced or not isinstance(leaf, jax.Array | np.ndarray | np.generic) or leaf.size > MOST:
+    if traced or not isinstance(leaf, jax.Array | np.ndarray | np.generic):
         return leaf
-    return np.asarray(leaf).tolist()
+    return np.asarray(leaf).tolist() if leaf.size <= LARGEST_SHOWN else leaf

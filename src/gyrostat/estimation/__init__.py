@@ -1,6 +1,5 @@
 """Filters and observers that run in a control loop, with a fixed computing effort per sample."""
 
-from gyrostat.core.show import show_values
 from gyrostat.estimation.attitude_filter import AttitudeEstimate, AttitudeFilter
 from gyrostat.estimation.friction_scale import FrictionScaleEstimate, FrictionScaleFilter
 from gyrostat.estimation.friction_torque import FrictionTorqueEstimate, FrictionTorqueFilter
@@ -27,5 +26,3 @@ __all__ = [
     "WheelMomentumFilter",
     "track_friction",
 ]
-
-show_values([*globals().values()])

@@ -1,6 +1,5 @@
 """Bodies with reaction wheels, their sensors, failures and environment."""
 
-from gyrostat.core.show import show_values
 from gyrostat.spacecraft.attitude_sensors import (
     StarTracker,
     TrackerGyroMeasurement,
@@ -77,5 +76,3 @@ __all__ = [
     "read_spacecraft",
     "unit_quaternion",
 ]
-
-show_values([*globals().values()])

@@ -1,6 +1,5 @@
 """A reaction wheel with true dry friction, how it answers a current, and its model file."""
 
-from gyrostat.core.show import show_values
 from gyrostat.wheel.array import WheelArray
 from gyrostat.wheel.axes import orthogonal_axes, pyramid_axes
 from gyrostat.wheel.bearing_equation import BearingEquation, Motion
@@ -44,5 +43,3 @@ __all__ = [
     "wheel_sheets",
     "write_model",
 ]
-
-show_values([*globals().values()])

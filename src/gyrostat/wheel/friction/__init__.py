@@ -3,7 +3,6 @@
 import importlib
 import pkgutil
 
-from gyrostat.core.show import show_values
 from gyrostat.wheel.friction.base import Friction, parameter
 from gyrostat.wheel.friction.directional import DirectionalStribeck
 from gyrostat.wheel.friction.lugre import LuGre, static_curve
@@ -30,5 +29,3 @@ __all__ = [
     "static_curve",
     "stribeck_torque",
 ]
-
-show_values([*globals().values()])
