@@ -3,8 +3,9 @@
 from typing import Any
 
 import equinox as eqx
-import jax
 import numpy as np
+
+from gyrostat.core.jax64 import jax
 
 LARGEST_SHOWN = 36
 """Largest number of elements of an array whose values are shown."""
