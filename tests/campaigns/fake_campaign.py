@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import time
+from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,7 +18,7 @@ from gyrostat.campaigns.schema import metric_units
 
 if __name__ == "__main__":  # what is started in the background is told to ignore Ctrl-C
     signal.signal(signal.SIGINT, signal.default_int_handler)
-PAUSE = float(sys.argv[3]) if __name__ in ("__main__", "__mp_main__") else 0.0
+PAUSE = float(sys.argv[3]) if Path(sys.argv[0]).name == Path(__file__).name else 0.0
 SCENARIO = Scenario(
     name="fake",
     wheels=(),
@@ -81,16 +82,19 @@ def fly(job):
 
 
 def main():
-    """Fly."""
+    """Simulate the campaign."""
+    # workers do not load the main module: what they compute must be importable, or sent by value
+    by_value = len(sys.argv) > 4
+    job = fly if by_value else import_module(Path(__file__).stem).fly
     done = run_campaign(
         SCENARIO,
         Path(sys.argv[1]),
         runs=int(sys.argv[2]),
-        opener=cluster(sys.argv[4]) if len(sys.argv) > 4 else None,
+        opener=cluster(sys.argv[4]) if by_value else None,
         workers=1,
         block=4,
         engine="jax",
-        fly_job=fly,
+        fly_job=job,
         say=lambda text: print(text, file=sys.stderr),
     )
     print(done)
