@@ -97,24 +97,24 @@ def controller_of(scenario):
     return found.starts, found.plans
 
 
-def test_a_loss_is_told_or_found(variant):
+def test_a_loss_is_notified_or_detected(variant):
     told = read_scenario(EXAMPLE)
     starts, plans = controller_of(told)
     np.testing.assert_array_equal(starts, [0.0, 150.0, 410.0])
-    np.testing.assert_array_equal(plans.watch.told[2], [np.inf, 0.0, np.inf, np.inf])
-    assert np.all(np.isinf(plans.watch.failure_torque))
+    np.testing.assert_array_equal(plans.detector.notified[2], [np.inf, 0.0, np.inf, np.inf])
+    assert np.all(np.isinf(plans.detector.failure_torque))
     finds = read_scenario(variant(DETECTS, UNTOLD))
     starts, plans = controller_of(finds)
     np.testing.assert_array_equal(starts, [0.0, 150.0])
-    assert np.all(np.isinf(plans.watch.told))
-    np.testing.assert_allclose(plans.watch.failure_torque, 2e-4)
-    np.testing.assert_allclose(plans.watch.failure_time, 5.0)
+    assert np.all(np.isinf(plans.detector.notified))
+    np.testing.assert_allclose(plans.detector.failure_torque, 2e-4)
+    np.testing.assert_allclose(plans.detector.failure_time, 5.0)
 
 
-def test_the_watch_is_told_of_the_delay(variant):
+def test_the_fault_detector_knows_the_delay(variant):
     late = read_scenario(variant(("[spacecraft]", "command_delay = 2\n[spacecraft]")))
-    assert controller_of(late)[1].watch.delay == 2
-    assert controller_of(read_scenario(EXAMPLE))[1].watch.delay == 0
+    assert controller_of(late)[1].detector.delay == 2
+    assert controller_of(read_scenario(EXAMPLE))[1].detector.delay == 0
 
 
 @pytest.mark.parametrize(

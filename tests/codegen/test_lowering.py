@@ -8,6 +8,7 @@ import pytest
 from gyrostat.codegen import Lowering, trace
 from gyrostat.codegen.program import Assign, Branch, Call, Function, Loop, Name, statements
 from gyrostat.codegen.prune import prune
+from gyrostat.codegen.scope import FLIGHT
 from gyrostat.codegen.source import NOWHERE
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -22,7 +23,7 @@ def lowered(function, *examples):
     for number, atom in enumerate(traced.jaxpr.jaxpr.invars):
         names = np.empty(atom.aval.shape, object)
         for place in np.ndindex(names.shape):
-            names[place] = Name(lowering.kind(atom), f"x{number}", number, place)
+            names[place] = Name(FLIGHT.kind(atom), f"x{number}", number, place)
         inputs.append(names)
     results = lowering.graph(traced.jaxpr, inputs, block)
     parameters, found = ([each for a in arrays for each in a.flat] for arrays in (inputs, results))
