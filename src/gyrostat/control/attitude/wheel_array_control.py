@@ -126,9 +126,9 @@ class WheelArrayControl(Checked):
     wheels' torque, by turning the wheels' momentum with the body, and by the momentum that the
     wheels have left.
 
-    The estimated drag of the wheels is added to u, that of failed wheels through the working ones,
-    as are the torques of the null-space control. B. Wie, "Space Vehicle Dynamics and Control",
-    section 7.3.
+    Two further terms are added to u: the estimated drag of each wheel and the torques of the
+    null-space control. The drag of failed wheels is allocated to the working ones. B. Wie, "Space
+    Vehicle Dynamics and Control", section 7.3.
 
     Lag behind a moving target. The law assumes a target at rest, so that its rate loop works
     against the rate W of a moving one. If body and target turn at a constant W, the acceleration of

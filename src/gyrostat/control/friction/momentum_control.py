@@ -93,7 +93,7 @@ class FrictionTorqueControl(Checked):
 
 
 class FrictionScaleControl(Checked):
-    """Control law u = N - gamma (h - h_ref), held constant, with a filter with a friction model.
+    """Control law u = N - gamma (h - h_ref), constant over a period, with a friction-model filter.
 
     Attributes:
         estimator: Filter of speed and friction scale.
