@@ -35,7 +35,7 @@ STAGES, WEIGHTS = jnp.array([0.5, 0.5, 1.0]), jnp.array([2.0, 2.0, 1.0]) / 6.0
 
 @jax.jit
 def _runge_kutta(contacts: CoupledBearings, motion: Motion, modes: Modes, start, rate, duration):
-    """Classical fourth-order step in fixed modes; later stages are a loop, which compiles faster."""
+    """Classical fourth-order step in fixed modes; later stages in a loop, which compiles faster."""
 
     def stage(carry, share):
         rate, total = carry

@@ -55,7 +55,7 @@ class PulseTachometer(Checked):
         return jnp.floor(state.wheel_angle * self.pulses / (2.0 * jnp.pi))
 
     def start(self, state: Any, period: Scalar) -> tuple[Array, Scalar]:
-        """Counts at the last samples, for a constant speed before the start, and the gate time, s."""
+        """Counts at the last samples, for a constant speed before the start, and gate time, s."""
         back = jnp.arange(self.gate_periods, 0, -1) * period
         back = back.reshape(-1, *(1,) * jnp.ndim(state.speed))
         before = (state.wheel_angle - back * state.speed) * self.pulses / (2.0 * jnp.pi)

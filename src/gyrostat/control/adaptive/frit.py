@@ -1,6 +1,6 @@
 """Fictitious reference iterative tuning (FRIT), on line by recursive least squares.
 
-The loop u = F (r - y) + K e, in which a gain K feeds back an error signal e, shall respond like a
+The loop u = F (r - y) + K e, in which a gain K feeds back an error signal e, should respond like a
 reference model, y = M r. The fictitious reference is the one that would have given the recorded
 input. Solving the loop for it gives the condition K M e = M u - F (y - M y), which is linear in K
 and contains only recorded signals. Y. Wakasa and others, "Online controller tuning via FRIT and

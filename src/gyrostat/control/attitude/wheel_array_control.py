@@ -72,7 +72,8 @@ class AttitudeTargets(Checked):
         """Validate times and attitudes.
 
         Raises:
-            InputError: The times do not increase, or a quaternion is not of unit length.
+            InputError: The times are missing, not finite or not increasing; or the attitudes have
+                the wrong shape or are not of unit length.
         """
         times = np.asarray(self.times, dtype=float)
         rising = times.size > 0 and times.ndim > 0 and np.all(np.isfinite(times))

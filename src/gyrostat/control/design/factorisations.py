@@ -111,7 +111,7 @@ class MRPBody(Checked):
     axes, rad/s. J w' = u - w x (J w + h). Singular only at a rotation by a full turn.
 
     Attributes:
-        inertia: Inertia J, (3, 3), kg·m², including the wheels as far as they turn with the body.
+        inertia: Inertia J, including the wheels as far as they turn with the body, (3, 3), kg·m².
         split: Share of w x J w that is written as a matrix of J w times w; the rest is a matrix of
             w times J w.
     """

@@ -61,7 +61,7 @@ class ZeroingCommand(NamedTuple):
         virtual_input: Commanded rate of (q1, q2), (2,), 1/s.
         singular: Whether (q1, q2) could not be controlled, at half a turn from the target.
         model_error: Model error of a compensator, (2,); zero without one.
-        gain: Gain of a compensator, (2, 2), 1/s; zero without one.
+        gain: Gain of a compensator, or zero without one, (2, 2), 1/s.
     """
 
     speed: Annotated[Pair, "rad/s"]

@@ -74,7 +74,16 @@ class _Authority(NamedTuple):
 
 
 def brake(error: Scalar, gain: Scalar, deceleration: Scalar) -> Scalar:
-    """Speed that can be braked to zero: `gain` times a small error, sqrt(2 a error) for a large one."""
+    """Largest speed of approach: `gain` times a small error, sqrt(2 a error) for a large one.
+
+    Args:
+        error: Remaining angle, rad.
+        gain: Gain for a small error, 1/s.
+        deceleration: Deceleration a for stopping, rad/s².
+
+    Returns:
+        Rate from which the motion can still stop at zero error, with the sign of the error, rad/s.
+    """
     return gain * error / jnp.sqrt(1.0 + jnp.abs(error) * gain**2 / (2.0 * deceleration))
 
 
