@@ -11,7 +11,7 @@ it."""
 
 
 def orthogonal_axes() -> Matrix:
-    """One wheel along each body axis, (3, 3)."""
+    """Spin axes of three wheels, one along each body axis, (3, 3)."""
     return np.eye(3)
 
 

@@ -25,13 +25,13 @@ class ConditionedMemory(NamedTuple):
 
 
 class ConditionedCompensator(eqx.Module):
-    """u = u_n + K (y_n - y), with the model driven by the actual input minus K (y_n - y).
+    """Model error compensator with anti-windup, whose model is driven by the actual input.
 
-    While the actuators apply u, this is `ModelErrorCompensator`: the model is driven by u_n. While
-    they saturate, the model is driven by the applied input instead of the commanded one. The
-    difference y_n - y then contains only the model error, so that there is no windup. With
-    integrators as the model and a diagonal K, K (y_n - y) tends to the negative of the input
-    disturbance of the plant, at the rate K.
+    The input is u = u_n + K (y_n - y). While the actuators apply u, this is
+    `ModelErrorCompensator`: the model is driven by u_n. In general it is driven by the applied
+    input minus K (y_n - y). If the actuators saturate, the difference y_n - y then contains only
+    the model error, so that there is no windup. With integrators as the model and a diagonal K, K
+    (y_n - y) tends to the negative of the input disturbance of the plant, at the rate K.
 
     Attributes:
         model: Nominal model, from input to output.

@@ -103,13 +103,14 @@ def _own_loop(model: SampledModel, gain: Gain, period: float) -> Float[Array, "x
 
 
 class ModelErrorCompensator(Checked):
-    """u = u_n + K (y_n - y), with y_n the response of a nominal model to the law's input u_n.
+    """Model error compensator u = u_n + K (y_n - y), with the output y_n of a nominal model.
 
     Endo, Sekiguchi and Nonaka, (13) and (14); H. Okajima and others, "A design method of
-    compensator to minimize model error", 2013. Only u_n drives the model, and the law computes u_n
-    from the output of the plant itself. The compensator approximately cancels a disturbance at the
-    input of the plant; the smaller K is, the slower it does so. With integrators as the model, K is
-    the rate of an integral action, 1/s. This is a controller of the loop.
+    compensator to minimize model error", 2013. Only the input u_n of the control law drives the
+    model, and the law computes u_n from the output y of the plant itself. The compensator
+    approximately cancels a disturbance at the input of the plant; the smaller K is, the slower it
+    does so. With integrators as the model, K is the rate of an integral action, 1/s. This is a
+    controller of the loop.
 
     Attributes:
         law: Control law, which gives output, nominal input and command.

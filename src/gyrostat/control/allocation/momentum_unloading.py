@@ -11,7 +11,7 @@ from gyrostat.wheel.array import listed
 
 
 class MomentumUnloading(Checked):
-    """T = -k H within the limit: the total momentum of the spacecraft decays at the rate k.
+    """Unloading torque T = -k H within a limit; the total momentum H decays at the rate k.
 
     Each body axis is controlled separately, as with ideal magnetorquers. B. Wie, "Space Vehicle
     Dynamics and Control", section 7.5, has the same law with real dipoles.

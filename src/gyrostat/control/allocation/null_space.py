@@ -22,15 +22,16 @@ KEPT = 2.0
 
 
 class NullSpaceControl(Checked):
-    """u = k N (h_d - h), N = 1 - A⁺ A: keeps wheels away from zero speed and from saturation.
+    """Null-space torque u = k N (h_d - h), which avoids zero speed and saturation of the wheels.
 
-    The momentum q = A⁺ A h that the body needs cannot be chosen. The wanted momentum h_d adds z d
-    to it, where d = N s and s is a pattern of signs, one for each wheel. Wheel i is at zero speed
-    where z = c_i = -q_i / d_i, and at its largest wanted momentum H_i where z = c_i ± H_i / |d_i|.
-    The values z within the limits of all wheels form an interval, which the c_i divide into gaps.
-    In the middle of the widest gap, the worst wheel is farthest from both, measured in units of d.
-    The control leaves the present gap only for a much wider one, since wheels cross zero speed on
-    the way. If the interval is empty, z is the value at which the wheels exceed H least.
+    N = 1 - A⁺ A projects onto the null space of the axes A. The momentum q = A⁺ A h that the body
+    needs cannot be chosen. The wanted momentum h_d adds z d to it, where d = N s and s is a pattern
+    of signs, one for each wheel. Wheel i is at zero speed where z = c_i = -q_i / d_i, and at its
+    largest wanted momentum H_i where z = c_i ± H_i / |d_i|. The values z within the limits of all
+    wheels form an interval, which the c_i divide into gaps. In the middle of the widest gap, the
+    worst wheel is farthest from both, measured in units of d. The control leaves the present gap
+    only for a much wider one, since wheels cross zero speed on the way. If the interval is empty, z
+    is the value at which the wheels exceed H least.
 
     Attributes:
         pattern: Pattern of signs s, (wheels,), 1 or -1.

@@ -27,13 +27,13 @@ class PIDMemory(NamedTuple):
 
 
 class AttitudePID(Checked):
-    """Wheel torque K_p e + K_i (sum of e T) + K_d Ω, with e the attitude minus its reference.
+    """PID law of the attitude: wheel torque K_p e + K_i (sum of e T) + K_d Ω.
 
-    A positive wheel torque accelerates the table in the negative direction, so that positive gains
-    are stable. The derivative term uses the measured rate, and the sum includes the present sample.
-    The sum is not updated while the torque is beyond its limit and the error would increase it
-    further (anti-windup). A controller with its own limit after this law applies the same rule by
-    `within_limit`.
+    The error e is the attitude minus its reference. A positive wheel torque accelerates the table
+    in the negative direction, so that positive gains are stable. The derivative term uses the
+    measured rate, and the sum includes the present sample. The sum is not updated while the torque
+    is beyond its limit and the error would increase it further (anti-windup). A controller with its
+    own limit after this law applies the same rule by `within_limit`.
 
     Attributes:
         proportional: Proportional gain K_p, N·m/rad.

@@ -114,12 +114,13 @@ class ArrayControlMemory(NamedTuple):
 
 
 class WheelArrayControl(Checked):
-    """A u = T + D - w x H - J (w_d' + k (w_d - w)), allocated to the working wheels.
+    """Attitude control by torques of the working wheels, with disturbance feed-forward.
 
-    T is the torque of the external actuator. H is the total momentum of spacecraft and wheels in
-    body axes, and w x H keeps it fixed in space while the body turns. D estimates the other
-    external torques: it is the change of H in inertial space minus T, after a low-pass filter. A
-    turn does not disturb this estimate, as it would an integral of the error.
+    The motor torques u satisfy A u = T + D - w x H - J (w_d' + k (w_d - w)). T is the torque of the
+    external actuator. H is the total momentum of spacecraft and wheels in body axes, and w x H
+    keeps it fixed in space while the body turns. D estimates the other external torques: it is the
+    change of H in inertial space minus T, after a low-pass filter. A turn does not disturb this
+    estimate, as it would an integral of the error.
 
     The wanted rate w_d brings the error to zero. For a small error it is proportional, with gain
     k_t, so that the poles are -k and -k_t. For a large error it is a turn from rest to rest about

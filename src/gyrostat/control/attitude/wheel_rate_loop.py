@@ -37,14 +37,14 @@ class RateLoopMemory(NamedTuple):
 
 
 class WheelRateLoop(Checked):
-    """u = A⁺ (b x w - J w_d') + k A⁺ J (w - w_d) + drag, within the limits of the wheels.
+    """Rate loop of the wheels with gyroscopic feed-forward and drag compensation.
 
-    A⁺ allocates a torque to the working wheels, w_d is the commanded rate, and b = R' H is the
-    total momentum in body axes. The term A⁺ (b x w) keeps the momentum of the wheels fixed in space
-    while the body turns. If this term alone exceeds the limits by far, the body tumbles. Then u_i =
-    k' a_i.w, limited, reduces the kinetic energy at any limit: d(w.J w / 2)/dt = -sum u_i a_i.w.
-    The drag is the torque that the rotors lose (bearings, a degraded motor constant), after a
-    low-pass filter.
+    u = A⁺ (b x w - J w_d') + k A⁺ J (w - w_d) + drag, within the limits of the wheels. A⁺ allocates
+    a torque to the working wheels, w_d is the commanded rate, and b = R' H is the total momentum in
+    body axes. The term A⁺ (b x w) keeps the momentum of the wheels fixed in space while the body
+    turns. If this term alone exceeds the limits by far, the body tumbles. Then u_i = k' a_i.w,
+    limited, reduces the kinetic energy at any limit: d(w.J w / 2)/dt = -sum u_i a_i.w. The drag is
+    the torque that the rotors lose (bearings, a degraded motor constant), after a low-pass filter.
 
     Attributes:
         inertia: Inertia of the body without the rotors' spin inertia, (3, 3), kg·m².

@@ -46,12 +46,12 @@ class WheelSpeedMemory(NamedTuple):
 
 
 class WheelSpeedLoops(Checked):
-    """m = w_n² J integral(r - W) + 2 w_n J (r / 2 - W) on each wheel, within its torque limit.
+    """Controller with a speed loop on each wheel, from commanded speed to motor torque.
 
-    This is the loop of `gyrostat.spacecraft.SpeedLoopSpacecraft`, sampled at the control period,
-    with r the commanded and W the measured speed. While a torque is limited, the integral does not
-    grow further (anti-windup). The loop starts in equilibrium at the wheel speed of the first
-    sample.
+    m = w_n² J integral(r - W) + 2 w_n J (r / 2 - W), within the torque limit. This is the loop of
+    `gyrostat.spacecraft.SpeedLoopSpacecraft`, sampled at the control period, with r the commanded
+    and W the measured speed. While a torque is limited, the integral does not grow further
+    (anti-windup). The loop starts in equilibrium at the wheel speed of the first sample.
 
     Attributes:
         controller: Controller that commands `speed` (wheels,), rad/s.

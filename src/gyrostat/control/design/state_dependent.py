@@ -23,7 +23,9 @@ def _state(measurement: Any) -> tuple[Any, ...]:
 
 
 class StateDependentRiccati(Checked):
-    """u = -R^-1 B(x)' P(x) x, where P(x) solves the Riccati equation of A(x), B(x), Q, R.
+    """State-dependent Riccati law u = -R^-1 B(x)' P(x) x.
+
+    P(x) solves the Riccati equation of A(x), B(x), Q and R.
 
     T. Cimen, "State-Dependent Riccati Equation (SDRE) Control: A Survey", IFAC World Congress 2008;
     Carvalho and Fenili, eqs. (11), (12). Each call solves one Riccati equation. A factorisation is

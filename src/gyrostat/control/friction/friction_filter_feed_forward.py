@@ -30,7 +30,7 @@ class FrictionFilterMemory(NamedTuple):
 
 
 class FrictionFilterFeedForward(Checked):
-    """m_i = u_i + N_i, with N_i a friction torque estimated without a friction model.
+    """Friction feed-forward m_i = u_i + N_i, with N_i estimated without a friction model.
 
     The filter of Moreira, Lopes and Kuga uses the momentum of each rotor in inertial space, which
     only motor and bearing change. A wheel with a demand of exactly zero, such as a failed one, is

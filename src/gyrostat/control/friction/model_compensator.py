@@ -13,10 +13,11 @@ from gyrostat.wheel.friction import Friction
 
 
 class DynamicModelCompensator(Checked):
-    """I = u + F(w) / k_m, and at exactly zero speed I = u + sgn(u) T_s / k_m.
+    """Dynamic model compensator: current I = u + F(w) / k_m.
 
-    Carrara and Kuga, eqs. (18), (19), for any friction model; u is the demanded torque over k_m.
-    The speed is the measured sample; if it is noisy, so is the sign of the friction.
+    At exactly zero speed I = u + sgn(u) T_s / k_m. Carrara and Kuga, eqs. (18), (19), for any
+    friction model; u is the demanded torque over k_m. The speed is the measured sample; if it is
+    noisy, so is the sign of the friction.
 
     Attributes:
         law: Attitude law, which gives the demanded wheel torque.

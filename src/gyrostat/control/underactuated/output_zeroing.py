@@ -72,13 +72,13 @@ class ZeroingCommand(NamedTuple):
 
 
 class OutputZeroing(Checked):
-    """u = -alpha(q) + beta(q) mu, mu = -F (q1, q2): turns body z to inertial z by wheel speeds.
+    """Output zeroing: turns body z to inertial z by wheel speeds.
 
-    Endo, Sekiguchi and Nonaka, (9)-(12). With exact inertia and momentum, the outputs q1 and q2
-    obey y' = mu exactly; the rotation about z is not controlled. The pointing error is 2
-    asin(sqrt(q1^2 + q2^2)). At half a turn beta does not exist: from `LEAST_COSINE` on, the law
-    uses the nearest attitude at which beta exists and sets `singular`. This is a controller of the
-    loop, and also the law of a `ModelErrorCompensator`.
+    Endo, Sekiguchi and Nonaka, (9)-(12): u = -alpha(q) + beta(q) mu, mu = -F (q1, q2). With exact
+    inertia and momentum, the outputs q1 and q2 obey y' = mu exactly; the rotation about z is not
+    controlled. The pointing error is 2 asin(sqrt(q1^2 + q2^2)). At half a turn beta does not exist:
+    from `LEAST_COSINE` on, the law uses the nearest attitude at which beta exists and sets
+    `singular`. This is a controller of the loop, and also the law of a `ModelErrorCompensator`.
 
     Attributes:
         spacecraft: Model of body and two wheels in the controller.

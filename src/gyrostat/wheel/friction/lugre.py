@@ -16,7 +16,7 @@ from gyrostat.wheel.friction.viscous_coulomb import ViscousCoulomb
 
 
 class LuGre(Checked):
-    """dz/dt = w - s_0 abs(w) z / g(w) and F = s_0 z + s_1 dz/dt + b w.
+    """LuGre model dz/dt = w - s_0 abs(w) z / g(w) and F = s_0 z + s_1 dz/dt + b w.
 
     C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of systems
     with friction", IEEE Transactions on Automatic Control 40 (1995); Moreira, Lopes and Kuga,
