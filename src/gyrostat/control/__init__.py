@@ -1,4 +1,4 @@
-"""Controllers of the loop, from a measurement to a command, and what they are designed with."""
+"""Controllers of the control loop, from measurement to command, and their design methods."""
 
 from gyrostat.control.adaptive.conditioned_compensator import ConditionedCompensator
 from gyrostat.control.adaptive.frit import (

@@ -1,4 +1,4 @@
-"""A controller behind the validation of its measurements."""
+"""Controller with validated measurements."""
 
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 
 ACTUATED = ("current", "torque", "external_torque", "fading_torque", "speed")
-"""Fields of a command that go to actuators: zero in the safe command "zero"."""
+"""Fields of a command that go to actuators. The safe command "zero" sets them to zero."""
 
 
 class GuardedMemory(NamedTuple):
@@ -25,7 +25,7 @@ class GuardedMemory(NamedTuple):
     Attributes:
         controller: Memory of the controller.
         guard: Memory of the validation.
-        command: Last command that the controller gave from an accepted sample.
+        command: Last command that the controller computed from an accepted sample.
         period: Control period, s.
     """
 
@@ -36,33 +36,33 @@ class GuardedMemory(NamedTuple):
 
 
 class Guarded(Checked):
-    """Controller that survives bad samples.
+    """Controller that tolerates invalid samples.
 
-    A sample that the guard accepts goes to the controller. One that it rejects does not: the
-    command is the safe one (the last accepted command, or zero), and the memory of the controller
-    is what `predicted` makes of it. The same follows if an accepted sample leads to a command or
-    a memory that is not finite. Whatever the samples, memory and command stay finite, and the next
-    good sample is used as if the rejected ones had never come.
+    The controller computes a command from each sample that the guard accepts. If the guard rejects
+    a sample, the command is the safe one (the last accepted command, or zero), and the method
+    `predicted` of the controller gives its next memory. The same happens if an accepted sample
+    leads to a command or a memory that is not finite. Memory and command therefore always stay
+    finite, and rejected samples do not affect how the next valid sample is used.
 
-    Recorded beside the controller's command: `sample_status`, a `SampleStatus`, and
+    Two signals are recorded with the command: `sample_status`, a `SampleStatus`, and
     `samples_missed`, the number of samples since the last accepted one.
 
     Attributes:
-        controller: Any controller of the loop. It may offer
-            `predicted(memory, measurement, command)`, its memory one period later without a
-            sample, from the last accepted measurement and the safe command that is sent; by default
-            its memory stays as it was.
-        guard: Limits of the measurement, and the safe command.
+        controller: Any controller of the loop. It may offer `predicted(memory, measurement,
+            command)`, which gives its memory one period later without a sample, from the last
+            accepted measurement and the safe command that is sent. By default its memory is
+            unchanged.
+        guard: Limits of the measurement, and the choice of the safe command.
     """
 
     controller: Any
     guard: MeasurementGuard
 
     def check_own_period(self, period: float) -> None:
-        """Refuse a control period, s, at which the controller would never give a command.
+        """Check that the controller can give a command at a control period, s.
 
         Raises:
-            InputError: Its memory is not finite at the start.
+            InputError: The initial memory of the controller is not finite.
         """
         if not finite(self.controller.start(period)):
             raise InputError(
@@ -71,13 +71,13 @@ class Guarded(Checked):
             )
 
     def start(self, period: Scalar) -> GuardedMemory:
-        """Memory before the first sample; the safe command is zero until one was accepted.
+        """Initial memory; the safe command is zero until a sample has been accepted.
 
         Args:
             period: Control period, s.
 
         Raises:
-            InputError: the safe command is zero and the command has no field for an actuator.
+            InputError: The safe command is zero, but the command has no field for an actuator.
         """
         inner, guard = self.controller.start(period), self.guard.start()
         _, command = jax.eval_shape(self.controller, inner, guard.last)
@@ -91,11 +91,11 @@ class Guarded(Checked):
         return GuardedMemory(inner, guard, none, jnp.asarray(period, dtype=float))
 
     def __call__(self, memory: GuardedMemory, measurement: Any) -> tuple[GuardedMemory, Any]:
-        """Command, with the status of the sample beside it.
+        """Compute the command, with the status of the sample as additional fields.
 
         Args:
-            memory: From the last sample.
-            measurement: As the sensors give it.
+            memory: Memory from the last sample.
+            measurement: Measurement as the sensors give it.
         """
         memory, command, report = self.step(memory, measurement)
         if not hasattr(command, "_fields"):
@@ -105,17 +105,17 @@ class Guarded(Checked):
     def step(
         self, memory: GuardedMemory, measurement: Any
     ) -> tuple[GuardedMemory, Any, SampleReport]:
-        """The same with the report by itself.
+        """Compute memory, command and status of the sample, with the status as a separate result.
 
         Args:
-            memory: From the last sample.
-            measurement: As the sensors give it.
+            memory: Memory from the last sample.
+            measurement: Measurement as the sensors give it.
         """
         seen = self.guard(memory.guard, measurement, memory.period)
         stays = memory.controller, memory.command, jnp.array(False)
 
         def stepped() -> tuple[Any, Any, Any]:
-            # without barriers XLA computes the controller anew for every result that needs it
+            # without barriers XLA computes the controller again for every result that needs it
             measurement = jax.lax.optimization_barrier(seen.measurement)
             after = self.controller(memory.controller, measurement)
             inner, command = jax.lax.optimization_barrier(after)
@@ -142,7 +142,7 @@ class Guarded(Checked):
         return memory, self._safe(last, computed), report
 
     def _safe(self, last: Any, used: Any) -> Any:
-        """The last accepted command, or that in its place unless this sample was used."""
+        """Last accepted command; if this sample was not used, the safe command."""
         if self.guard.on_bad == "hold":
             return last
 
@@ -159,10 +159,11 @@ def finite(tree: Any, known: Any = ()) -> Any:
     """Whether all real numbers of a tree, and their sum, are finite.
 
     Args:
-        tree: Of arrays.
-        known: Tree of arrays that are finite; where they are in the tree too, they are not tested.
+        tree: Tree of arrays.
+        known: Tree of arrays that are known to be finite. They are not tested if they are also in
+            `tree`.
     """
-    # one test of a sum: it is smaller and faster in flight code than a test of each
+    # in flight code, one test of the sum is smaller and faster than a test of each number
     every = {id(leaf): leaf for leaf in jax.tree.leaves(tree)}
     for leaf in jax.tree.leaves(known):
         every.pop(id(leaf), None)
@@ -178,5 +179,5 @@ def finite(tree: Any, known: Any = ()) -> Any:
 
 
 def _as(like: Any, function: Any) -> Any:
-    """The function, its results of the types of an example."""
+    """Function with its results converted to the types of an example."""
     return lambda: jax.tree.map(lambda x, y: jnp.asarray(x, y.dtype), function(), like)

@@ -1,4 +1,4 @@
-"""Validation of measurements: finite, within a range, within a rate of change."""
+"""Validation of measurements: finite values, range and rate of change."""
 
 from collections.abc import Mapping
 from enum import IntEnum
@@ -14,12 +14,12 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 
 UNLIMITED = float(np.finfo(np.float32).max)
-"""Stands for "no limit". It is finite in single precision too, so that flight code needs no
+"""Value that means "no limit". It is finite in single precision too, so that flight code needs no
 infinity."""
 ON_BAD = ("hold", "zero")
-"""Commands in place of one from a rejected sample: the last accepted one, or zero."""
+"""Safe commands after a rejected sample: the last accepted command, or zero."""
 REACQUIRE = 4
-"""Samples without an accepted value after which the rate of change is not tested any more."""
+"""Number of samples without an accepted value after which the rate of change is not tested."""
 
 
 class SampleStatus(IntEnum):
@@ -27,13 +27,13 @@ class SampleStatus(IntEnum):
 
     Attributes:
         GOOD: Every value was accepted.
-        PARTIAL: Values of a sensor with a flag of its own were rejected; its flag was cleared and
-            the command comes from the other values.
+        PARTIAL: Values of a sensor with its own flag were rejected. The flag was cleared, and the
+            command is computed from the other values.
         NOT_FINITE: A value was NaN or infinite; the command is the safe one.
         OUT_OF_RANGE: A value was outside its limits; the command is the safe one.
         TOO_FAST: A value changed faster than its limit; the command is the safe one.
-        NOT_COMPUTED: The values were accepted, but command or memory were not finite; the command
-            is the safe one.
+        NOT_COMPUTED: The values were accepted, but the command or the memory was not finite; the
+            command is the safe one.
     """
 
     GOOD = 0
@@ -45,13 +45,13 @@ class SampleStatus(IntEnum):
 
 
 class FieldLimits(NamedTuple):
-    """Limits of a field of a measurement.
+    """Limits of one field of a measurement.
 
     Attributes:
         lower: Smallest accepted value, in the unit of the field.
         upper: Largest accepted value, in the unit of the field.
-        rate: Largest accepted rate of change, in the unit of the field per second; None: not
-            tested, and no code for it.
+        rate: Largest accepted rate of change, in the unit of the field per second. None: the rate
+            is not tested, and no code is generated for the test.
     """
 
     lower: Scalar = -UNLIMITED
@@ -63,8 +63,8 @@ class SampleReport(NamedTuple):
     """Status of a sample.
 
     Attributes:
-        sample_status: Status of the sample, see SampleStatus.
-        samples_missed: Samples since the last one that gave a command; 0 where this one did.
+        sample_status: Status of the sample, see `SampleStatus`.
+        samples_missed: Number of samples since the last one that gave a command; 0 if this one did.
     """
 
     sample_status: Int[Array, ""]
@@ -77,9 +77,10 @@ class GuardMemory(NamedTuple):
     """State of the validation between two samples.
 
     Attributes:
-        last: Last accepted values, a measurement.
-        samples_missed: Samples since the last accepted one.
-        fields_missed: Samples since the last accepted value, for fields with a flag of their own.
+        last: Last accepted values, in a measurement.
+        samples_missed: Number of samples since the last accepted one.
+        fields_missed: Number of samples since the last accepted value, for fields with their own
+            flag.
     """
 
     last: Any
@@ -88,15 +89,15 @@ class GuardMemory(NamedTuple):
 
 
 class Validated(NamedTuple):
-    """A measurement that was validated.
+    """Result of the validation of a measurement.
 
     Attributes:
-        measurement: Values that may be used if `good`; of sensors with a flag, the last accepted
-            ones in place of rejected ones.
+        measurement: Values that may be used if `good`. For sensors with a flag, the last accepted
+            values replace rejected ones.
         good: Whether the measurement may be used.
         status: Status of the sample, see `SampleStatus`.
         used: Memory after a sample that gives a command.
-        missed: Memory after a sample that does not.
+        missed: Memory after a sample that gives no command.
     """
 
     measurement: Any
@@ -107,23 +108,24 @@ class Validated(NamedTuple):
 
 
 class MeasurementGuard(Checked):
-    """Tests each real field of a measurement before anything is computed from it.
+    """Test of each real field of a measurement, before a controller uses it.
 
-    A value is accepted if it is finite, within [lower, upper], and |x - x_last| <= rate T (n + 1),
-    with x_last the last accepted value, T the control period and n the samples since then. From n =
-    `REACQUIRE` on, the last value is too old to compare with and the rate is not tested: a sensor
-    that really jumped is lost for `REACQUIRE` samples, never for good. (Limit and delta checks of
-    ECSS-E-ST-70-41C, service 12, "on-board monitoring".)
+    A value is accepted if it is finite, within [lower, upper], and |x - x_last| <= rate T (n + 1).
+    Here x_last is the last accepted value, T the control period and n the number of samples since
+    then. From n = `REACQUIRE` on, the last value is too old for a comparison and the rate is not
+    tested. After a true jump of the signal, a sensor is therefore lost for `REACQUIRE` samples
+    only. The tests are the limit and delta checks of ECSS-E-ST-70-41C, service 12, "on-board
+    monitoring".
 
-    A measurement with a rejected value is rejected as a whole, so that it has the same effect as
-    one that never came. The exception is a sensor with a flag of its own: the logical field
-    `NAME_measured` belongs to the field `NAME` and to all whose names begin with `NAME_`. Rejected
-    values of these clear the flag, of each element where there is a flag for each, and the last
-    accepted values stand in their place.
+    A measurement with a rejected value is rejected as a whole and has the same effect as a missing
+    one. The exception is a sensor with its own flag: the logical field `NAME_measured` belongs to
+    the field `NAME` and to all fields whose names begin with `NAME_`. Rejected values of these
+    fields clear the flag (one flag for the field, or one for each element), and the last accepted
+    values replace them.
 
     Attributes:
-        limits: Name of a real field -> its limits; one number for all elements, or one for each.
-        on_bad: Command in place of one from a rejected sample: "hold" or "zero".
+        limits: Limits of each real field, by name; one number for all elements, or one for each.
+        on_bad: Safe command after a rejected sample: "hold" or "zero".
         sample: Shapes of the measurement.
     """
 
@@ -138,15 +140,16 @@ class MeasurementGuard(Checked):
         limits: Mapping[str, FieldLimits] | None = None,
         on_bad: str = "hold",
     ) -> Self:
-        """A guard for measurements like an example.
+        """Guard for measurements of the same form as an example.
 
         Args:
-            measurement: An example, or the shapes of one: a named tuple.
-            limits: Of some of its real fields; the others are only tested to be finite.
-            on_bad: "hold" or "zero".
+            measurement: Example of a measurement, or the shapes of one; a named tuple.
+            limits: Limits of some real fields, by name. The other fields are only tested to be
+                finite.
+            on_bad: Safe command after a rejected sample: "hold" or "zero".
 
         Raises:
-            InputError: a name is not that of a real field, or on_bad is another word.
+            InputError: A name is not that of a real field, or `on_bad` is not "hold" or "zero".
         """
         shapes = jax.tree.map(
             lambda x: jax.ShapeDtypeStruct(jnp.shape(x), jnp.result_type(x)), measurement
@@ -163,10 +166,10 @@ class MeasurementGuard(Checked):
         return cls({name: given.get(name, FieldLimits()) for name in names}, on_bad, shapes)
 
     def check_own(self) -> None:
-        """Refuse limits that accept nothing.
+        """Validate the limits.
 
         Raises:
-            InputError: a limit is NaN, a range is empty or a rate is not above zero.
+            InputError: A limit is NaN, a range is empty, or a rate is not above zero.
         """
         for name, limits in self.limits.items():
             lower, upper = (np.asarray(limit, dtype=float) for limit in limits[:2])
@@ -178,7 +181,7 @@ class MeasurementGuard(Checked):
                 raise InputError(f"rate limit of {name}: found {limits.rate}, expected above 0")
 
     def start(self) -> GuardMemory:
-        """Nothing accepted yet."""
+        """Initial memory, without an accepted value."""
         last = jax.tree.map(lambda shape: jnp.zeros(shape.shape, shape.dtype), self.sample)
         flags = {
             name: jnp.full(jnp.shape(getattr(last, flag)), REACQUIRE)
@@ -191,8 +194,8 @@ class MeasurementGuard(Checked):
         """Validate a measurement.
 
         Args:
-            memory: From the last sample.
-            measurement: As the sensors give it.
+            memory: Memory from the last sample.
+            measurement: Measurement as the sensors give it.
             period: Control period, s.
         """
         finite = inside = slow = jnp.array(True)
@@ -205,7 +208,7 @@ class MeasurementGuard(Checked):
             flag, last = self._flag(name), getattr(memory.last, name)
             missed = memory.samples_missed if flag is None else memory.fields_missed[name]
             value = getattr(measurement, name)
-            # in this order: flight code compares and computes with finite values alone
+            # finiteness is tested first, so that flight code compares only finite values
             is_finite = jnp.isfinite(value)
             is_inside = is_finite & (value >= limits.lower) & (value <= limits.upper)
             is_slow = is_inside
@@ -240,7 +243,7 @@ class MeasurementGuard(Checked):
         )
 
     def _flag(self, name: str) -> str | None:
-        """The logical field that tells whether a field was measured; None where there is none."""
+        """Logical field that states whether a field was measured; None if there is none."""
         for flag in self.sample._fields:
             sensor = flag.removesuffix("_measured")
             if sensor != flag and (name == sensor or name.startswith(f"{sensor}_")):
@@ -253,5 +256,5 @@ def _is_real(shape: Any) -> bool:
 
 
 def _beside(missed: Any, value: Any) -> Any:
-    """Counts with as many axes as the value that they belong to."""
+    """Sample counts with as many axes as the value that they belong to."""
     return jnp.reshape(missed, jnp.shape(missed) or (1,) * jnp.ndim(value))

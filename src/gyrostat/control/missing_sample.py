@@ -1,16 +1,17 @@
-"""Memory of a controller after a period whose sample is missing."""
+"""Memory of a controller after a control period without a sample."""
 
 from typing import Any
 
 
 def predicted(controller: Any, memory: Any, measurement: Any, command: Any) -> Any:
-    """Memory of a controller one period later without a sample.
+    """Memory of a controller one control period later, without a sample.
 
     Args:
-        controller: With or without a method `predicted`.
-        memory: From the last sample.
-        measurement: Last one that was accepted.
-        command: That is sent.
+        controller: Controller, with or without a method `predicted`. Without it, the memory is
+            unchanged.
+        memory: Memory from the last sample.
+        measurement: Last accepted measurement.
+        command: Command that is sent instead.
     """
     own = getattr(controller, "predicted", None)
     return memory if own is None else own(memory, measurement, command)

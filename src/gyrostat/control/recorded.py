@@ -1,4 +1,4 @@
-"""Commands with signals beside them that are recorded and do not go to actuators."""
+"""Commands with additional signals that are recorded but not sent to actuators."""
 
 from collections import namedtuple
 from functools import cache
@@ -8,12 +8,12 @@ from gyrostat.core.checked import declared_units
 
 
 def recorded_with(prefix: str, command: Any, signals: Any) -> Any:
-    """A command with further fields.
+    """Command with additional fields.
 
     Args:
-        prefix: Of the name of its type.
-        command: Named tuple.
-        signals: Named tuple of the further fields.
+        prefix: Prefix of the name of the new type.
+        command: Command, a named tuple.
+        signals: Additional fields, a named tuple.
     """
     return _joined(prefix, type(command), type(signals))(*command, *signals)
 

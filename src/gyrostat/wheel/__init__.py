@@ -1,4 +1,4 @@
-"""A reaction wheel with true dry friction, how it answers a current, and its model file."""
+"""Reaction wheel with dry friction: parameters, response to a current, and model file."""
 
 from gyrostat.wheel.array import WheelArray
 from gyrostat.wheel.axes import orthogonal_axes, pyramid_axes

@@ -13,17 +13,17 @@ from gyrostat.core.jax64 import jnp
 from gyrostat.wheel.friction import Friction, LuGre, ViscousCoulomb
 
 UNIT_TOLERANCE = 1e-6
-"""Of the length of an axis: data sheets and drawings round."""
+"""Largest deviation of the length of an axis from 1; allows for rounded numbers in data sheets."""
 
 LIMIT_TOLERANCE = 1e-9
-"""Of a momentum limit: speeds are converted and rounded."""
+"""Relative tolerance of a momentum limit; allows for rounding in converted speeds."""
 
 
 def listed(value: Any) -> Any:
-    """Lists of numbers as an array; what is none as it is.
+    """Convert lists of numbers to arrays; return other values unchanged.
 
     Raises:
-        InputError: rows of different lengths, or no numbers.
+        InputError: The rows have different lengths, or a value is not a number.
     """
     if not isinstance(value, list | tuple):
         return value
@@ -35,7 +35,7 @@ def listed(value: Any) -> Any:
 
 
 def zeros() -> Any:
-    """A field of three components, by default zero."""
+    """Dataclass field of three components, zero by default."""
     return eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
 
 
@@ -44,15 +44,15 @@ def _no_friction() -> Friction:
 
 
 class WheelArray(Checked):
-    """Wheels on any axes, commanded in motor torque.
+    """Wheels on any axes, commanded by motor torque.
 
     Attributes:
-        axes: (3, wheels) spin axes in body axes, unit length, one column for each wheel.
-        inertia: (wheels,) of each rotor about its axis, kg·m².
-        torque_limit: (wheels,) largest motor torque, N·m.
-        momentum_limit: (wheels,) largest momentum inertia times speed relative to the body, N·m·s:
-            there the motor gives no more torque that would speed the wheel up.
-        friction: of the bearings, one model whose parameters are (wheels,) or shared.
+        axes: Spin axes in body axes, unit length, one column for each wheel, (3, wheels).
+        inertia: Inertia of each rotor about its axis, (wheels,), kg·m².
+        torque_limit: Largest motor torque, (wheels,), N·m.
+        momentum_limit: Largest momentum, inertia times speed relative to the body, (wheels,),
+            N·m·s. At this limit, the motor gives no torque that would increase the speed.
+        friction: Bearing friction, one model whose parameters are (wheels,) or shared.
     """
 
     axes: Float[Array, "3 wheels"] = eqx.field(converter=listed)
@@ -71,10 +71,10 @@ class WheelArray(Checked):
         return np.shape(self.axes)[-1]
 
     def within_torque_limit(self, torque: PerWheel) -> PerWheel:
-        """What the motors give of a commanded torque, N·m.
+        """Commanded torques limited to the torque limits of the motors, (wheels,), N·m.
 
         Raises:
-            InputError: not one torque a wheel.
+            InputError: There is not one torque for each wheel.
         """
         if np.shape(torque) != (self.count,):
             raise InputError(
@@ -86,15 +86,16 @@ class WheelArray(Checked):
     def within_momentum_limit(
         self, torque: PerWheel, momentum: PerWheel, duration: Scalar
     ) -> PerWheel:
-        """What of a torque held for `duration`, s, does not speed a wheel up beyond its limit, N·m.
+        """Torques limited so that no wheel speeds up beyond its momentum limit, (wheels,), N·m.
 
-        A wheel already beyond it is not braked. What the turning of the body adds to the speed of a
-        wheel, a share of its inertia over the body's, is left out.
+        A wheel that is already beyond its limit is not braked. The change of the body rate, which
+        adds to the wheel speed in the ratio of wheel to body inertia, is neglected.
 
         Args:
-            torque: (wheels,) N·m.
-            momentum: (wheels,) inertia times speed relative to the body, N·m·s.
-            duration: s; where it is 0 the result has no effect, but is finite.
+            torque: Torques, held over `duration`, (wheels,), N·m.
+            momentum: Inertia times speed relative to the body, (wheels,), N·m·s.
+            duration: Duration of the torques, s. If it is 0, the result is finite but has no
+                effect.
         """
         limit = jnp.asarray(self.momentum_limit)
         # 0 / 0 would be NaN for a wheel exactly at its limit
@@ -104,10 +105,13 @@ class WheelArray(Checked):
         return jnp.where(jnp.isinf(limit), torque, jnp.clip(torque, lower, upper))
 
     def check_speed(self, speed: PerWheel) -> None:
-        """Refuse speeds relative to the body, (..., wheels), rad/s, beyond the momentum limit.
+        """Check that wheel speeds are within the momentum limit.
+
+        Args:
+            speed: Speeds relative to the body, (..., wheels), rad/s.
 
         Raises:
-            InputError: as said.
+            InputError: A speed is beyond the momentum limit.
         """
         limit = np.asarray(self.momentum_limit, dtype=float)
         momentum = np.asarray(self.inertia, dtype=float) * np.asarray(speed, dtype=float)
@@ -126,8 +130,8 @@ class WheelArray(Checked):
         """Validate axes, friction and shapes.
 
         Raises:
-            InputError: Axes that are not (3, wheels) or not of unit length, friction that is not
-                static, parameters of another number of wheels.
+            InputError: The axes are not (3, wheels) or not of unit length, the friction is not
+                static, or a parameter has another number of wheels.
         """
         axes = np.asarray(self.axes, dtype=float)
         if axes.ndim < 2 or axes.shape[-2] != 3 or axes.shape[-1] < 1:
@@ -146,7 +150,7 @@ class WheelArray(Checked):
             "momentum_limit": self.momentum_limit,
             **self.friction.parameters(),
         }.items():
-            # axes before the last are those of runs
+            # axes before the last are batch axes
             shape = np.shape(value)[axes.ndim - 2 :]
             if shape and shape != (self.count,):
                 raise InputError(

@@ -1,4 +1,4 @@
-"""Common wheel arrangements: orthogonal, pyramid."""
+"""Common wheel arrangements: orthogonal and pyramid."""
 
 import numpy as np
 
@@ -6,29 +6,30 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix
 
 EQUAL_REACH = float(np.arcsin(1.0 / np.sqrt(3.0)))
-"""rad, 35.26 deg: with this elevation a pyramid gives as much torque along as across its axis."""
+"""Elevation, rad (35.26 deg), at which a pyramid gives the same torque along its axis as across
+it."""
 
 
 def orthogonal_axes() -> Matrix:
-    """(3, 3): one wheel along each body axis."""
+    """Spin axes of three wheels, one along each body axis, (3, 3)."""
     return np.eye(3)
 
 
 def pyramid_axes(
     count: int = 4, *, elevation: float = EQUAL_REACH, azimuth: float = np.pi / 4.0
 ) -> Matrix:
-    """Spin axes spread evenly round the body's z axis.
+    """Spin axes spaced evenly around the z axis of the body.
 
     Args:
-        count: of wheels, 3 or more.
-        elevation: of every axis above the x-y plane, rad, between 0 and pi/2 without the ends.
-        azimuth: of the first axis from x towards y, rad.
+        count: Number of wheels, 3 or more.
+        elevation: Elevation of every axis above the x-y plane, rad, above 0 and below pi/2.
+        azimuth: Azimuth of the first axis from x towards y, rad.
 
     Returns:
-        (3, count) unit vectors in body axes, in the order of their azimuth.
+        Unit vectors in body axes, in the order of their azimuth, (3, count).
 
     Raises:
-        InputError: fewer than 3 wheels, or axes that do not span space.
+        InputError: There are fewer than 3 wheels, or the axes do not span space.
     """
     if count < 3:
         raise InputError(f"wheels of a pyramid: found {count}, expected 3 or more")

@@ -12,42 +12,42 @@ from gyrostat.wheel.rodas import integrate
 from gyrostat.wheel.stepping import step_dry_friction
 
 TOLERANCE = 1e-6
-"""Largest error of a step, over the scales below or the state itself.
+"""Largest error of a step, relative to the scales below or to the state, whichever is larger.
 
-Measured on 64 closed-loop runs of Moreira, Lopes and Kuga, 300 s each: the momentum is within 8e-9
-of its largest value. At 1e-5 it would be within 1.3e-7, at 1e-7 within 4e-10.
+Measured on 64 closed-loop runs of Moreira, Lopes and Kuga, 300 s each: the error of the momentum is
+within 8e-9 of its largest value. It would be within 1.3e-7 at 1e-5, and within 4e-10 at 1e-7.
 """
 CARRIER_SCALE = 1e-2
-"""rad, rad/s: what counts in the motion of a carrier."""
+"""Scale of the errors in the motion of a carrier, rad and rad/s."""
 FIRST_REACH = 0.2
-"""Share of its speed, or of the scale of the friction curve, that a first step may change."""
+"""Largest change of speed in a first step, relative to the speed or to the scale of the curve."""
 SLOWEST = 1e-2
-"""rad/s: scale of the friction curve where it has none."""
+"""Speed scale of a friction curve that has none, rad/s."""
 REST = 1e-2
-"""Share of that scale that counts in the speed: what a resting wheel still moves adds up to creep.
+"""Scale of the speed error over the speed scale of the curve; it bounds the creep at rest.
 
-A table whose wheel is held below breakaway for 10 000 s, in steps of 10 s, creeps by 4e-6 rad; with
-ten times the share, by ten times that.
+A table whose wheel is held below breakaway for 10 000 s, in steps of 10 s, creeps by 4e-6 rad. The
+creep is proportional to this value.
 """
 
 
 def step_bristles(
     contact: BearingEquation, motion: Motion, deflection: Scalar, duration: Scalar
 ) -> tuple[Motion, Float[Array, ""], Bool[Array, ""]]:
-    """Advance a wheel, its bristles and its carrier over one interval.
+    """Advance a wheel with bristle friction, and its carrier, over one interval.
 
     Args:
-        contact: the equations of motion; its friction is LuGre.
-        motion: at the start.
-        deflection: of the bristles at the start, rad.
-        duration: s.
+        contact: Equations of motion with LuGre friction.
+        motion: State at the start.
+        deflection: Deflection of the bristles at the start, rad.
+        duration: Length of the interval, s.
 
     Returns:
-        Motion and deflection at the end, and whether the asked accuracy was kept: False when it
+        State and deflection at the end, and whether the requested accuracy was reached: False if it
         needed too many steps. Differentiable in forward mode.
 
     Raises:
-        TypeError: another friction.
+        TypeError: The friction is not LuGre.
     """
     friction = contact.friction
     if not isinstance(friction, LuGre):
@@ -69,12 +69,12 @@ def step_bristles(
         friction.level(0.0) / friction.stiffness,
         jax.tree.map(lambda y: jnp.full_like(y, CARRIER_SCALE), motion.carrier),
     )
-    # a long first step from near rest would pass over the whole bend of the friction curve unseen
+    # a long first step from near rest would step over the bend of the friction curve
     tiny = jnp.finfo(float).tiny
     rate = jnp.maximum(jnp.abs(field(state, 0.0)[0]), tiny)
     speed, bend = jnp.abs(motion.speed), scale[0] / REST
     first = FIRST_REACH * jnp.maximum(speed, bend) / rate
-    # from rest, over the bending of the bristles
+    # from rest, the first step must resolve the deflection of the bristles
     first = jnp.where(speed < bend, jnp.minimum(first, jnp.sqrt(scale[1] / rate)), first)
     scale, first = jax.lax.stop_gradient((scale, first))
     state, resolved = integrate(
@@ -87,16 +87,16 @@ def step_bristles(
 def step_wheel(
     contact: BearingEquation, motion: Motion, deflection: Scalar, duration: Scalar
 ) -> tuple[Motion, Scalar, Bool[Array, ""]]:
-    """Advance a wheel over one interval, whatever its friction model.
+    """Advance a wheel with any friction model over one interval.
 
     Args:
-        contact: the equations of motion.
-        motion: at the start.
-        deflection: of the bristles at the start, rad; left as it is where there are none.
-        duration: s.
+        contact: Equations of motion.
+        motion: State at the start.
+        deflection: Deflection of the bristles at the start, rad; unchanged without bristles.
+        duration: Length of the interval, s.
 
     Returns:
-        Motion and deflection at the end, and whether the interval was resolved.
+        State and deflection at the end, and whether the interval was resolved.
     """
     if isinstance(contact.friction, LuGre):
         return step_bristles(contact, motion, deflection, duration)

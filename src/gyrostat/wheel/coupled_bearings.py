@@ -13,12 +13,12 @@ from gyrostat.wheel.bearing_equation import Motion
 
 
 class Modes(NamedTuple):
-    """Which wheels turn and which are held, and what holds them.
+    """Modes of motion of the wheels: turning or held at rest.
 
     Attributes:
-        direction: (wheels,) sense of rotation ±1, or 0 where a wheel is held at rest.
-        holding: (wheels, wheels) torques that cancel accelerations of the held wheels, kg·m²; zero
-            for the others.
+        direction: Direction of rotation, ±1, or 0 for a wheel that is held at rest, (wheels,).
+        holding: Matrix from accelerations of the held wheels to the torques that cancel them,
+            (wheels, wheels), kg·m²; zero for the others.
     """
 
     direction: PerWheel
@@ -26,13 +26,13 @@ class Modes(NamedTuple):
 
 
 class Changes(NamedTuple):
-    """How fast drive and carrier change at a time.
+    """Rates of change of drive and carrier at a time.
 
     Attributes:
-        drive: (wheels,) derivative in time of m, N·m/s.
-        pull: (wheels,) that of the accelerations without friction M m + g, rad/s³.
-        turn_squared: square of the fastest rate in carrier and drive, 1/s².
-        turn_change_squared: square of the derivative in time of the carrier's rate, 1/s⁴.
+        drive: Time derivative of the drive torques m, (wheels,), N·m/s.
+        pull: Time derivative of the accelerations without friction, M m + g, (wheels,), rad/s³.
+        turn_squared: Square of the fastest rate in carrier and drive, 1/s².
+        turn_change_squared: Square of the time derivative of the carrier's rate, 1/s⁴.
     """
 
     drive: PerWheel
@@ -42,64 +42,64 @@ class Changes(NamedTuple):
 
 
 class CoupledBearings(eqx.Module):
-    """Equations of motion at the bearings of wheels on one carrier, in smooth drive.
+    """Equations of motion at the bearings of several wheels on one carrier, with smooth drive.
 
-    dw/dt = M (m - F) + g and dy/dt = f(y, w, F, t): w (wheels,) are the speeds relative to the
-    carrier, m the torques that drive them, F the friction torques, y the state of the carrier.
+    dw/dt = M (m - F) + g and dy/dt = f(y, w, F, t). Here w (wheels,) are the speeds relative to the
+    carrier, m the drive torques, F the friction torques, and y the state of the carrier.
     """
 
     friction: eqx.AbstractVar[Any]
-    """A static `Friction` whose parameters are (wheels,) or shared."""
+    """Static `Friction` whose parameters are (wheels,) or shared."""
     mobility: eqx.AbstractVar[Float[Array, "wheels wheels"]]
-    """M, symmetric and positive definite, 1/(kg·m²)."""
+    """Matrix M, symmetric and positive definite, (wheels, wheels), 1/(kg·m²)."""
 
     @abc.abstractmethod
     def drive(self, motion: Motion, time: Scalar) -> tuple[PerWheel, PerWheel]:
-        """m, N·m, and g, rad/s².
+        """Drive torques m, (wheels,), N·m, and accelerations g, (wheels,), rad/s².
 
         Args:
-            motion: the state.
-            time: from the start of the interval, s.
+            motion: State of wheels and carrier.
+            time: Time since the start of the interval, s.
         """
 
     @abc.abstractmethod
     def carrier_rate(self, motion: Motion, friction: PerWheel, time: Scalar) -> Any:
-        """Derivative of the carrier's state in time.
+        """Time derivative of the state of the carrier.
 
         Args:
-            motion: the state.
-            friction: F, N·m.
-            time: from the start of the interval, s.
+            motion: State of wheels and carrier.
+            friction: Friction torques F, (wheels,), N·m.
+            time: Time since the start of the interval, s.
         """
 
     @abc.abstractmethod
     def breakaway_torque(self, direction: PerWheel) -> PerWheel:
-        """Largest torque that each wheel at rest withstands in sense `direction` (±1), N·m."""
+        """Breakaway torques of the wheels in a direction of rotation (±1), (wheels,), N·m."""
 
     @abc.abstractmethod
     def changes(self, motion: Motion, rate: Motion, time: Scalar) -> Changes:
-        """How fast drive and carrier change.
+        """Rates of change of drive and carrier.
 
         Args:
-            motion: the state.
-            rate: its derivative in time.
-            time: from the start of the interval, s.
+            motion: State of wheels and carrier.
+            rate: Its time derivative.
+            time: Time since the start of the interval, s.
         """
 
     def modes(self, direction: PerWheel) -> Modes:
-        """Modes of motion with these senses of rotation, 0 where held."""
+        """Modes of motion with these directions of rotation, 0 for held wheels."""
         held = direction == 0.0
         both = held[:, None] & held
         system = jnp.where(both, self.mobility, jnp.eye(len(direction)))
         return Modes(direction, jnp.where(both, inverse_definite(system), 0.0))
 
     def torques(self, motion: Motion, modes: Modes, time: Scalar) -> PerWheel:
-        """F: of the turning wheels from their curve, of the resting ones what holds them, N·m.
+        """Friction torques F, (wheels,), N·m: of the curve if turning, holding torques if held.
 
         Args:
-            motion: the state.
-            modes: of motion.
-            time: from the start of the interval, s.
+            motion: State of wheels and carrier.
+            modes: Modes of motion.
+            time: Time since the start of the interval, s.
         """
         drive, drift = self.drive(motion, time)
         held = modes.direction == 0.0
@@ -109,13 +109,13 @@ class CoupledBearings(eqx.Module):
         return jnp.where(held, holding, sliding)
 
     def rate(self, motion: Motion, modes: Modes, time: Scalar) -> Motion:
-        """Derivative in time while the modes of motion are frozen; see `torques`."""
+        """Time derivative of the state in fixed modes of motion; see `torques`."""
         return self.rate_under(motion, self.torques(motion, modes, time), modes, time)
 
     def rate_under(self, motion: Motion, friction: PerWheel, modes: Modes, time: Scalar) -> Motion:
-        """The same, of `torques` that are known."""
+        """Time derivative of the state in fixed modes of motion, for known friction torques."""
         drive, drift = self.drive(motion, time)
         rate = self.mobility @ (drive - friction) + drift
-        # held means held: what is left of the solution's rounding would creep
+        # exactly zero for held wheels, since rounding errors would let them creep
         speed = jnp.where(modes.direction == 0.0, 0.0, rate)
         return Motion(speed, self.carrier_rate(motion, friction, time))

@@ -1,9 +1,9 @@
 """Exact stepping of several wheels with dry friction on one carrier.
 
-The scheme is that of one wheel (`gyrostat.wheel.stepping`): between events every wheel rests or
-turns in one sense. What is new is that the wheels feel each other through the carrier: the torques
-that hold the resting ones solve one small symmetric system, the earliest of several events ends a
-segment, and of several overloaded wheels the worst is released first.
+The method is that for one wheel (`gyrostat.wheel.stepping`): between events, every wheel rests or
+turns in one direction. In addition, the wheels are coupled through the carrier. The torques that
+hold the resting wheels solve one small symmetric system, the earliest of several events ends a
+segment, and of several overloaded wheels the one with the largest excess is released first.
 """
 
 from typing import NamedTuple
@@ -26,15 +26,16 @@ from gyrostat.wheel.segment import (
 from gyrostat.wheel.step_bounds import stays, step_bounds
 
 EVENT_TOLERANCE = 1e-9
-"""Share of a height that may be left where it only dips to zero."""
+"""Remaining share of an event function that counts as zero, if its minimum only reaches zero."""
 POLISH = 1e-6
-"""Share of a segment that the last step towards an event may move: its square is lost."""
+"""Largest share of a segment by which the last Newton step may move an event; its square is the
+error."""
 STAGES, WEIGHTS = jnp.array([0.5, 0.5, 1.0]), jnp.array([2.0, 2.0, 1.0]) / 6.0
 
 
 @jax.jit
 def _runge_kutta(contacts: CoupledBearings, motion: Motion, modes: Modes, start, rate, duration):
-    """One classical fourth-order step of frozen modes; later stages a loop, compiled sooner."""
+    """Classical fourth-order step in fixed modes; later stages in a loop, which compiles faster."""
 
     def stage(carry, share):
         rate, total = carry
@@ -48,7 +49,7 @@ def _runge_kutta(contacts: CoupledBearings, motion: Motion, modes: Modes, start,
 
 
 def _modes(contacts: CoupledBearings, motion: Motion, released: PerWheel, time: Scalar) -> Modes:
-    """Mode of each wheel: turning ones keep their sense, resting ones hold if they can."""
+    """Mode of each wheel: a turning wheel keeps its direction, a resting one holds if it can."""
     start = jnp.where(motion.speed == 0.0, released, jnp.sign(motion.speed))
 
     def release_worst(carry):
@@ -63,17 +64,17 @@ def _modes(contacts: CoupledBearings, motion: Motion, released: PerWheel, time: 
         return jnp.where(free, sense, direction), modes, jnp.any(free), number + 1
 
     nothing = Modes(start, jnp.zeros_like(contacts.mobility))
-    rests = jnp.any(start == 0.0)  # else no wheel holds, and none is released
+    rests = jnp.any(start == 0.0)  # otherwise no wheel is held and none can be released
 
     def goes_on(carry):
-        # each pass but the last releases a wheel; flight code needs the bound to be stated
+        # each pass but the last releases a wheel; flight code needs an explicit bound
         return carry[2] & (carry[3] < len(start) + 2)
 
     return jax.lax.while_loop(goes_on, release_worst, (start, nothing, rests, 0))[1]
 
 
 class _Loads(NamedTuple):
-    """Friction torques, N·m, how fast they change, N·m/s, and the derivative of the motion."""
+    """Friction torques, N·m, their rates of change, N·m/s, and the time derivative of the state."""
 
     torque: PerWheel
     change: PerWheel
@@ -82,7 +83,7 @@ class _Loads(NamedTuple):
 
 @jax.jit
 def _loads(contacts: CoupledBearings, motion: Motion, modes: Modes, time) -> _Loads:
-    """What the wheels rub against while the modes of motion are frozen."""
+    """Friction torques and their rates of change in fixed modes of motion."""
     torque, along = jax.linearize(
         lambda motion, time: contacts.torques(motion, modes, time), motion, time
     )
@@ -91,7 +92,7 @@ def _loads(contacts: CoupledBearings, motion: Motion, modes: Modes, time) -> _Lo
 
 
 class _Search(NamedTuple):
-    """The earliest event so far, and the wheels that may have had an earlier one."""
+    """Earliest event so far, and the wheels that may have had an earlier one."""
 
     time: Float[Array, ""]
     wheel: Int[Array, ""]
@@ -100,7 +101,7 @@ class _Search(NamedTuple):
 
 
 class _Trial(NamedTuple):
-    """Where the event of one suspect is looked for."""
+    """State of the search for the event of one wheel."""
 
     wheel: Int[Array, ""]
     bracket: tuple[Float[Array, ""], Float[Array, ""], Float[Array, ""]]
@@ -108,11 +109,11 @@ class _Trial(NamedTuple):
 
 
 def _travel(contacts: CoupledBearings, motion: Motion, modes: Modes, start, remaining):
-    """Move in frozen modes until the interval, the segment limit or one of the modes runs out.
+    """Move in fixed modes until the end of the interval, the segment limit or an event.
 
     Returns:
-        Motion and time at its end, whether that is the end of the interval, the wheels whose mode
-        ran out, and the sense in which the torque on each resting wheel grows.
+        State and time at the end, whether it is the end of the interval, the wheels that had an
+        event, and the direction in which the torque on each resting wheel grows.
     """
     torque = contacts.torques(motion, modes, start)
     rate = contacts.rate_under(motion, torque, modes, start)
@@ -122,7 +123,7 @@ def _travel(contacts: CoupledBearings, motion: Motion, modes: Modes, start, rema
     duration = jnp.where(last, remaining, limit)
     direction = modes.direction
     end = _runge_kutta(contacts, motion, modes, start, rate, duration)
-    # far from zero and not on the way there: `ends` could find nothing
+    # far from zero and not moving there, so that `ends` would find no event
     first, final = direction * motion.speed, direction * end.speed
     heads_for = first + 0.5 * duration * jnp.minimum(direction * rate.speed, 0.0)
     turns_on = (first > 0.0) & (final > 0.0) & (heads_for > 0.0)
@@ -138,7 +139,7 @@ def _travel(contacts: CoupledBearings, motion: Motion, modes: Modes, start, rema
 
 
 def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
-    """`_travel` where a mode may run out."""
+    """Continue `_travel` if an event is possible."""
     (end, duration, last), direction, held = whole, modes.direction, modes.direction == 0.0
 
     def flow(duration):
@@ -147,7 +148,7 @@ def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
     def loads(motion, duration):
         return _loads(contacts, motion, modes, start + duration)
 
-    # what happens is decided on values alone
+    # the kind of event depends on values only, not on derivatives
     length = jax.lax.stop_gradient(duration)
     both = jax.tree.map(lambda a, b: jnp.stack([a, b]), motion, end)
     # one call for both ends, which compiles once
@@ -155,10 +156,10 @@ def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
     rising = jnp.sign(at_both.torque[1] - at_both.torque[0])
 
     def heights(motion, loads):
-        """What is left before each mode of motion ends, and how fast it changes.
+        """Event function of each mode of motion, and its rate of change.
 
-        For a turning wheel the speed in its sense; for a wheel at rest what the torque that holds
-        it lacks to the breakaway torque in the sense in which it grows.
+        For a turning wheel it is the speed in its direction. For a wheel at rest it is the
+        breakaway torque minus the holding torque, in the direction in which this torque grows.
         """
         lacks = contacts.breakaway_torque(rising) - rising * loads.torque
         at_rest = jnp.where(rising == 0.0, 1.0, lacks)
@@ -175,7 +176,7 @@ def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
     guess = falls_through_zero(first, start_rate, end_rate, length)
 
     def go_on(_):
-        # just at the breakaway level, rounding may turn a wheel back: it stays at zero
+        # exactly at the breakaway torque, rounding may turn a wheel back: it stays at zero
         stays = from_zero & ~rises & (final < 0.0)
         speed = jnp.where(stays, 0.0, end.speed)
         return end._replace(speed=speed), duration, last, jnp.zeros_like(held)
@@ -188,7 +189,7 @@ def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
 
     def locate(_):
         def look(carry: tuple[_Search, _Trial, Array]) -> tuple[_Search, _Trial, Array]:
-            # narrowing a bracket and judging its end are one step, so that a flow compiles once
+            # the bracket and its end are evaluated in one step, so that a flow compiles once
             search, trial, number = carry
             wheel, time = trial.wheel, trial.bracket[2]
             there = flow(time)
@@ -196,7 +197,7 @@ def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
             closer = trial._replace(
                 bracket=narrowed(trial.bracket, left[wheel], rate[wheel]), steps=trial.steps + 1
             )
-            # the parabola that found a dip is only an estimate: the flow itself decides
+            # the parabola that indicated the dip is only an estimate; the flow decides
             happens = past_zero[wheel] | (left[wheel] <= EVENT_TOLERANCE * first[wheel])
             earliest = jnp.where(happens, time, search.time)
             earlier = jnp.where(past_zero, left <= 0.0, turning < earliest)
@@ -210,7 +211,7 @@ def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
                 lambda a, b: jnp.where(over, a, b), (judged, next_trial(judged)), (search, closer)
             ), number + 1
 
-        # flight code needs a constant bound, and reports when that is reached
+        # flight code needs a constant bound, and reports if it is reached
         bound = len(held) * (NEWTON_STEPS + 1)
         none = _Search(length, jnp.array(0), jnp.array(False), past_zero | dips)
         search, *_ = jax.lax.stop_gradient(
@@ -223,7 +224,7 @@ def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
         there = flow(search.time)
         at = loads(there, search.time)
         left, rate = (value[search.wheel] for value in heights(there, at))
-        # one more step of Newton: it carries the derivative, and hardly moves
+        # one more Newton step, which has the derivative but hardly changes the value
         move = -left / jax.lax.stop_gradient(jnp.where(rate == 0.0, -1.0, rate))
         move += jax.lax.stop_gradient(jnp.where(jnp.abs(move) < POLISH * length, 0.0, -move))
         time = within(search.time + move, remaining)
@@ -243,12 +244,12 @@ def step_coupled_wheels(
     """Advance several wheels with static friction, and their carrier, over one interval.
 
     Args:
-        contacts: the equations of motion.
-        motion: at the start; its speed is (wheels,).
-        duration: s.
+        contacts: Equations of motion.
+        motion: State at the start, with a speed of (wheels,).
+        duration: Length of the interval, s.
 
     Returns:
-        The motion at the end, and whether the interval was resolved: False when it needed more than
+        State at the end, and whether the interval was resolved: False if it needed more than
         `MAX_SEGMENTS` segments. Differentiable in forward mode in every argument and parameter.
     """
 

@@ -1,7 +1,7 @@
 """Data sheets of commercial wheels: published values with their sources.
 
-A sheet is a TOML file: `name`, and for each quantity a table with its `value`, a number in SI units
-or a text with a unit, and its `source`, where it comes from or why it is what it is:
+A sheet is a TOML file with `name` and one table for each quantity. The table has the `value`, a
+number in SI units or a text with a unit, and the `source` of the value or the reason for it:
 
 name = "Maker, type"
 
@@ -10,9 +10,9 @@ value = "15 mN·m·s"
 source = "data sheet, 2019"
 ...
 
-`coulomb` and `viscous` make a wheel with viscous and Coulomb friction, `static` and
-`stribeck_speed` beside them one with Stribeck friction. `torque_limit`, `motor_constant`,
-`static_imbalance` and `dynamic_imbalance` may be left out.
+With `coulomb` and `viscous`, the wheel has viscous and Coulomb friction; with `static` and
+`stribeck_speed` in addition, it has Stribeck friction. `torque_limit`, `motor_constant`,
+`static_imbalance` and `dynamic_imbalance` are optional.
 """
 
 import difflib
@@ -31,7 +31,7 @@ from gyrostat.wheel.friction import Friction, Stribeck, ViscousCoulomb
 
 FOLDER = Path(__file__).with_name("data_sheets")
 SAME = 0.01
-"""Largest relative difference of the inertia from momentum over speed."""
+"""Largest relative difference between the inertia and momentum over speed."""
 _NEEDED = {
     "momentum_limit": "momentum",
     "speed_limit": "speed",
@@ -52,13 +52,13 @@ _MAY_BE_ZERO = ("coulomb", "viscous", "static", "static_imbalance", "dynamic_imb
 
 @dataclass(frozen=True)
 class WheelSheet:
-    """What a data sheet says of a wheel.
+    """Content of a wheel data sheet.
 
     Attributes:
-        name: maker and type.
-        values: quantity -> value, SI: see the module; imbalances in kg·m and kg·m², the motor
-            constant in N·m/A.
-        sources: quantity -> where the value comes from.
+        name: Maker and type.
+        values: Quantity -> value in SI units, see the module. Imbalances are in kg·m and kg·m², the
+            motor constant in N·m/A.
+        sources: Quantity -> source of the value.
     """
 
     name: str
@@ -66,16 +66,16 @@ class WheelSheet:
     sources: Mapping[str, str]
 
     def friction(self) -> Friction:
-        """The friction of its bearing."""
+        """Friction model of the bearing."""
         names = ("viscous", "coulomb", "static", "stribeck_speed")
         kind = Stribeck if "static" in self.values else ViscousCoulomb
         return kind(**{n: self.values[n] for n in names if n in self.values})
 
     def array(self, axes: Float[Array, "3 wheels"] | np.ndarray) -> WheelArray:
-        """Wheels of this kind.
+        """Wheel array with wheels of this kind.
 
         Args:
-            axes: (3, wheels) spin axes in body axes, unit length.
+            axes: Spin axes in body axes, unit length, (3, wheels).
         """
         each = np.ones(np.shape(axes)[1])
         friction = self.friction()
@@ -89,7 +89,7 @@ class WheelSheet:
 
 
 def wheel_sheets() -> tuple[str, ...]:
-    """The sheets that come with the package, by the names that `read_wheel_sheet` takes."""
+    """Names of the data sheets in the package, for `read_wheel_sheet`."""
     return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
 
 
@@ -97,11 +97,11 @@ def read_wheel_sheet(name: str | os.PathLike[str]) -> WheelSheet:
     """Read a data sheet.
 
     Args:
-        name: of a sheet of the package, or the path of a file whose name ends in .toml.
+        name: Name of a sheet of the package, or path of a file whose name ends in .toml.
 
     Raises:
-        InputError: there is no such sheet, or it cannot be read, a key is unknown, missing or has
-            a value that no wheel has.
+        InputError: The sheet does not exist or cannot be read; a key is unknown or missing; or a
+            value is not possible for a wheel.
     """
     path = Path(name)
     if path.suffix != ".toml":

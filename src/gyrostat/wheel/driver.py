@@ -10,9 +10,9 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 
 SETTLED = 40.0
-"""Time constants after which exp(-t/tau) is below rounding."""
+"""Number of time constants after which exp(-t/tau) is below rounding."""
 LAG_STEP = 0.1
-"""Share of its time constant in which a lag that has just begun is resolved."""
+"""Integration step at the start of a lag, over its time constant."""
 
 
 def _size(name: str) -> Rule:
@@ -20,18 +20,19 @@ def _size(name: str) -> Rule:
 
 
 class Driver(Checked):
-    """A current loop: limits and quantisation once a control period, then a first-order lag.
+    """Motor driver with a current loop: limits and quantisation, then a first-order lag.
 
-    The current that the supply allows falls with speed: V = R I + k_m w, with the back-EMF constant
-    equal to the motor constant in SI. It is taken at the start of a control period.
+    Limits and quantisation are applied once a control period. The current that the supply voltage
+    allows decreases with speed: V = R I + k_m w, with the back-EMF constant equal to the motor
+    constant in SI units. The speed is taken at the start of a control period.
 
     Attributes:
-        time_constant: of the current loop, s; zero for none.
-        current_limit: A.
-        torque_limit: of the motor, N·m.
-        current_quantum: step of the commanded current, A; zero for none.
-        bus_voltage: V.
-        resistance: of the winding, Ω.
+        time_constant: Time constant of the current loop, s; zero for no lag.
+        current_limit: Limit of the current, A.
+        torque_limit: Limit of the motor torque, N·m.
+        current_quantum: Quantum of the commanded current, A; zero for no quantisation.
+        bus_voltage: Supply voltage, V.
+        resistance: Winding resistance, Ω.
     """
 
     time_constant: Annotated[Scalar, _size("time_constant")] = 0.0
@@ -45,7 +46,7 @@ class Driver(Checked):
         """Validate the voltage limit.
 
         Raises:
-            InputError: A finite bus voltage without a resistance.
+            InputError: The bus voltage is finite but the resistance is zero.
         """
         limited = np.isfinite(np.asarray(self.bus_voltage))
         if np.any(limited & (np.asarray(self.resistance) == 0.0)):
@@ -55,14 +56,14 @@ class Driver(Checked):
             )
 
     def set_point(self, command: Scalar, speed: Scalar, motor_constant: Scalar) -> Scalar:
-        """The current that the loop goes to, A, within its limits and on its steps.
+        """Set point of the current loop, A, after limits and quantisation.
 
         Args:
-            command: A.
-            speed: of the wheel, rad/s.
-            motor_constant: N·m/A.
+            command: Commanded current, A.
+            speed: Wheel speed, rad/s.
+            motor_constant: Motor constant, N·m/A.
         """
-        # no limit on the torque must not become one by division: its derivative would be NaN
+        # an infinite torque limit is not divided, since its derivative would be NaN
         endless = jnp.isinf(self.torque_limit)
         torque_limit = jnp.where(endless, 0.0, self.torque_limit) / jnp.abs(motor_constant)
         limit = jnp.minimum(self.current_limit, jnp.where(endless, jnp.inf, torque_limit))
@@ -75,7 +76,7 @@ class Driver(Checked):
         quantum = jnp.where(quantised, self.current_quantum, 1.0)
         size = jnp.abs(command)
         size = jnp.where(quantised, quantum * jnp.round(size / quantum), size)
-        # the largest step that is still within the limit, also where rounding leaves 2.9999 of 3
+        # largest multiple of the quantum within the limit, also if rounding gives 2.9999 for 3
         whole = jnp.where(
             quantised & jnp.isfinite(limit),
             quantum
@@ -85,28 +86,28 @@ class Driver(Checked):
         return sense * jnp.minimum(size, whole)
 
     def limited(self, command: Scalar, set_point: Scalar) -> Scalar:
-        """Whether a limit, rather than the quantisation, kept the current from its command."""
+        """Whether the set point differs from the command by a limit, not only by quantisation."""
         return jnp.abs(command) - jnp.abs(set_point) > 0.5 * self.current_quantum * (1.0 + 1e-9)
 
     def current(self, start: Scalar, set_point: Scalar, time: Scalar) -> Scalar:
-        """Current of the lag, A, a time after its start.
+        """Current after a time with a constant set point, A.
 
         Args:
-            start: current then, A.
-            set_point: A.
-            time: s.
+            start: Current at the start, A.
+            set_point: Set point of the current, A.
+            time: Time since the start, s.
         """
         lags = self.time_constant > 0.0
         decay = jnp.exp(-time / jnp.where(lags, self.time_constant, 1.0))
         return set_point + jnp.where(lags, start - set_point, 0.0) * decay
 
     def mean_current(self, start: Scalar, set_point: Scalar, duration: Scalar) -> Scalar:
-        """Mean of `current` over a time from its start, A.
+        """Mean of `current` over a time from the start, A.
 
         Args:
-            start: current then, A.
-            set_point: A.
-            duration: s; 0 for the current at the start.
+            start: Current at the start, A.
+            set_point: Set point of the current, A.
+            duration: Length of the time, s; 0 for the current at the start.
         """
         lags = self.time_constant > 0.0
         constants = duration / jnp.where(lags, self.time_constant, 1.0)
@@ -115,19 +116,19 @@ class Driver(Checked):
         return set_point + jnp.where(lags, start - set_point, 0.0) * share
 
     def longest_segment(self, time: Scalar) -> Scalar:
-        """Longest integration step that resolves the lag a time after its start, s."""
+        """Longest integration step that resolves the lag at a time after its start, s."""
         lags = self.time_constant > 0.0
         tau = jnp.where(lags, self.time_constant, 1.0)
-        # the error of a fourth-order step falls with the fifth root of what is left of the lag
+        # for a constant error, a fourth-order step grows as the lag to the power of -1/5
         step = LAG_STEP * tau * jnp.exp(jnp.minimum(time / (5.0 * tau), SETTLED))
         return jnp.where(lags & (time < SETTLED * tau), step, jnp.inf)
 
     def power(self, current: Scalar, speed: Scalar, motor_constant: Scalar) -> Scalar:
-        """Electrical power drawn, W; negative while the motor brakes and feeds back.
+        """Electrical power drawn, W; negative while the motor brakes and returns power.
 
         Args:
-            current: A.
-            speed: rad/s.
-            motor_constant: N·m/A.
+            current: Motor current, A.
+            speed: Wheel speed, rad/s.
+            motor_constant: Motor constant, N·m/A.
         """
         return self.resistance * current**2 + motor_constant * current * speed

@@ -16,10 +16,10 @@ motor_constant = 1.8e-05
 names = ["motor_constant", "viscous"]
 matrix = [[1.0, 0.2], [0.2, 1.0]]
 
-[validity]                # only where the numbers are none that a wheel has
+[validity]                # only if the values are not possible for a wheel
 impossible = "viscous is negative (-3e-06): no wheel has this"
 
-[origin]                  # free text on where the numbers come from, optional
+[origin]                  # free text on the source of the values, optional
 method = "batch"
 """
 
@@ -45,16 +45,16 @@ _WHEEL = {"inertia": "inertia", "motor_constant": "motor_constant"}
 
 @dataclass(frozen=True)
 class WheelModel:
-    """The content of a model file.
+    """Content of a model file.
 
     Attributes:
-        friction: friction model.
-        values: parameter name -> value, SI; the inertia may be missing.
-        sigma: parameter name -> standard deviation, SI, of identified parameters.
-        origin: where the numbers come from, as text.
-        correlation: names of identified parameters and the correlation of their errors, (n, n);
-            None where it is not known.
-        impossible: why no wheel has these values; empty where one may.
+        friction: Class of the friction model.
+        values: Parameter name -> value in SI units; the inertia may be missing.
+        sigma: Parameter name -> standard deviation in SI units, of identified parameters.
+        origin: Source of the values, as text.
+        correlation: Names of identified parameters and the correlation matrix of their errors, (n,
+            n); None if unknown.
+        impossible: Reason why no wheel can have these values; empty if they are possible.
     """
 
     friction: type[Friction]
@@ -67,7 +67,7 @@ class WheelModel:
     def covariance(self) -> tuple[tuple[str, ...], Matrix]:
         """Names of the identified parameters and the covariance of their errors, (n, n), SI.
 
-        Without a correlation the errors count as independent.
+        Without a correlation, the errors are taken as independent.
         """
         names = tuple(self.sigma)
         sigma = np.array([self.sigma[n] for n in names])
@@ -80,11 +80,11 @@ class WheelModel:
         return names, correlation * np.outer(sigma, sigma)
 
     def wheel(self) -> Wheel:
-        """The wheel.
+        """Wheel with the parameters of the file.
 
         Raises:
-            InputError: a parameter that a wheel needs is missing, as the inertia is when a method
-                that does not need it identified the friction.
+            InputError: A parameter of the wheel is missing, such as the inertia after an
+                identification by a method that does not need it.
         """
         missing = [n for n in (*_WHEEL, *self.friction.dimensions()) if n not in self.values]
         if missing:
@@ -97,10 +97,10 @@ class WheelModel:
 
 
 def write_model(path: str | os.PathLike[str], model: WheelModel) -> None:
-    """Write a model file; numbers are read back bit by bit.
+    """Write a model file; numbers can be read back without loss.
 
     Raises:
-        InputError: the file cannot be written.
+        InputError: The file cannot be written.
     """
     dimensions = {**_WHEEL, **model.friction.dimensions()}
 
@@ -133,12 +133,12 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
     """Read a model file.
 
     Args:
-        path: of the file.
-        force: take a wheel that its identification marked as impossible.
+        path: Path of the file.
+        force: Whether to accept a wheel that its identification marked as impossible.
 
     Raises:
-        InputError: the file cannot be read, is not TOML, a key is unknown, missing or has a value
-            that no wheel has, or the wheel is marked as impossible.
+        InputError: The file cannot be read or is not TOML; a key is unknown or missing; a value is
+            not possible for a wheel; or the wheel is marked as impossible.
     """
     path = Path(path)
     table = read_toml(path, "a model file")
@@ -174,7 +174,7 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
     for key, section in required.items():
         if key.split(".")[1] not in section:
             raise InputError(f"{path}: key {key}: found none, expected its value in SI units")
-    # what is marked as impossible keeps its signs: a prediction shows whether the mark is right
+    # values marked as impossible keep their signs, so that a prediction can test the mark
     positive = set() if impossible else {*_WHEEL, *model.held_by_default}
     values = {
         n: number(path, f"{section}.{n}", v, positive=n in positive)
@@ -196,7 +196,7 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
 def _correlation(
     path: Path, table: Mapping[str, object] | None, sigma: Collection[str]
 ) -> tuple[tuple[str, ...], Matrix] | None:
-    """Names and matrix of a table [correlation]; None without one."""
+    """Names and matrix of the table [correlation]; None without it."""
     if table is None:
         return None
     refuse_unknown(path, "correlation.", table, ("names", "matrix"))
@@ -218,5 +218,5 @@ def _correlation(
 
 
 def _quoted(text: str) -> str:
-    """A TOML basic string: a JSON string, but for the one control character that JSON allows."""
+    """TOML basic string: a JSON string, except for the one control character that JSON allows."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

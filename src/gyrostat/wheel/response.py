@@ -12,11 +12,11 @@ from gyrostat.wheel.wheel import Wheel
 
 
 class WheelStep(NamedTuple):
-    """Where one interval ends.
+    """Result of one interval.
 
     Attributes:
-        speed: rad/s; exactly zero while the wheel rests.
-        resolved: False when the interval needed too many segments.
+        speed: Wheel speed at the end, rad/s; exactly zero while the wheel rests.
+        resolved: Whether the interval was resolved; False if it needed too many segments.
     """
 
     speed: Float[Array, ""]
@@ -24,7 +24,7 @@ class WheelStep(NamedTuple):
 
 
 class _FixedBench(BearingEquation):
-    """A wheel whose carrier does not move, with a current on a straight line in time."""
+    """Wheel on a carrier that does not move, with a current that is linear in time."""
 
     friction: Any
     wheel: Wheel
@@ -52,14 +52,15 @@ def advance(
     """Advance a wheel over one interval in which its current is linear in time.
 
     Args:
-        wheel: the wheel.
-        speed: at the start, rad/s; exactly zero is at rest.
-        current: at the start, A.
-        slope: of the current, A/s; zero for a held current.
-        duration: s.
+        wheel: Wheel.
+        speed: Speed at the start, rad/s; exactly zero is at rest.
+        current: Current at the start, A.
+        slope: Slope of the current, A/s; zero for a constant current.
+        duration: Length of the interval, s.
 
     Returns:
-        The speed at the end. Differentiable in forward mode in every argument and parameter.
+        Speed at the end, and whether the interval was resolved. Differentiable in forward mode in
+        every argument and parameter.
     """
     bench = _FixedBench(wheel.friction, wheel, current, slope)
     motion, resolved = step_dry_friction(
@@ -73,15 +74,16 @@ def sample_intervals(
     current: Float[Array, " samples"],
     hold: Literal["zero-order", "linear"],
 ) -> tuple[Float[Array, " intervals"], Float[Array, " intervals"]]:
-    """Length and current slope of the intervals between samples.
+    """Lengths and current slopes of the intervals between samples.
 
     Args:
-        time: sample times, s, not decreasing.
-        current: motor current at these times, A.
-        hold: "zero-order": sample k holds until sample k+1; "linear": straight lines between.
+        time: Sample times, (samples,), s, not decreasing.
+        current: Motor current at these times, (samples,), A.
+        hold: "zero-order": sample k is held until sample k+1; "linear": linear interpolation.
 
     Returns:
-        Lengths, s, and slopes, A/s: zero for a held current or an interval of zero length.
+        Lengths, (intervals,), s, and slopes, (intervals,), A/s. A slope is zero for a held current
+        or an interval of zero length.
 
     Raises:
         ValueError: `hold` is neither of the two.
@@ -106,20 +108,21 @@ def speed_response(
 ) -> tuple[Float[Array, " samples"], Bool[Array, ""]]:
     """Speed of a wheel at the sample times of its current.
 
-    Every interval between samples is one fourth-order step, cut at zero crossings, at sticking and
-    at breakaway, and shorter where the friction curve bends. Uneven sample times are taken as they
-    are. Works under `jit`, `vmap` and forward-mode differentiation.
+    Every interval between samples is one fourth-order step. It is divided at zero crossings, at
+    sticking and at breakaway, and into shorter steps where the friction curve bends. Sample times
+    need not be uniform. Works under `jit`, `vmap` and forward-mode differentiation.
 
     Args:
-        wheel: the wheel.
-        time: sample times, s, not decreasing; an interval of zero length changes nothing.
-        current: motor current at these times, A.
-        initial_speed: at the first sample, rad/s.
-        hold: "zero-order": sample k holds until sample k+1; "linear": straight lines between.
+        wheel: Wheel.
+        time: Sample times, (samples,), s, not decreasing; an interval of zero length has no effect.
+        current: Motor current at these times, (samples,), A.
+        initial_speed: Speed at the first sample, rad/s.
+        hold: "zero-order": sample k is held until sample k+1; "linear": linear interpolation.
 
     Returns:
-        The speed at the sample times, rad/s, exactly zero where the wheel rests; and whether every
-        interval was resolved (False: the friction curve is too sharp for the sampling).
+        Speed at the sample times, (samples,), rad/s, exactly zero while the wheel rests; and
+        whether every interval was resolved. False means that the friction curve is too steep for
+        the sampling.
 
     Raises:
         ValueError: `hold` is neither of the two.

@@ -1,9 +1,9 @@
 """Rosenbrock integrator for small stiff systems.
 
-RODAS, six stages, fourth order with an embedded third-order error estimate, stiffly accurate.
-E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", section IV.7 and table of the
-code of that name. No iteration inside a step; the number of steps is bounded, and an interval that
-needs more says so.
+RODAS: six stages, fourth order with an embedded third-order error estimate, stiffly accurate. E.
+Hairer, G. Wanner, "Solving Ordinary Differential Equations II", section IV.7 and table of the code
+of that name. A step has no iteration. The number of steps is bounded, and the result states whether
+an interval needed more.
 """
 
 import math
@@ -20,9 +20,9 @@ Field = Callable[[Any, Scalar], Any]
 
 MAX_STEPS = 2000
 SHORTEST = 1e-15
-"""Step, as a share of the interval, at which the integrator gives up."""
+"""Step, as a share of the interval, at which the integration stops without success."""
 SHRINK, GROW, SAFETY = 0.1, 6.0, 0.9
-"""Bounds on the change of the step length from one step to the next, and what is kept back."""
+"""Limits of the ratio of successive step lengths, and the safety factor."""
 GAMMA = 0.25
 STAGES = np.array(
     [
@@ -34,7 +34,7 @@ STAGES = np.array(
         [1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950, 1.0],
     ]
 )
-"""Share of the earlier stages in the argument of each stage."""
+"""Coefficients of the earlier stages in the argument of each stage."""
 COUPLING = np.array(
     [
         [0.0, 0.0, 0.0, 0.0, 0.0],
@@ -51,11 +51,12 @@ COUPLING = np.array(
         ],
     ]
 )
-"""Share of the earlier stages, over the step length, in the right-hand side of each stage."""
+"""Coefficients of the earlier stages, over the step length, in the right-hand side of each
+stage."""
 TIMES = (0.0, 0.386, 0.21, 0.63, 1.0, 1.0)
 """Time of each stage, in steps."""
 TIME_SLOPES = (0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0)
-"""Share of the field's derivative in time in each stage, in steps."""
+"""Coefficient of the time derivative of the field in each stage, in steps."""
 
 
 class _Progress(NamedTuple):
@@ -66,9 +67,9 @@ class _Progress(NamedTuple):
 
 
 def _split(state: Any) -> tuple[list[Scalar], Callable[[list[Scalar]], Any]]:
-    """The numbers of a state one by one, and the way back.
+    """Numbers of a state as a list, and the function that puts them together again.
 
-    A batch then has an array of lanes for each number, and runs through them without a stride.
+    In a batch, each number is then an array over the batch, which is accessed without a stride.
     """
     leaves, structure = jax.tree.flatten(state)
     leaves = [jnp.asarray(leaf, dtype=float) for leaf in leaves]
@@ -87,11 +88,11 @@ def _split(state: Any) -> tuple[list[Scalar], Callable[[list[Scalar]], Any]]:
 
 
 def _eliminator(rows: list[list[Scalar]]):
-    """Solve for a small matrix, factored once.
+    """Solver for a small matrix that is factored once.
 
-    It divides where a reciprocal would do: XLA keeps a quotient, but would compute products and
-    sums anew in every later stage that uses them, at three times the work. No pivots are sought:
-    I/(gamma h) - J of a stable system is far from singular.
+    It uses division instead of multiplication by a reciprocal. XLA keeps a quotient, but would
+    compute products and sums again in every later stage that uses them, at three times the cost.
+    There is no pivoting, since I/(gamma h) - J of a stable system is far from singular.
     """
     size = len(rows)
     rows = [list(row) for row in rows]
@@ -116,7 +117,7 @@ def _eliminator(rows: list[list[Scalar]]):
 
 
 def _slopes(field: Field, state: list[Scalar], time: Scalar):
-    """Columns of the Jacobian, and the derivative in time."""
+    """Columns of the Jacobian, and the derivative with respect to time."""
 
     def along(k):
         def varied(number):
@@ -129,14 +130,14 @@ def _slopes(field: Field, state: list[Scalar], time: Scalar):
 
 
 def _plus(numbers: list[Scalar], shares, stages: list[list[Scalar]]) -> list[Scalar]:
-    """Add shares of some stages."""
+    """Add multiples of some stages."""
     for share, stage in zip(shares, stages, strict=False):
         numbers = [number + share * k for number, k in zip(numbers, stage, strict=True)]
     return numbers
 
 
 def _step(field: Field, state: list[Scalar], time: Scalar, step: Scalar):
-    """One step: the new state and its estimated error."""
+    """New state after one step, and its estimated error."""
     columns, in_time = _slopes(field, state, time)
     size, often = range(len(state)), 1.0 / step
     diagonal = often / GAMMA
@@ -149,7 +150,7 @@ def _step(field: Field, state: list[Scalar], time: Scalar, step: Scalar):
         right = _plus(right, [share * step], [in_time])
         right = _plus(right, [often * x for x in c], stages)
         stages.append(solve(right))
-    # the last argument is the embedded solution, and the last stage its error
+    # the last argument is the embedded solution, and the last stage is its error
     return _plus(state, [*STAGES[5], 1.0], stages), stages[5]
 
 
@@ -162,20 +163,20 @@ def integrate(
     tolerance: float,
     first: Scalar = math.inf,
 ) -> tuple[Any, Bool[Array, ""]]:
-    """Carry a state over an interval.
+    """Integrate a state over an interval.
 
     Args:
-        field: (state, time from the start in s) -> derivative of the state.
-        state: at the start, any tree of a few numbers.
-        duration: s.
-        scale: size of each component that counts, a tree like the state: errors are relative to
-            this or to the component, whichever is larger.
-        tolerance: largest error of one step.
-        first: length of the first step, s. The error estimate sees nothing that a step passes over
-            whole, so it must not be longer than the shortest thing to come.
+        field: Function (state, time since the start in s) -> time derivative of the state.
+        state: State at the start, any tree of a few numbers.
+        duration: Length of the interval, s.
+        scale: Scale of each component, a tree like the state. Errors are relative to this or to the
+            component, whichever is larger.
+        tolerance: Largest relative error of one step.
+        first: Length of the first step, s. The error estimate cannot detect an event that lies
+            within one step, so it must not be longer than the shortest one to be resolved.
 
     Returns:
-        The state at the end, and whether it was reached within `MAX_STEPS`; not, for a state that
+        State at the end, and whether it was reached within `MAX_STEPS`, which is False if the state
         is not finite. Differentiable in forward mode.
     """
     duration = jnp.asarray(duration, dtype=float)
@@ -186,14 +187,14 @@ def integrate(
         return _split(field(join(numbers), time))[0]
 
     def unfinished(progress: _Progress):
-        # a state that is not finite shrinks its steps for ever
+        # the steps of a state that is not finite shrink without end
         shrinks = progress.step > SHORTEST * duration
         return (progress.elapsed < duration) & (progress.number < MAX_STEPS) & shrinks
 
     def go(progress: _Progress) -> _Progress:
         remaining = duration - progress.elapsed
         last = progress.step >= remaining
-        # the last step ends where the interval does, whose derivative it carries
+        # the last step ends with the interval, so that it has the derivative of the duration
         step = jnp.where(last, remaining, jax.lax.stop_gradient(progress.step))
         reached, errors = _step(flat_field, progress.state, progress.elapsed, step)
         worst = jnp.zeros_like(step)
@@ -201,7 +202,7 @@ def integrate(
             size = jnp.maximum(jnp.maximum(jnp.abs(old), jnp.abs(new)), least)
             worst = jnp.maximum(worst, jnp.abs(error) / (tolerance * size))
         worst = jax.lax.stop_gradient(worst)
-        fine = worst <= 1.0  # NaN is not
+        fine = worst <= 1.0  # False for NaN
         change = SAFETY * jax.lax.rsqrt(jnp.sqrt(jnp.maximum(worst, 1e-12)))
         change = jnp.where(jnp.isfinite(worst), jnp.clip(change, SHRINK, GROW), SHRINK)
         elapsed = jnp.where(last, duration, progress.elapsed + step)

@@ -1,8 +1,9 @@
-"""Event location shared by the stepping of one wheel and of several.
+"""Event location for the stepping of one wheel and of several wheels.
 
-Between two events every wheel rests or turns in one sense, so that the right-hand side is smooth:
-a segment is one Runge-Kutta step of it, short enough to resolve the friction curve, and its end may
-be moved to the time at which something runs out.
+Between two events every wheel rests or turns in one direction, so that the right-hand side is
+smooth. A segment is one Runge-Kutta step, short enough to resolve the friction curve. An event ends
+a segment early: a turning wheel reaches zero speed, or a resting wheel its breakaway torque. The
+event function (also called height) of a wheel is positive before its event and zero at the event.
 """
 
 from collections.abc import Callable
@@ -12,27 +13,29 @@ from gyrostat.core.jax64 import jax, jnp
 
 MAX_SEGMENTS = 1000
 BAND = 6.0
-"""Stribeck speeds beyond which exp(-w²/w_s²) is below 1e-15."""
+"""Speed, in Stribeck speeds, above which exp(-w²/w_s²) is below 1e-15."""
 BAND_STEP = 0.15
 """Largest change of speed in one segment inside a deep band, in Stribeck speeds."""
 RATE_STEP = 0.05
-"""Largest segment times the local eigenvalue |dF/dw| / J; also bounds how fast that may change."""
+"""Largest segment times the local eigenvalue |dF/dw| / J; also bounds the change of that
+product."""
 TURN_STEP = 0.02
-"""rad: largest turn of what carries the wheels in one segment; its error is below 1e-12."""
+"""Largest rotation of the carrier in one segment, rad; the resulting error is below 1e-12."""
 NEWTON_STEPS = 3
-"""After which a zero is good to 1e-14 of the segment; to 1e-8 where the speed only touches it."""
+"""Number of Newton steps; a zero is then accurate to 1e-14 of the segment, a double zero to
+1e-8."""
 
 
 class Segment(NamedTuple):
-    """Where a segment begins.
+    """State at the start of a segment.
 
     Attributes:
-        motion: of the wheels and their carrier.
-        elapsed: since the start of the interval, s.
-        released: sense (±1) in which a load has just reached the breakaway level, else 0, one for
-            each wheel.
-        landed: whether a speed has just come to zero.
-        number: of segments before.
+        motion: State of the wheels and their carrier.
+        elapsed: Time since the start of the interval, s.
+        released: Direction (±1) in which a load has just reached the breakaway torque, else 0, one
+            for each wheel.
+        landed: Whether a speed has just reached zero.
+        number: Number of segments so far.
     """
 
     motion: Any
@@ -43,22 +46,22 @@ class Segment(NamedTuple):
 
 
 def through_segments(go: Callable[[Segment, Any], Segment], motion: Any, duration: Any) -> Segment:
-    """Step from segment to segment to the end of an interval, or for `MAX_SEGMENTS`.
+    """Step from segment to segment to the end of an interval, with at most `MAX_SEGMENTS`.
 
     Args:
-        go: (segment, duration) -> the next one.
-        motion: at the start.
-        duration: of the interval, s.
+        go: Function (segment, duration) -> next segment.
+        motion: State at the start.
+        duration: Length of the interval, s.
 
     Returns:
-        Where the last segment ends.
+        State at the end of the last segment.
     """
     motion = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), motion)
     duration = jnp.asarray(duration, dtype=float)
 
     def unfinished(segment: Segment):
-        # a wheel that comes to zero at the very end has still to stick or to go through, in no
-        # time: its speed is zero either way, but not the derivative
+        # a wheel that reaches zero exactly at the end needs one more segment of zero length, in
+        # which it sticks or crosses: the speed is zero in both cases, but not the derivative
         more = (segment.elapsed < duration) | segment.landed
         return more & (segment.number < MAX_SEGMENTS)
 
@@ -68,13 +71,13 @@ def through_segments(go: Callable[[Segment, Any], Segment], motion: Any, duratio
 
 
 def steepness(friction: Any, inertia, speed, direction):
-    """First and second derivative of a friction torque by speed, over the inertia that feels it.
+    """First and second derivative of a friction torque by speed, over the effective inertia.
 
     Args:
-        friction: static; all arguments may be those of several wheels.
-        inertia: kg·m².
-        speed: rad/s.
-        direction: sense of rotation, ±1.
+        friction: Static friction model; all arguments may be those of several wheels.
+        inertia: Effective inertia, kg·m².
+        speed: Wheel speed, rad/s.
+        direction: Direction of rotation, ±1.
     """
     ones = jnp.ones_like(speed)
 
@@ -86,17 +89,18 @@ def steepness(friction: Any, inertia, speed, direction):
 
 
 def is_resolved(friction: Any, steep, speed, rate, rate_change, duration):
-    """Whether a segment surely resolves a friction curve: `friction_limit` is no shorter.
+    """Whether a segment certainly resolves a friction curve, so `friction_limit` is no shorter.
 
-    It asks for no more than a curve with the deepest bend would.
+    The test is conservative: it assumes a curve with the deepest bend.
 
     Args:
-        friction: static; all arguments may be those of several wheels.
-        steep: its `steepness`.
-        speed: rad/s.
-        rate: absolute value of the speed's derivative in time, rad/s².
-        rate_change: absolute value of its second one but for the friction's share, rad/s³.
-        duration: of the segment, s.
+        friction: Static friction model; all arguments may be those of several wheels.
+        steep: Result of `steepness`.
+        speed: Wheel speed, rad/s.
+        rate: Absolute acceleration of the wheel, rad/s².
+        rate_change: Absolute time derivative of the acceleration, without the part of friction,
+            rad/s³.
+        duration: Length of the segment, s.
     """
     scale = friction.speed_scale()
     reach = jnp.maximum(jnp.abs(speed) - BAND * scale, 0.0) + BAND_STEP * scale
@@ -110,21 +114,22 @@ def is_resolved(friction: Any, steep, speed, rate, rate_change, duration):
 
 
 def friction_limit(friction: Any, inertia, speed, direction, rate, rate_change, remaining):
-    """Longest segment that resolves a friction curve where a wheel is and where it goes, s.
+    """Longest segment that resolves the friction curve at the speed of a wheel and ahead of it, s.
 
     Args:
-        friction: static; all arguments may be those of several wheels.
-        inertia: that the friction torque feels, kg·m².
-        speed: rad/s.
-        direction: sense of rotation, ±1.
-        rate: absolute value of the speed's derivative in time, rad/s².
-        rate_change: absolute value of its second one but for the friction's share, rad/s³.
-        remaining: s; nothing longer is asked for.
+        friction: Static friction model; all arguments may be those of several wheels.
+        inertia: Effective inertia for the friction torque, kg·m².
+        speed: Wheel speed, rad/s.
+        direction: Direction of rotation, ±1.
+        rate: Absolute acceleration of the wheel, rad/s².
+        rate_change: Absolute time derivative of the acceleration, without the part of friction,
+            rad/s³.
+        remaining: Remaining time, s; an upper bound of the result.
     """
     tiny = jnp.finfo(speed.dtype).tiny
     scale = friction.speed_scale()
-    # The error of a step goes with the depth of the bend and with step^4: a shallow bend, as in the
-    # paper, is taken in larger steps. Batches, where some lane is always inside, gain most.
+    # The error of a step is proportional to the depth of the bend and to step^4. A shallow bend,
+    # as in the paper, allows larger steps, mainly in a batch, where some lane is always inside.
     edge = jnp.where(jnp.isinf(scale), 0.0, BAND * scale)
     far = friction.torque(direction * edge, direction)
     depth = jnp.abs(far - friction.torque(0.0, direction)) / inertia
@@ -137,41 +142,41 @@ def friction_limit(friction: Any, inertia, speed, direction, rate, rate_change, 
     limit = jnp.minimum(remaining, 2.0 / jnp.maximum(frequency, tiny))
     here, curvature = steepness(friction, inertia, speed, direction)
     limit = jnp.minimum(limit, RATE_STEP / jnp.maximum(jnp.abs(here), tiny))
-    # the curve is flat at zero speed: what counts there is how steep it is a segment later
+    # the curve is flat at zero speed, so its slope one segment later is also tested
     steepening = jnp.abs(curvature) * (rate + rate_change * limit)
     return jnp.minimum(limit, jnp.sqrt(RATE_STEP / jnp.maximum(steepening, tiny)))
 
 
 def narrowed(bracket, height, rate):
-    """A bracket of the time at which a height above zero runs out, after one step of Newton.
+    """Bracket of the time at which an event function reaches zero, after one Newton step.
 
     Args:
-        bracket: a duration, s, at which the height is not yet below zero; one at which it is; and
-            the one in between that was tried.
-        height: there.
-        rate: of the height there.
+        bracket: Duration, s, at which the event function is not yet negative; one at which it is;
+            and the one in between that was tried.
+        height: Event function at the tried duration.
+        rate: Its time derivative there.
     """
     low, high, time = bracket
     step = time - height / jnp.where(rate == 0.0, -1.0, rate)
     above = height > 0.0
     low, high = jnp.where(above, time, low), jnp.where(above, high, time)
-    # a root at the edge of the bracket is a root: a strict test would bisect away from it
+    # a root at the edge of the bracket is accepted: a strict test would bisect away from it
     slack = 1e-12 * (high - low)
     inside = (step >= low - slack) & (step <= high + slack)
     return low, high, jnp.where(inside, step, 0.5 * (low + high))
 
 
 def within(time, latest):
-    """The time, kept within 0 and `latest`: at a speed that only touches zero, Newton strays."""
+    """Time limited to 0 to `latest`, since Newton steps diverge where a speed only touches zero."""
     return time + jax.lax.stop_gradient(jnp.clip(time, 0.0, latest) - time)
 
 
 def falls_through_zero(height, start_rate, end_rate, length):
-    """Time at which the parabola with this height, rate and rate at its end falls through zero."""
+    """Zero of the parabola with this height, rate and final rate, where it falls, s."""
     bend = (end_rate - start_rate) / jnp.where(length > 0.0, length, 1.0)
     root = jnp.sqrt(jnp.maximum(start_rate**2 - 2.0 * bend * height, 0.0))
     falls_at_once = start_rate < 0.0
-    # the same root twice: each form where its terms have one sign
+    # two forms of the same root, each used where its terms have the same sign
     return jnp.where(
         falls_at_once,
         2.0 * height / jnp.where(falls_at_once, root - start_rate, 1.0),
@@ -180,14 +185,14 @@ def falls_through_zero(height, start_rate, end_rate, length):
 
 
 class Ends(NamedTuple):
-    """How a mode of motion may end in a segment, told by its height at both ends.
+    """Possible ends of a mode of motion in a segment, from its event function at both ends.
 
     Attributes:
-        turning: time at which a parabola through both ends turns, s.
-        from_zero: a wheel that turns and starts at zero: it ends only after it has risen.
-        rises: whether the height first grows and then falls.
-        past_zero: whether the height has run out at the end.
-        dips: whether it has run out in between, if the parabola is right.
+        turning: Time at which a parabola through both ends has its extremum, s.
+        from_zero: Whether a turning wheel starts at zero speed; its mode ends only after a rise.
+        rises: Whether the event function first grows and then falls.
+        past_zero: Whether the event function is zero or negative at the end.
+        dips: Whether it reaches zero in between, according to the parabola.
     """
 
     turning: Any
@@ -198,15 +203,15 @@ class Ends(NamedTuple):
 
 
 def ends(held, first, start_rate, final, end_rate, length) -> Ends:
-    """Judge what is left of a mode at the start and at the end of a segment.
+    """Find possible ends of a mode from its event function at both ends of a segment.
 
     Args:
-        held: whether the wheel rests; all arguments may be those of several wheels.
-        first: height at the start.
-        start_rate: its derivative in time there.
-        final: height at the end.
-        end_rate: its derivative in time there.
-        length: of the segment, s.
+        held: Whether the wheel rests; all arguments may be those of several wheels.
+        first: Event function at the start.
+        start_rate: Its time derivative at the start.
+        final: Event function at the end.
+        end_rate: Its time derivative at the end.
+        length: Length of the segment, s.
     """
     turns = start_rate * end_rate < 0.0
     turning = length * start_rate / jnp.where(turns, start_rate - end_rate, 1.0)

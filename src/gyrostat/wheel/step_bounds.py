@@ -10,13 +10,13 @@ from gyrostat.wheel.segment import TURN_STEP, friction_limit, is_resolved, steep
 
 
 class Begin(NamedTuple):
-    """What is known at the start of a segment; the torques are those of friction, N·m."""
+    """Friction torques, N·m, and rates of change at the start of a segment."""
 
     torque: PerWheel
     rate: Motion
     changes: Changes
     steep: tuple[PerWheel, PerWheel]
-    """See `steepness`."""
+    """Derivatives of the friction torque, see `steepness`."""
 
 
 def _segment_limit(
@@ -28,7 +28,7 @@ def _segment_limit(
     turn, turn_change = begin.changes.turn_squared, begin.changes.turn_change_squared
 
     def limit(_):
-        # root of turn t + turn_change t²/2 = TURN_STEP: a carrier at rest may be set turning
+        # root of turn t + turn_change t²/2 = TURN_STEP, also for a carrier that starts at rest
         frequency = jnp.sqrt(turn) / TURN_STEP
         frequency += jnp.sqrt(turn / TURN_STEP**2 + 2.0 * jnp.sqrt(turn_change) / TURN_STEP)
         inertia = 1.0 / jnp.diagonal(contacts.mobility)
@@ -38,7 +38,7 @@ def _segment_limit(
         longest = jnp.min(jnp.where(held, remaining, each))
         return jnp.minimum(longest, 2.0 / jnp.maximum(frequency, 1e-9))
 
-    # most segments are far from any limit, which takes less to see than to find the limit
+    # most segments are far from any limit, and this test is faster than finding the limit
     turned = remaining**2 * (2.0 * turn + 0.5 * remaining**2 * turn_change)
     resolved = is_resolved(friction, begin.steep, motion.speed, rate, change, remaining)
     whole = jnp.all(held | resolved) & (turned <= TURN_STEP**2)
@@ -49,7 +49,7 @@ def _segment_limit(
 def step_bounds(
     contacts: CoupledBearings, motion: Motion, modes: Modes, start, torque, rate, remaining
 ):
-    """What is known at the start of a segment, and the limit of its length."""
+    """Rates of change at the start of a segment, and the limit of its length."""
     steep = steepness(
         contacts.friction, 1.0 / jnp.diagonal(contacts.mobility), motion.speed, modes.direction
     )
@@ -58,14 +58,14 @@ def step_bounds(
 
 
 def stays(contacts: CoupledBearings, modes: Modes, begin: Begin, end: Motion, time, duration):
-    """Whether each held wheel surely rests up to the end of a segment, at this time."""
+    """Whether each held wheel certainly rests until the end of a segment, at this time."""
     held, steep = modes.direction == 0.0, begin.steep[0]
-    # what holds a wheel changes with the drive, and with the friction of those that turn
+    # a holding torque changes with the drive and with the friction of the turning wheels
     rubs = steep / jnp.diagonal(contacts.mobility) * begin.rate.speed
     lost = contacts.mobility @ jnp.where(held, begin.changes.drive, rubs)
     change = begin.changes.drive + modes.holding @ (begin.changes.pull - lost)
     ones = jnp.ones_like(modes.direction)
     least = jnp.minimum(contacts.breakaway_torque(ones), contacts.breakaway_torque(-ones))
-    # no parabola with this slope that ends below the level passes it before
+    # a parabola with this slope that ends below the level does not exceed it before
     first = jnp.abs(begin.torque) + 0.5 * duration * jnp.abs(change)
     return (first < least) & (jnp.abs(contacts.torques(end, modes, time)) < least)

@@ -1,13 +1,14 @@
-"""Exact stepping of a wheel with dry friction: sticking, breakaway and crossings at their times.
+"""Exact stepping of a wheel with dry friction, with sticking, breakaway and crossings located.
 
-Over one interval the drive is smooth. The interval is cut into segments in which the wheel either
-rests or turns in one sense, so that the right-hand side is smooth and a fourth-order Runge-Kutta
-step is fourth order. A segment ends where the speed reaches zero or where the load on a resting
-wheel reaches its breakaway torque; both are located on the Runge-Kutta flow itself.
+Over one interval the drive is smooth. The interval is divided into segments in which the wheel
+either rests or turns in one direction. The right-hand side is then smooth, so that a fourth-order
+Runge-Kutta step is fourth order. A segment ends where the speed reaches zero, or where the load on
+a resting wheel reaches its breakaway torque. Both events are located on the Runge-Kutta flow
+itself.
 
-The derivative of a located time comes from the last Newton step: differentiating through it gives
-the factor f+/f- by which a sensitivity jumps when the speed passes zero, and no sensitivity at all
-once the wheel sticks. Only the search that leads there is hidden from differentiation.
+The derivative of an event time comes from the last Newton step. Differentiation through this step
+gives the factor f+/f- by which a sensitivity jumps when the speed crosses zero, and zero
+sensitivity once the wheel sticks. Only the search before it is excluded from differentiation.
 """
 
 from typing import NamedTuple
@@ -30,9 +31,9 @@ from gyrostat.wheel.segment import (
 )
 
 
-@jax.jit  # a function of its own in the trace: traced once, not at every use
+@jax.jit  # a separate function in the trace: traced once, not at every use
 def _runge_kutta(contact: BearingEquation, motion: Motion, direction, start, duration) -> Motion:
-    """One classical fourth-order step of the smooth field of one mode of motion."""
+    """Classical fourth-order Runge-Kutta step in one mode of motion."""
 
     def ahead(rate, share):
         return jax.tree.map(lambda y, k: y + share * k, motion, rate)
@@ -54,10 +55,10 @@ def _runge_kutta(contact: BearingEquation, motion: Motion, direction, start, dur
 
 @jax.jit
 def _height(contact: BearingEquation, motion: Motion, direction, rising, time):
-    """What is left before a mode of motion ends, and how fast it changes.
+    """Event function of a mode of motion, and its time derivative.
 
-    For a turning wheel the speed in its sense; for a wheel at rest what the load lacks to the
-    breakaway torque in the sense `rising` in which it grows.
+    For a turning wheel it is the speed in its direction. For a wheel at rest it is the breakaway
+    torque minus the load, in the direction `rising` in which the load grows.
     """
     rate = contact.rate(motion, direction, time)
     along = (rate.carrier, jnp.ones_like(time))
@@ -91,15 +92,15 @@ def _segment_limit(contact: BearingEquation, motion: Motion, direction, start, r
 
 
 def _event_time(flow, height, low, guess, high, latest):
-    """Time in [low, high] at which a height above zero runs out, differentiable.
+    """Time in [low, high] at which an event function reaches zero, differentiable.
 
     Args:
-        flow: duration -> motion.
-        height: (motion, duration) -> height and its rate.
-        low: a duration, s, at which the height is not yet below zero.
-        guess: first duration tried.
-        high: a duration at which it is.
-        latest: time that it is kept to, s.
+        flow: Function duration -> state.
+        height: Function (state, duration) -> event function and its time derivative.
+        low: Duration, s, at which the event function is not yet negative.
+        guess: First duration tried, s.
+        high: Duration, s, at which the event function is negative.
+        latest: Upper limit of the result, s.
     """
 
     def narrow(_, bracket):
@@ -119,14 +120,14 @@ class _Travel(NamedTuple):
     finished: Bool[Array, ""]
     """Whether this ends the interval."""
     ran_out: Bool[Array, ""]
-    """Whether the height ran out: a turning wheel came to zero, a held one breaks away."""
+    """Whether an event ended the mode: a turning wheel reached zero, or a held one breaks away."""
 
 
 def _travel(contact: BearingEquation, motion: Motion, direction, start, remaining):
-    """Move in one mode until the interval, the segment limit or the mode itself runs out.
+    """Move in one mode until the end of the interval, the segment limit or an event.
 
     Returns:
-        Where it ends, and the sense in which the load on a wheel at rest grows.
+        State and event at the end, and the direction in which the load on a wheel at rest grows.
     """
     frozen = jax.lax.stop_gradient((contact, motion, direction, start))
     limit = _segment_limit(*frozen, jax.lax.stop_gradient(remaining))
@@ -144,7 +145,7 @@ def _travel(contact: BearingEquation, motion: Motion, direction, start, remainin
     def height(motion, duration):
         return _height(contact, motion, direction, rising, start + duration)
 
-    # what happens is decided on values alone
+    # the kind of event depends on values only, not on derivatives
     length = jax.lax.stop_gradient(duration)
     first, start_rate = jax.lax.stop_gradient(height(motion, jnp.zeros_like(duration)))
     final, end_rate = jax.lax.stop_gradient(height(end, duration))
@@ -153,7 +154,7 @@ def _travel(contact: BearingEquation, motion: Motion, direction, start, remainin
     )
 
     def go_on(_):
-        # just at the breakaway level, rounding may turn the wheel back: it stays at zero
+        # exactly at the breakaway torque, rounding may turn the wheel back: it stays at zero
         stays = from_zero & ~rises & (final < 0.0)
         speed = jnp.where(stays, 0.0, end.speed)
         return _Travel(end._replace(speed=speed), duration, last, jnp.array(False))
@@ -163,7 +164,7 @@ def _travel(contact: BearingEquation, motion: Motion, direction, start, remainin
         high = jnp.where(past_zero, length, turning)
         guess = jnp.clip(falls_through_zero(first, start_rate, end_rate, length), low, high)
         time = _event_time(flow, height, low, guess, high, remaining)
-        # the parabola that found a dip is only an estimate: the flow itself decides
+        # the parabola that indicated the dip is only an estimate; the flow decides
         deepest = jax.lax.stop_gradient(height(flow(high), high)[0])
         there = flow(time)._replace(speed=jnp.zeros_like(end.speed))
         stops = _Travel(there, time, jnp.array(False), jnp.array(True))
@@ -178,16 +179,16 @@ def step_dry_friction(
     """Advance a wheel with static friction, and its carrier, over one interval.
 
     Args:
-        contact: the equations of motion.
-        motion: at the start.
-        duration: s.
+        contact: Equations of motion.
+        motion: State at the start.
+        duration: Length of the interval, s.
 
     Returns:
-        The motion at the end, and whether the interval was resolved: False when it needed more than
+        State at the end, and whether the interval was resolved: False if it needed more than
         `MAX_SEGMENTS` segments. Differentiable in forward mode in every argument and parameter.
 
     Raises:
-        TypeError: the friction is not static: bristles are for `step_bristles`.
+        TypeError: The friction is not static; for bristle friction use `step_bristles`.
     """
     if not isinstance(contact.friction, Friction):
         raise TypeError(f"friction: found {type(contact.friction).__name__}, expected a static one")

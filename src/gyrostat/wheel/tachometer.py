@@ -1,4 +1,4 @@
-"""Tachometers: noise, counted pulses, low pass, delay.
+"""Tachometers: noise, pulse counting, low-pass filter, delay.
 
 A sensor has `start(state, period) -> memory` and `sensor(memory, state, key) -> memory, value`. It
 is sampled once in each control period.
@@ -16,16 +16,16 @@ from gyrostat.core.jax64 import jax, jnp
 
 
 class Tachometer(Checked):
-    """The speed with white noise.
+    """Tachometer with white noise.
 
     Attributes:
-        sigma: standard deviation of a sample, rad/s.
+        sigma: Standard deviation of a sample, rad/s.
     """
 
     sigma: Annotated[Scalar, size("tachometer sigma", "rad/s")] = 0.0
 
     def start(self, state: Any, period: Scalar) -> tuple[()]:
-        """It has no memory."""
+        """Initial memory; empty."""
         return ()
 
     def __call__(
@@ -36,13 +36,14 @@ class Tachometer(Checked):
 
 
 class PulseTachometer(Checked):
-    """Pulses counted over a gate time, with the sense of rotation (two channels, or Hall sensors).
+    """Tachometer that counts pulses over a gate time and senses the direction of rotation.
 
-    One pulse more or less is a speed of 2 pi / (N gate). One wheel, or several at once.
+    The direction comes from two channels or from Hall sensors. One pulse corresponds to a speed of
+    2 pi / (N gate). For one wheel, or several at once.
 
     Attributes:
-        pulses: N, in one revolution.
-        gate_periods: gate time in control periods, a whole number.
+        pulses: Number of pulses N in one revolution.
+        gate_periods: Gate time in control periods, an integer.
     """
 
     pulses: Annotated[Scalar, positive("tachometer pulses")]
@@ -54,7 +55,7 @@ class PulseTachometer(Checked):
         return jnp.floor(state.wheel_angle * self.pulses / (2.0 * jnp.pi))
 
     def start(self, state: Any, period: Scalar) -> tuple[Array, Scalar]:
-        """Counts at the last samples, as if the wheel had turned evenly before, and the gate."""
+        """Counts at the last samples, for a constant speed before the start, and gate time, s."""
         back = jnp.arange(self.gate_periods, 0, -1) * period
         back = back.reshape(-1, *(1,) * jnp.ndim(state.speed))
         before = (state.wheel_angle - back * state.speed) * self.pulses / (2.0 * jnp.pi)
@@ -63,7 +64,7 @@ class PulseTachometer(Checked):
     def __call__(
         self, memory: tuple[Array, Scalar], state: Any, key: PRNGKeyArray
     ) -> tuple[tuple[Array, Scalar], Float[Array, ""]]:
-        """Count the pulses of the last gate time; the speed, rad/s."""
+        """Count the pulses of the last gate time and return the speed, rad/s."""
         counts, gate = memory
         count = self._count(state)
         speed = (count - counts[0]) * 2.0 * jnp.pi / (self.pulses * gate)
@@ -73,14 +74,14 @@ class PulseTachometer(Checked):
 class WheelTachometer(Checked):
     """Tachometer of one or several wheels with pulses, white noise and a first-order lag.
 
-    The pulses of each control period are counted as by `PulseTachometer` and give the mean speed of
-    the period; without pulses the speed at the sample is read. Then comes the noise, then the lag,
-    as by `LowPass`. All three are plain numbers, which a scenario can disperse.
+    The pulses of each control period are counted as in `PulseTachometer` and give the mean speed of
+    the period; without pulses, the speed at the sample is measured. The noise is added next, and
+    the lag of `LowPass` comes last. All three parameters are numbers that a scenario can disperse.
 
     Attributes:
-        sigma: standard deviation of the noise of a sample, rad/s.
-        pulses: in one revolution; 0: the speed is not quantised.
-        time_constant: of the lag, s; 0: none.
+        sigma: Standard deviation of the noise of a sample, rad/s.
+        pulses: Number of pulses in one revolution; 0: the speed is not quantised.
+        time_constant: Time constant of the lag, s; 0: no lag.
     """
 
     sigma: Annotated[Scalar, size("tachometer sigma", "rad/s")] = 0.0
@@ -91,7 +92,7 @@ class WheelTachometer(Checked):
         return PulseTachometer(jnp.where(jnp.asarray(self.pulses) > 0.0, self.pulses, 1.0))
 
     def start(self, state: Any, period: Scalar) -> tuple[Any, Array, Array, Array]:
-        """Memory of the counter, the filtered speed, whether there is one, and its decay."""
+        """Memory of the counter, filtered speed, whether there is one, and decay of the filter."""
         lags = jnp.asarray(self.time_constant) > 0.0
         decay = jnp.exp(-period / jnp.where(lags, self.time_constant, 1.0))
         decay = jnp.where(lags, decay, 0.0)
@@ -101,7 +102,7 @@ class WheelTachometer(Checked):
     def __call__(
         self, memory: tuple[Any, Array, Array, Array], state: Any, key: PRNGKeyArray
     ) -> tuple[tuple[Any, Array, Array, Array], Array]:
-        """Measure `state.speed`, rad/s; `state.wheel_angle`, rad, is what the pulses count."""
+        """Measure `state.speed`, rad/s; the pulses are counted from `state.wheel_angle`, rad."""
         counter, filtered, started, decay = memory
         counter, counted = self._counter()(counter, state, key)
         speed = jnp.where(jnp.asarray(self.pulses) > 0.0, counted, state.speed)
@@ -111,25 +112,25 @@ class WheelTachometer(Checked):
 
 
 class LowPass(Checked):
-    """A sensor behind a first-order low pass, exact for its samples.
+    """Sensor with a first-order low-pass filter, exact for its samples.
 
     Attributes:
-        sensor: what it filters.
-        time_constant: s.
+        sensor: Sensor whose values are filtered.
+        time_constant: Time constant of the filter, s.
     """
 
     sensor: Any
     time_constant: Annotated[Scalar, positive("low pass time constant", "s")]
 
     def start(self, state: Any, period: Scalar) -> tuple[Any, Array, Array, Scalar]:
-        """Memory of the sensor, the filtered value, whether there is one, and its decay."""
+        """Memory of the sensor, filtered value, whether there is one, and decay of the filter."""
         decay = jnp.exp(-period / self.time_constant)
         memory = self.sensor.start(state, period)
         value = jax.eval_shape(self.sensor, memory, state, jax.random.key(0))[1]
         return memory, jnp.zeros(value.shape), jnp.array(False), decay
 
     def __call__(self, memory: Any, state: Any, key: PRNGKeyArray) -> tuple[Any, Array]:
-        """Measure and filter; the first sample starts the filter."""
+        """Measure and filter; the first sample initialises the filter."""
         inner, filtered, started, decay = memory
         inner, value = self.sensor(inner, state, key)
         filtered = jnp.where(started, decay * filtered + (1.0 - decay) * value, value)
@@ -137,24 +138,24 @@ class LowPass(Checked):
 
 
 class Delayed(Checked):
-    """A sensor whose samples arrive late; until the first arrives it stands for all.
+    """Sensor with delayed samples; until the first one arrives, it is returned for all samples.
 
     Attributes:
-        sensor: what is delayed.
-        periods: delay in control periods, a whole number of 1 or more.
+        sensor: Sensor whose values are delayed.
+        periods: Delay in control periods, an integer of 1 or more.
     """
 
     sensor: Any
     periods: Annotated[int, positive("sensor delay", "periods")] = eqx.field(static=True)
 
     def start(self, state: Any, period: Scalar) -> Any:
-        """Memory of the sensor, and the samples under way (none yet)."""
+        """Memory of the sensor, the delay line (empty), and whether it has been filled."""
         memory = self.sensor.start(state, period)
         sample = jax.eval_shape(self.sensor, memory, state, jax.random.key(0))[1]
         return memory, empty_line(sample, self.periods), jnp.array(False)
 
     def __call__(self, memory: Any, state: Any, key: PRNGKeyArray) -> tuple[Any, Any]:
-        """Measure now, return what was measured `periods` ago."""
+        """Measure now, and return the measurement of `periods` ago."""
         inner, under_way, started = memory
         inner, sample = self.sensor(inner, state, key)
         under_way = jax.tree.map(lambda u, s: jnp.where(started, u, s), under_way, sample)

@@ -1,4 +1,4 @@
-"""Parameters of one reaction wheel: rotor, motor, bearing friction."""
+"""Parameters of one reaction wheel: rotor, motor and bearing friction."""
 
 from typing import Annotated
 
@@ -8,15 +8,15 @@ from gyrostat.wheel.friction import Friction, LuGre
 
 
 class Wheel(Checked):
-    """J dw/dt = k_m I - F(w), with F a static friction curve.
+    """Reaction wheel J dw/dt = k_m I - F(w), with F a static friction curve.
 
     Carrara and Kuga, "Estimating friction parameters in reaction wheels for attitude control",
     eqs. (1), (2). At rest the friction equals the motor torque up to the breakaway torque.
 
     Attributes:
-        inertia: rotor and flywheel about the spin axis, kg·m².
-        motor_constant: N·m/A.
-        friction: bearing friction.
+        inertia: Inertia of rotor and flywheel about the spin axis, kg·m².
+        motor_constant: Motor constant k_m, N·m/A.
+        friction: Bearing friction, a static curve or LuGre.
     """
 
     inertia: Annotated[Scalar, positive("wheel inertia", "kg·m²")]

@@ -11,12 +11,12 @@ from gyrostat.core.jax64 import jnp
 
 
 class ConditionedMemory(NamedTuple):
-    """Between two samples.
+    """State of the compensator between two samples.
 
     Attributes:
-        model: state of the nominal model.
-        correction: (n,) that was added to the input.
-        error: (n,) output of the model less that of the plant.
+        model: State of the nominal model.
+        correction: Correction that was added to the input, (n,).
+        error: Output of the model minus output of the plant, (n,).
     """
 
     model: Any
@@ -25,22 +25,22 @@ class ConditionedMemory(NamedTuple):
 
 
 class ConditionedCompensator(eqx.Module):
-    """u = u_n + K (y_n - y), the model driven by what the actuators gave, less K (y_n - y).
+    """Model error compensator with anti-windup, whose model is driven by the actual input.
 
-    While the actuators give u, this is `ModelErrorCompensator`: the model is driven by u_n. While
-    they do not, the model is driven by what they gave instead of what the law wanted, so that the
-    difference y_n - y holds nothing but the model's error: nothing winds up. With integrators as
-    the model and K diagonal, K (y_n - y) tends to the opposite of what the plant adds to its
-    input, at the rate K.
+    The input is u = u_n + K (y_n - y). While the actuators apply u, this is
+    `ModelErrorCompensator`: the model is driven by u_n. In general it is driven by the applied
+    input minus K (y_n - y). If the actuators saturate, the difference y_n - y then contains only
+    the model error, so that there is no windup. With integrators as the model and a diagonal K, K
+    (y_n - y) tends to the negative of the input disturbance of the plant, at the rate K.
 
     Attributes:
-        model: nominal, input to output.
+        model: Nominal model, from input to output.
     """
 
     model: SampledModel
 
     def start(self, output: Signal) -> ConditionedMemory:
-        """At an output: no error."""
+        """Initial memory at an output, with zero error."""
         none = jnp.zeros_like(output)
         return ConditionedMemory(self.model.start(output), none, none)
 
@@ -52,14 +52,14 @@ class ConditionedCompensator(eqx.Module):
         gain: Signal | Float[Array, ""],
         period: Scalar,
     ) -> ConditionedMemory:
-        """At a sample; `correction` is for the input that is made now.
+        """Update at a sample; `correction` in the result is for the current input.
 
         Args:
-            memory: at the last sample.
-            given: (n,) input that the actuators have given since.
-            output: (n,) of the plant now.
-            gain: (n,) diagonal of K; on integrators, 1/s and below 2 / period.
-            period: since the last sample, s.
+            memory: Memory from the last sample.
+            given: Input that the actuators have applied since the last sample, (n,).
+            output: Current output of the plant, (n,).
+            gain: Diagonal of K, (n,); on integrators in 1/s, and below 2 / period.
+            period: Time since the last sample, s.
         """
         model = self.model(memory.model, given - memory.correction, period)
         error = self.model.output(model) - output

@@ -1,9 +1,10 @@
 """Fictitious reference iterative tuning (FRIT), on line by recursive least squares.
 
-A loop u = F (r - y) + K e, with an error signal e that a gain K feeds back, should answer like a
-reference model: y = M r. Solved for the reference that would have given the recorded input, the
-loop asks of K that K M e = M u - F (y - M y), linear in K, from recorded signals alone. Y. Wakasa
-and others, "Online controller tuning via FRIT and recursive least-squares", 2013.
+The loop u = F (r - y) + K e, in which a gain K feeds back an error signal e, should respond like a
+reference model, y = M r. The fictitious reference is the one that would have given the recorded
+input. Solving the loop for it gives the condition K M e = M u - F (y - M y), which is linear in K
+and contains only recorded signals. Y. Wakasa and others, "Online controller tuning via FRIT and
+recursive least-squares", 2013.
 """
 
 from typing import Annotated, Any, NamedTuple, Protocol
@@ -21,52 +22,52 @@ Gain = Float[Array, "n n"]
 
 
 class SampledModel(Protocol):
-    """A dynamic model in steps of the control period, without direct feedthrough."""
+    """Dynamic model that steps by the control period, without direct feedthrough."""
 
     def start(self, output: Signal) -> Any:
-        """A state with this output; where the model can rest there, it does."""
+        """State with this output; an equilibrium if the model has one at this output."""
         ...
 
     def __call__(self, state: Any, input: Signal, period: Scalar) -> Any:
-        """The state after one period, s, of held input."""
+        """State after one period, s, of constant input."""
         ...
 
     def output(self, state: Any) -> Signal:
-        """Output at a state."""
+        """Output of a state."""
         ...
 
 
 class FirstOrderLags(Checked):
-    """y' = rate (gain u - y) on each channel, exact for a held input.
+    """First-order lag y' = rate (gain u - y) on each channel, exact for a constant input.
 
     Attributes:
-        rate: (n,) one over the time constant, 1/s.
-        gain: (n,) at rest, or one for all.
+        rate: Reciprocal of the time constant, (n,), 1/s.
+        gain: Steady-state gain, (n,) or one for all channels.
     """
 
     rate: Annotated[Signal, positive("lag rate", "1/s")]
     gain: Signal | float = 1.0
 
     def start(self, output: Signal) -> Signal:
-        """At rest at an output."""
+        """Equilibrium state with this output."""
         return output
 
     def __call__(self, state: Signal, input: Signal, period: Scalar) -> Signal:
-        """After one period of held input."""
+        """State after one period of constant input."""
         kept = jnp.exp(-jnp.asarray(self.rate) * period)
         return kept * state + (1.0 - kept) * self.gain * input
 
     def output(self, state: Signal) -> Signal:
-        """The state."""
+        """Output, equal to the state."""
         return state
 
 
 class LeastSquares(NamedTuple):
-    """State of a recursive least-squares estimate of a row k with k x = y.
+    """State of a recursive least-squares estimate of a row k in k x = y.
 
     Attributes:
-        estimate: (n,) the row.
-        covariance: (n, n) P: its inverse is the information so far.
+        estimate: Estimate of the row k, (n,).
+        covariance: Covariance matrix P, (n, n), the inverse of the accumulated information.
     """
 
     estimate: Signal
@@ -76,16 +77,16 @@ class LeastSquares(NamedTuple):
 def recursive_least_squares(
     state: LeastSquares, regressor: Signal, target: Scalar, forgetting: Scalar
 ) -> LeastSquares:
-    """One step with exponential forgetting.
+    """One step of recursive least squares with exponential forgetting.
 
     Endo, Sekiguchi and Nonaka, (27) and (28): after N steps the estimate minimises the sum of
     forgetting^(N - i) (k x_i - y_i)^2 and of forgetting^N (k - k_0)' P_0^-1 (k - k_0).
 
     Args:
-        state: before.
-        regressor: (n,) x.
-        target: y.
-        forgetting: lambda in (0, 1]; 1 forgets nothing.
+        state: State before the step.
+        regressor: Regressor x, (n,).
+        target: Target value y.
+        forgetting: Forgetting factor lambda in (0, 1]; 1 means no forgetting.
     """
     weighed = state.covariance @ regressor
     share = weighed / (forgetting + regressor @ weighed)
@@ -94,14 +95,14 @@ def recursive_least_squares(
 
 
 class FritMemory(NamedTuple):
-    """What on-line tuning remembers.
+    """State of the on-line tuning.
 
     Attributes:
-        gain: (n, n) that is to be used.
-        rows: least-squares state of each row of the gain, leading axis n.
-        error: state of the reference model that filters the error signal.
-        input: of the one that filters the input.
-        output: of the one that filters the output.
+        gain: Gain for the next input, (n, n).
+        rows: Least-squares state of each row of the gain, with leading axis n.
+        error: State of the reference model that filters the error signal.
+        input: State of the reference model that filters the input.
+        output: State of the reference model that filters the output.
     """
 
     gain: Gain
@@ -112,12 +113,12 @@ class FritMemory(NamedTuple):
 
 
 def regression(tuner: Any, memory: Any, output: Signal) -> tuple[Signal, Signal]:
-    """Xi and eta of K xi = eta at a sample.
+    """Signals xi and eta of the regression K xi = eta at a sample.
 
     Args:
-        tuner: has `reference` M and `feedback` F.
-        memory: its; has the states of M that filter `error`, `input` and `output`.
-        output: (n,) of the plant at this sample.
+        tuner: Tuner with `reference` M and `feedback` F.
+        memory: State of the tuner, with the states of M that filter `error`, `input` and `output`.
+        output: Output of the plant at this sample, (n,).
     """
     filtered = tuner.reference.output(memory.output)
     eta = tuner.reference.output(memory.input) - tuner.feedback * (output - filtered)
@@ -125,24 +126,27 @@ def regression(tuner: Any, memory: Any, output: Signal) -> tuple[Signal, Signal]
 
 
 class OnlineFrit(Checked):
-    """Tunes the gain K of u = F (r - y) + K e so that y = M r, from u, y and e as they come.
+    """On-line tuning of the gain K in u = F (r - y) + K e, so that y = M r.
 
-    Endo, Sekiguchi and Nonaka, (15)-(30), with the sign of (25) corrected: row j of K is the
-    least-squares solution of K xi = eta, xi = M e, eta = M u - F (y - M y), with forgetting; the
-    gain in use follows it through a low pass. F and M must commute: both diagonal, or M the same
-    lag on all channels. With e the difference to a nominal model, y and u obey eta = -M d, where d
-    is what the plant adds to the input: the estimate is the gain that would have made K e = -d.
-    Nothing bounds the gain here.
+    Endo, Sekiguchi and Nonaka, (15)-(30), with the sign of (25) corrected. Row j of K is the
+    least-squares solution of K xi = eta with forgetting, where xi = M e and eta = M u - F (y - M
+    y). The gain in use follows the estimate through a low-pass filter. F and M must commute: both
+    are diagonal, or M is the same lag on all channels.
+
+    If e is the difference to a nominal model, y and u satisfy eta = -M d, where d is the
+    disturbance at the input of the plant. The estimate is then the gain with which K e = -d. This
+    class does not bound the gain; see `SafeFrit`.
 
     Attributes:
-        feedback: (n,) diagonal of F.
-        reference: M, the closed loop without model error.
-        forgetting: lambda in (0, 1].
-        smoothing: kappa in (0, 1]: K(i) = (1 - kappa) K(i-1) + kappa (estimate); 1 does not smooth.
-        dead_zone: (n,) row j waits while |e_j| is less.
-        initial_gain: (n, n).
-        initial_covariance: P(0) of every row, times the unit matrix.
-        filters_from_output: whether M y starts at y(0), as a loop at rest there would, and not at
+        feedback: Diagonal of F, (n,).
+        reference: Reference model M, the closed loop without model error.
+        forgetting: Forgetting factor lambda in (0, 1].
+        smoothing: Smoothing factor kappa in (0, 1]: K(i) = (1 - kappa) K(i-1) + kappa (estimate); 1
+            means no smoothing.
+        dead_zone: Dead zone of the error, (n,). Row j is not updated while |e_j| is smaller.
+        initial_gain: Initial gain, (n, n).
+        initial_covariance: Initial covariance P(0) of every row, as a factor of the unit matrix.
+        filters_from_output: Whether M y starts at y(0), as for a loop at rest there, instead of at
             zero.
     """
 
@@ -159,7 +163,7 @@ class OnlineFrit(Checked):
         """Validate feedback and gain.
 
         Raises:
-            InputError: One is of the wrong shape or not finite.
+            InputError: The feedback or the gain has the wrong shape or is not finite.
         """
         feedback, gain = np.asarray(self.feedback), np.asarray(self.initial_gain)
         if feedback.ndim < 1 or not np.all(np.isfinite(feedback)):
@@ -171,10 +175,10 @@ class OnlineFrit(Checked):
             )
 
     def start(self, output: Signal) -> FritMemory:
-        """Memory before the first sample.
+        """Initial memory.
 
         Args:
-            output: (n,) first output of the plant.
+            output: First output of the plant, (n,).
         """
         gain = jnp.asarray(self.initial_gain, dtype=float)
         count = gain.shape[0]
@@ -187,14 +191,14 @@ class OnlineFrit(Checked):
     def __call__(
         self, memory: FritMemory, *, error: Signal, input: Signal, output: Signal, period: Scalar
     ) -> FritMemory:
-        """Memory after a sample: the gain in it is for the next one.
+        """Update at a sample; the gain in the result is for the next sample.
 
         Args:
-            memory: before; its gain made the input.
-            error: (n,) that the gain feeds back.
-            input: (n,) of the plant.
-            output: (n,) of the plant.
-            period: to the next sample, s.
+            memory: Memory from the last sample; its gain gave `input`.
+            error: Error signal that the gain feeds back, (n,).
+            input: Input of the plant, (n,).
+            output: Output of the plant, (n,).
+            period: Time to the next sample, s.
         """
         xi, eta = regression(self, memory, output)
         found = jax.vmap(recursive_least_squares, in_axes=(0, None, 0, None))(

@@ -1,4 +1,4 @@
-"""Model error compensator (MEC): makes a plant follow its nominal model."""
+"""Model error compensator (MEC): makes a plant behave like its nominal model."""
 
 from functools import partial
 from typing import Any, NamedTuple, Protocol
@@ -15,12 +15,12 @@ from gyrostat.core.jax64 import jax, jnp, ravel_pytree
 
 
 class Compensation(NamedTuple):
-    """What a compensator did at a sample.
+    """Signals of a compensator at a sample.
 
     Attributes:
-        nominal_input: (n,) of the law alone.
-        model_error: (n,) output of the nominal model less that of the plant.
-        gain: (n, n) in use.
+        nominal_input: Input of the control law alone, (n,).
+        model_error: Output of the nominal model minus output of the plant, (n,).
+        gain: Gain in use, (n, n).
     """
 
     nominal_input: Signal
@@ -29,58 +29,58 @@ class Compensation(NamedTuple):
 
     @classmethod
     def none(cls, nominal_input: Signal) -> "Compensation":
-        """Of a law on its own."""
+        """Signals for a control law without a compensator."""
         count = nominal_input.shape[0]
         return cls(nominal_input, jnp.zeros(count), jnp.zeros((count, count)))
 
 
 class Law(Protocol):
-    """A control law that a compensator can add to: y out of measurements, u into commands."""
+    """Control law that a compensator can extend: from measurements to y, and from u to commands."""
 
     def start(self, period: Scalar) -> Any:
-        """Memory before the first measurement."""
+        """Initial memory."""
         ...
 
     def observe(self, memory: Any, measurement: Any) -> tuple[Any, Signal]:
-        """The new memory; the output y, (n,)."""
+        """New memory, and the output y, (n,)."""
         ...
 
     def nominal_input(self, output: Signal) -> Signal:
-        """Input, (n,), that the law wants."""
+        """Input of the control law, (n,)."""
         ...
 
     def command(
         self, memory: Any, measurement: Any, input: Signal, compensation: Compensation
     ) -> Any:
-        """The plant's command for an input; it may record what the compensator did."""
+        """Command for an input of the plant; it may record the signals of the compensator."""
         ...
 
 
 class Integrators(eqx.Module):
-    """y' = u on each channel."""
+    """Integrator y' = u on each channel."""
 
     def start(self, output: Signal) -> Signal:
-        """At an output."""
+        """State with this output."""
         return output
 
     def __call__(self, state: Signal, input: Signal, period: Scalar) -> Signal:
-        """After one period of held input."""
+        """State after one period of constant input."""
         return state + period * input
 
     def output(self, state: Signal) -> Signal:
-        """The state."""
+        """Output, equal to the state."""
         return state
 
 
 class CompensatorMemory(NamedTuple):
-    """What a compensator remembers.
+    """State of a compensator between two samples.
 
     Attributes:
-        law: of its law.
-        model: state of the nominal model.
-        tuning: of the gain; None where it is fixed.
-        begun: whether a first measurement has come.
-        period: of control, s.
+        law: Memory of the control law.
+        model: State of the nominal model.
+        tuning: State of the gain tuner; None if the gain is fixed.
+        begun: Whether a first measurement has been received.
+        period: Control period, s.
     """
 
     law: Any
@@ -91,7 +91,7 @@ class CompensatorMemory(NamedTuple):
 
 
 def _own_loop(model: SampledModel, gain: Gain, period: float) -> Float[Array, "x x"]:
-    """A - B K C of a model's own A, B and C at rest, over all of its state."""
+    """Matrix A - B K C of a nominal model linearised at rest, over its full state."""
     zero = jnp.zeros(gain.shape[-1])
     state, whole = ravel_pytree(model.start(zero))
 
@@ -103,19 +103,20 @@ def _own_loop(model: SampledModel, gain: Gain, period: float) -> Float[Array, "x
 
 
 class ModelErrorCompensator(Checked):
-    """u = u_n + K (y_n - y): the law's input u_n, driven through a nominal model, gives y_n.
+    """Model error compensator u = u_n + K (y_n - y), with the output y_n of a nominal model.
 
     Endo, Sekiguchi and Nonaka, (13) and (14); H. Okajima and others, "A design method of
-    compensator to minimize model error", 2013. The model is driven by u_n alone, which the law
-    makes from the plant's own output. What the plant adds to its input is then answered with
-    nearly its opposite, the slower the smaller K is: on integrating models K is the rate of an
-    integral action, 1/s. A controller of the loop.
+    compensator to minimize model error", 2013. Only the input u_n of the control law drives the
+    model, and the law computes u_n from the output y of the plant itself. The compensator
+    approximately cancels a disturbance at the input of the plant; the smaller K is, the slower it
+    does so. With integrators as the model, K is the rate of an integral action, 1/s. This is a
+    controller of the loop.
 
     Attributes:
-        law: gives output, nominal input and command.
-        model: nominal, input to output. It starts at the first measured output.
-        gain: (n, n) K, fixed; not used where a tuner is given.
-        tuner: that gives the gain on line; None for none.
+        law: Control law, which gives output, nominal input and command.
+        model: Nominal model, from input to output. It starts at the first measured output.
+        gain: Fixed gain K, (n, n); unused if there is a tuner.
+        tuner: Tuner that gives the gain on line; None for a fixed gain.
     """
 
     law: Law
@@ -127,7 +128,7 @@ class ModelErrorCompensator(Checked):
         """Validate the gain.
 
         Raises:
-            InputError: It is no finite square matrix.
+            InputError: The gain is not a finite square matrix.
         """
         gain = np.asarray(self.gain, dtype=float)
         square = gain.ndim >= 2 and gain.shape[-1] == gain.shape[-2]
@@ -137,21 +138,21 @@ class ModelErrorCompensator(Checked):
             )
 
     def check_own_period(self, period: float) -> None:
-        """Refuse a gain with which the compensator itself is unstable at a control period.
+        """Check that the compensator itself is stable at a control period.
 
-        On a plant that is the model, the difference to the model obeys x+ = (A - B K C) x; on
+        On a plant that equals the model, the difference to the model obeys x+ = (A - B K C) x. On
         integrators the gain must stay below 2 over the period.
 
         Args:
-            period: s.
+            period: Control period, s.
 
         Raises:
-            InputError: its spectral radius is above 1.
+            InputError: The spectral radius of A - B K C is above 1.
         """
         gains = jnp.asarray(self.gain, dtype=float)
         own_loop = partial(_own_loop, period=period)
         if gains.ndim > 2:
-            # those of a batch, whose models have the same leading axis
+            # gains of a batch; the models have the same leading axis
             own_loop = eqx.filter_vmap(own_loop, in_axes=(eqx.if_array(0), 0))
         loops = np.asarray(own_loop(self.model, gains))
         for gain, loop in zip(
@@ -166,7 +167,7 @@ class ModelErrorCompensator(Checked):
                 )
 
     def start(self, period: Scalar) -> CompensatorMemory:
-        """Memory before the first measurement."""
+        """Initial memory."""
         zero = jnp.zeros(jnp.shape(self.gain)[-1])
         return CompensatorMemory(
             law=self.law.start(period),
@@ -187,7 +188,7 @@ class ModelErrorCompensator(Checked):
     def __call__(
         self, memory: CompensatorMemory, measurement: Any
     ) -> tuple[CompensatorMemory, Any]:
-        """Command."""
+        """Compute the command."""
         law, output = self.law.observe(memory.law, measurement)
         memory = self._begun(memory, output)
         nominal = self.law.nominal_input(output)

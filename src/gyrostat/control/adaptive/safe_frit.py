@@ -19,15 +19,15 @@ from gyrostat.core.jax64 import jax, jnp
 
 
 class SafeFritMemory(NamedTuple):
-    """What the tuning remembers.
+    """State of the on-line tuning.
 
     Attributes:
-        gain: (n,) that is to be used.
-        rows: least-squares state of each channel, of size 1, leading axis n.
-        error: state of the reference model that filters the error signal.
-        input: of the one that filters the input.
-        output: of the one that filters the output.
-        quiet: time since nothing was cut, s.
+        gain: Gain for the next input, (n,).
+        rows: Least-squares state of each channel, of size 1, with leading axis n.
+        error: State of the reference model that filters the error signal.
+        input: State of the reference model that filters the input.
+        output: State of the reference model that filters the output.
+        quiet: Time since the actuators last saturated, s.
     """
 
     gain: Signal
@@ -39,26 +39,30 @@ class SafeFritMemory(NamedTuple):
 
 
 class SafeFrit(Checked):
-    """`OnlineFrit` with what keeps it from harm.
+    """`OnlineFrit` with safeguards: diagonal and bounded gain, bounded covariance, dead zone.
 
-    K is diagonal, so that one channel's disturbance cannot be taken for another's; the filters
-    start at the first output, so that none is invented at the start; K is kept to a range; the
-    covariance is capped, since forgetting without information lets it grow without bound; a
-    channel waits while its error is small; and nothing is learnt while the actuators give less
-    than was asked for, nor until the filters have forgotten it. Y. Wakasa and others as there;
-    projection and cap: P. A. Ioannou, J. Sun, "Robust Adaptive Control", sections 4.4 and 8.5.
+    - K is diagonal, so that the disturbance of one channel does not change the gain of another.
+    - The filters start at the first output, so that they cause no initial transient.
+    - K is limited to a range.
+    - The covariance is limited, since forgetting without excitation lets it grow without bound.
+    - A channel is not updated while its error is small.
+    - No channel is updated while the actuators saturate, and until the filters have forgotten the
+      saturation.
+
+    Y. Wakasa and others, as in `frit.py`; projection and limit of the covariance: P. A. Ioannou, J.
+    Sun, "Robust Adaptive Control", sections 4.4 and 8.5.
 
     Attributes:
-        feedback: (n,) diagonal of F.
-        reference: M, the same lag on all channels or diagonal.
-        forgetting: lambda in (0, 1].
-        smoothing: kappa in (0, 1].
-        dead_zone: (n,) channel j waits while |e_j| is less.
-        initial_gain: (n,), 1/s on integrators.
-        lowest: (n,) of the gain.
-        highest: (n,) of the gain.
-        largest_covariance: of each channel; it starts there.
-        wait: s after the actuators were last cut.
+        feedback: Diagonal of F, (n,), 1/s.
+        reference: Reference model M, the same lag on all channels or diagonal.
+        forgetting: Forgetting factor lambda in (0, 1].
+        smoothing: Smoothing factor kappa in (0, 1].
+        dead_zone: Dead zone of the error, (n,). Channel j is not updated while |e_j| is smaller.
+        initial_gain: Initial diagonal of the gain, (n,); on integrators in 1/s.
+        lowest: Lower limit of the gain, (n,).
+        highest: Upper limit of the gain, (n,).
+        largest_covariance: Upper limit of the covariance of each channel, and its initial value.
+        wait: Time without updates after the last saturation of the actuators, s.
     """
 
     feedback: Annotated[Signal, positive("FRIT feedback", "1/s")]
@@ -76,7 +80,7 @@ class SafeFrit(Checked):
         """Validate the initial gain.
 
         Raises:
-            InputError: It is outside its range.
+            InputError: The initial gain is outside its range.
         """
         gain = np.asarray(self.initial_gain, dtype=float)
         low, high = np.asarray(self.lowest), np.asarray(self.highest)
@@ -87,7 +91,7 @@ class SafeFrit(Checked):
             )
 
     def start(self, output: Signal) -> SafeFritMemory:
-        """Memory before the first sample, at an output (n,)."""
+        """Initial memory, at an output (n,)."""
         gain = jnp.asarray(self.initial_gain, dtype=float)
         covariance = jnp.full((len(gain), 1, 1), self.largest_covariance)
         at_rest = self.reference.start(jnp.zeros_like(gain))
@@ -110,15 +114,15 @@ class SafeFrit(Checked):
         cut: Bool[Array, ""],
         period: Scalar,
     ) -> SafeFritMemory:
-        """Memory after a sample: the gain in it is for the next one.
+        """Update at a sample; the gain in the result is for the next sample.
 
         Args:
-            memory: before.
-            error: (n,) that the gain feeds back.
-            input: (n,) that the plant was given over the period from this sample on.
-            output: (n,) of the plant.
-            cut: whether the actuators gave less than was asked for.
-            period: to the next sample, s.
+            memory: Memory from the last sample.
+            error: Error signal that the gain feeds back, (n,).
+            input: Input of the plant over the period that starts at this sample, (n,).
+            output: Output of the plant, (n,).
+            cut: Whether the actuators gave less than was commanded.
+            period: Time to the next sample, s.
         """
         xi, eta = regression(self, memory, output)
         found = jax.vmap(recursive_least_squares, in_axes=(0, 0, 0, None))(

@@ -1,10 +1,10 @@
 """Torque allocation over wheels: pseudo-inverse (least squares) and minimax.
 
-An allocation is called with the axes (3, wheels), the torque limits (wheels,), N·m, which wheels
-work (wheels,), and the torque (3,), N·m, that they shall take up together; it gives the motor
-torques u (wheels,), with sum a_i u_i = torque. Which wheels work may change from call to call. Of a
-torque that the working axes do not span they give the nearest, u beyond the limits is left to
-`within_limits`.
+An allocation is called with the axes (3, wheels), the torque limits (wheels,), N·m, the flags of
+working wheels (wheels,), and the total torque (3,), N·m, that the wheels shall take up. It returns
+the motor torques u (wheels,), N·m, with sum a_i u_i = torque. The set of working wheels may change
+from call to call. If the working axes do not span the torque, u gives the nearest torque in their
+span. Torques beyond the limits are reduced by `within_limits`, not here.
 """
 
 from typing import Any, NamedTuple
@@ -21,50 +21,52 @@ Axes = Float[Array, "3 wheels"]
 Working = Bool[Array, " wheels"]
 
 SINGULAR = 1e-10
-"""Square of a singular value of the working axes: directions well below it are not spanned."""
+"""Square of a singular value of the working axes; directions with a much smaller one count as not
+spanned."""
 ALIGNED = 1e-6
-"""Sine of an angle between axes, or of an axis with a plane, that counts as none."""
+"""Sine of an angle between two axes, or between an axis and a plane, that counts as zero."""
 
 
 def spread(axes: Axes, works: Working) -> Float[Array, "wheels 3"]:
     """Pseudo-inverse of the working axes; rows of wheels that do not work are zero.
 
-    Directions that are not spanned get nothing, the others what is theirs within a share of
-    `SINGULAR`.
+    Directions that the axes do not span get no torque. In the other directions the relative error
+    is below `SINGULAR` over the square of the singular value.
     """
     working = axes * works
     return working.T @ inverse_definite(working @ working.T + SINGULAR * jnp.eye(3))
 
 
 def largest_share(torque: PerWheel, limit: PerWheel) -> Scalar:
-    """The largest torque over its limit."""
+    """Largest ratio of a torque to its limit."""
     return jnp.max(jnp.abs(torque) / limit)
 
 
 def within_limits(torque: PerWheel, limit: PerWheel) -> PerWheel:
-    """The torques, all smaller by one factor where one is beyond its limit.
+    """Torques scaled by one factor, so that none is beyond its limit.
 
-    Their sum keeps its direction.
+    The sum of the torques keeps its direction.
     """
     return torque / jnp.maximum(largest_share(torque, limit), 1.0)
 
 
 class PseudoInverse(eqx.Module):
-    """u = A⁺ torque: the pseudo-inverse, whose sum of squares is the least."""
+    """Pseudo-inverse allocation u = A⁺ torque, with the least sum of squares."""
 
     def __call__(self, axes: Axes, limit: PerWheel, works: Working, torque: Vector3) -> PerWheel:
-        """Share a torque; see the module."""
+        """Allocate a torque; see the module."""
         del limit
         return spread(axes, works) @ torque
 
 
 class _Share(NamedTuple):
-    """What is decided so far.
+    """Partial result of the allocation.
 
     Attributes:
-        given: (wheels,) torques of decided wheels, N·m; zero for the others.
-        rest: (3,) torque that the open wheels have still to give, N·m.
-        open: (wheels,) which wheels are not decided.
+        given: Torques of the wheels that are already determined, (wheels,), N·m; zero for the
+            others.
+        rest: Torque that the other wheels still have to give, (3,), N·m.
+        open: Flags of the wheels whose torques are not yet determined, (wheels,).
     """
 
     given: PerWheel
@@ -73,23 +75,23 @@ class _Share(NamedTuple):
 
 
 class MinimaxAllocation(eqx.Module):
-    """The least max |u_i| / limit_i: the whole torque envelope of the wheels is in reach.
+    """Minimax allocation: least max |u_i| / limit_i, which reaches the whole torque envelope.
 
-    Minimise t over |u_i| <= t l_i, A u = T: a linear program. Its dual is to maximise y.T over
-    sum l_i |a_i.y| <= 1, and the corners of that polyhedron lie along the normals n of the planes
-    that two axes span. So
+    The allocation minimises t subject to |u_i| <= t l_i and A u = T, which is a linear program. Its
+    dual maximises y.T subject to sum l_i |a_i.y| <= 1. The vertices of this polyhedron lie along
+    the normals n of the planes that two axes span. Therefore
 
         t = max over pairs (j, k) of |n.T| / sum_i l_i |n.a_i|,   n = a_j x a_k,
 
-    with n(n-1)/2 pairs for n wheels. At the best pair every wheel out of its plane is at u_i = t
-    l_i sign(n.a_i); those in the plane give what is left, by the same rule one dimension lower,
-    and those along one line the last. F. L. Markley, R. G. Reynolds, F. X. Liu, K. L. Lebsock,
-    "Maximum torque and momentum envelopes for reaction wheel arrays", Journal of Guidance, Control,
-    and Dynamics 33 (2010), has the envelope of whose faces these are.
+    with n(n-1)/2 pairs for n wheels. At the pair with the maximum, every wheel outside its plane
+    has u_i = t l_i sign(n.a_i). The wheels in the plane give the rest by the same rule, one
+    dimension lower, and the wheels along one line give the last part. The envelope with these faces
+    is in F. L. Markley, R. G. Reynolds, F. X. Liu, K. L. Lebsock, "Maximum torque and momentum
+    envelopes for reaction wheel arrays", Journal of Guidance, Control, and Dynamics 33 (2010).
     """
 
     def __call__(self, axes: Axes, limit: PerWheel, works: Working, torque: Vector3) -> PerWheel:
-        """Share a torque; see the module."""
+        """Allocate a torque; see the module."""
         axes = jnp.asarray(axes)
         first, second = np.triu_indices(axes.shape[1], 1)
         if not len(first):  # a single wheel
@@ -110,18 +112,20 @@ class MinimaxAllocation(eqx.Module):
 def _decide(
     share: _Share, axes: Axes, limit: PerWheel, normals: Any, usable: Any
 ) -> tuple[_Share, Vector3]:
-    """Bring all wheels to the level at which they just give the rest along the worst normal.
+    """Load all wheels to the level at which they just give the remaining torque along one normal.
+
+    The normal is the one that needs the highest level.
 
     Args:
-        share: so far.
-        axes: of the wheels.
-        limit: of their torques, N·m.
-        normals: (candidates, 3) of the faces that may bound the level.
-        usable: (candidates,) which are made of open wheels.
+        share: Partial result so far.
+        axes: Spin axes of the wheels, (3, wheels).
+        limit: Torque limits of the wheels, (wheels,), N·m.
+        normals: Normals of the faces that may determine the level, (candidates, 3).
+        usable: Flags of the candidates that are formed by open wheels, (candidates,).
 
     Returns:
-        The share, in which all wheels but those in the face are decided, and the unit normal of
-        the face.
+        Partial result in which all wheels are determined but those in the face, and the unit normal
+        of the face.
     """
     length = jnp.sqrt(jnp.sum(normals**2, axis=1))
     real = usable & (length > ALIGNED)
@@ -131,7 +135,7 @@ def _decide(
     reach = jnp.abs(heights) @ limit
     bounds = real & (reach > 0.0)
     level = normals @ share.rest / jnp.where(bounds, reach, 1.0)
-    # where every open wheel lies in one face there is nothing to decide: that face goes on
+    # if every open wheel lies in one face, no torque is determined and that face is returned
     best = jnp.argmax(jnp.where(bounds, 1.0 + jnp.abs(level), jnp.where(real, length, 0.0) / 2.0))
     sense = jnp.sign(heights[best])
     given = level[best] * limit * sense

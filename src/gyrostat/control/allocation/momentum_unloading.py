@@ -11,14 +11,14 @@ from gyrostat.wheel.array import listed
 
 
 class MomentumUnloading(Checked):
-    """T = -k H within the limit: the total momentum of the spacecraft decays at the rate k.
+    """Unloading torque T = -k H within a limit; the total momentum H decays at the rate k.
 
-    Each body axis by itself, as with ideal magnetorquers. B. Wie, "Space Vehicle
-    Dynamics and Control", section 7.5, has the same with real dipoles.
+    Each body axis is controlled separately, as with ideal magnetorquers. B. Wie, "Space Vehicle
+    Dynamics and Control", section 7.5, has the same law with real dipoles.
 
     Attributes:
-        limit: (3,) along each body axis, N·m.
-        gain: k, 1/s; slow against the attitude loop.
+        limit: Torque limit along each body axis, (3,), N·m.
+        gain: Gain k, 1/s; slow compared with the attitude loop.
     """
 
     limit: Annotated[Vector3, size("limit of the momentum unloading", "N·m")] = eqx.field(
@@ -27,10 +27,10 @@ class MomentumUnloading(Checked):
     gain: Annotated[Scalar, positive("gain of the momentum unloading", "1/s")] = 1e-3
 
     def __call__(self, momentum: Vector3) -> Vector3:
-        """The torque, in body axes, N·m.
+        """Unloading torque in body axes, (3,), N·m.
 
         Args:
-            momentum: (3,) of spacecraft and wheels, in body axes, N·m·s.
+            momentum: Total momentum of spacecraft and wheels in body axes, (3,), N·m·s.
         """
         limit = jnp.asarray(self.limit)
         return jnp.clip(-self.gain * momentum, -limit, limit)

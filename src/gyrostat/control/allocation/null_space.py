@@ -1,4 +1,4 @@
-"""Null-space control: wheel speeds shaped by torques that cancel on the body."""
+"""Null-space control: changes wheel speeds by torques that cancel on the body."""
 
 from itertools import product
 from typing import Annotated, Self
@@ -16,25 +16,27 @@ from gyrostat.core.types import Matrix
 from gyrostat.wheel.array import listed
 
 NOTHING = 1e-9
-"""Square of a direction in the null space below which there is none."""
+"""Smallest squared length of a pattern's null-space part; below it there is no null space."""
 KEPT = 2.0
-"""Weight of the gap that the wheels are in: another must be wider by this factor."""
+"""Factor by which another gap must be wider than the present one before the wheels move to it."""
 
 
 class NullSpaceControl(Checked):
-    """u = k N (h_d - h), N = 1 - A⁺ A: wheels away from zero speed and from saturation.
+    """Null-space torque u = k N (h_d - h), which avoids zero speed and saturation of the wheels.
 
-    The momentum q = A⁺ A h that the body asks for is not to be chosen; h_d adds z d to it, d = N s
-    with s a pattern of senses, one for each wheel. Wheel i is at zero where z = c_i = -q_i / d_i,
-    and at its largest wanted momentum H_i where z = c_i ± H_i / |d_i|: so z has an interval to
-    choose from, cut into gaps by the c_i. The middle of the widest gap is where the worst wheel, in
-    units of d, is farthest from both. The gap is only left for one much wider, since wheels cross
-    zero on the way. Where the interval is empty, z is where the wheels are least beyond H.
+    N = 1 - A⁺ A projects onto the null space of the axes A. The momentum q = A⁺ A h that the body
+    needs cannot be chosen. The wanted momentum h_d adds z d to it, where d = N s and s is a pattern
+    of signs, one for each wheel. Wheel i is at zero speed where z = c_i = -q_i / d_i, and at its
+    largest wanted momentum H_i where z = c_i ± H_i / |d_i|. The values z within the limits of all
+    wheels form an interval, which the c_i divide into gaps. In the middle of the widest gap, the
+    worst wheel is farthest from both, measured in units of d. The control leaves the present gap
+    only for a much wider one, since wheels cross zero speed on the way. If the interval is empty, z
+    is the value at which the wheels exceed H least.
 
     Attributes:
-        pattern: s (wheels,), 1 or -1.
-        largest: H (wheels,) wanted momentum at most, N·m·s.
-        gain: k, 1/s.
+        pattern: Pattern of signs s, (wheels,), 1 or -1.
+        largest: Largest wanted momentum H of each wheel, (wheels,), N·m·s.
+        gain: Gain k, 1/s.
     """
 
     pattern: PerWheel = eqx.field(converter=listed)
@@ -44,13 +46,13 @@ class NullSpaceControl(Checked):
     gain: Annotated[Scalar, positive("null-space gain", "1/s")] = 0.05
 
     def __call__(self, axes: Axes, works: Working, momentum: PerWheel, room: PerWheel) -> PerWheel:
-        """Motor torques whose sum over the axes is zero, N·m.
+        """Motor torques, (wheels,), N·m, whose sum over the axes is zero.
 
         Args:
-            axes: (3, wheels).
-            works: (wheels,) which wheels work.
-            momentum: (wheels,) relative to the body, N·m·s.
-            room: (wheels,) torque that each wheel has left, N·m, not negative.
+            axes: Spin axes of the wheels, (3, wheels).
+            works: Whether each wheel works, (wheels,).
+            momentum: Momentum of the wheels relative to the body, (wheels,), N·m·s.
+            room: Torque that each wheel has left, (wheels,), N·m, not negative.
         """
         across = spread(axes, works)
 
@@ -62,7 +64,7 @@ class NullSpaceControl(Checked):
         square = direction @ direction
         exists = square > NOTHING
         now = direction @ own / jnp.where(exists, square, 1.0)
-        # wheels that the direction does not move have no say
+        # wheels that the direction does not move are ignored
         moved = works & (jnp.abs(direction) > jnp.sqrt(NOTHING))
         size = jnp.where(moved, direction, 1.0)
         zero = -(works * momentum - own) / size
@@ -75,15 +77,15 @@ class NullSpaceControl(Checked):
 
     @classmethod
     def plan(cls, axes: Matrix | Axes, momentum_limit: ArrayLike, *, share: float = 0.9) -> Self:
-        """The control for an array; done once, outside the loop.
+        """Design the control for a wheel array; done once, outside the loop.
 
         Args:
-            axes: (3, wheels), four wheels or more.
-            momentum_limit: (wheels,) or one for all, N·m·s.
-            share: of the limit that is wanted at most.
+            axes: Spin axes, (3, wheels), of four wheels or more.
+            momentum_limit: Momentum limit of the wheels, (wheels,) or one for all, N·m·s.
+            share: Largest wanted momentum over the momentum limit.
 
         Raises:
-            InputError: axes without a null space, or a limit that is not finite.
+            InputError: The axes have no null space, or a limit is not finite.
         """
         axes = np.asarray(axes, dtype=float)
         count = axes.shape[1]
@@ -99,20 +101,21 @@ class NullSpaceControl(Checked):
                 f"null-space control: found {count} wheels whose torques leave no freedom, "
                 "expected more wheels than directions that they span"
             )
-        # the pattern of which most lies in the null space; a first sense is free to choose
+        # the pattern with the largest part in the null space; its first sign is arbitrary
         patterns = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=count - 1)])
         best = patterns[np.argmax(np.round(np.einsum("ki,ij,kj->k", patterns, free, patterns), 9))]
         return cls(jnp.asarray(best), jnp.asarray(share * limit))
 
 
 def _middle_of_gap(cuts: PerWheel, zero: PerWheel, reach: PerWheel, now: Scalar) -> Scalar:
-    """The middle of the gap that is kept or gone to; see `NullSpaceControl`.
+    """Middle of the gap that the wheels stay in or move to; see `NullSpaceControl`.
 
     Args:
-        cuts: (wheels,) where one is at zero; infinite for one that is not moved.
-        zero: (wheels,) the same, finite.
-        reach: (wheels,) from there to where it is at its largest wanted momentum.
-        now: where the wheels are.
+        cuts: Value of z at which each wheel has zero speed, (wheels,); infinite for a wheel that
+            the direction does not move.
+        zero: The same values, but all finite, (wheels,).
+        reach: Distance from there to the largest wanted momentum of each wheel, (wheels,).
+        now: Present value of z.
     """
     low, high = jnp.max(zero - reach), jnp.min(zero + reach)
     cuts = jnp.clip(cuts, low, jnp.maximum(low, high))

@@ -16,15 +16,15 @@ from gyrostat.wheel.array import listed
 
 
 class WheelFaultMemory(NamedTuple):
-    """Between two samples.
+    """State of the detector between two samples.
 
     Attributes:
-        momentum: (wheels,) absolute momentum of the rotors at the last sample, N·m·s.
-        torque: (delay + 1, wheels) commanded at the last samples, the oldest first, N·m.
-        drag: (wheels,) slow mean of what was lost, N·m.
-        lost: (wheels,) quick mean of what was lost, N·m.
-        works: (wheels,) which wheels are taken to work.
-        begun: whether there was a sample.
+        momentum: Absolute momentum of the rotors at the last sample, (wheels,), N·m·s.
+        torque: Torques commanded at the last samples, the oldest first, (delay + 1, wheels), N·m.
+        drag: Lost torque after the slow low-pass filter, (wheels,), N·m.
+        lost: Lost torque after the fast low-pass filter, (wheels,), N·m.
+        works: Whether each wheel is taken to work, (wheels,).
+        begun: Whether there has been a sample.
     """
 
     momentum: PerWheel
@@ -39,21 +39,25 @@ _time = within("time at which a failure is notified", "s", lambda value: ~np.isn
 
 
 class WheelFaultDetector(Checked):
-    """Two low passes of the torque that a rotor loses: commanded torque less change of momentum.
+    """Wheel fault detector by low-pass filters of the lost torque.
 
-    The slow one estimates the drag of the bearing, which is added to the next command. The quick
-    one detects a motor that does not respond or a rotor that seizes: above `failure_torque` the
-    wheel is declared failed, for good. Choose that above the drag of the bearings and below the
-    commanded torque at times: compensated drag raises the command to a dead motor until it is
-    detected. A wheel whose speed is not measured is neither judged nor corrected.
+    The lost torque of a rotor is its commanded torque minus its change of momentum. A slow filter
+    estimates the bearing drag, which is added to the next command. A fast filter detects a motor
+    that does not respond or a rotor that seizes: if its output exceeds `failure_torque`, the wheel
+    is declared failed, permanently. Choose this threshold above the bearing drag and below the
+    commanded torques that occur at times: drag compensation raises the command to a dead motor
+    until the failure is detected. A wheel whose speed is not measured is neither tested nor
+    compensated.
 
     Attributes:
-        drag_time: of the slow low pass, s.
-        failure_time: of the quick one, s.
-        failure_torque: (wheels,) or one for all, N·m; infinite: none is detected.
-        notified: (wheels,) or one for all: time of a notified failure, s; infinite: never.
-        delay: control periods from a sample to the start of its command, see
-            `gyrostat.simulation.simulate`; a delay that is not told is taken for a loss of torque.
+        drag_time: Time constant of the slow filter, s.
+        failure_time: Time constant of the fast filter, s.
+        failure_torque: Threshold of the fast filter, (wheels,) or one for all, N·m; infinite: no
+            failure is detected.
+        notified: Time at which a failure is notified, (wheels,) or one for all, s; infinite: never.
+        delay: Number of control periods from a sample to the start of its command, see
+            `gyrostat.simulation.simulate`. A delay that is not stated here appears as a loss of
+            torque.
     """
 
     drag_time: Annotated[Scalar, positive("drag time", "s")] = 10.0
@@ -65,21 +69,21 @@ class WheelFaultDetector(Checked):
     delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
 
     def start(self, count: int) -> WheelFaultMemory:
-        """Nothing measured yet, all wheels working."""
+        """Initial memory, with all wheels working."""
         none = jnp.zeros(count)
         torque = empty_line(none, self.delay + 1)
         return WheelFaultMemory(none, torque, none, none, none == 0.0, jnp.array(False))
 
     def commanded(self, memory: WheelFaultMemory, torque: PerWheel) -> WheelFaultMemory:
-        """Take in what is commanded at this sample, (wheels,), N·m."""
+        """Memory with the torques commanded at this sample, (wheels,), N·m."""
         return memory._replace(torque=pushed(memory.torque, torque)[0])
 
     def missed(self, memory: WheelFaultMemory, torque: PerWheel) -> WheelFaultMemory:
-        """Memory after a sample that is missing: the next one is not compared with an older one.
+        """Memory after a missing sample; the next sample is not compared with an older one.
 
         Args:
-            memory: from the last sample.
-            torque: (wheels,) that is sent, N·m.
+            memory: Memory from the last sample.
+            torque: Torques that are sent, (wheels,), N·m.
         """
         return self.commanded(memory, torque)._replace(begun=jnp.array(False))
 
@@ -92,15 +96,15 @@ class WheelFaultDetector(Checked):
         time: Scalar,
         period: Scalar,
     ) -> WheelFaultMemory:
-        """Take in a sample.
+        """Update drag and failures with a sample.
 
         Args:
-            memory: from the last sample, with the torques commanded up to there.
-            momentum: (wheels,) of the rotors, inertia times their speed in space, N·m·s.
-            measured: (wheels,) which of these are measured.
-            limit: (wheels,) of the torques, N·m: no drag beyond half of it is made up for.
-            time: of the sample, s.
-            period: since the last one, s.
+            memory: Memory from the last sample, with the torques commanded until then.
+            momentum: Momentum of the rotors, inertia times their inertial speed, (wheels,), N·m·s.
+            measured: Whether each of these is measured, (wheels,).
+            limit: Torque limits, (wheels,), N·m; at most half of the limit is compensated as drag.
+            time: Time of the sample, s.
+            period: Time since the last sample, s.
         """
         lost, judged = lost_torque(memory, momentum, period), memory.begun & measured
         quick = low_passed(memory.lost, lost, self.failure_time, period, judged)

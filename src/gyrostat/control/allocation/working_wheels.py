@@ -1,4 +1,4 @@
-"""The subset of working wheels, for laws designed on it."""
+"""Working wheels of a spacecraft, for the design of recovery laws."""
 
 from typing import NamedTuple, Self
 
@@ -9,20 +9,20 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.spacecraft import Spacecraft
 
 SPAN = 1e-6
-"""Of a singular value of the working axes: below it they do not reach that direction."""
+"""Singular value of the working axes below which they do not span a direction."""
 
 
 class WorkingWheels(NamedTuple):
-    """The working wheels, and the body with the seized ones fixed to it.
+    """Working wheels, and the inertia of the body with the seized rotors fixed to it.
 
     Attributes:
-        works: (wheels,) whether a wheel works.
-        axes: (3, wheels) spin axes, those of failed wheels zero.
-        rotor_inertia: (wheels,) of every rotor about its axis, kg·m².
-        inertia: (3, 3) of the body and the seized rotors, without the own spin of the others,
-            kg·m².
-        directions: (3, 3) orthonormal columns, first those that the working axes span.
-        rank: how many they span.
+        works: Whether each wheel works, (wheels,).
+        axes: Spin axes, (3, wheels); zero for failed wheels.
+        rotor_inertia: Inertia of every rotor about its axis, (wheels,), kg·m².
+        inertia: Inertia of the body and the seized rotors, without the spin inertia of the other
+            rotors, (3, 3), kg·m².
+        directions: Orthonormal columns, (3, 3); the first ones span the working axes.
+        rank: Dimension of the span of the working axes.
     """
 
     works: np.ndarray
@@ -34,12 +34,12 @@ class WorkingWheels(NamedTuple):
 
     @classmethod
     def of(cls, spacecraft: Spacecraft, working: ArrayLike, seized: ArrayLike | None) -> Self:
-        """Those of a spacecraft.
+        """Working wheels of a spacecraft.
 
         Args:
-            spacecraft: one, no batch.
-            working: (wheels,) whether a wheel works.
-            seized: (wheels,) whether the rotor is fixed to the body; None for none.
+            spacecraft: Spacecraft without a batch axis.
+            working: Whether each wheel works, (wheels,).
+            seized: Whether each rotor is fixed to the body, (wheels,); None for no seized rotor.
         """
         wheels = spacecraft.wheels
         works = np.broadcast_to(np.asarray(working, dtype=bool), (wheels.count,))

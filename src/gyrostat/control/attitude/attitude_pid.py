@@ -11,15 +11,15 @@ from gyrostat.core.checked import Checked, positive, signed
 from gyrostat.core.jax64 import jnp
 
 INTEGRAL_POLE = 0.2
-"""Pole of the integral part over the others, in `AttitudePID.designed`."""
+"""Ratio of the integral pole to the other poles, in `AttitudePID.designed`."""
 
 
 class PIDMemory(NamedTuple):
-    """Between two samples.
+    """State of the PID law between two samples.
 
     Attributes:
-        integral: of the attitude error, rad·s.
-        period: control period, s.
+        integral: Integral of the attitude error, rad·s.
+        period: Control period, s.
     """
 
     integral: Float[Array, ""]
@@ -27,19 +27,20 @@ class PIDMemory(NamedTuple):
 
 
 class AttitudePID(Checked):
-    """Wheel torque K_p e + K_i (sum of e T) + K_d Ω, with e the attitude minus its reference.
+    """PID law of the attitude: wheel torque K_p e + K_i (sum of e T) + K_d Ω.
 
-    A positive wheel torque pushes the table back, so positive gains are stable. The derivative is
-    the measured rate; the sum includes the present sample. The sum stands still while the torque is
-    beyond its limit and the error would drive it further (anti-windup); a controller with a limit
-    of its own behind the law tells it by `within_limit`.
+    The error e is the attitude minus its reference. A positive wheel torque accelerates the table
+    in the negative direction, so that positive gains are stable. The derivative term uses the
+    measured rate, and the sum includes the present sample. The sum is not updated while the torque
+    is beyond its limit and the error would increase it further (anti-windup). A controller with its
+    own limit after this law applies the same rule by `within_limit`.
 
     Attributes:
-        proportional: K_p, N·m/rad.
-        integral: K_i, N·m/(rad·s).
-        derivative: K_d, N·m·s/rad.
-        torque_limit: N·m.
-        reference: attitude to hold, rad.
+        proportional: Proportional gain K_p, N·m/rad.
+        integral: Integral gain K_i, N·m/(rad·s).
+        derivative: Derivative gain K_d, N·m·s/rad.
+        torque_limit: Limit of the wheel torque, N·m.
+        reference: Attitude to hold, rad.
     """
 
     proportional: Annotated[Scalar, signed("size of the proportional gain", "N·m/rad")]
@@ -50,14 +51,14 @@ class AttitudePID(Checked):
 
     @classmethod
     def designed(cls, inertia: Scalar, frequency: Scalar) -> "AttitudePID":
-        """Place the poles of a body without friction: two at -ω, the integral's at -ω / 5.
+        """Place the poles for a body without friction: two at -ω, the integral's at -ω / 5.
 
         J s³ + K_d s² + K_p s + K_i = J (s + ω)² (s + ω / 5). The gains of Carrara and Kuga follow
         with J = 0.495 kg·m² and ω = 0.287 rad/s.
 
         Args:
-            inertia: J of what the wheel turns, kg·m².
-            frequency: ω, natural frequency of the loop, rad/s.
+            inertia: Inertia J of the body that the wheel turns, kg·m².
+            frequency: Natural frequency ω of the loop, rad/s.
         """
         slow = INTEGRAL_POLE
         return cls(
@@ -67,15 +68,15 @@ class AttitudePID(Checked):
         )
 
     def start(self, period: Scalar) -> PIDMemory:
-        """Nothing summed up yet."""
+        """Initial memory, with a zero sum."""
         return PIDMemory(jnp.array(0.0), period)
 
     def __call__(self, memory: PIDMemory, measurement: Any) -> tuple[PIDMemory, Float[Array, ""]]:
-        """The demanded wheel torque, N·m.
+        """Demanded wheel torque, N·m.
 
         Args:
-            memory: from the last sample.
-            measurement: has `attitude`, rad, and `rate`, rad/s.
+            memory: Memory from the last sample.
+            measurement: Measurement with `attitude`, rad, and `rate`, rad/s.
         """
         error = measurement.attitude - self.reference
         summed = memory.integral + error * memory.period
@@ -87,26 +88,27 @@ class AttitudePID(Checked):
         return PIDMemory(summed, memory.period), torque
 
     def within_limit(self, before: PIDMemory, after: PIDMemory, cut: Scalar) -> PIDMemory:
-        """Take back a step of the sum that drives further what a limit behind the law cuts off.
+        """Undo a step of the sum that would increase a command beyond a later limit.
 
         Args:
-            before: memory before the sample.
-            after: memory after it.
-            cut: what the limit took from the command, in any unit.
+            before: Memory before the sample.
+            after: Memory after the sample.
+            cut: Command minus limited command, in any unit.
         """
         further = cut * self.integral * (after.integral - before.integral) > 0.0
         return after._replace(integral=jnp.where(further, before.integral, after.integral))
 
 
 class CurrentMode(Checked):
-    """The attitude law alone: demanded torque over motor constant.
+    """Current mode: attitude law without friction compensation.
 
-    Carrara and Kuga, section "Torque mode control".
+    The current is the demanded torque over the motor constant. Carrara and Kuga, section "Torque
+    mode control".
 
     Attributes:
-        law: gives the demanded wheel torque.
-        motor_constant: as the controller knows it, N·m/A.
-        current_limit: A.
+        law: Attitude law, which gives the demanded wheel torque.
+        motor_constant: Motor constant assumed by the controller, N·m/A.
+        current_limit: Limit of the motor current, A.
     """
 
     law: AttitudePID
@@ -114,11 +116,11 @@ class CurrentMode(Checked):
     current_limit: Scalar = np.inf
 
     def start(self, period: Scalar) -> PIDMemory:
-        """Memory of the law."""
+        """Initial memory of the law."""
         return self.law.start(period)
 
     def __call__(self, memory: PIDMemory, measurement: Any) -> tuple[PIDMemory, CurrentCommand]:
-        """Command a current."""
+        """Compute the current command."""
         after, torque = self.law(memory, measurement)
         current = torque / self.motor_constant
         limited = jnp.clip(current, -self.current_limit, self.current_limit)

@@ -1,4 +1,4 @@
-"""State feedback of attitude and rate, LQR or SDRE, on any number of wheels."""
+"""Attitude and rate feedback by LQR or SDRE, for any number of wheels."""
 
 from dataclasses import replace
 from typing import Annotated, Any, Self
@@ -19,29 +19,33 @@ from gyrostat.core.rotations import check_unit
 from gyrostat.spacecraft import Spacecraft
 
 _solved = jax.jit(riccati)
-"""Compiled as a whole also where a linear law is designed outside of any other compiled code."""
+"""Compiled as a whole, also if a linear law is designed outside any other compiled code."""
 
 
 class AttitudeRegulator(Checked):
-    """u = -R^-1 B' P x of the Riccati equation, shared among the wheels by the pseudo-inverse.
+    """Riccati-based law u = -R^-1 B' P x, allocated to the wheels by the pseudo-inverse.
 
-    x = (sigma, w) of `MRPBody`, Q = diag(q_s, q_s, q_s, q_w, q_w, q_w), R = r 1. A and B are those
-    at the state and with the wheels' momentum, and the equation is solved at each sample (SDRE;
-    Carvalho and Fenili, eqs. (11), (12)); with `linear`, those at rest at the target with wheels at
-    rest, once (LQR). It knows nothing of lost wheels, drag or external torques.
+    The state is x = (sigma, w) of `MRPBody`, and the weights are Q = diag(q_s, q_s, q_s, q_w, q_w,
+    q_w), R = r 1. By default, A and B are those at the present state and with the present wheel
+    momentum, and the equation is solved at each sample (SDRE; Carvalho and Fenili, eqs. (11),
+    (12)). With `linear`, they are those at rest at the target with wheels at rest, and the equation
+    is solved once (LQR). The law does not take failed wheels, drag or external torques into
+    account.
 
-    The target is taken to be at rest. Behind one that turns at a constant rate W about a principal
-    axis of inertia J the body stays by 4 atan(W sqrt((q_w + J sqrt(q_s r) / 2) / q_s)) rad: there
-    the torque of the attitude, sqrt(q_s / r) tan(angle / 4), makes up for that of the rate,
-    sqrt((q_w + J sqrt(q_s r) / 2) / r) W. This is the linear law without momentum in the wheels.
+    The target is assumed to be at rest. If it turns at a constant rate W about a principal axis of
+    inertia J, the body lags by 4 atan(W sqrt((q_w + J sqrt(q_s r) / 2) / q_s)) rad. At this angle
+    the attitude term, sqrt(q_s / r) tan(angle / 4), balances the rate term, sqrt((q_w + J sqrt(q_s
+    r) / 2) / r) W. The result is for the linear law without wheel momentum.
 
     Attributes:
-        spacecraft: as the controller knows it.
-        target: (4,) quaternion, scalar first.
-        attitude_weight: q_s, of the modified Rodrigues parameters, a quarter of a small angle.
-        rate_weight: q_w, s²/rad².
-        torque_weight: r, 1/(N·m)².
-        gain: (3, 6) of the linear law, N·m and N·m·s/rad; None: the law depends on the state.
+        spacecraft: Spacecraft model of the controller.
+        target: Target quaternion, scalar first, (4,).
+        attitude_weight: Weight q_s of the modified Rodrigues parameters, which are a quarter of a
+            small angle.
+        rate_weight: Weight q_w of the body rate, s²/rad².
+        torque_weight: Weight r of the torque, 1/(N·m)².
+        gain: Gain of the linear law, (3, 6), N·m and N·m·s/rad; None if the gain depends on the
+            state.
     """
 
     spacecraft: Spacecraft
@@ -52,16 +56,16 @@ class AttitudeRegulator(Checked):
     gain: Float[Array, "3 6"] | None = None
 
     def linear(self) -> Self:
-        """The linear law of the same weights."""
+        """Linear law (LQR) with the same weights."""
         solution = self._solve(jnp.zeros(6), 0.0)
-        # what has no solution shall not fly: a NaN ends the run
+        # without a valid solution the gain is NaN, which ends the run
         return replace(self, gain=jnp.where(solution.valid, solution.gain, jnp.nan))
 
     def check_own(self) -> None:
         """Validate the wheel axes.
 
         Raises:
-            InputError: They do not span space.
+            InputError: The wheel axes do not span space.
         """
         axes = np.asarray(self.spacecraft.wheels.axes, dtype=float)
         if np.min(np.linalg.matrix_rank(axes, tol=SPAN)) < 3:
@@ -70,7 +74,7 @@ class AttitudeRegulator(Checked):
             )
 
     def start(self, period: Scalar) -> tuple[()]:
-        """Nothing to remember."""
+        """Initial memory; empty."""
         return ()
 
     def _solve(self, state: Float[Array, "6"], momentum: Any) -> RiccatiSolution:
@@ -80,12 +84,12 @@ class AttitudeRegulator(Checked):
         return _solved(dynamics, input, jnp.diag(weight), jnp.diag(self.torque_weight * each))
 
     def __call__(self, memory: tuple[()], measurement: Any) -> tuple[tuple[()], FeedbackCommand]:
-        """Command the wheels.
+        """Compute the wheel torques.
 
         Args:
-            memory: none.
-            measurement: has `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed` (wheels,)
-                relative to the body, rad/s.
+            memory: Empty memory.
+            measurement: Measurement with `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed`
+                (wheels,), relative to the body, rad/s.
         """
         wheels, rate = self.spacecraft.wheels, measurement.rate
         axes = jnp.asarray(wheels.axes)
@@ -97,6 +101,6 @@ class AttitudeRegulator(Checked):
         else:
             gain, residual, valid = self.gain, jnp.zeros(()), jnp.array(True)
         torque = jnp.sum(jnp.asarray(gain) * state, axis=1)
-        # what the wheels take the body loses: A m = K x, by the least sum of squares
+        # wheel torques m act on the body as -A m, so that A m = K x, with least squares
         share = axes.T @ inverse_definite(axes @ axes.T)
         return memory, FeedbackCommand(share @ torque, residual, valid)

@@ -6,15 +6,15 @@ from gyrostat.core.arrays import Scalar
 
 
 class CurrentCommand(NamedTuple):
-    """A motor current and the two parts that it is the sum of, before its limit.
+    """Motor current command, with the two terms whose sum it is before the limit.
 
-    In the histories of a run with a command delay the current stands at the time from which it
-    acts, its parts at the sample that they were made at.
+    In the histories of a run with a command delay, the current is recorded at the time from which
+    it acts, and its two terms at the sample at which they were computed.
 
     Attributes:
-        current: of the motor, A.
-        attitude_current: for the torque that the attitude law demands, A.
-        friction_current: for the friction that is expected, A.
+        current: Motor current after the limit, A.
+        attitude_current: Current for the torque that the attitude law demands, A.
+        friction_current: Current for the expected friction, A.
     """
 
     current: Annotated[Scalar, "A"]

@@ -1,4 +1,4 @@
-"""Output feedback: a state-feedback controller behind an attitude filter."""
+"""Output feedback: a state-feedback controller with an attitude filter."""
 
 from typing import Annotated, Any, NamedTuple
 
@@ -21,12 +21,12 @@ class _Estimated(NamedTuple):
 
 
 class OutputFeedbackMemory(NamedTuple):
-    """Between two samples.
+    """State of an output feedback controller between two samples.
 
     Attributes:
-        estimate: of the attitude filter.
-        controller: what the controller remembers.
-        period: control period, s.
+        estimate: Estimate of the attitude filter.
+        controller: Memory of the state-feedback controller.
+        period: Control period, s.
     """
 
     estimate: AttitudeEstimate
@@ -35,23 +35,23 @@ class OutputFeedbackMemory(NamedTuple):
 
 
 class OutputFeedback(Checked):
-    """State-feedback controller behind a filter of star tracker and gyro.
+    """State-feedback controller with an attitude filter for star tracker and gyro.
 
-    Recorded beside the command of the controller: `estimated_attitude` (4,), `estimated_rate` and
-    `estimated_bias` (3,), rad/s, `attitude_sigma` (3,), standard deviation of the attitude error
-    about each body axis as the filter estimates it, rad, `innovation` (3,), rad, and `surprise`,
-    see `AttitudeEstimate`.
+    The following signals are recorded with the command: `estimated_attitude` (4,), `estimated_rate`
+    and `estimated_bias` (3,), rad/s, `attitude_sigma` (3,), the standard deviation of the attitude
+    error about each body axis as estimated by the filter, rad, `innovation` (3,), rad, and
+    `surprise`, see `AttitudeEstimate`.
 
     Attributes:
-        filter: of attitude and gyro bias.
-        controller: any controller of a `SpacecraftMeasurement`.
+        filter: Filter of attitude and gyro bias.
+        controller: Any controller that takes a `SpacecraftMeasurement`.
     """
 
     filter: AttitudeFilter
     controller: Any
 
     def start(self, period: Scalar) -> OutputFeedbackMemory:
-        """Nothing measured yet."""
+        """Initial memory."""
         return OutputFeedbackMemory(
             self.filter.start(), self.controller.start(period), jnp.asarray(period, dtype=float)
         )
@@ -59,12 +59,12 @@ class OutputFeedback(Checked):
     def predicted(
         self, memory: OutputFeedbackMemory, measurement: Any, command: Any
     ) -> OutputFeedbackMemory:
-        """Memory one period later without a sample: the attitude goes on at the last rate.
+        """Memory one period later without a sample; the attitude continues at the last rate.
 
         Args:
-            memory: from the last sample.
-            measurement: last one that was accepted.
-            command: that is sent.
+            memory: Memory from the last sample.
+            measurement: Last accepted measurement.
+            command: Command that is sent instead.
         """
         estimate = self.filter.predict(memory.estimate, measurement.rate, memory.period)
         estimate = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))
@@ -80,12 +80,13 @@ class OutputFeedback(Checked):
     def __call__(
         self, memory: OutputFeedbackMemory, measurement: Any
     ) -> tuple[OutputFeedbackMemory, Any]:
-        """Estimate, and command.
+        """Update the estimate and compute the command.
 
         Args:
-            memory: from the last sample.
-            measurement: has `attitude` (4,), `attitude_measured`, `rate` (3,) over the last control
-                period, rad/s, `wheel_speed` (wheels,), rad/s, and `wheel_measured` (wheels,).
+            memory: Memory from the last sample.
+            measurement: Measurement with `attitude` (4,), `attitude_measured`, `rate` (3,),
+                averaged over the last control period, rad/s, `wheel_speed` (wheels,), rad/s, and
+                `wheel_measured` (wheels,).
         """
         estimate = self.filter.predict(memory.estimate, measurement.rate, memory.period)
         estimate = self.filter.correct(

@@ -17,22 +17,23 @@ from gyrostat.core.jax64 import jnp
 
 
 class ThreeAxisLaw(Checked):
-    """Rate over attitude, for working axes that span space: a turn about the error axis.
+    """Commanded rate as a function of attitude, for working axes that span space.
 
-    The turn brakes within the wheels' torque, is slow enough that they can turn their momentum with
-    the body, and takes up no more momentum than they have left. B. Wie, "Space Vehicle Dynamics and
-    Control", section 7.3 (eigenaxis rotations under limits).
+    The body turns about the axis of the attitude error. The turn can be stopped within the wheels'
+    torque. It is slow enough for the wheels to turn their momentum with the body, and needs no more
+    momentum than they have left. B. Wie, "Space Vehicle Dynamics and Control", section 7.3
+    (eigenaxis rotations under limits).
 
-    The target is taken to be at rest. Behind one that turns at a constant rate W the body stays by
-    W (1 / k + 1 / k_t), with the gains k of `WheelRateLoop` and k_t of this law: 5.25 s times W
-    with the default gains. `WheelArrayControl` derives it.
+    The target is assumed to be at rest. If it turns at a constant rate W, the body lags by W (1 / k
+    + 1 / k_t), with the gains k of `WheelRateLoop` and k_t of this law: 5.25 s times W with the
+    default gains. `WheelArrayControl` has the derivation.
 
     Attributes:
-        wheels: the loop that will follow the rate; gives inertia and limits.
-        target: (4,) attitude to reach.
-        total_momentum: (3,) H in inertial axes, N·m·s.
-        turn_gain: 1/s.
-        largest_rate: rad/s.
+        wheels: Rate loop that follows the commanded rate; it has the inertia and the limits.
+        target: Target quaternion, scalar first, (4,).
+        total_momentum: Total momentum H in inertial axes, (3,), N·m·s.
+        turn_gain: Gain k_t of a small attitude error, 1/s.
+        largest_rate: Largest commanded rate, rad/s.
     """
 
     wheels: WheelRateLoop
@@ -44,16 +45,17 @@ class ThreeAxisLaw(Checked):
     def __call__(
         self, attitude: Quaternion, held: Scalar, momentum: PerWheel, way: Way
     ) -> tuple[Vector3, Way]:
-        """The rate to follow.
+        """Commanded body rate.
 
         Args:
-            attitude: (4,) quaternion, scalar first.
-            held: unused.
-            momentum: (wheels,) that would bring the body to rest here, N·m·s.
-            way: unused, returned as it is.
+            attitude: Attitude quaternion, scalar first, (4,).
+            held: Unused.
+            momentum: Wheel momentum at which the body would be at rest in this attitude, (wheels,),
+                N·m·s.
+            way: Unused; returned unchanged.
 
         Returns:
-            The body rate, rad/s, and `way`.
+            Body rate, (3,), rad/s, and `way`.
         """
         del held
         wheels = self.wheels

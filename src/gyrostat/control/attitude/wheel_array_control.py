@@ -1,4 +1,4 @@
-"""Attitude control by an array of wheels: attitude and rate to wheel torques."""
+"""Attitude control by a wheel array: from attitude and rate to wheel torques."""
 
 from typing import Annotated, Any, NamedTuple, Self
 
@@ -22,23 +22,23 @@ from gyrostat.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed
 
 BRAKING_SHARE = 0.5
-"""Of the wheels' torque that braking a turn counts on."""
+"""Share of the wheels' torque that is used to stop a turn."""
 TURNING_SHARE = 0.4
-"""Of it, what turning the momentum with the body may take."""
+"""Share of the wheels' torque that may be used to turn the momentum with the body."""
 LEAST_RATE = 1e-4
-"""rad/s: a turn goes on even where the wheels seem full."""
+"""Smallest rate limit, rad/s, so that a turn continues even if the wheels seem saturated."""
 COARSEST = 0.5
-"""Rate gain times control period, above which the loop of a held torque is hardly damped."""
+"""Product of rate gain and control period above which the sampled loop is hardly damped."""
 
 
 class ArrayCommand(NamedTuple):
-    """What wheels and external actuator shall do.
+    """Commands to the wheels and the external actuator.
 
     Attributes:
-        torque: (wheels,) of the motors, N·m.
-        external_torque: (3,) of the external actuator, in body axes, N·m.
-        target: (4,) attitude that is aimed at.
-        works: (wheels,) which wheels are taken to work.
+        torque: Motor torques, (wheels,), N·m.
+        external_torque: Torque of the external actuator in body axes, (3,), N·m.
+        target: Target quaternion, (4,).
+        works: Whether each wheel is taken to work, (wheels,).
     """
 
     torque: Annotated[PerWheel, "N·m"]
@@ -48,15 +48,16 @@ class ArrayCommand(NamedTuple):
 
 
 class AttitudeTargets(Checked):
-    """The attitude wanted over time: each from its own time on.
+    """Target attitude over time, piecewise constant.
 
-    The targets say where to point and not how fast: a law that is given them takes each for a
-    target at rest. Targets that follow each other at a constant rate W are therefore followed at a
-    constant distance behind, for `WheelArrayControl` of W (1 / k + 1 / k_t) rad, see there.
+    The targets define where to point but no rate, and a law takes each for a target at rest.
+    Targets that move at a constant rate W are therefore followed with a constant lag, for
+    `WheelArrayControl` of W (1 / k + 1 / k_t) rad, as derived there.
 
     Attributes:
-        times: (targets,) rising, s; the first target also stands before its time.
-        attitudes: (targets, 4) quaternions, scalar first.
+        times: Start times of the targets, (targets,), increasing, s. The first target also applies
+            before its time.
+        attitudes: Target quaternions, scalar first, (targets, 4).
     """
 
     times: Float[Array, " targets"] = eqx.field(converter=listed)
@@ -64,14 +65,15 @@ class AttitudeTargets(Checked):
 
     @classmethod
     def hold(cls, attitude: ArrayLike) -> Self:
-        """One attitude for all times."""
+        """Constant target attitude."""
         return cls(jnp.zeros(1), jnp.asarray(attitude, dtype=float)[None])
 
     def check_own(self) -> None:
         """Validate times and attitudes.
 
         Raises:
-            InputError: Times that do not rise, quaternions that are no attitudes.
+            InputError: The times are missing, not finite or not increasing; or the attitudes have
+                the wrong shape or are not of unit length.
         """
         times = np.asarray(self.times, dtype=float)
         rising = times.size > 0 and times.ndim > 0 and np.all(np.isfinite(times))
@@ -83,23 +85,24 @@ class AttitudeTargets(Checked):
         rotations.check_unit(self.attitudes)
 
     def __call__(self, time: Scalar) -> Quaternion:
-        """The attitude wanted at a time, s."""
-        # a multiple of a control period is not exactly the time that it stands for
+        """Target attitude at a time, s."""
+        # multiples of a control period are subject to rounding
         passed = jnp.sum(jnp.asarray(self.times) <= time + 1e-9)
         return jnp.asarray(self.attitudes)[jnp.maximum(passed - 1, 0)]
 
 
 class ArrayControlMemory(NamedTuple):
-    """Between two samples.
+    """State of the controller between two samples.
 
     Attributes:
-        samples: taken so far.
-        period: control period, s.
-        momentum: (3,) of spacecraft and wheels at the last sample, inertial axes, N·m·s.
-        given: (delay + 1, 3) torque commanded to the external actuator at the last samples, the
-            oldest first, N·m.
-        unknown: (3,) estimate of the other external torques, body axes, N·m.
-        detector: of the wheels.
+        samples: Number of samples so far.
+        period: Control period, s.
+        momentum: Total momentum of spacecraft and wheels at the last sample, inertial axes, (3,),
+            N·m·s.
+        given: Torques commanded to the external actuator at the last samples, the oldest first,
+            (delay + 1, 3), N·m.
+        unknown: Estimate of the other external torques, body axes, (3,), N·m.
+        detector: Memory of the wheel fault detector.
     """
 
     samples: Scalar
@@ -111,45 +114,52 @@ class ArrayControlMemory(NamedTuple):
 
 
 class WheelArrayControl(Checked):
-    """A u = T + D - w x H - J (w_d' + k (w_d - w)), shared among the wheels that work.
+    """Attitude control by torques of the working wheels, with disturbance feed-forward.
 
-    T is the torque of the external actuator, H the momentum of spacecraft and wheels in body axes:
-    w x H keeps it fixed in space while the body turns under it. D is what the other external
-    torques are found to be: the change of H in space, less T, through a low pass; a turn does not
-    disturb it, as it would an integral of the error. The wanted rate w_d leads the error to zero: a
-    small one with k_t, so that the poles are -k and -k_t; a large one by a turn from rest to rest
-    about the error axis, its rate within `largest_rate`, within what the wheels can brake with
-    `BRAKING_SHARE` of their torque, turn their momentum with, and still take up. To u come the
-    drag that the wheels were found to have, that of failed ones shared among the others, and what
-    the null space is used for. B. Wie, "Space Vehicle Dynamics and Control", section 7.3.
+    The motor torques u satisfy A u = T + D - w x H - J (w_d' + k (w_d - w)). T is the torque of the
+    external actuator. H is the total momentum of spacecraft and wheels in body axes, and w x H
+    keeps it fixed in space while the body turns. D estimates the other external torques: it is the
+    change of H in inertial space minus T, after a low-pass filter. A turn does not disturb this
+    estimate, as it would an integral of the error.
 
-    Lag behind a moving target. The law takes the target for one at rest, so that its rate loop
-    works against the rate W of a target that moves. Where body and target turn at a constant W the
-    law's acceleration is zero: w_d' + k (w_d - W) = 0 with w_d = -k_t e and w_d' = -k_t W. The
-    body is behind by the angle
+    The wanted rate w_d brings the error to zero. For a small error it is proportional, with gain
+    k_t, so that the poles are -k and -k_t. For a large error it is a turn from rest to rest about
+    the error axis. Its rate is limited by `largest_rate`, by braking with `BRAKING_SHARE` of the
+    wheels' torque, by turning the wheels' momentum with the body, and by the momentum that the
+    wheels have left.
+
+    Two further terms are added to u: the estimated drag of each wheel and the torques of the
+    null-space control. The drag of failed wheels is allocated to the working ones. B. Wie, "Space
+    Vehicle Dynamics and Control", section 7.3.
+
+    Lag behind a moving target. The law assumes a target at rest, so that its rate loop works
+    against the rate W of a moving one. If body and target turn at a constant W, the acceleration of
+    the law is zero: w_d' + k (w_d - W) = 0 with w_d = -k_t e and w_d' = -k_t W. The body lags by
+    the angle
 
         L = W (1 / k + 1 / k_t),
 
-    at the samples and where nothing is limited: k_t L is below `largest_rate` and within what
+    at the samples and where no limit is active: k_t L is below `largest_rate` and within what the
     wheels can brake. With the default gains L is 12.5 s times W: 0.78 deg at the rate of a low
-    orbit, 0.0621 deg/s, and 8.75 deg at 0.7 deg/s. A command delay does not change it, since a
-    steady command is the same at every sample; only w x H, which turns in body axes, comes late by
-    d + 1/2 periods T and adds |W x (W x H)| (d + 1/2) T / (J k k_t), with H the total momentum. An
-    attitude that is measured T_m late makes the lag smaller by W T_m. Beyond the linear range, with
-    s(e) the rate that the law wants at an error e, L solves k (s(L) - W) = s'(L) W; where W is
-    above `largest_rate` there is no such angle, and the body falls behind for ever.
+    orbit, 0.0621 deg/s, and 8.75 deg at 0.7 deg/s. A command delay does not change L, since a
+    steady command is the same at every sample. Only w x H, which turns in body axes, is late by d +
+    1/2 periods T and adds |W x (W x H)| (d + 1/2) T / (J k k_t), with H the total momentum. An
+    attitude measured T_m late makes the lag smaller by W T_m. Beyond the linear range, with s(e)
+    the rate of the law at an error e, L solves k (s(L) - W) = s'(L) W. If W is above `largest_rate`
+    there is no solution, and the lag grows without bound.
 
     Attributes:
-        spacecraft: as the controller knows it; every wheel with finite limits.
-        targets: attitude wanted over time.
-        turn_gain: k_t, 1/s.
-        rate_gain: k, 1/s.
-        torque_time: of the low pass of D, s; infinite: D stays zero.
-        largest_rate: rad/s.
-        allocation: of torque among wheels: `MinimaxAllocation` or `PseudoInverse`.
-        null_space: keeps wheels from zero and from saturation; None: not done.
-        unloading: of momentum by the external actuator; None: there is none.
-        detector: for drag and failures; also says how long commands are under way.
+        spacecraft: Spacecraft model of the controller; every wheel with finite limits.
+        targets: Target attitude over time.
+        turn_gain: Attitude gain k_t, 1/s.
+        rate_gain: Rate gain k, 1/s.
+        torque_time: Time constant of the low-pass filter of D, s; infinite: D stays zero.
+        largest_rate: Largest commanded rate, rad/s.
+        allocation: Allocation of torque to wheels: `MinimaxAllocation` or `PseudoInverse`.
+        null_space: Null-space control, which keeps wheels from zero speed and saturation; None if
+            unused.
+        unloading: Momentum unloading by the external actuator; None without such an actuator.
+        detector: Detector of drag and failures; it also has the command delay.
     """
 
     spacecraft: Spacecraft
@@ -167,7 +177,7 @@ class WheelArrayControl(Checked):
         """Validate the limits of the wheels.
 
         Raises:
-            InputError: One is infinite.
+            InputError: A limit is infinite.
         """
         for name in ("torque_limit", "momentum_limit"):
             if not np.all(np.isfinite(np.asarray(getattr(self.spacecraft.wheels, name)))):
@@ -176,7 +186,11 @@ class WheelArrayControl(Checked):
                 )
 
     def check_own_period(self, period: float) -> None:
-        """Refuse a control period, s, that is too long for the rate gain, by `InputError`."""
+        """Check that a control period, s, is short enough for the rate gain.
+
+        Raises:
+            InputError: The period is too long.
+        """
         longest = COARSEST / np.max(np.asarray(self.rate_gain))
         if period > longest:
             raise InputError(
@@ -185,7 +199,7 @@ class WheelArrayControl(Checked):
             )
 
     def start(self, period: Scalar) -> ArrayControlMemory:
-        """Nothing measured yet."""
+        """Initial memory."""
         none, detector = jnp.zeros(3), self.detector.start(self.spacecraft.wheels.count)
         period = jnp.asarray(period, dtype=float)
         given = empty_line(none, self.detector.delay + 1)
@@ -194,12 +208,12 @@ class WheelArrayControl(Checked):
     def __call__(
         self, memory: ArrayControlMemory, measurement: Any
     ) -> tuple[ArrayControlMemory, ArrayCommand]:
-        """Command wheels and external actuator.
+        """Compute the commands to wheels and external actuator.
 
         Args:
-            memory: from the last sample.
-            measurement: has `attitude` (4,), `rate` (3,), rad/s, `wheel_speed` (wheels,)
-                relative to the body, rad/s, and `wheel_measured` (wheels,).
+            memory: Memory from the last sample.
+            measurement: Measurement with `attitude` (4,), `rate` (3,), rad/s, `wheel_speed`
+                (wheels,), relative to the body, rad/s, and `wheel_measured` (wheels,).
         """
         wheels, period = self.spacecraft.wheels, memory.period
         axes, inertia = jnp.asarray(wheels.axes), jnp.asarray(self.spacecraft.inertia)
@@ -219,7 +233,7 @@ class WheelArrayControl(Checked):
         share = jnp.where(memory.detector.begun, period / (self.torque_time + period), 0.0)
         unknown = memory.unknown + share * (gained - memory.given[0] - memory.unknown)
         push = change + self.rate_gain * (wanted - rate)
-        # the bearing of a failed wheel turns the body too; where it is not seen, D has it
+        # bearing torque of failed wheels acts on the body; if not measured, D includes it
         failed = ~detector.works & measurement.wheel_measured
         borne = axes @ jnp.where(failed, detector.lost, 0.0)
         needed = external + unknown + borne - jnp.cross(rate, momentum) - inertia @ push
@@ -236,12 +250,12 @@ class WheelArrayControl(Checked):
     def predicted(
         self, memory: ArrayControlMemory, measurement: Any, command: ArrayCommand
     ) -> ArrayControlMemory:
-        """Memory one period later without a sample: time goes on, nothing is learned.
+        """Memory one period later without a sample; time advances, estimates are unchanged.
 
         Args:
-            memory: from the last sample.
-            measurement: not used.
-            command: that is sent.
+            memory: Memory from the last sample.
+            measurement: Unused.
+            command: Command that is sent instead.
         """
         return memory._replace(
             samples=memory.samples + 1.0,
@@ -252,7 +266,7 @@ class WheelArrayControl(Checked):
     def _wanted(
         self, measurement: Any, target: Quaternion, momentum: Vector3, works: Working
     ) -> tuple[Vector3, Vector3]:
-        """Rate to follow, rad/s, and its change along the motion, rad/s²."""
+        """Commanded body rate, rad/s, and its change along the motion, rad/s²."""
         wheels, rate = self.spacecraft.wheels, measurement.rate
         inertia, axes = jnp.asarray(self.spacecraft.inertia), jnp.asarray(wheels.axes)
         across = spread(axes, works)

@@ -1,4 +1,4 @@
-"""Rate loop: commanded body rate to torques of wheels that carry momentum."""
+"""Rate loop: from a commanded body rate to torques of wheels that carry momentum."""
 
 from typing import Annotated, Any, NamedTuple
 
@@ -13,20 +13,20 @@ from gyrostat.core.jax64 import jnp
 from gyrostat.spacecraft import WheelTorqueCommand
 
 TUMBLING = 3.0
-"""Gyroscopic torque over the torque of the wheels, beyond which no rate is tracked."""
+"""Gyroscopic torque over the wheels' torque limit, above which no rate is tracked."""
 DAMPING_RATIO = 2.0
-"""Gain of the damping over that of the tracking."""
+"""Gain of the damping over the gain of the tracking."""
 
 
 class RateLoopMemory(NamedTuple):
-    """Between two samples.
+    """State of the rate loop between two samples.
 
     Attributes:
-        momentum: (wheels,) absolute momentum of the rotors at the last sample, N·m·s.
-        torque: (delay + 1, wheels) commanded at the last samples, the oldest first, N·m.
-        drag: (wheels,) estimate of what the bearings take, N·m.
-        begun: whether there was a sample.
-        period: control period, s.
+        momentum: Absolute momentum of the rotors at the last sample, (wheels,), N·m·s.
+        torque: Torques commanded at the last samples, the oldest first, (delay + 1, wheels), N·m.
+        drag: Estimate of the bearing drag, (wheels,), N·m.
+        begun: Whether there has been a sample.
+        period: Control period, s.
     """
 
     momentum: PerWheel
@@ -37,25 +37,25 @@ class RateLoopMemory(NamedTuple):
 
 
 class WheelRateLoop(Checked):
-    """u = A⁺ (b x w - J w_d') + k A⁺ J (w - w_d) + drag, within the limits of the wheels.
+    """Rate loop of the wheels with gyroscopic feed-forward and drag compensation.
 
-    A⁺ shares a torque among the working wheels, w_d is the wanted rate, b = R' H the total momentum
-    in body axes: A⁺ (b x w) is what the wheels must take to keep their momentum fixed in space
-    while the body turns under it. Where this alone is beyond the wheels the body tumbles; then
-    u_i = k' a_i.w, limited, takes energy from it whatever the limit: d(w.J w / 2)/dt =
-    -sum u_i a_i.w. The drag is what the rotors lose beyond their commanded torque (bearings, a
-    degraded motor constant), through a filter.
+    u = A⁺ (b x w - J w_d') + k A⁺ J (w - w_d) + drag, within the limits of the wheels. A⁺ allocates
+    a torque to the working wheels, w_d is the commanded rate, and b = R' H is the total momentum in
+    body axes. The term A⁺ (b x w) keeps the momentum of the wheels fixed in space while the body
+    turns. If this term alone exceeds the limits by far, the body tumbles. Then u_i = k' a_i.w,
+    limited, reduces the kinetic energy at any limit: d(w.J w / 2)/dt = -sum u_i a_i.w. The drag is
+    the torque that the rotors lose (bearings, a degraded motor constant), after a low-pass filter.
 
     Attributes:
-        inertia: (3, 3) of the body without the rotors' own spin, kg·m².
-        axes: (3, wheels), those of failed wheels zero.
-        allocation: (wheels, 3) pseudo-inverse of the axes.
-        rotor_inertia: (wheels,), kg·m².
-        torque_limit: (wheels,), N·m.
-        momentum_limit: (wheels,), of the momentum relative to the body, N·m·s.
-        gain: k, 1/s.
-        drag_time: of its filter, s.
-        delay: control periods from a sample to the start of its command.
+        inertia: Inertia of the body without the rotors' spin inertia, (3, 3), kg·m².
+        axes: Spin axes, (3, wheels); zero for failed wheels.
+        allocation: Pseudo-inverse of the axes, (wheels, 3).
+        rotor_inertia: Spin inertia of the rotors, (wheels,), kg·m².
+        torque_limit: Torque limits, (wheels,), N·m.
+        momentum_limit: Limits of the momentum relative to the body, (wheels,), N·m·s.
+        gain: Rate gain k, 1/s.
+        drag_time: Time constant of the drag filter, s.
+        delay: Number of control periods from a sample to the start of its command.
     """
 
     inertia: Float[Array, "3 3"]
@@ -69,31 +69,31 @@ class WheelRateLoop(Checked):
     delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
 
     def start(self, period: Scalar) -> RateLoopMemory:
-        """Nothing measured yet."""
+        """Initial memory."""
         none = jnp.zeros(self.axes.shape[-1])
         torque = empty_line(none, self.delay + 1)
         period = jnp.asarray(period, dtype=float)
         return RateLoopMemory(none, torque, none, jnp.array(False), period)
 
     def torque_along(self, direction: Vector3) -> Scalar:
-        """Largest torque that the wheels give along a unit vector of their span, N·m."""
+        """Largest torque of the wheels along a unit vector in their span, N·m."""
         share = jnp.abs(self.allocation @ direction)
         return jnp.min(self.torque_limit / jnp.maximum(share, 1e-9))
 
     def torque_anywhere(self) -> Scalar:
-        """Torque that the wheels give along every direction of their span, N·m."""
+        """Torque that the wheels can give along every direction in their span, N·m."""
         share = jnp.sqrt(jnp.sum(self.allocation**2, axis=1))
         return jnp.min(self.torque_limit / jnp.maximum(share, 1e-9))
 
     def room(self, momentum: PerWheel, direction: Vector3) -> tuple[Scalar, Scalar]:
-        """How far the wheels can take up momentum along a direction, and against it.
+        """Momentum that the wheels can still take up along a direction and against it.
 
         Args:
-            momentum: (wheels,) of the wheels, N·m·s.
-            direction: of the momentum, any length.
+            momentum: Present momentum of the wheels, (wheels,), N·m·s.
+            direction: Direction in body axes, (3,), of any length.
 
         Returns:
-            The largest multiples of `direction` that bring no wheel beyond its limit.
+            Largest multiples of `direction` that bring no wheel beyond its limit.
         """
         share = self.allocation @ direction
         size = jnp.maximum(jnp.abs(share), 1e-9)
@@ -109,15 +109,15 @@ class WheelRateLoop(Checked):
         wanted: Vector3,
         acceleration: Vector3,
     ) -> tuple[RateLoopMemory, WheelTorqueCommand]:
-        """Command the wheels.
+        """Compute the wheel torques.
 
         Args:
-            memory: from the last sample.
-            measurement: has `rate` (3,), rad/s, and `wheel_speed` (wheels,) relative to the
-                body, rad/s.
-            momentum: (3,) total, in body axes, N·m·s.
-            wanted: (3,) body rate, rad/s.
-            acceleration: (3,) change of the wanted rate, rad/s².
+            memory: Memory from the last sample.
+            measurement: Measurement with `rate` (3,), rad/s, and `wheel_speed` (wheels,), relative
+                to the body, rad/s.
+            momentum: Total momentum in body axes, (3,), N·m·s.
+            wanted: Commanded body rate, (3,), rad/s.
+            acceleration: Change of the commanded rate, (3,), rad/s².
         """
         rate, period = measurement.rate, memory.period
         working = jnp.any(self.axes != 0.0, axis=0)
@@ -144,12 +144,14 @@ class WheelRateLoop(Checked):
     def predicted(
         self, memory: RateLoopMemory, measurement: Any, command: WheelTorqueCommand
     ) -> RateLoopMemory:
-        """Memory one period later without a sample: the drag stays, the next one learns nothing.
+        """Memory one period later without a sample; the drag estimate is unchanged.
+
+        The next sample does not change the drag estimate either.
 
         Args:
-            memory: from the last sample.
-            measurement: not used.
-            command: that is sent.
+            memory: Memory from the last sample.
+            measurement: Unused.
+            command: Command that is sent instead.
         """
         sent, _ = pushed(memory.torque, command.torque)
         return memory._replace(torque=sent, begun=jnp.array(False))
@@ -157,5 +159,5 @@ class WheelRateLoop(Checked):
     def _drag(self, memory: RateLoopMemory, absolute: PerWheel) -> PerWheel:
         lost = lost_torque(memory, absolute, memory.period)
         drag = low_passed(memory.drag, lost, self.drag_time, memory.period, memory.begun)
-        # a wheel at its limits loses torque that is no drag
+        # at its limits, a wheel loses torque that is not drag
         return jnp.clip(drag, -self.torque_limit / 2, self.torque_limit / 2)

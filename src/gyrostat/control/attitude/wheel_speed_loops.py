@@ -13,15 +13,16 @@ from gyrostat.core.jax64 import jnp
 from gyrostat.spacecraft.speed_loop import SET_POINT_WEIGHT
 
 COARSEST = 0.8
-"""Natural frequency times control period: from 0.828 on the sampled loop is unstable."""
+"""Largest product of natural frequency and control period; the sampled loop is unstable from
+0.828."""
 
 
 class SpeedLoopCommand(NamedTuple):
-    """What motors shall give, and the speeds that it is for.
+    """Motor torques, and the wheel speeds that they track.
 
     Attributes:
-        torque: (wheels,) of the motors, N·m.
-        speed: (wheels,) that they shall come to, relative to the body, rad/s.
+        torque: Motor torques, (wheels,), N·m.
+        speed: Commanded wheel speeds relative to the body, (wheels,), rad/s.
     """
 
     torque: Annotated[PerWheel, "N·m"]
@@ -29,13 +30,13 @@ class SpeedLoopCommand(NamedTuple):
 
 
 class WheelSpeedMemory(NamedTuple):
-    """Between two samples.
+    """State of the speed loops between two samples.
 
     Attributes:
-        controller: what the controller remembers.
-        integral: (wheels,) of the speed errors, rad.
-        begun: whether there was a sample.
-        period: control period, s.
+        controller: Memory of the controller.
+        integral: Integral of the speed errors, (wheels,), rad.
+        begun: Whether there has been a sample.
+        period: Control period, s.
     """
 
     controller: Any
@@ -45,17 +46,18 @@ class WheelSpeedMemory(NamedTuple):
 
 
 class WheelSpeedLoops(Checked):
-    """m = w_n² J integral(r - W) + 2 w_n J (r / 2 - W) on each wheel, within its torque.
+    """Controller with a speed loop on each wheel, from commanded speed to motor torque.
 
-    The loop of `gyrostat.spacecraft.SpeedLoopSpacecraft`, sampled with the controller: r is the
-    commanded and W the measured speed. What drives further beyond the limit is not summed up. At
-    the first sample the loop is at rest where the wheel is.
+    m = w_n² J integral(r - W) + 2 w_n J (r / 2 - W), within the torque limit. This is the loop of
+    `gyrostat.spacecraft.SpeedLoopSpacecraft`, sampled at the control period, with r the commanded
+    and W the measured speed. While a torque is limited, the integral does not grow further
+    (anti-windup). The loop starts in equilibrium at the wheel speed of the first sample.
 
     Attributes:
-        controller: commands `speed` (wheels,), rad/s.
-        inertia: (wheels,) of the rotors, kg·m².
-        torque_limit: (wheels,) N·m.
-        natural_frequency: w_n, rad/s.
+        controller: Controller that commands `speed` (wheels,), rad/s.
+        inertia: Spin inertia of the rotors, (wheels,), kg·m².
+        torque_limit: Torque limits, (wheels,), N·m.
+        natural_frequency: Natural frequency w_n of the loops, rad/s.
     """
 
     controller: Any
@@ -64,7 +66,11 @@ class WheelSpeedLoops(Checked):
     natural_frequency: Annotated[Scalar, positive("speed loop natural frequency", "rad/s")] = 2.0
 
     def check_own_period(self, period: float) -> None:
-        """Refuse a control period, s, at which the speed loops are unstable, by `InputError`."""
+        """Check that the speed loops are stable at a control period, s.
+
+        Raises:
+            InputError: The period is too long.
+        """
         longest = COARSEST / float(np.max(np.asarray(self.natural_frequency)))
         if period > longest:
             raise InputError(
@@ -73,7 +79,7 @@ class WheelSpeedLoops(Checked):
             )
 
     def start(self, period: Scalar) -> WheelSpeedMemory:
-        """Nothing measured yet."""
+        """Initial memory."""
         return WheelSpeedMemory(
             self.controller.start(period),
             jnp.zeros_like(jnp.asarray(self.inertia, dtype=float)),
@@ -84,12 +90,12 @@ class WheelSpeedLoops(Checked):
     def predicted(
         self, memory: WheelSpeedMemory, measurement: Any, command: Any
     ) -> WheelSpeedMemory:
-        """Memory one period later without a sample: that of the controller.
+        """Memory one period later without a sample, from that of the controller.
 
         Args:
-            memory: from the last sample.
-            measurement: last one that was accepted.
-            command: that is sent.
+            memory: Memory from the last sample.
+            measurement: Last accepted measurement.
+            command: Command that is sent instead.
         """
         later = predicted(self.controller, memory.controller, measurement, command)
         return memory._replace(controller=later)
@@ -97,12 +103,12 @@ class WheelSpeedLoops(Checked):
     def __call__(
         self, memory: WheelSpeedMemory, measurement: Any
     ) -> tuple[WheelSpeedMemory, SpeedLoopCommand]:
-        """Command the motors.
+        """Compute the motor torques.
 
         Args:
-            memory: from the last sample.
-            measurement: has `wheel_speed` (wheels,) relative to the body, rad/s, beside what the
-                controller needs.
+            memory: Memory from the last sample.
+            measurement: Measurement with `wheel_speed` (wheels,), relative to the body, rad/s, and
+                with the fields that the controller needs.
         """
         controller, command = self.controller(memory.controller, measurement)
         frequency, speed = self.natural_frequency, measurement.wheel_speed

@@ -11,22 +11,22 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix
 
 SMALLEST = 1e-9
-"""Of what the input reaches in a new direction, relative to the size of A, to be no rounding."""
+"""Smallest part of an input in a new direction, relative to the size of A, that is not rounding."""
 SLOWEST = 1e-7
-"""Decay, relative to the size of A, that counts as one."""
+"""Smallest rate of decay, relative to the size of A, that counts as decay."""
 SHARE = 0.3
-"""Of a state in a direction (a cosine) to be named."""
+"""Smallest share of a state in a direction (a cosine) for the state to be named."""
 
 
 class Controllability(NamedTuple):
-    """What an input reaches.
+    """Controllable space of an input, and the uncontrollable directions that do not decay.
 
     Attributes:
-        rank: dimension of the controllable space.
-        directions: (n, k) orthonormal columns w: w'x obeys its own law, whatever the input, and
-            does not decay. Empty if and only if the pair can be stabilised.
-        rates: (k,) complex eigenvalues of that law, 1/s.
-        names: of the states in those directions, each once.
+        rank: Dimension of the controllable space.
+        directions: Orthonormal columns w, (n, k), of motions w'x that no input affects and that do
+            not decay. Empty if and only if the pair can be stabilised.
+        rates: Eigenvalues of these motions, (k,), complex, 1/s.
+        names: Names of the states in those directions, each once.
     """
 
     rank: int
@@ -36,8 +36,8 @@ class Controllability(NamedTuple):
 
 
 def _new_directions(basis: Matrix, columns: Matrix) -> Matrix:
-    """Orthonormal basis of what columns of size one or less reach outside a basis."""
-    for _ in range(2):  # twice is enough to be orthogonal to rounding
+    """Orthonormal basis of the part of columns, each of length 1 or less, outside a basis."""
+    for _ in range(2):  # two passes make the columns orthogonal to rounding
         columns = columns - basis @ (basis.T @ columns)
     left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
     return left[:, sizes > SMALLEST]
@@ -46,20 +46,21 @@ def _new_directions(basis: Matrix, columns: Matrix) -> Matrix:
 def uncontrollable(
     dynamics: ArrayLike, input: ArrayLike, states: Sequence[str] | None = None
 ) -> Controllability:
-    """What of x' = A x + B u the input cannot stop.
+    """Controllable space of x' = A x + B u, and uncontrollable directions that do not decay.
 
-    The controllable space grows from B by A, made orthogonal at each step (the staircase), so that
-    a repeated eigenvalue does no harm. Its complement is left invariant; what does not decay in it
-    is taken from a real Schur form.
+    The controllable space is built up from B by repeated products with A, made orthogonal at each
+    step (staircase algorithm), so that repeated eigenvalues cause no error. The motion in its
+    orthogonal complement is independent of the input; the part of it that does not decay is taken
+    from a real Schur form.
 
     Args:
         dynamics: A, (n, n).
         input: B, (n, m).
-        states: name of each state, in the user's words; states of one motion may share one, such as
+        states: Name of each state for messages. States of one motion may share a name, such as
             "rotation about body y" for angle and rate.
 
     Raises:
-        InputError: shapes that do not fit, or values that are not finite.
+        InputError: The shapes do not fit, or a value is not finite.
     """
     a, b = np.asarray(dynamics, dtype=float), np.asarray(input, dtype=float)
     if a.ndim != 2 or a.shape[0] != a.shape[1] or b.ndim != 2 or len(b) != len(a):
@@ -85,7 +86,7 @@ def uncontrollable(
         law, basis, count = ordered
     directions = rest @ basis[:, :count]
     shares = np.linalg.norm(directions, axis=1)
-    # a direction spread over many states has no large share: then the largest are named
+    # a direction over many states has no large share; then the largest ones are named
     least = min(SHARE, 0.9 * np.max(shares, initial=0.0)) if count else SHARE
     named = [name for name, share in zip(names, shares, strict=True) if share >= least]
     rates = np.linalg.eigvals(law[:count, :count]) if count else np.zeros(0, complex)

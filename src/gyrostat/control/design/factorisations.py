@@ -25,20 +25,20 @@ ERROR_STATES = AXES * 2
 PRINTED = (1.0, 1.0, 1.0, 0.0, 1.0)
 """Split of the products as in eq. (17) of Carvalho and Fenili, corrected."""
 HALVES = (0.5, 0.5, 0.5, 0.5, 0.5)
-"""Every product in halves."""
+"""Split of every product into halves."""
 
 
 class EulerCube(Checked):
-    """A cube under body torques, in 3-1-3 angles and their rates.
+    """Cube under body torques, in 3-1-3 Euler angles and their rates.
 
     Carvalho and Fenili, eqs. (17), (18) with A(2,4), A(6,4) and A(6,6) corrected. The state is
-    (theta - pi/2, theta', phi, phi', psi, psi'), rad and rad/s: the columns of the angles in A are
-    zero, so that theta may count from where it is wanted. Infinite where sin(theta) is zero.
+    (theta - pi/2, theta', phi, phi', psi, psi'), rad and rad/s. The columns of the angles in A are
+    zero, so that theta may be measured from its target. Singular where sin(theta) is zero.
 
     Attributes:
-        inertia: about every axis, kg·m².
-        split: share of each product of two rates that stands in the column of the first, the rest
-            in that of the second: phi' psi' in theta''; phi' theta' and psi' theta' in phi'';
+        inertia: Inertia about every axis, kg·m².
+        split: Share of each product of two rates in the column of the first rate, with the rest in
+            the column of the second: phi' psi' in theta''; phi' theta' and psi' theta' in phi'';
             psi' theta' and phi' theta' in psi''.
     """
 
@@ -46,12 +46,16 @@ class EulerCube(Checked):
     split: tuple[float, ...] = eqx.field(static=True, default=PRINTED)
 
     def check_own(self) -> None:
-        """Refuse a split of another length or with values that are not finite, by `InputError`."""
+        """Validate the split.
+
+        Raises:
+            InputError: The split has another length or values that are not finite.
+        """
         if len(self.split) != len(PRINTED) or not np.all(np.isfinite(self.split)):
             raise InputError(f"split: found {self.split}, expected {len(PRINTED)} finite shares")
 
     def __call__(self, state: Float[Array, "6"]) -> Pair:
-        """A and B at a state; torques about the body axes, N·m."""
+        """Matrices A and B at a state, for torques about the body axes, N·m."""
         height, theta, _, phi, psi, spin = state  # the rates of theta, phi and psi
         sine, cosine = jnp.cos(height), -jnp.sin(height)  # of theta itself
         over, cot = 1.0 / sine, cosine / sine
@@ -90,7 +94,7 @@ def _body(
     momentum: Vector3 | float,
     split: Scalar,
 ) -> Pair:
-    """Attitude error and rate, from J w' = u - w x (J w + h) and (error)' = kinematics w."""
+    """Matrices A and B of (error, w), from J w' = u - w x (J w + h) and (error)' = kinematics w."""
     turning = split * cross_matrix(inertia @ rate) + cross_matrix(momentum * jnp.ones(3))
     turning = turning - (1.0 - split) * product(cross_matrix(rate), inertia)
     inverse, _ = solve(inertia, jnp.eye(3))
@@ -100,14 +104,15 @@ def _body(
 
 
 class MRPBody(Checked):
-    """A rigid body with wheels under body torques: MRP of the attitude error, and the rate.
+    """Rigid body with wheels under body torques: attitude error as MRP, and body rate.
 
-    The state is (sigma, w): sigma = axis tan(angle / 4) of the turn from the target, at rest, to
-    the body; w in body axes, rad/s. J w' = u - w x (J w + h). Singular only a full turn away.
+    The state is (sigma, w). The modified Rodrigues parameters (MRP) sigma = axis tan(angle / 4)
+    describe the rotation from the target, which is at rest, to the body; w is the body rate in body
+    axes, rad/s. J w' = u - w x (J w + h). Singular only at a rotation by a full turn.
 
     Attributes:
-        inertia: J, (3, 3), wheels included as far as they turn with the body, kg·m².
-        split: share of w x J w that is written as a matrix of J w times w, the rest as a matrix of
+        inertia: Inertia J, including the wheels as far as they turn with the body, (3, 3), kg·m².
+        split: Share of w x J w that is written as a matrix of J w times w; the rest is a matrix of
             w times J w.
     """
 
@@ -115,41 +120,41 @@ class MRPBody(Checked):
     split: Scalar = 1.0
 
     def __call__(self, state: Float[Array, "6"], momentum: Vector3 | float = 0.0) -> Pair:
-        """A and B at a state.
+        """Matrices A and B at a state.
 
         Args:
-            state: (6,) sigma and w.
-            momentum: h, (3,) of the wheels in body axes, N·m·s.
+            state: State, sigma and w, (6,).
+            momentum: Momentum h of the wheels in body axes, (3,), N·m·s.
         """
         inertia = jnp.asarray(self.inertia)
         return _body(mrp_rate_matrix(state[:3]), inertia, state[3:], momentum, self.split)
 
     def state(self, attitude: Quaternion, rate: Vector3, target: Quaternion) -> Float[Array, "6"]:
-        """State of a body with respect to a target at rest."""
+        """State of a body relative to a target at rest."""
         return jnp.concatenate([to_mrp(error(attitude, target)), rate])
 
 
 class QuaternionBody(Checked):
-    """The same body with the vector part of the error quaternion in place of the MRP.
+    """Rigid body as in `MRPBody`, with the vector part of the error quaternion as attitude error.
 
-    The error is the shorter turn; half a turn away, where the scalar part is zero, one direction of
-    the error cannot be reached and a solution is not valid.
+    The error is the shorter rotation. At a rotation by half a turn, where the scalar part is zero,
+    one direction of the error cannot be controlled and the solution is not valid.
 
     Attributes:
-        inertia: as in `MRPBody`; so is `split`.
-        split: as there.
+        inertia: Inertia J as in `MRPBody`, (3, 3), kg·m².
+        split: Share of w x J w as in `MRPBody`.
     """
 
     inertia: Annotated[Float[Array, "3 3"], of_a_body]
     split: Scalar = 1.0
 
     def __call__(self, state: Float[Array, "6"], momentum: Vector3 | float = 0.0) -> Pair:
-        """A and B at a state (vector part, w); see `MRPBody`."""
+        """Matrices A and B at a state (vector part, w); see `MRPBody`."""
         vector = state[:3]
         scalar = jnp.sqrt(jnp.maximum(1.0 - vector @ vector, 0.0))
         kinematics = 0.5 * (scalar * jnp.eye(3) + cross_matrix(vector))
         return _body(kinematics, jnp.asarray(self.inertia), state[3:], momentum, self.split)
 
     def state(self, attitude: Quaternion, rate: Vector3, target: Quaternion) -> Float[Array, "6"]:
-        """State of a body with respect to a target at rest."""
+        """State of a body relative to a target at rest."""
         return jnp.concatenate([error(attitude, target)[1:], rate])

@@ -1,4 +1,4 @@
-"""The linear quadratic regulator."""
+"""Linear quadratic regulator."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -18,20 +18,22 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix
 
 DOUBLINGS = 24
-"""More than a law in flight takes: time is no matter here."""
+"""Number of doublings of a design; larger than in a flight law, since the design is not in real
+time."""
 ASYMMETRY = 1e-9
-"""Of a weight, relative to its largest element, that is rounding."""
+"""Largest asymmetry of a weight, relative to its largest element, that counts as rounding."""
 NEGATIVE = 1e-12
-"""Eigenvalue of a weight, relative to the largest, that is rounding."""
+"""Largest negative eigenvalue of a weight, relative to the largest, that counts as rounding."""
 
 
 class FeedbackCommand(NamedTuple):
-    """What a state feedback commands.
+    """Command of a state feedback.
 
     Attributes:
-        torque: (m,) the plant's inputs, N·m.
-        residual: of the Riccati equation behind it, see `RiccatiSolution`.
-        valid: whether that equation was solved and the loop, linear at this state, is stable.
+        torque: Inputs of the plant, (m,), N·m.
+        residual: Residual of the Riccati equation, see `RiccatiSolution`.
+        valid: Whether the Riccati equation was solved and the loop, linearised at this state, is
+            stable.
     """
 
     torque: Annotated[Float[Array, " m"], "N·m"]
@@ -40,23 +42,24 @@ class FeedbackCommand(NamedTuple):
 
 
 _solved = jax.jit(partial(riccati, doublings=DOUBLINGS))
-"""Compiled once for each size, not at each design."""
+"""Compiled once for each size, not for each design."""
 
 
 def check_weight(name: str, weight: ArrayLike, size: int, *, definite: bool) -> Matrix:
-    """Refuse a weight that is none.
+    """Validate a weight matrix.
 
     Args:
-        name: for the message.
-        weight: (n, n).
-        size: n.
-        definite: whether it must be positive definite, not only semidefinite.
+        name: Name of the weight in messages.
+        weight: Weight matrix, (n, n).
+        size: Number of rows n.
+        definite: Whether the weight must be positive definite, not only semidefinite.
 
     Returns:
-        Its symmetric part.
+        Symmetric part of the weight.
 
     Raises:
-        InputError: shape, not finite, not symmetric, or negative eigenvalues.
+        InputError: The shape is wrong, a value is not finite, or the matrix is not symmetric or has
+            negative eigenvalues.
     """
     matrix = np.asarray(weight, dtype=float)
     if matrix.shape != (size, size) or not size:
@@ -68,7 +71,7 @@ def check_weight(name: str, weight: ArrayLike, size: int, *, definite: bool) -> 
         raise InputError(f"{name}: found a matrix that is not symmetric, expected a symmetric one")
     matrix = 0.5 * (matrix + matrix.T)
     least = np.linalg.eigvalsh(matrix)[0]
-    # a definite one of badly mixed units is one in its own units
+    # scaled to a unit diagonal, so that a mix of units does not affect the test
     units = np.sqrt(np.abs(np.diag(matrix)))
     units = np.where(units > 0.0, units, 1.0)
     scaled = np.linalg.eigvalsh(matrix / np.outer(units, units))
@@ -87,19 +90,19 @@ def lqr(
     *,
     states: Sequence[str] | None = None,
 ) -> RiccatiSolution:
-    """Gain K of u = -K x that makes the integral of x'Qx + u'Ru least, for x' = A x + B u.
+    """Gain K of u = -K x that minimises the integral of x'Qx + u'Ru for x' = A x + B u.
 
     Args:
         dynamics: A, (n, n).
         input: B, (n, m).
         state_weight: Q, (n, n), symmetric, positive semidefinite.
         input_weight: R, (m, m), symmetric, positive definite.
-        states: name of each state, for what is refused; see `uncontrollable`.
+        states: Name of each state for messages; see `uncontrollable`.
 
     Raises:
-        InputError: shapes that do not fit; weights that are none; a pair (A, B) that cannot be
-            stabilised, with the motion that no input reaches; a motion that neither decays nor
-            costs.
+        InputError: The shapes do not fit; a weight is not valid; the pair (A, B) cannot be
+            stabilised, with the motion that no input affects; or a motion neither decays nor has a
+            cost.
     """
     reach = uncontrollable(dynamics, input, states)
     a, b = np.asarray(dynamics, dtype=float), np.asarray(input, dtype=float)
@@ -123,19 +126,23 @@ def _state(measurement: Any) -> Array:
 
 
 class LinearQuadratic(Checked):
-    """u = -K x, sampled: a controller of the loop.
+    """Sampled state feedback u = -K x; a controller of the loop.
 
     Attributes:
-        gain: K, (m, n), of `lqr`.
-        reading: measurement -> x, (n,), deviations from what is wanted. The default takes a
-            measurement's `state`.
+        gain: Gain K, (m, n), from `lqr`.
+        reading: Function from a measurement to x, (n,), the deviations from the target. The default
+            takes `state` of the measurement.
     """
 
     gain: Float[Array, "m n"]
     reading: Callable[[Any], Array] = eqx.field(static=True, default=_state)
 
     def check_own(self) -> None:
-        """Refuse a gain that is no matrix of finite values, by `InputError`."""
+        """Validate the gain.
+
+        Raises:
+            InputError: The gain is not a matrix of finite values.
+        """
         gain = np.asarray(self.gain, dtype=float)
         if gain.ndim < 2 or not np.all(np.isfinite(gain)):
             raise InputError(
@@ -143,10 +150,10 @@ class LinearQuadratic(Checked):
             )
 
     def start(self, period: Scalar) -> tuple[()]:
-        """Nothing to remember."""
+        """Initial memory; empty."""
         return ()
 
     def __call__(self, memory: tuple[()], measurement: Any) -> tuple[tuple[()], FeedbackCommand]:
-        """Command the inputs."""
+        """Compute the command."""
         torque = -jnp.asarray(self.gain) @ self.reading(measurement)
         return memory, FeedbackCommand(torque, jnp.zeros(()), jnp.array(True))

@@ -1,10 +1,10 @@
-"""The continuous algebraic Riccati equation, by structure-preserving doubling.
+"""Continuous-time algebraic Riccati equation, solved by structure-preserving doubling.
 
-A'P + PA + Q - P B R^-1 B' P = 0, stabilising solution. A Cayley transform turns the Hamiltonian
-matrix into a discrete symplectic pair, and every doubling squares it: E. K.-W. Chu, H.-Y. Fan,
-W.-W. Lin, "A structure-preserving doubling algorithm for continuous-time algebraic Riccati
-equations", Linear Algebra and its Applications 396 (2005) 55-80. The count of doublings is fixed;
-whether it was enough is data in the result.
+The stabilising solution of A'P + PA + Q - P B R^-1 B' P = 0. A Cayley transform maps the
+Hamiltonian matrix to a discrete symplectic pair, and every doubling squares it: E. K.-W. Chu, H.-Y.
+Fan, W.-W. Lin, "A structure-preserving doubling algorithm for continuous-time algebraic Riccati
+equations", Linear Algebra and its Applications 396 (2005) 55-80. The number of doublings is fixed;
+the result states whether it was sufficient.
 """
 
 from functools import partial
@@ -16,27 +16,30 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import Square, factor, product, solve, symmetric, whiten
 
 BALANCINGS = 4
-"""Sweeps that bring the rows and columns of the Hamiltonian matrix to one size."""
+"""Number of sweeps that balance the rows and columns of the Hamiltonian matrix."""
 DOUBLINGS = 14
-"""Enough where the closed loop's |eigenvalues| differ 1e4-fold, or a mode is damped to a share of
-1e-3; each more doubles the share, and makes four times of the ratio."""
+"""Default number of doublings. It is sufficient if the |eigenvalues| of the closed loop differ by a
+factor of up to 1e4, or if damping ratios are 1e-3 or more. Each further doubling halves that
+damping ratio and raises that factor fourfold."""
 LARGEST_RESIDUAL = 1e-9
-"""Of a valid solution."""
+"""Largest residual of a valid solution."""
 LARGEST_REMAINDER = 1e-4
-"""Of a valid solution: what doubling has left of the closed loop's free motion."""
+"""Largest remainder of a valid solution: norm of the closed loop's free motion after the
+doublings."""
 
 
 class RiccatiSolution(NamedTuple):
-    """A solution and how good it is.
+    """Solution of a Riccati equation and its accuracy.
 
     Attributes:
-        cost: P, (n, n): x' P x is the cost from x on.
-        gain: K = R^-1 B' P, (m, n), for u = -K x.
-        residual: Frobenius norm of the equation's left side over 2|A||P| + |Q| + |B R^-1 B'||P|²,
-            in balanced coordinates: the relative change of A, B, Q and R that would explain it.
-        valid: whether P solves the equation and A - B K is stable. False where the pair (A, B)
-            cannot be stabilised, where Q does not see an undamped mode, where R is not positive
-            definite, or where the doublings were too few. The rest may be NaN then.
+        cost: Cost matrix P, (n, n): x' P x is the cost from the state x on.
+        gain: Gain K = R^-1 B' P, (m, n), for u = -K x.
+        residual: Frobenius norm of the left side of the equation over 2|A||P| + |Q| + |B R^-1
+            B'||P|², in balanced coordinates: the relative change of A, B, Q and R that would
+            explain it.
+        valid: Whether P solves the equation and A - B K is stable. False if the pair (A, B) cannot
+            be stabilised, if Q does not weight an undamped mode, if R is not positive definite, or
+            if there were too few doublings. The other fields may then be NaN.
     """
 
     cost: Float[Array, "n n"]
@@ -58,7 +61,7 @@ def _norm(matrix: Square) -> Float[Array, ""]:
 
 
 def _balance(dynamics: Square, input: Square, weight: Square) -> _Balanced:
-    """States and cost in units in which the Hamiltonian matrix is balanced.
+    """Scale states and cost so that the Hamiltonian matrix is balanced.
 
     A state is `scale` times its balanced one; P is divided by `size` and by both scales.
     """
@@ -72,7 +75,7 @@ def _balance(dynamics: Square, input: Square, weight: Square) -> _Balanced:
         size = usable(jnp.sum(now.input**2) / jnp.sum(now.weight**2)) ** 0.25
         rows = jnp.sum(coupling + now.input**2 / size**2, axis=1)
         columns = jnp.sum(coupling + now.weight**2 * size**2, axis=0)
-        # half a step of each, since all are changed at once
+        # half a step for each state, since all are changed at once
         scale = usable(rows / columns) ** 0.125
         both = scale[:, None] * scale
         return _Balanced(
@@ -94,16 +97,16 @@ def _balance(dynamics: Square, input: Square, weight: Square) -> _Balanced:
 
 
 def _left_side(dynamics: Square, input: Square, weight: Square, cost: Square) -> Square:
-    """Of the equation."""
+    """Left side of the Riccati equation."""
     half = product(cost, dynamics - 0.5 * product(input, cost))
     return half + half.T + weight
 
 
 def _doubled(dynamics: Square, input: Square, weight: Square, doublings: int) -> Square:
-    """Stabilising solution, not yet refined."""
+    """Stabilising solution, before refinement."""
     size = len(dynamics)
     unit = jnp.eye(size)
-    # The geometric mean of the closed loop's |eigenvalues| is a shift near the best one.
+    # the geometric mean of the closed loop's |eigenvalues| is close to the best shift
     top, bottom = jnp.concatenate([dynamics, -input], 1), jnp.concatenate([weight, dynamics.T], 1)
     hamiltonian = jnp.concatenate([top, bottom])
     shift = jnp.exp(solve(hamiltonian, jnp.zeros((2 * size, 0)))[1] / (2 * size))
@@ -112,7 +115,7 @@ def _doubled(dynamics: Square, input: Square, weight: Square, doublings: int) ->
     def double(_, now):
         power, dual, cost = now
         root = factor(cost)
-        # `@` where a product goes into another: fused, it would be done again for every element
+        # `@` for a product inside another: if fused, it would be repeated for every element
         spread = dual @ root
         white = whiten(unit + product(root.T, spread), jnp.concatenate([root.T, spread.T], axis=1))
         costs = white[:, :size] @ power
@@ -134,18 +137,18 @@ def _doubled(dynamics: Square, input: Square, weight: Square, doublings: int) ->
 def lyapunov(
     dynamics: Square, constant: Square, doublings: int = DOUBLINGS
 ) -> tuple[Square, Float[Array, ""]]:
-    """Solution X of A'X + XA + C = 0 for a stable A, by Smith's doubling.
+    """Solution X of A'X + XA + C = 0 for a stable A, by Smith's doubling method.
 
     R. A. Smith, "Matrix equation XA + BX = C", SIAM Journal on Applied Mathematics 16 (1968).
 
     Args:
-        dynamics: A, (n, n).
-        constant: C, (n, n), symmetric.
-        doublings: fixed count.
+        dynamics: Matrix A, (n, n).
+        constant: Matrix C, (n, n), symmetric.
+        doublings: Fixed number of doublings.
 
     Returns:
-        X, (n, n); and what is left of the free motion, far below 1 if and only if A is stable and
-        the doublings suffice.
+        Solution X, (n, n), and the norm of the free motion after the doublings, which is far below
+        1 if and only if A is stable and the doublings suffice.
     """
     size = len(dynamics)
     unit = jnp.eye(size)
@@ -165,7 +168,7 @@ def lyapunov(
 
 @partial(jax.custom_jvp, nondiff_argnums=(3,))
 def _stabilising(dynamics: Square, input: Square, weight: Square, doublings: int):
-    """Solution, refined by one step of Newton and Kleinman, and what is left of the free motion."""
+    """Solution after one Newton-Kleinman step, and the norm of the remaining free motion."""
     cost = _doubled(dynamics, input, weight, doublings)
     left = _left_side(dynamics, input, weight, cost)
     change, remainder = lyapunov(dynamics - product(input, cost), left, doublings)
@@ -174,7 +177,7 @@ def _stabilising(dynamics: Square, input: Square, weight: Square, doublings: int
 
 @_stabilising.defjvp
 def _stabilising_jvp(doublings, primals, tangents):
-    """The equation differentiated is a Lyapunov equation of the closed loop."""
+    """Derivative of the solution, from a Lyapunov equation of the closed loop."""
     dynamics, input, _ = primals
     d_dynamics, d_input, d_weight = tangents
     cost, remainder = _stabilising(*primals, doublings)
@@ -195,15 +198,16 @@ def riccati(
 ) -> RiccatiSolution:
     """Stabilising solution of A'P + PA + Q - P B R^-1 B' P = 0.
 
-    Pure; for `jit`, `vmap`, `jvp` and `grad`. The derivative is that of the solution, not of the
-    doublings. Nothing is refused here: see `valid`, and `lqr` for what asks a user.
+    The function is pure and supports `jit`, `vmap`, `jvp` and `grad`. The derivative is that of the
+    solution, not of the doublings. No input is rejected here: see `valid` in the result, or use
+    `lqr`, which validates its inputs.
 
     Args:
-        dynamics: A, (n, n).
-        input: B, (n, m).
-        state_weight: Q, (n, n), symmetric, positive semidefinite.
-        input_weight: R, (m, m), symmetric, positive definite.
-        doublings: fixed count; each costs the same time.
+        dynamics: Matrix A, (n, n).
+        input: Matrix B, (n, m).
+        state_weight: Weight Q, (n, n), symmetric, positive semidefinite.
+        input_weight: Weight R, (m, m), symmetric, positive definite.
+        doublings: Fixed number of doublings; the computing time is proportional to it.
     """
     white = whiten(input_weight, input.T)
     reach = product(white.T, white)

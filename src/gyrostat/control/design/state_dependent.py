@@ -15,7 +15,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 
 Factorisation = Callable[..., tuple[Float[Array, "n n"], Float[Array, "n m"]]]
-"""(x, ...) -> A, B with x' = A x + B u exactly."""
+"""Function (x, ...) -> A, B for which x' = A x + B u exactly."""
 
 
 def _state(measurement: Any) -> tuple[Any, ...]:
@@ -23,19 +23,22 @@ def _state(measurement: Any) -> tuple[Any, ...]:
 
 
 class StateDependentRiccati(Checked):
-    """u = -R^-1 B(x)' P(x) x, where P(x) solves the Riccati equation of A(x), B(x), Q, R.
+    """State-dependent Riccati law u = -R^-1 B(x)' P(x) x.
+
+    P(x) solves the Riccati equation of A(x), B(x), Q and R.
 
     T. Cimen, "State-Dependent Riccati Equation (SDRE) Control: A Survey", IFAC World Congress 2008;
-    Carvalho and Fenili, eqs. (11), (12). One equation is solved at each call. A factorisation is
-    not unique, and another one is another law.
+    Carvalho and Fenili, eqs. (11), (12). Each call solves one Riccati equation. A factorisation is
+    not unique; another factorisation gives another law.
 
     Attributes:
-        factorisation: (x, ...) -> A, B.
-        state_weight: Q, (n, n), symmetric, positive semidefinite.
-        input_weight: R, (m, m), symmetric, positive definite.
-        reading: measurement -> arguments of the factorisation, the state x first: deviations from
-            what is wanted. The default takes a measurement's `state`.
-        doublings: fixed count for the Riccati equation.
+        factorisation: Function (x, ...) -> A, B.
+        state_weight: Weight Q, (n, n), symmetric, positive semidefinite.
+        input_weight: Weight R, (m, m), symmetric, positive definite.
+        reading: Function from a measurement to the arguments of the factorisation. The first one is
+            the state x, the deviations from the target. The default takes `state` of the
+            measurement.
+        doublings: Fixed number of doublings for the Riccati equation.
     """
 
     factorisation: Factorisation
@@ -57,12 +60,12 @@ class StateDependentRiccati(Checked):
             every = np.asarray(weight, dtype=float)
             if every.ndim < 2:
                 raise InputError(f"{name}: found shape {every.shape}, expected a square matrix")
-            # axes before the last two are those of runs
+            # axes before the last two are batch axes
             for matrix in every.reshape(-1, *every.shape[-2:]):
                 check_weight(name, matrix, every.shape[-1], definite=definite)
 
     def solve(self, *arguments: Any) -> RiccatiSolution:
-        """The Riccati equation at a state, with what else the factorisation takes."""
+        """Solve the Riccati equation for a state and further arguments of the factorisation."""
         dynamics, input = self.factorisation(*arguments)
         states, inputs = jnp.shape(input)
         for name, weight, size in (
@@ -78,15 +81,15 @@ class StateDependentRiccati(Checked):
         )
 
     def command(self, *arguments: Any) -> FeedbackCommand:
-        """Inputs at a state, with what else the factorisation takes; see `valid` in it."""
+        """Command for a state and further arguments of the factorisation; see its `valid`."""
         solution = self.solve(*arguments)
         torque = -jnp.sum(solution.gain * arguments[0], axis=1)
         return FeedbackCommand(torque, solution.residual, solution.valid)
 
     def start(self, period: Scalar) -> tuple[()]:
-        """Nothing to remember."""
+        """Initial memory; empty."""
         return ()
 
     def __call__(self, memory: tuple[()], measurement: Any) -> tuple[tuple[()], FeedbackCommand]:
-        """Command the inputs."""
+        """Compute the command."""
         return memory, self.command(*self.reading(measurement))

@@ -1,3 +1,3 @@
-"""Controllers that cancel or estimate the bearing friction of a wheel."""
+"""Controllers that compensate or estimate the bearing friction of a wheel."""
 
 __all__: list[str] = []

@@ -16,20 +16,20 @@ from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import Friction, static_curve
 
 MOMENTUM_FREQUENCY = 0.05
-"""rad/s: natural frequency of the momentum filter in `EstimatingCompensator.tuned`."""
+"""Natural frequency of the momentum filter in `EstimatingCompensator.tuned`, rad/s."""
 SCALES = (0.3, 3.0)
-"""Between which the friction scale is kept."""
+"""Lower and upper limit of the friction scale."""
 
 
 class EstimatingMemory(NamedTuple):
-    """Between two samples.
+    """State of the compensator between two samples.
 
     Attributes:
-        law: of the attitude law.
-        momentum: estimate at the coming sample.
-        rate: estimate at the coming sample.
-        scale: friction of the wheel over friction of the model.
-        under_way: (delay,) known torques on the table, N·m, of commands not yet over.
+        law: Memory of the attitude law.
+        momentum: Momentum estimate at the next sample.
+        rate: Rate estimate at the next sample.
+        scale: Friction of the wheel over friction of the model.
+        under_way: Known torques on the table from delayed commands, (delay,), N·m.
     """
 
     law: PIDMemory
@@ -40,16 +40,16 @@ class EstimatingMemory(NamedTuple):
 
 
 class EstimatingCommand(NamedTuple):
-    """A motor current, its parts and what they rest on.
+    """Motor current command, its two terms and the estimates behind them.
 
     Attributes:
-        current: of the motor, A.
-        attitude_current: for the torque that the attitude law and the observer demand, A.
-        friction_current: for the friction that is expected, A.
+        current: Motor current after the limit, A.
+        attitude_current: Current for the torque that the attitude law and the observer demand, A.
+        friction_current: Current for the expected friction, A.
         estimated_speed: Predicted speed of the wheel in the middle of the control period in which
             the command acts, rad/s.
-        estimated_torque: external torque, N·m.
-        friction_scale: friction of the wheel over friction of the model.
+        estimated_torque: External torque, N·m.
+        friction_scale: Friction of the wheel over friction of the model.
     """
 
     current: Annotated[Scalar, "A"]
@@ -61,29 +61,30 @@ class EstimatingCommand(NamedTuple):
 
 
 class EstimatingCompensator(Checked):
-    """Friction of the model under an estimated speed, its level learned, the rest observed away.
+    """Friction compensation by a friction model at estimated speed, with adapted scale.
 
-    - The speed comes from the momentum of wheel and table, which friction cannot disturb.
-    - An observer on the table's rate finds the torque that the model misses, and the demanded
-      torque cancels it. What it finds beyond the external torque of the momentum filter is
-      friction: it corrects the level of the friction model while the wheel turns.
-    - Where the speed may be zero its sign says nothing, and a wheel that sticks would be held by
-      it. There the friction is that of a wheel at rest, in the sense of the demanded torque; a
-      small demand gets a share of it, so that nothing hunts about rest.
+    - The speed estimate comes from the momentum of wheel and table, which friction does not change.
+    - An observer of the table rate estimates the torque that the model does not explain, and the
+      demanded torque cancels it. The part beyond the external torque of the momentum filter is
+      friction; it adapts the scale of the friction model while the wheel turns.
+    - If the speed may be zero, its sign is not known, and compensation by that sign could hold the
+      wheel at rest. The compensation is then the breakaway torque in the direction of the demanded
+      torque. A small demand gets only a part of it, so that there is no limit cycle at rest.
 
-    `tuned` makes one from a wheel model and the noise of its tachometer.
+    `tuned` makes a compensator from a wheel model and the noise of its tachometer.
 
     Attributes:
-        law: gives the demanded wheel torque.
-        friction: as the controller knows it.
-        motor_constant: as the controller knows it, N·m/A.
-        momentum: filter that gives the wheel speed.
-        observer: of the table's rate and of the torque that the model misses.
-        learning_rate: of the friction scale, 1/s.
-        band: standard deviations of the speed within which the wheel may stick.
-        softness: demanded torque at which the stick rule is fully on, over the breakaway torque.
-        current_limit: A.
-        delay: control periods from a sample to the command's start.
+        law: Attitude law, which gives the demanded wheel torque.
+        friction: Friction model of the controller.
+        motor_constant: Motor constant assumed by the controller, N·m/A.
+        momentum: Momentum filter, which gives the wheel speed.
+        observer: Observer of the table rate and of the unexplained torque.
+        learning_rate: Adaptation rate of the friction scale, 1/s.
+        band: Band of speed within which the wheel may stick, in standard deviations of the speed.
+        softness: Demanded torque over breakaway torque at which the compensation at rest is
+            complete.
+        current_limit: Limit of the motor current, A.
+        delay: Number of control periods from a sample to the start of its command.
     """
 
     law: AttitudePID
@@ -113,14 +114,14 @@ class EstimatingCompensator(Checked):
         """Design the attitude law by `AttitudePID.designed` and the filters by `tuned`.
 
         Args:
-            wheel: identified wheel.
-            table_inertia: inertia of what the wheel turns, without its rotor, kg·m².
-            frequency: natural frequency of the attitude loop, rad/s.
-            speed_sigma: standard deviation of a tachometer sample, rad/s; see `tuned`.
-            period: control period, s.
-            bandwidth: bandwidth of the rate observer, rad/s.
-            current_limit: limit of the motor current, A.
-            delay: control periods from a sample to the command's start.
+            wheel: Identified wheel.
+            table_inertia: Inertia of the body that the wheel turns, without its rotor, kg·m².
+            frequency: Natural frequency of the attitude loop, rad/s.
+            speed_sigma: Standard deviation of a tachometer sample, rad/s; see `tuned`.
+            period: Control period, s.
+            bandwidth: Bandwidth of the rate observer, rad/s.
+            current_limit: Limit of the motor current, A.
+            delay: Number of control periods from a sample to the start of its command.
         """
         return cls.tuned(
             AttitudePID.designed(table_inertia, frequency),
@@ -146,22 +147,22 @@ class EstimatingCompensator(Checked):
         current_limit: Scalar = np.inf,
         delay: int = 0,
     ) -> "EstimatingCompensator":
-        """Tune by rule.
+        """Tune the filters by simple rules.
 
-        The momentum filter settles at `MOMENTUM_FREQUENCY`: of a random walk in torque of density
-        q and a measured momentum of density r it is (q / r)^(1/4). The observer is made as quick as
-        the control rate and the delay allow: about 3 rad/s at 10 Hz with one period of delay.
+        The momentum filter has the natural frequency `MOMENTUM_FREQUENCY`, which is (q / r)^(1/4)
+        for a random walk in torque of density q and a measured momentum of density r. The observer
+        is as fast as control rate and delay allow: about 3 rad/s at 10 Hz with one period of delay.
 
         Args:
-            law: attitude law.
-            wheel: as identified.
-            table_inertia: without the rotor, kg·m².
-            speed_sigma: noise of a sample of the tachometer, rad/s; for pulses counted over a gate
-                time, half of what one pulse more is in speed is more than enough, a fifth best.
-            period: control period, s.
-            bandwidth: of the observer, rad/s.
-            current_limit: A.
-            delay: control periods from a sample to the command's start.
+            law: Attitude law.
+            wheel: Identified wheel.
+            table_inertia: Inertia of the body that the wheel turns, without its rotor, kg·m².
+            speed_sigma: Standard deviation of a tachometer sample, rad/s. For pulses counted over a
+                gate time, half the speed of one pulse is more than enough, and a fifth is best.
+            period: Control period, s.
+            bandwidth: Bandwidth of the rate observer, rad/s.
+            current_limit: Limit of the motor current, A.
+            delay: Number of control periods from a sample to the start of its command.
         """
         drift = MOMENTUM_FREQUENCY**2 * wheel.inertia * speed_sigma * jnp.sqrt(period)
         return cls(
@@ -175,7 +176,7 @@ class EstimatingCompensator(Checked):
         )
 
     def start(self, period: Scalar) -> EstimatingMemory:
-        """Nothing seen yet."""
+        """Initial memory."""
         return EstimatingMemory(
             self.law.start(period),
             self.momentum.start(),
@@ -187,16 +188,16 @@ class EstimatingCompensator(Checked):
     def __call__(
         self, memory: EstimatingMemory, measurement: Any
     ) -> tuple[EstimatingMemory, EstimatingCommand]:
-        """Command a current.
+        """Compute the current command.
 
         Args:
-            memory: from the last sample.
-            measurement: attitude, rate and the wheel's `speed`.
+            memory: Memory from the last sample.
+            measurement: Measurement with attitude, rate and wheel `speed`, rad/s.
         """
         period = memory.law.period
         rate = self.observer.correct(memory.rate, measurement.rate, period)
         momentum = self.momentum.correct(memory.momentum, measurement.speed, measurement.rate)
-        # what is known of the moment when the command will act
+        # prediction to the time at which the command will act
         ahead, later = rate, momentum
         for k in range(self.delay):
             ahead = self.observer.predict(ahead, memory.under_way[k], period)
@@ -206,7 +207,7 @@ class EstimatingCompensator(Checked):
         law, torque = self.law(memory.law, seen)
         demanded = torque + rate.torque
         speed, sigma = self.momentum.speed(later, ahead.rate)
-        # the command is held for a period: its middle counts
+        # the command is held for a period, so the speed at its middle is used
         speed = speed + 0.5 * period * momentum.torque / self.momentum.wheel_inertia
         scale = self._learned(memory.scale, rate, momentum, speed, sigma, period)
         friction = scale * self._expected_friction(speed, sigma, demanded)
@@ -228,12 +229,13 @@ class EstimatingCompensator(Checked):
     def predicted(
         self, memory: EstimatingMemory, measurement: Any, command: EstimatingCommand
     ) -> EstimatingMemory:
-        """Memory one period later without a sample: both estimates predicted, the rest unchanged.
+        """Memory one period later without a sample: both estimates are predicted.
 
         Args:
-            memory: from the last sample.
-            measurement: not used.
-            command: that is sent; its friction is that of the last accepted sample.
+            memory: Memory from the last sample.
+            measurement: Unused.
+            command: Command that is sent instead; its friction term is from the last accepted
+                sample.
         """
         period = memory.law.period
         known = self.motor_constant * (command.friction_current - command.current)
@@ -247,7 +249,7 @@ class EstimatingCompensator(Checked):
         )
 
     def _expected_friction(self, speed: Scalar, sigma: Scalar, demanded: Scalar) -> Scalar:
-        """Friction of the model; near zero speed in the sense of the torque that it resists."""
+        """Friction of the model; near zero speed, in the direction of the demanded torque."""
         breakaway = self.friction.breakaway_torque(jnp.where(demanded < 0.0, -1.0, 1.0))
         stick = jnp.clip(demanded / (self.softness * breakaway), -1.0, 1.0)
         drive = jnp.where(jnp.abs(speed) < self.band * sigma, stick, jnp.sign(speed))
@@ -255,7 +257,7 @@ class EstimatingCompensator(Checked):
         return jnp.abs(drive) * self.friction.torque(direction * jnp.abs(speed), direction)
 
     def _learned(self, scale, rate, momentum, speed, sigma, period):
-        """Friction scale: what the observer finds beyond the external torque is friction."""
+        """Friction scale, adapted by the observed torque beyond the external torque."""
         direction = jnp.where(speed < 0.0, -1.0, 1.0)
         model = self.friction.torque(speed, direction)
         missed = (rate.torque - momentum.torque) / model

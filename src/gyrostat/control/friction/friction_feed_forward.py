@@ -9,23 +9,23 @@ from gyrostat.core.jax64 import jnp
 from gyrostat.wheel.friction import Friction
 
 SOFTNESS = 0.2
-"""Demanded torque over the breakaway torque at which a wheel at rest gets all of the latter."""
+"""Demanded torque over breakaway torque at which the compensation at rest is complete."""
 
 
 class FrictionFeedForward(Checked):
-    """m_i = u_i + share F_i(W_i), with W_i the measured speed of wheel i.
+    """Friction feed-forward m_i = u_i + share F_i(W_i), with W_i the measured speed of wheel i.
 
-    Below `band` the sign of a noisy speed says nothing: there the friction is the breakaway torque
-    in the sense of the demanded torque, and a small demand gets a part of it, so that nothing hunts
-    about rest. A wheel of which the controller demands exactly nothing, as of a failed one, gets
-    nothing.
+    Below `band`, noise hides the sign of the speed. The compensation is then the breakaway torque
+    in the direction of the demanded torque. A small demand gets only a part of it, so that there is
+    no limit cycle at rest. A wheel with a demand of exactly zero, such as a failed one, is not
+    compensated.
 
     Attributes:
-        controller: that demands the torques u_i.
-        friction: of the wheels, as the controller knows it.
-        torque_limit: (wheels,) N·m.
-        band: rad/s.
-        share: of the friction that is compensated.
+        controller: Controller that demands the torques u_i.
+        friction: Friction model of the wheels in the controller.
+        torque_limit: Torque limits, (wheels,), N·m.
+        band: Speed below which a wheel counts as at rest, rad/s.
+        share: Share of the friction that is compensated.
     """
 
     controller: Any
@@ -35,26 +35,26 @@ class FrictionFeedForward(Checked):
     share: Annotated[Scalar, size("share of the compensator")] = 1.0
 
     def start(self, period: Scalar) -> Any:
-        """Memory of the controller."""
+        """Initial memory of the controller."""
         return self.controller.start(period)
 
     def predicted(self, memory: Any, measurement: Any, command: Any) -> Any:
         """Memory of the controller one period later without a sample.
 
         Args:
-            memory: of the controller.
-            measurement: last one that was accepted.
-            command: that is sent.
+            memory: Memory of the controller.
+            measurement: Last accepted measurement.
+            command: Command that is sent instead.
         """
         return predicted(self.controller, memory, measurement, command)
 
     def __call__(self, memory: Any, measurement: Any) -> tuple[Any, Any]:
-        """Command the wheels.
+        """Compute the wheel torques.
 
         Args:
-            memory: of the controller.
-            measurement: has `wheel_speed` (wheels,) relative to the body, rad/s, beside what the
-                controller needs.
+            memory: Memory of the controller.
+            measurement: Measurement with `wheel_speed` (wheels,), relative to the body, rad/s, and
+                with the fields that the controller needs.
         """
         memory, command = self.controller(memory, measurement)
         demanded = command.torque

@@ -1,4 +1,4 @@
-"""Friction feed-forward from a Kalman filter on each wheel."""
+"""Friction feed-forward from a Kalman filter for each wheel."""
 
 from typing import Annotated, Any, NamedTuple
 
@@ -14,13 +14,13 @@ from gyrostat.estimation import FrictionTorqueEstimate, FrictionTorqueFilter
 
 
 class FrictionFilterMemory(NamedTuple):
-    """Between two samples.
+    """State of the controller between two samples.
 
     Attributes:
-        controller: what the controller remembers.
-        estimate: of every wheel.
-        torque: (delay + 1, wheels) commanded at the last samples, the oldest first, N·m.
-        period: control period, s.
+        controller: Memory of the controller that demands the torques.
+        estimate: Friction estimates of all wheels, with leading axis wheels.
+        torque: Torques commanded at the last samples, the oldest first, (delay + 1, wheels), N·m.
+        period: Control period, s.
     """
 
     controller: Any
@@ -30,19 +30,19 @@ class FrictionFilterMemory(NamedTuple):
 
 
 class FrictionFilterFeedForward(Checked):
-    """m_i = u_i + N_i, with N_i the friction torque that a filter finds without a friction model.
+    """Friction feed-forward m_i = u_i + N_i, with N_i estimated without a friction model.
 
-    The filter of Moreira, Lopes and Kuga on the momentum of each rotor in space, which motor and
-    bearing alone change. A wheel of which the controller demands exactly nothing, as of a failed
-    one, gets nothing; one whose tachometer is lost is predicted on.
+    The filter of Moreira, Lopes and Kuga uses the momentum of each rotor in inertial space, which
+    only motor and bearing change. A wheel with a demand of exactly zero, such as a failed one, is
+    not compensated. For a wheel without a tachometer measurement, the estimate is only predicted.
 
     Attributes:
-        controller: that demands the torques u_i.
-        filter: of one wheel.
-        axes: (3, wheels) spin axes in body axes.
-        inertia: (wheels,) of the rotors as the controller knows them, kg·m².
-        torque_limit: (wheels,) N·m.
-        delay: control periods from a sample to the start of its command.
+        controller: Controller that demands the torques u_i.
+        filter: Filter of one wheel.
+        axes: Spin axes in body axes, (3, wheels).
+        inertia: Spin inertia of the rotors assumed by the controller, (wheels,), kg·m².
+        torque_limit: Torque limits, (wheels,), N·m.
+        delay: Number of control periods from a sample to the start of its command.
     """
 
     controller: Any
@@ -53,7 +53,7 @@ class FrictionFilterFeedForward(Checked):
     delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
 
     def start(self, period: Scalar) -> FrictionFilterMemory:
-        """Nothing measured yet."""
+        """Initial memory."""
         none = jnp.zeros(self.axes.shape[-1])
         estimate = jax.vmap(self.filter.start)(none)
         period = jnp.asarray(period, dtype=float)
@@ -63,12 +63,12 @@ class FrictionFilterFeedForward(Checked):
     def predicted(
         self, memory: FrictionFilterMemory, measurement: Any, command: Any
     ) -> FrictionFilterMemory:
-        """Memory one period later without a sample: every estimate predicted.
+        """Memory one period later without a sample: all estimates are predicted.
 
         Args:
-            memory: from the last sample.
-            measurement: last one that was accepted.
-            command: that is sent.
+            memory: Memory from the last sample.
+            measurement: Last accepted measurement.
+            command: Command that is sent instead.
         """
         impulse = memory.torque[0] * memory.period
         estimate = jax.vmap(lambda e, given: self.filter.predict(e, given, memory.period))(
@@ -79,12 +79,13 @@ class FrictionFilterFeedForward(Checked):
         return FrictionFilterMemory(controller, estimate, sent, memory.period)
 
     def __call__(self, memory: FrictionFilterMemory, measurement: Any) -> tuple[Any, Any]:
-        """Command the wheels.
+        """Compute the wheel torques.
 
         Args:
-            memory: from the last sample.
-            measurement: has `rate` (3,), rad/s, `wheel_speed` (wheels,) relative to the body,
-                rad/s, and `wheel_measured` (wheels,), beside what the controller needs.
+            memory: Memory from the last sample.
+            measurement: Measurement with `rate` (3,), rad/s, `wheel_speed` (wheels,), relative to
+                the body, rad/s, `wheel_measured` (wheels,), and the fields that the controller
+                needs.
         """
         axes, filter = jnp.asarray(self.axes), self.filter
         momentum = self.inertia * (measurement.wheel_speed + axes.T @ measurement.rate)

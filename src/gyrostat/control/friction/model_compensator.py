@@ -13,16 +13,17 @@ from gyrostat.wheel.friction import Friction
 
 
 class DynamicModelCompensator(Checked):
-    """I = u + F(w) / k_m, and at exactly zero speed I = u + sgn(u) T_s / k_m.
+    """Dynamic model compensator: current I = u + F(w) / k_m.
 
-    Carrara and Kuga, eqs. (18), (19), with u = demanded torque over k_m, for any friction model.
-    The speed is the measured sample: where that is noisy, so is the sign of the friction.
+    At exactly zero speed I = u + sgn(u) T_s / k_m. Carrara and Kuga, eqs. (18), (19), for any
+    friction model; u is the demanded torque over k_m. The speed is the measured sample; if it is
+    noisy, so is the sign of the friction.
 
     Attributes:
-        law: gives the demanded wheel torque.
-        friction: as the controller knows it.
-        motor_constant: as the controller knows it, N·m/A.
-        current_limit: A.
+        law: Attitude law, which gives the demanded wheel torque.
+        friction: Friction model of the controller.
+        motor_constant: Motor constant assumed by the controller, N·m/A.
+        current_limit: Limit of the motor current, A.
     """
 
     law: AttitudePID
@@ -31,21 +32,21 @@ class DynamicModelCompensator(Checked):
     current_limit: Scalar = np.inf
 
     def start(self, period: Scalar) -> PIDMemory:
-        """Memory of the law."""
+        """Initial memory of the law."""
         return self.law.start(period)
 
     def __call__(self, memory: PIDMemory, measurement: Any) -> tuple[PIDMemory, CurrentCommand]:
-        """Command a current.
+        """Compute the current command.
 
         Args:
-            memory: of the law.
-            measurement: has attitude, rate and the wheel's `speed`, rad/s.
+            memory: Memory of the law.
+            measurement: Measurement with attitude, rate and wheel `speed`, rad/s.
         """
         after, torque = self.law(memory, measurement)
         speed = measurement.speed
         at_rest = speed == 0.0
         direction = jnp.where(at_rest, jnp.sign(torque), jnp.sign(speed))
-        # at rest the curve in the demanded sense is the breakaway torque
+        # at rest, the curve in the direction of the demanded torque is the breakaway torque
         friction = jnp.where(direction == 0.0, 0.0, self.friction.torque(speed, direction))
         parts = torque / self.motor_constant, friction / self.motor_constant
         wished = parts[0] + parts[1]

@@ -20,17 +20,17 @@ Profile = Callable[[Scalar], Scalar]
 
 
 class MomentumCommand(NamedTuple):
-    """Motor torque through a control period, and what it rests on.
+    """Motor torque over a control period, and the estimates behind it.
 
     Attributes:
-        torque: constant part, N·m.
-        fading_torque: N·m, fading with `fading_rate`.
-        fading_rate: 1/s.
-        estimated_momentum: N·m·s.
-        estimated_friction: N·m.
-        reference_momentum: N·m·s.
-        innovation: measured minus predicted momentum, N·m·s.
-        innovation_sigma: what the estimator expects of it, N·m·s.
+        torque: Constant term, N·m.
+        fading_torque: Initial value of the decaying term, N·m.
+        fading_rate: Rate of its exponential decay, 1/s.
+        estimated_momentum: Estimated wheel momentum, N·m·s.
+        estimated_friction: Estimated friction torque, N·m.
+        reference_momentum: Reference momentum, N·m·s.
+        innovation: Measured minus predicted momentum, N·m·s.
+        innovation_sigma: Standard deviation of the innovation according to the estimator, N·m·s.
     """
 
     torque: Annotated[Scalar, "N·m"]
@@ -50,15 +50,16 @@ class _Memory(NamedTuple):
 
 
 class FrictionTorqueControl(Checked):
-    """u = N - gamma (h - h_ref) on the filter without a friction model.
+    """Control law u = N - gamma (h - h_ref), with a filter without a friction model.
 
-    Moreira, Lopes and Kuga, eqs. (8), (11), (15), (16): between measurements h runs on as the
-    filter predicts it, so that the second part fades with gamma.
+    Moreira, Lopes and Kuga, eqs. (8), (11), (15), (16). Between measurements h is the prediction of
+    the filter, so that the second term decays with gamma.
 
     Attributes:
-        estimator: of momentum and friction torque.
-        gain: gamma, 1/s.
-        reference: h_ref over time, s -> N·m·s; a function of JAX arrays.
+        estimator: Filter of momentum and friction torque.
+        gain: Gain gamma, 1/s.
+        reference: Reference momentum h_ref as a function of time, s -> N·m·s; a function of JAX
+            arrays.
     """
 
     estimator: FrictionTorqueFilter
@@ -66,11 +67,11 @@ class FrictionTorqueControl(Checked):
     reference: Profile = eqx.field(static=True)
 
     def start(self, period: Scalar) -> _Memory:
-        """Nothing measured yet."""
+        """Initial memory."""
         return _Memory(self.estimator.start(), jnp.array(0), period)
 
     def __call__(self, memory: _Memory, measurement: Any) -> tuple[_Memory, MomentumCommand]:
-        """Command a torque; `measurement` has `momentum`, N·m·s."""
+        """Compute the torque command; `measurement` has `momentum`, N·m·s."""
         estimate: FrictionTorqueEstimate = memory.estimate
         estimate = self.estimator.correct(estimate, measurement.momentum)
         reference = self.reference(memory.sample * memory.period)
@@ -92,12 +93,13 @@ class FrictionTorqueControl(Checked):
 
 
 class FrictionScaleControl(Checked):
-    """The same law, held through the period, on the filter that carries the friction model.
+    """Control law u = N - gamma (h - h_ref), constant over a period, with a friction-model filter.
 
     Attributes:
-        estimator: of speed and friction scale.
-        gain: gamma, 1/s, well below the control rate.
-        reference: h_ref over time, s -> N·m·s; a function of JAX arrays.
+        estimator: Filter of speed and friction scale.
+        gain: Gain gamma, 1/s, well below the control rate.
+        reference: Reference momentum h_ref as a function of time, s -> N·m·s; a function of JAX
+            arrays.
     """
 
     estimator: FrictionScaleFilter
@@ -105,11 +107,11 @@ class FrictionScaleControl(Checked):
     reference: Profile = eqx.field(static=True)
 
     def start(self, period: Scalar) -> _Memory:
-        """Nothing measured yet."""
+        """Initial memory."""
         return _Memory(self.estimator.start(), jnp.array(0), period)
 
     def __call__(self, memory: _Memory, measurement: Any) -> tuple[_Memory, MomentumCommand]:
-        """Command a torque; `measurement` has `momentum`, N·m·s."""
+        """Compute the torque command; `measurement` has `momentum`, N·m·s."""
         inertia = self.estimator.wheel.inertia
         estimate: FrictionScaleEstimate = memory.estimate
         estimate = self.estimator.correct(estimate, measurement.momentum / inertia)
@@ -132,24 +134,26 @@ class FrictionScaleControl(Checked):
 
 
 class ProportionalMomentumControl(eqx.Module):
-    """u = -gamma (Y - h_ref) on the measurement alone.
+    """Control law u = -gamma (Y - h_ref) with the measured momentum Y.
 
-    Moreira, Lopes and Kuga, eq. (18), with its sign corrected; a negative gain is what is printed.
+    Moreira, Lopes and Kuga, eq. (18), with its sign corrected; a negative gain gives the printed
+    equation.
 
     Attributes:
-        gain: gamma, 1/s.
-        reference: h_ref over time, s -> N·m·s; a function of JAX arrays.
+        gain: Gain gamma, 1/s.
+        reference: Reference momentum h_ref as a function of time, s -> N·m·s; a function of JAX
+            arrays.
     """
 
     gain: Scalar
     reference: Profile = eqx.field(static=True)
 
     def start(self, period: Scalar) -> _Memory:
-        """Nothing measured yet."""
+        """Initial memory."""
         return _Memory((), jnp.array(0), period)
 
     def __call__(self, memory: _Memory, measurement: Any) -> tuple[_Memory, MomentumCommand]:
-        """Command a torque; `measurement` has `momentum`, N·m·s."""
+        """Compute the torque command; `measurement` has `momentum`, N·m·s."""
         reference = self.reference(memory.sample * memory.period)
         torque = -self.gain * (measurement.momentum - reference)
         zero = jnp.zeros_like(torque)

@@ -1,4 +1,4 @@
-"""Speed mode: the attitude law commands wheel speed, an inner loop tracks it."""
+"""Speed mode: the attitude law commands a wheel speed, which an inner loop tracks."""
 
 from typing import Annotated, Any, NamedTuple
 
@@ -13,13 +13,13 @@ from gyrostat.core.jax64 import jnp
 
 
 class SpeedModeMemory(NamedTuple):
-    """Between two samples.
+    """State of the controller between two samples.
 
     Attributes:
-        law: memory of the attitude law.
-        reference: speed that the wheel should have, rad/s.
-        integral: of the speed error, rad.
-        started: whether the first speed has been seen.
+        law: Memory of the attitude law.
+        reference: Commanded wheel speed, rad/s.
+        integral: Integral of the speed error, rad.
+        started: Whether there has been a sample.
     """
 
     law: PIDMemory
@@ -29,19 +29,21 @@ class SpeedModeMemory(NamedTuple):
 
 
 class SpeedMode(Checked):
-    """Outer attitude loop, inner speed loop.
+    """Outer attitude loop with an inner speed loop.
 
-    The demanded torque, integrated over the wheel's inertia, is the reference of a proportional and
-    integral speed loop with natural frequency w_n and damping ratio z: gains 2 z w_n J_w and
-    w_n^2 J_w. Friction is a disturbance that the loop has to see in the speed first.
+    The demanded torque, integrated and divided by the wheel inertia, is the reference of a
+    proportional-integral speed loop with natural frequency w_n and damping ratio z: gains 2 z w_n
+    J_w and w_n^2 J_w. Friction is a disturbance, which the loop corrects only after it has changed
+    the speed.
 
     Attributes:
-        law: gives the demanded wheel torque.
-        inertia: of the wheel as the controller knows it, kg·m².
-        motor_constant: as the controller knows it, N·m/A.
-        natural_frequency: rad/s; the tachometer's noise in the current grows with it.
-        damping_ratio: of the speed loop.
-        current_limit: A.
+        law: Attitude law, which gives the demanded wheel torque.
+        inertia: Wheel inertia assumed by the controller, kg·m².
+        motor_constant: Motor constant assumed by the controller, N·m/A.
+        natural_frequency: Natural frequency of the speed loop, rad/s; the tachometer noise in the
+            current grows with it.
+        damping_ratio: Damping ratio of the speed loop.
+        current_limit: Limit of the motor current, A.
     """
 
     law: AttitudePID
@@ -52,18 +54,18 @@ class SpeedMode(Checked):
     current_limit: Scalar = np.inf
 
     def start(self, period: Scalar) -> SpeedModeMemory:
-        """Nothing seen yet."""
+        """Initial memory."""
         zero = jnp.array(0.0)
         return SpeedModeMemory(self.law.start(period), zero, zero, jnp.array(False))
 
     def __call__(
         self, memory: SpeedModeMemory, measurement: Any
     ) -> tuple[SpeedModeMemory, CurrentCommand]:
-        """Command a current.
+        """Compute the current command.
 
         Args:
-            memory: from the last sample.
-            measurement: has attitude, rate and the wheel's `speed`, rad/s.
+            memory: Memory from the last sample.
+            measurement: Measurement with attitude, rate and wheel `speed`, rad/s.
         """
         law, torque = self.law(memory.law, measurement)
         period = law.period
@@ -76,7 +78,7 @@ class SpeedMode(Checked):
         demanded = proportional * error + w_n**2 * self.inertia * integral
         current = demanded / self.motor_constant
         limited = jnp.clip(current, -self.current_limit, self.current_limit)
-        # what drives further beyond the limit is not summed up
+        # anti-windup: no integration further beyond the limit
         cut = current - limited
         law = self.law.within_limit(memory.law, law, cut)
         integral = jnp.where(cut * error > 0.0, memory.integral, integral)

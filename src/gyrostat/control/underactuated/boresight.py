@@ -1,4 +1,4 @@
-"""Boresight pointing with two wheels: turn rate towards a direction, and wheel torques for it."""
+"""Boresight pointing with two wheels: body rate towards a direction, and wheel speeds for it."""
 
 from typing import Annotated, NamedTuple
 
@@ -13,16 +13,16 @@ from gyrostat.spacecraft import Spacecraft
 Pair = Float[Array, "2"]
 
 LEAST_SINE = 1e-12
-"""Of the pointing error: below it, half a turn off, the body turns about x."""
+"""Sine of the pointing error below which, at half a turn, the body turns about x."""
 
 
 class WheelMap(NamedTuple):
-    """w_xy = P b - Q u: what body x and y rates momentum and wheel speeds make.
+    """Body rates about x and y from momentum b and wheel speeds u: w_xy = P b - Q u.
 
     Attributes:
-        momentum: (2, 3) P, 1/(kg·m²).
-        wheels: (2, 2) Q.
-        inverse: (2, 2) of Q.
+        momentum: Matrix P, (2, 3), 1/(kg·m²).
+        wheels: Matrix Q, (2, 2), 1.
+        inverse: Inverse of Q, (2, 2), 1.
     """
 
     momentum: Float[Array, "2 3"]
@@ -31,7 +31,7 @@ class WheelMap(NamedTuple):
 
     @classmethod
     def of(cls, spacecraft: Spacecraft) -> "WheelMap":
-        """That of a spacecraft with two wheels whose axes' parts across z are independent."""
+        """Map of a spacecraft with two wheels whose axes have independent parts across z."""
         wheels = spacecraft.wheels
         across = inverse_definite(spacecraft.inertia_locked())[:2]
         turned = across @ (jnp.asarray(wheels.axes) * wheels.inertia)
@@ -40,32 +40,34 @@ class WheelMap(NamedTuple):
         return cls(across, turned, inverse)
 
     def rate(self, momentum: Vector3, speed: Pair) -> Pair:
-        """Body rates about x and y, rad/s.
+        """Body rates about x and y, (2,), rad/s.
 
         Args:
-            momentum: (3,) total, in body axes, N·m·s.
-            speed: (2,) of the wheels relative to the body, rad/s.
+            momentum: Total momentum in body axes, (3,), N·m·s.
+            speed: Wheel speeds relative to the body, (2,), rad/s.
         """
         return self.momentum @ momentum - self.wheels @ speed
 
     def speed(self, momentum: Vector3, rate: Pair) -> Pair:
-        """Wheel speeds that make body rates, rad/s."""
+        """Wheel speeds, (2,), rad/s, that give body rates about x and y, (2,), rad/s."""
         return self.inverse @ (self.momentum @ momentum - rate)
 
 
 class BoresightLaw(Checked):
-    """w = g(theta) n: body z is led to a direction p on the great circle, n = z x p / |z x p|.
+    """Turn of body z to a direction p at the rate w = g(theta) n, n = z x p / |z x p|.
 
-    g = k theta near the end, sqrt(2 a (theta - a / 2k^2)) from theta = a/k^2 on, which is the same
-    there in value and slope: it brakes with a. Nothing in it is singular but half a turn, where
-    every way is as short; then the body turns about its x axis. a is a share of what the weaker
-    wheel's torque gives about n, and g is kept to what the wheels' momentum lets. The direction is
-    taken to be at rest: behind one that moves at a constant rate W, body z stays by W / k.
+    Body z moves along the great circle to p. The rate is g = k theta near the target, and g =
+    sqrt(2 a (theta - a / 2k^2)) from theta = a/k^2 on, with the same value and slope there; the
+    body brakes with the deceleration a. The law is singular only at half a turn, where every path
+    has the same length; there the body turns about its x axis. The deceleration a is a share of the
+    acceleration about n that the torque of the weaker wheel gives. The rate g is limited by the
+    momentum of the wheels. The direction is assumed to be at rest: if it moves at a constant rate
+    W, body z lags by W / k.
 
     Attributes:
-        gain: k, 1/s.
-        braking: share of the torque that braking counts on.
-        top_share: of the wheels' largest speed, that turning counts on.
+        gain: Gain k, 1/s.
+        braking: Share of the torque that is used for braking.
+        top_share: Share of the wheels' largest speed that is used for turning.
     """
 
     gain: Annotated[Scalar, positive("boresight gain", "1/s")] = 0.1
@@ -75,13 +77,14 @@ class BoresightLaw(Checked):
     def __call__(
         self, direction: Vector3, resting: Pair, map: WheelMap, limits: tuple[Pair, Pair]
     ) -> Pair:
-        """Body rates about x and y to turn with, rad/s.
+        """Commanded body rates about x and y, (2,), rad/s.
 
         Args:
-            direction: (3,) unit vector that body z is to meet, in body axes.
-            resting: (2,) wheel speeds at which the body would not turn, rad/s.
-            map: of the wheels.
-            limits: (2,) largest accelerations of the wheels, rad/s², and largest speeds, rad/s.
+            direction: Target direction of body z, a unit vector in body axes, (3,).
+            resting: Wheel speeds at which the body would not turn, (2,), rad/s.
+            map: Map from momentum and wheel speeds to body rates.
+            limits: Largest accelerations of the wheels, (2,), rad/s², and largest speeds, (2,),
+                rad/s.
         """
         across = jnp.stack([-direction[1], direction[0]])
         sine = jnp.sqrt(across @ across)
@@ -98,15 +101,15 @@ class BoresightLaw(Checked):
 
 
 def governed(before: Pair, wanted: Pair, step: Pair) -> tuple[Pair, Scalar]:
-    """Commands that move towards what is wanted, none by more than its step, along a straight line.
+    """Move commands towards their targets along a straight line, with limited steps.
 
     Args:
-        before: (n,) the last commands.
-        wanted: (n,) commands.
-        step: (n,) largest change of each, above zero.
+        before: Last commands, (n,).
+        wanted: Target commands, (n,).
+        step: Largest change of each command, (n,), above zero.
 
     Returns:
-        The commands, and the share of the way that they go: 1 where nothing is cut.
+        New commands, and the share of the distance that they move: 1 if no step is limited.
     """
     way = wanted - before
     share = 1.0 / jnp.maximum(jnp.max(jnp.abs(way) / step), 1.0)

@@ -8,14 +8,14 @@ from gyrostat.core.jax64 import jnp
 
 
 class MomentumFrame(NamedTuple):
-    """The total momentum b in body axes, seen from a body axis n.
+    """Components of the total momentum b relative to a body axis n, in body axes.
 
     Attributes:
-        along: n.b, N·m·s.
-        across: |n x b|, N·m·s.
-        angle: between n and b, rad.
-        radial: (3,) unit vector of b across n.
-        tangent: (3,) n x radial: turning about it brings n towards b.
+        along: Component n.b, N·m·s.
+        across: Component |n x b|, N·m·s.
+        angle: Angle between n and b, rad.
+        radial: Unit vector of the part of b orthogonal to n, (3,).
+        tangent: Vector n x radial, (3,); a positive rotation about it turns n towards b.
     """
 
     along: Scalar
@@ -26,12 +26,12 @@ class MomentumFrame(NamedTuple):
 
 
 class MomentumAngles(NamedTuple):
-    """An attitude against another.
+    """Angles of an attitude relative to another attitude.
 
     Attributes:
-        roll: turn about the total momentum, rad.
-        spin: turn about the axis, rad.
-        tilt: turn of the axis towards the momentum, rad.
+        roll: Rotation about the total momentum, rad.
+        spin: Rotation about the axis, rad.
+        tilt: Rotation of the axis towards the momentum, rad.
     """
 
     roll: Scalar
@@ -40,10 +40,10 @@ class MomentumAngles(NamedTuple):
 
 
 def momentum_frame(axis: Vector3, momentum: Vector3) -> MomentumFrame:
-    """The frame of an axis, unit length, and a momentum, both in body axes."""
+    """Components of a momentum relative to an axis of unit length, both in body axes."""
     along = axis @ momentum
     plane = momentum - along * axis
-    # both along one line: no direction is marked out, and none is divided by zero
+    # avoids a division by zero if axis and momentum are parallel
     across = jnp.sqrt(plane @ plane + 1e-24)
     radial = plane / across
     return MomentumFrame(along, across, jnp.arctan2(across, along), radial, jnp.cross(axis, radial))
@@ -52,20 +52,20 @@ def momentum_frame(axis: Vector3, momentum: Vector3) -> MomentumFrame:
 def momentum_angles(
     attitude: Quaternion, target: Quaternion, total_momentum: Vector3, axis: Vector3
 ) -> MomentumAngles:
-    """Roll, spin and tilt that lead from a target to an attitude; R_target exp(e) = R.
+    """Roll, spin and tilt from a target to an attitude, with R_target exp(e) = R.
 
-    exp(e) = exp(roll b_d/|b_d|) exp(tilt t_d) exp(spin n) with the momentum b_d and the tangent t_d
-    in body axes at the target: 3-1-3 angles between an axis fixed in space and one fixed in the
-    body (P. C. Hughes, "Spacecraft Attitude Dynamics", section 2.3), with n as the third.
+    exp(e) = exp(roll b_d/|b_d|) exp(tilt t_d) exp(spin n), with the momentum b_d and the tangent
+    t_d in body axes at the target. These are 3-1-3 angles between an axis fixed in space and the
+    axis n fixed in the body (P. C. Hughes, "Spacecraft Attitude Dynamics", section 2.3).
 
     Args:
-        attitude: (4,) quaternion, scalar first.
-        target: (4,) quaternion.
-        total_momentum: (3,) in inertial axes, not zero, N·m·s.
-        axis: (3,) n in body axes, unit length, not along the momentum at the target.
+        attitude: Attitude quaternion, scalar first, (4,).
+        target: Target quaternion, scalar first, (4,).
+        total_momentum: Total momentum in inertial axes, not zero, (3,), N·m·s.
+        axis: Axis n in body axes, of unit length and not along the momentum at the target, (3,).
 
     Returns:
-        Angles of which roll and spin are in (-pi, pi].
+        Roll, spin and tilt; roll and spin are in (-pi, pi].
     """
     wanted = rotations.to_body(target, total_momentum)
     now = momentum_frame(axis, rotations.to_body(attitude, total_momentum))

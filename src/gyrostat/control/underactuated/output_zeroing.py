@@ -18,21 +18,23 @@ from gyrostat.spacecraft import Spacecraft
 Pair = Float[Array, "2"]
 
 LEAST_COSINE = 1e-3
-"""Of half the pointing error: beyond 179.885 degrees the law acts as it would there."""
+"""Smallest cosine of half the pointing error. Beyond 179.885 degrees the law uses its value
+there."""
 PARALLEL = 1e-6
-"""Least sine of the angle between two wheels, and least share of their authority."""
+"""Smallest sine of the angle between two wheels, and smallest relative determinant of their
+effect."""
 
 
 def check_two_wheels(name: str, spacecraft: Spacecraft) -> None:
-    """Refuse wheels that cannot lead body z anywhere.
+    """Check that two wheels can turn body z in every direction.
 
     Args:
-        name: for the message.
-        spacecraft: that has them.
+        name: Name of the controller in messages.
+        spacecraft: Spacecraft with the wheels.
 
     Raises:
-        InputError: not two wheels, wheels that are parallel or that turn the body z axis about one
-            axis only.
+        InputError: There are not two wheels, they are parallel, or they turn the body z axis about
+            one axis only.
     """
     axes = np.asarray(spacecraft.wheels.axes, dtype=float)
     if axes.shape[-1] != 2:
@@ -52,14 +54,14 @@ def check_two_wheels(name: str, spacecraft: Spacecraft) -> None:
 
 
 class ZeroingCommand(NamedTuple):
-    """Wheel speeds, and how they came about.
+    """Wheel speed command, and the signals behind it.
 
     Attributes:
-        speed: (2,) of the wheels relative to the body, rad/s.
-        virtual_input: (2,) wanted rate of (q1, q2), 1/s.
-        singular: whether (q1, q2) could not be driven: half a turn from the target.
-        model_error: (2,) of a compensator; zero without one.
-        gain: (2, 2) of a compensator; zero without one, 1/s.
+        speed: Commanded wheel speeds relative to the body, (2,), rad/s.
+        virtual_input: Commanded rate of (q1, q2), (2,), 1/s.
+        singular: Whether (q1, q2) could not be controlled, at half a turn from the target.
+        model_error: Model error of a compensator, (2,); zero without one.
+        gain: Gain of a compensator, or zero without one, (2, 2), 1/s.
     """
 
     speed: Annotated[Pair, "rad/s"]
@@ -70,19 +72,19 @@ class ZeroingCommand(NamedTuple):
 
 
 class OutputZeroing(Checked):
-    """u = -alpha(q) + beta(q) mu, mu = -F (q1, q2): body z is led to inertial z by wheel speeds.
+    """Output zeroing: turns body z to inertial z by wheel speeds.
 
-    Endo, Sekiguchi and Nonaka, (9)-(12): with the right inertia and momentum the outputs q1 and q2
-    obey y' = mu exactly; the turn about z is left alone. The pointing error is
-    2 asin(sqrt(q1^2 + q2^2)). At half a turn beta does not exist: from `LEAST_COSINE` on the law
-    acts as at the nearest attitude where it does, and says so. A controller of the loop, and the
-    law of a `ModelErrorCompensator`.
+    Endo, Sekiguchi and Nonaka, (9)-(12): u = -alpha(q) + beta(q) mu, mu = -F (q1, q2). With exact
+    inertia and momentum, the outputs q1 and q2 obey y' = mu exactly; the rotation about z is not
+    controlled. The pointing error is 2 asin(sqrt(q1^2 + q2^2)). At half a turn beta does not exist:
+    from `LEAST_COSINE` on, the law uses the nearest attitude at which beta exists and sets
+    `singular`. This is a controller of the loop, and also the law of a `ModelErrorCompensator`.
 
     Attributes:
-        spacecraft: body and two wheels, as the controller knows them.
-        feedback: (2,) diagonal of F, 1/s.
-        total_momentum: (3,) in inertial axes as the controller knows it, N·m·s.
-        momentum_measured: whether the momentum is computed from the measured body rate and wheel
+        spacecraft: Model of body and two wheels in the controller.
+        feedback: Diagonal of F, (2,), 1/s.
+        total_momentum: Total momentum in inertial axes assumed by the controller, (3,), N·m·s.
+        momentum_measured: Whether the momentum is computed from the measured body rate and wheel
             speeds instead.
     """
 
@@ -95,7 +97,7 @@ class OutputZeroing(Checked):
         """Validate wheels and momentum.
 
         Raises:
-            InputError: See `check_two_wheels`; a momentum that is not finite.
+            InputError: See `check_two_wheels`; also if the momentum is not finite.
         """
         check_two_wheels("output zeroing", self.spacecraft)
         if not np.all(np.isfinite(np.asarray(self.total_momentum))):
@@ -104,15 +106,15 @@ class OutputZeroing(Checked):
     def wheel_speed(
         self, attitude: Quaternion, momentum: Vector3, virtual_input: Pair
     ) -> tuple[Pair, Bool[Array, ""]]:
-        """Wheel speeds that give (q1, q2) a rate.
+        """Wheel speeds that give (q1, q2) a commanded rate.
 
         Args:
-            attitude: (4,) unit quaternion.
-            momentum: (3,) total, in body axes, N·m·s.
-            virtual_input: (2,) the rate, 1/s.
+            attitude: Unit quaternion of the attitude, scalar first, (4,).
+            momentum: Total momentum in body axes, (3,), N·m·s.
+            virtual_input: Commanded rate of (q1, q2), (2,), 1/s.
 
         Returns:
-            Speeds relative to the body, rad/s; whether the attitude is singular.
+            Wheel speeds relative to the body, (2,), rad/s, and whether the attitude is singular.
         """
         wheels = self.spacecraft.wheels
         inverse = inverse_definite(self.spacecraft.inertia_locked())
@@ -135,23 +137,23 @@ class OutputZeroing(Checked):
         return speed, far | flat
 
     def start(self, period: Scalar) -> Quaternion:
-        """The last attitude: none yet."""
+        """Initial memory: zeros in place of the last attitude."""
         return jnp.zeros(4)
 
     def observe(self, memory: Quaternion, measurement: Any) -> tuple[Quaternion, Pair]:
-        """The attitude, of its two quaternions that nearer to the last one; q1 and q2 of it."""
+        """Attitude quaternion with the sign nearer to the last one, and its q1 and q2."""
         attitude = measurement.attitude
         attitude = jnp.where(attitude @ memory < 0.0, -attitude, attitude)
         return attitude, attitude[1:3]
 
     def nominal_input(self, output: Pair) -> Pair:
-        """Mu = -F y, (12)."""
+        """Virtual input mu = -F y, (12)."""
         return -jnp.asarray(self.feedback) * output
 
     def command(
         self, memory: Quaternion, measurement: Any, input: Pair, compensation: Compensation
     ) -> ZeroingCommand:
-        """Wheel speeds for a virtual input, (11)."""
+        """Wheel speed command for a virtual input, (11)."""
         wheels = self.spacecraft.wheels
         if self.momentum_measured:
             rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * measurement.wheel_speed)
@@ -162,7 +164,7 @@ class OutputZeroing(Checked):
         return ZeroingCommand(speed, input, singular, compensation.model_error, compensation.gain)
 
     def __call__(self, memory: Quaternion, measurement: Any) -> tuple[Quaternion, ZeroingCommand]:
-        """Command wheel speeds."""
+        """Compute the wheel speed command."""
         memory, output = self.observe(memory, measurement)
         input = self.nominal_input(output)
         return memory, self.command(memory, measurement, input, Compensation.none(input))

@@ -17,29 +17,30 @@ from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
 
 GYROSCOPIC_SHARE = 0.97
-"""Of the wheels' torque that turning their momentum with the body may take."""
+"""Share of the wheels' torque that may be used to turn their momentum with the body."""
 ROLL_SHARE = 0.9
-"""Of that, what the roll may take."""
+"""Share of that torque that the roll may use."""
 BRAKING_SHARE = 0.5
-"""Of the wheels' torque that braking counts on."""
+"""Share of the wheels' torque that is used for braking."""
 LAG_DAMPING = 1.6
 """Gain of the lag over sqrt(tilting acceleration / tilt)."""
 WAYS_ROUND = np.array(list(product((0.0, -2.0 * np.pi, 2.0 * np.pi), repeat=2)))
-"""Of roll and spin, rad."""
+"""Full turns that can be added to roll and spin, (9, 2), rad."""
 KEPT = 0.7
-"""Weight of the time of the way round taken so far: another has to be much quicker."""
+"""Factor on the time of the present path when paths are compared: another must be much faster."""
 LEAST_ROLL = 0.01
-"""rad/s, for comparing ways round: wheels that are full here will not be all the way."""
+"""Smallest roll rate, rad/s, assumed when paths are compared. Wheels that are saturated at the
+present attitude are not saturated on the whole path."""
 UPRIGHT = 0.9999995
-"""Largest |cos| of the angle between normal and momentum that is aimed at."""
+"""Largest commanded |cos| of the angle between normal and momentum."""
 
 
 class Way(NamedTuple):
-    """How far there is to go back, of the ways round to one attitude.
+    """Path to the target: angles to be undone, one of the choices that differ by full turns.
 
     Attributes:
-        roll: about the momentum, rad.
-        spin: about the normal, rad.
+        roll: Angle about the momentum, rad.
+        spin: Angle about the normal, rad.
     """
 
     roll: Scalar
@@ -47,8 +48,8 @@ class Way(NamedTuple):
 
 
 NO_WAY = Way(100.0, 100.0)
-"""Before the first sample: far from every way, all within 3 pi, and finite, because a guarded
-controller keeps no other memory."""
+"""Value before the first sample. It differs from every path, since all angles are within 3 pi. It
+is finite, because a guarded controller needs a finite memory."""
 
 
 class _Geometry(NamedTuple):
@@ -73,45 +74,58 @@ class _Authority(NamedTuple):
 
 
 def brake(error: Scalar, gain: Scalar, deceleration: Scalar) -> Scalar:
-    """A speed from which one can stop: `gain` times a small error, sqrt(2 a error) for a large."""
+    """Largest speed of approach: `gain` times a small error, sqrt(2 a error) for a large one.
+
+    Args:
+        error: Remaining angle, rad.
+        gain: Gain for a small error, 1/s.
+        deceleration: Deceleration a for stopping, rad/s².
+
+    Returns:
+        Rate from which the motion can still stop at zero error, with the sign of the error, rad/s.
+    """
     return gain * error / jnp.sqrt(1.0 + jnp.abs(error) * gain**2 / (2.0 * deceleration))
 
 
 def largest_inertia(inertia) -> Scalar:
-    """A bound of the largest principal inertia (Gershgorin), kg·m²."""
+    """Upper bound of the largest principal inertia (Gershgorin), kg·m²."""
     return jnp.max(jnp.sum(jnp.abs(inertia), axis=1))
 
 
 class TwoWheelLaw(Checked):
-    """Rate over attitude, for working axes that span a plane with normal n.
+    """Commanded rate as a function of attitude, for working axes in a plane with normal n.
 
-    The wheels choose J w but for n.J w = s = n.b - c: b = R' H is the total momentum in body axes
-    and c what the failed wheels hold along n; rest needs s = 0. In the angles of `momentum_angles`
+    The wheels determine every component of J w but n.J w = s = n.b - c. Here b = R' H is the total
+    momentum in body axes, and c is the momentum of the failed wheels along n. Rest requires s = 0.
+    In the angles of `momentum_angles`
 
         w = roll' b/|b| + spin' n + tilt' t,   tilt = theta_target - theta,
         n.Jn spin' + n.Jb/|b| roll' + n.Jt tilt' = s = |b| cos(theta) - c.
 
-    Roll and tilt are commanded at will. The lag z = n.Jn spin + n.Jb/|b| roll + n.Jt tilt moves by
-    s alone, z' = s at small angles, and s by tilting the normal towards or away from the
-    momentum. So s_d = -S tanh(k z / S), theta_d = acos((c + s_d)/|b|), tilt' = k' (theta -
-    theta_d) - theta_d', a cascade whose linear part has the rates k and k' exactly. S is what the
-    tilt gives, s is also kept to what the wheels' torque allows, since their momentum turns with
-    the body. Of the ways round that end at one attitude the quickest is taken, and kept until
-    another is much quicker: the cosine is one-sided where |n x b| is small, and a roll may need
-    momentum that one of the wheels has not left.
+    Roll and tilt can be commanded freely. The lag z = n.Jn spin + n.Jb/|b| roll + n.Jt tilt changes
+    only through s, with z' = s at small angles, and s changes when the normal tilts towards the
+    momentum or away from it. The law is therefore s_d = -S tanh(k z / S), theta_d = acos((c +
+    s_d)/|b|), tilt' = k' (theta - theta_d) - theta_d', a cascade whose linear part has the rates k
+    and k' exactly. S is the largest s within the limits of the tilt. The torque of the wheels also
+    limits s, since their momentum turns with the body.
+
+    Paths to one attitude differ by full turns of roll and spin. The law takes the fastest path, and
+    keeps it until another is much faster: the cosine is one-sided where |n x b| is small, and a
+    roll may need momentum that one of the wheels does not have left.
 
     Derived for this package from the reduced gyrostat, whose rate is J^-1 (b - p - A h).
 
     Attributes:
-        wheels: the loop that will follow the rate; gives inertia and limits.
-        normal: (3,) n.
-        target: (4,) attitude to reach; holdable.
-        total_momentum: (3,) H in inertial axes, N·m·s.
-        tilt_gain: k', 1/s.
-        roll_gain: 1/s.
-        lag_gain: largest k, 1/s.
-        largest_tilt: beyond the holdable angle, rad; at most half the way to where n and b align.
-        largest_rate: of roll and tilt, rad/s.
+        wheels: Rate loop that follows the commanded rate; it has the inertia and the limits.
+        normal: Normal n of the working axes, (3,).
+        target: Target quaternion, scalar first, (4,); a feasible attitude.
+        total_momentum: Total momentum H in inertial axes, (3,), N·m·s.
+        tilt_gain: Gain k' of the tilt, 1/s.
+        roll_gain: Gain of the roll, 1/s.
+        lag_gain: Largest gain k of the lag, 1/s.
+        largest_tilt: Largest tilt beyond the feasible angle, rad; also limited to half the angle to
+            where n and b align.
+        largest_rate: Largest rate of roll and tilt, rad/s.
     """
 
     wheels: WheelRateLoop
@@ -127,16 +141,17 @@ class TwoWheelLaw(Checked):
     def __call__(
         self, attitude: Quaternion, held: Scalar, momentum: PerWheel, way: Way
     ) -> tuple[Vector3, Way]:
-        """The rate to follow.
+        """Commanded body rate.
 
         Args:
-            attitude: (4,) quaternion, scalar first.
-            held: c, N·m·s.
-            momentum: (wheels,) that would bring the body to rest here, N·m·s.
-            way: taken so far, `NO_WAY` at the start.
+            attitude: Attitude quaternion, scalar first, (4,).
+            held: Momentum c of the failed wheels along n, N·m·s.
+            momentum: Wheel momentum at which the body would be at rest in this attitude, (wheels,),
+                N·m·s.
+            way: Path at the last sample; `NO_WAY` at the start.
 
         Returns:
-            The body rate, rad/s, and the way round that it takes.
+            Body rate, (3,), rad/s, and the present path.
         """
         at = self._geometry(rotations.to_body(attitude, self.total_momentum))
         held = jnp.clip(held, -UPRIGHT * at.size, UPRIGHT * at.size)
@@ -155,7 +170,7 @@ class TwoWheelLaw(Checked):
         coupling = jnp.asarray(self.wheels.inertia) @ self.normal
         size, frame = jnp.sqrt(body @ body), momentum_frame(self.normal, body)
         own, by_roll = self.normal @ coupling, coupling @ body / size
-        # rolling and letting the spin give way leaves the lag alone
+        # a roll with this spin rate does not change the lag
         roll_axis = body / size - self.normal * by_roll / own
         turn = jnp.sqrt(roll_axis @ roll_axis + 1e-12)
         tilt = coupling @ frame.tangent
@@ -167,7 +182,7 @@ class TwoWheelLaw(Checked):
         less = jnp.minimum(self.largest_tilt, 0.5 * rest)
         more = jnp.minimum(self.largest_tilt, 0.5 * (jnp.pi - rest))
         torque = GYROSCOPIC_SHARE * wheels.torque_along(at.frame.tangent)
-        # a body that rolls forward takes its momentum from the wheels
+        # a forward roll of the body takes momentum from the wheels
         backward, forward = wheels.room(momentum, jnp.asarray(wheels.inertia) @ at.roll_axis)
         anywhere = wheels.torque_anywhere()
         return _Authority(
@@ -183,7 +198,7 @@ class TwoWheelLaw(Checked):
     def _way(
         self, last: Way, attitude: Quaternion, at: _Geometry, able: _Authority, then: _Authority
     ) -> tuple[Way, Scalar]:
-        """The way round and its lag, by what is possible here and at the target."""
+        """Fastest path and its lag, from the authority here and at the target."""
         forward = jnp.maximum(jnp.minimum(able.forward, then.forward), LEAST_ROLL / at.roll_turn)
         backward = jnp.maximum(jnp.minimum(able.backward, then.backward), LEAST_ROLL / at.roll_turn)
         angles = momentum_angles(attitude, self.target, self.total_momentum, self.normal)
@@ -198,7 +213,7 @@ class TwoWheelLaw(Checked):
                 jnp.abs(spin) * at.spin_inertia / able.turning,
             ]
         )
-        # they run at once, but share the wheels
+        # the motions run at the same time but share the torque of the wheels
         total = jnp.max(times, axis=0) + 0.1 * jnp.sum(times, axis=0)
         same = (jnp.abs(roll - last.roll) < np.pi) & (jnp.abs(spin - last.spin) < np.pi)
         best = jnp.argmin(jnp.where(same, KEPT * total, total))
@@ -221,8 +236,8 @@ class TwoWheelLaw(Checked):
         used = jnp.where(lag > 0.0, -1.0, 1.0) * jnp.minimum(reach, able.turning)
         lean = jnp.maximum(jnp.abs(angle_for(used) - angle_for(0.0)), 1e-3)
         gain = jnp.minimum(self.lag_gain, LAG_DAMPING * jnp.sqrt(able.slowing / lean))
-        # tilting back turns the momentum along the normal, which takes torque too: where drift is
-        # one-sided, a lag that passes zero costs a whole turn
+        # tilting back turns the momentum along the normal, which takes torque too; where the
+        # drift is one-sided, an overshoot of the lag costs a full turn
         gain = jnp.minimum(gain, able.leaning / lean)
         level = jnp.tanh(gain * lag / reach)
         centre = roll_rate * at.roll_inertia

@@ -1,4 +1,4 @@
-"""Two-wheel pointing with torque limits, momentum and error compensation."""
+"""Two-wheel pointing with torque limits, total momentum and model error compensation."""
 
 from typing import Annotated, Any, NamedTuple
 
@@ -26,14 +26,14 @@ COMPENSATOR = ConditionedCompensator(Integrators())
 
 
 class PointingCommand(NamedTuple):
-    """Wheel speeds, and how they came about.
+    """Wheel speed command, and the signals behind it.
 
     Attributes:
-        speed: (2,) of the wheels relative to the body, rad/s.
-        share: of the way to what the law wanted that the governor let go.
-        model_error: (2,) turn about body x and y that the nominal model has made more than the
-            body, rad.
-        compensator_gain: (2,) in use, 1/s.
+        speed: Commanded wheel speeds relative to the body, (2,), rad/s.
+        share: Share of the demanded speed change that the torque governor allowed.
+        model_error: Rotation of the nominal model about body x and y minus that of the body, (2,),
+            rad.
+        compensator_gain: Gain in use, (2,), 1/s.
     """
 
     speed: Annotated[Pair, "rad/s"]
@@ -43,18 +43,18 @@ class PointingCommand(NamedTuple):
 
 
 class PointingMemory(NamedTuple):
-    """Between two samples.
+    """State of the controller between two samples.
 
     Attributes:
-        estimate: of the attitude.
-        momentum: (3,) estimate of the total, inertial axes, N·m·s.
-        speed: (2,) last command, rad/s.
-        acting: (2,) body rates that momentum and measured wheel speeds make, rad/s.
-        turned: (2,) about body x and y since the start, rad.
-        compensator: of the compensator.
-        tuning: of its gain; None where it is fixed.
-        cut: whether the governor cut the last command.
-        period: of control, s.
+        estimate: Attitude estimate.
+        momentum: Estimate of the total momentum in inertial axes, (3,), N·m·s.
+        speed: Last commanded wheel speeds, (2,), rad/s.
+        acting: Body rates about x and y from momentum and measured wheel speeds, (2,), rad/s.
+        turned: Angles about body x and y since the start, (2,), rad.
+        compensator: Memory of the compensator.
+        tuning: State of the gain tuner; None if the gain is fixed.
+        cut: Whether the governor limited the last command.
+        period: Control period, s.
     """
 
     estimate: SteadyAttitudeEstimate
@@ -69,25 +69,26 @@ class PointingMemory(NamedTuple):
 
 
 class TwoWheelPointing(Checked):
-    """Leads body z to a direction fixed in space by two wheels that take commanded speeds.
+    """Boresight pointing of body z to an inertial direction, by the speeds of two wheels.
 
-    The body rates about x and y follow from total momentum and wheel speeds (`WheelMap`), so wheel
-    speeds command them. `BoresightLaw` says which; a governor scales the change of both wheels
-    alike, so that neither needs more than its torque. The momentum, from measured rate and wheel
-    speeds, passes a slow filter in inertial axes. What is left, of momentum, inertia and gyro
-    bias, is a slow rate error: a compensator learns it from the estimated turn about x and y,
-    whose rate the nominal model gives from the measured wheel speeds. A controller of the loop.
+    The body rates about x and y follow from total momentum and wheel speeds (`WheelMap`), so that
+    wheel speeds command them. `BoresightLaw` gives the rates. A governor scales the speed changes
+    of both wheels by one factor, so that neither wheel exceeds its torque. The momentum is computed
+    from measured rate and wheel speeds and passes a slow low-pass filter in inertial axes. Errors
+    of momentum, inertia and gyro bias remain as a slowly varying rate error. A compensator
+    estimates it from the estimated rotation about x and y, whose rate the nominal model gives from
+    the measured wheel speeds. This is a controller of the loop.
 
     Attributes:
-        spacecraft: body and two wheels, as the controller knows them.
-        law: how fast to turn.
-        filter: of attitude and gyro bias.
-        momentum_time: time constant of the momentum's filter, s.
-        gain: (2,) of the compensator, 1/s; not used where a tuner is given.
-        torque_share: of the wheels' torque, that the governor lets a change of speed need; the
+        spacecraft: Model of body and two wheels in the controller.
+        law: Boresight law, which gives the body rates.
+        filter: Filter of attitude and gyro bias.
+        momentum_time: Time constant of the momentum filter, s.
+        gain: Fixed gain of the compensator, (2,), 1/s; unused if there is a tuner.
+        torque_share: Share of the wheels' torque that the governor allows for speed changes; the
             rest is for friction.
-        tuner: that gives the gain on line; None for none.
-        along: (3,) unit vector that body z is led to, inertial axes.
+        tuner: Tuner that gives the gain on line; None for a fixed gain.
+        along: Target direction of body z, a unit vector in inertial axes, (3,).
     """
 
     spacecraft: Spacecraft
@@ -105,8 +106,8 @@ class TwoWheelPointing(Checked):
         """Validate wheels and direction.
 
         Raises:
-            InputError: See `check_two_wheels`; wheels without a torque limit, a direction that is
-                no unit vector.
+            InputError: See `check_two_wheels`; also if a wheel has no torque limit, or if the
+                direction is not a unit vector.
         """
         check_two_wheels("two-wheel pointing", self.spacecraft)
         limit = np.asarray(self.spacecraft.wheels.torque_limit)
@@ -118,10 +119,10 @@ class TwoWheelPointing(Checked):
             raise InputError(f"pointing direction: found {self.along}, expected a unit vector")
 
     def check_own_period(self, period: float) -> None:
-        """Refuse a gain beyond which the compensator is unstable at a control period, s.
+        """Check that the compensator is stable at a control period, s.
 
         Raises:
-            InputError: 2 / period or more.
+            InputError: The gain is 2 / period or more.
         """
         highest = self.gain if self.tuner is None else self.tuner.highest
         found = float(np.max(np.asarray(highest)))
@@ -132,7 +133,7 @@ class TwoWheelPointing(Checked):
             )
 
     def start(self, period: Scalar) -> PointingMemory:
-        """Memory before the first measurement."""
+        """Initial memory."""
         none = jnp.zeros(2)
         return PointingMemory(
             estimate=self.filter.start(),
@@ -154,7 +155,7 @@ class TwoWheelPointing(Checked):
         return memory.momentum + share * (measured - memory.momentum)
 
     def _compensated(self, memory: PointingMemory, acting: Pair, turn: Pair) -> PointingMemory:
-        """Memory with the compensator at this sample."""
+        """Memory with the compensator updated at this sample."""
         given = 0.5 * (memory.acting + acting)
         turned, tuning, gain = memory.turned + turn, memory.tuning, jnp.asarray(self.gain)
         if self.tuner is not None and tuning is not None:
@@ -169,17 +170,18 @@ class TwoWheelPointing(Checked):
             gain = tuning.gain
         compensator = COMPENSATOR(memory.compensator, given, turned, gain, memory.period)
         after = memory._replace(turned=turned, tuning=tuning, compensator=compensator)
-        # before the first sample there was neither turn nor input
+        # at the first sample there is neither rotation nor input yet
         return jax.tree.map(lambda a, b: jnp.where(memory.estimate.begun, a, b), after, memory)
 
     def __call__(
         self, memory: PointingMemory, measurement: Any
     ) -> tuple[PointingMemory, PointingCommand]:
-        """Command wheel speeds.
+        """Compute the wheel speed command.
 
         Args:
-            memory: from the last sample.
-            measurement: has `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed` (2,), rad/s.
+            memory: Memory from the last sample.
+            measurement: Measurement with `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed`
+                (2,), rad/s.
         """
         wheels, period = self.spacecraft.wheels, memory.period
         speed = measurement.wheel_speed

@@ -1,4 +1,4 @@
-"""Friction models, one short file each; a new static model is known everywhere by its file."""
+"""Friction models, one short file each; a new static model is registered by its file alone."""
 
 import importlib
 import pkgutil
@@ -15,7 +15,7 @@ for _module in pkgutil.iter_modules(__path__):
 FRICTION_MODELS: dict[str, type[Friction]] = {
     model.name: model for model in sorted(Friction.__subclasses__(), key=lambda m: m.name)
 }
-"""Every friction model by its name."""
+"""Static friction models by name."""
 
 __all__ = [
     "DEFAULT_STRIBECK_SPEED",

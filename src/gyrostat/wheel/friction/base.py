@@ -1,4 +1,4 @@
-"""What every static friction model provides."""
+"""Interface of static friction models."""
 
 import abc
 import dataclasses
@@ -14,20 +14,20 @@ from gyrostat.core.validation import require
 
 
 def parameter(dimension: str) -> Any:
-    """Declare a model parameter as a dataclass field.
+    """Dataclass field for a model parameter.
 
     Args:
-        dimension: key of `gyrostat.core.units.SI_UNIT` that gives the unit of the parameter.
+        dimension: Key of `gyrostat.core.units.SI_UNIT` that gives the unit of the parameter.
     """
     return eqx.field(metadata={"dimension": dimension})
 
 
 class Friction(Checked):
-    """A static friction curve: torque that opposes the rotation of a wheel.
+    """Static friction curve: torque that opposes the rotation of a wheel.
 
-    A model is one final subclass in a file of its own in this package: fields declared with
-    `parameter`, each a size of 0 or more, and the methods below. It is then known to the command
-    line, to the model file and to identification under its `name`.
+    A model is one final subclass in its own file in this package, with fields declared by
+    `parameter`, each of value 0 or more, and the methods below. It is then available in the command
+    line, the model file and identification under its `name`.
     """
 
     name: ClassVar[str]
@@ -35,54 +35,55 @@ class Friction(Checked):
     title: ClassVar[str]
     """Name in tables and figures."""
     held_by_default: ClassVar[tuple[str, ...]] = ()
-    """Parameters that a bench record rarely shows; identification holds them unless asked."""
+    """Parameters that a bench record rarely determines; identification keeps them fixed by
+    default."""
     vanishing_at: ClassVar[Mapping[str, str]] = {}
-    """Parameter -> the parameter whose value makes its effect vanish (static -> coulomb).
-    A parameter that is not named here has no effect at zero."""
+    """Parameter -> the parameter at whose value its effect vanishes (static -> coulomb). The effect
+    of a parameter that is not listed vanishes at zero."""
 
     @abc.abstractmethod
     def torque(self, speed: Scalar, direction: Scalar) -> Scalar:
-        """Friction torque on the rotor with its sign turned: subtract it from the motor torque.
+        """Friction torque on the rotor with opposite sign, to be subtracted from the motor torque.
 
         Args:
-            speed: wheel speed, rad/s, scalar.
-            direction: frozen sense of rotation, +1 or -1. For that sense the curve is smooth in
-                speed, also slightly past zero, which is what lets a crossing be located.
+            speed: Wheel speed, rad/s, scalar.
+            direction: Fixed direction of rotation, +1 or -1. For a fixed direction, the curve is
+                smooth in speed, also slightly beyond zero, so that a crossing can be located.
 
         Returns:
             Torque, N·m, scalar.
         """
 
     def viscous_torque(self, speed: Scalar, direction: Scalar) -> Scalar:
-        """The part of `torque` that bristles have no share in, N·m: none unless a model says so."""
+        """Part of `torque` that does not act through bristles, N·m; zero by default."""
         return 0.0 * speed
 
     @abc.abstractmethod
     def speed_scale(self) -> Scalar:
-        """Smallest speed over which the curve bends, rad/s; infinite for a straight line."""
+        """Smallest speed range over which the curve bends, rad/s; infinite for a straight line."""
 
     @classmethod
     @abc.abstractmethod
     def from_coulomb(cls, viscous: float, coulomb: float) -> Self:
-        """Build the member of this model that equals viscous plus Coulomb friction.
+        """Model with the curve of viscous plus Coulomb friction.
 
         Args:
-            viscous: N·m·s/rad.
-            coulomb: N·m.
+            viscous: Viscous coefficient, N·m·s/rad.
+            coulomb: Coulomb torque, N·m.
         """
 
     def check_own(self) -> None:
         """Validate parameters.
 
         Raises:
-            InputError: One is negative or not finite, or a speed is zero.
+            InputError: A parameter is negative or not finite, or a speed is zero.
         """
         for name, dimension in self.dimensions().items():
             value, unit = getattr(self, name), SI_UNIT[dimension]
             require(name, value, unit, positive=dimension == "speed")
 
     def breakaway_torque(self, direction: Scalar) -> Scalar:
-        """Largest torque, N·m, that the wheel at rest withstands in sense `direction` (±1)."""
+        """Breakaway torque of the wheel at rest, N·m, in a direction of rotation (±1)."""
         return direction * self.torque(0.0, direction)
 
     @classmethod
@@ -91,5 +92,5 @@ class Friction(Checked):
         return {f.name: f.metadata["dimension"] for f in dataclasses.fields(cls)}
 
     def parameters(self) -> dict[str, Scalar]:
-        """Parameter names in order -> values, SI."""
+        """Parameter names in order -> values in SI units."""
         return {name: getattr(self, name) for name in self.dimensions()}

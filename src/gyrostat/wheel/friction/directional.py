@@ -1,4 +1,4 @@
-"""Stribeck friction that differs between the two senses of rotation."""
+"""Stribeck friction with different parameters for the two directions of rotation."""
 
 from collections.abc import Mapping
 from typing import ClassVar, Self
@@ -13,7 +13,8 @@ class DirectionalStribeck(Friction):
     """Stribeck friction with its own b, c and T_s for positive and for negative speed.
 
     Bearings can be asymmetric (Canudas de Wit and Åström 1987, cited by Carrara and Kuga, whose
-    model is symmetric). The Stribeck speed, hardly ever observable, is common to both senses.
+    model is symmetric). The Stribeck speed, which can rarely be observed, is the same for both
+    directions.
     """
 
     name: ClassVar[str] = "directional"

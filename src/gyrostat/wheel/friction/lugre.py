@@ -1,4 +1,4 @@
-"""LuGre friction: bristles that bend before they slip, so that friction remembers."""
+"""LuGre friction: a dynamic model with bristles that deflect before they slip."""
 
 import math
 from typing import Annotated, Self
@@ -16,18 +16,19 @@ from gyrostat.wheel.friction.viscous_coulomb import ViscousCoulomb
 
 
 class LuGre(Checked):
-    """dz/dt = w - s_0 abs(w) z / g(w) and F = s_0 z + s_1 dz/dt + b w.
+    """LuGre model dz/dt = w - s_0 abs(w) z / g(w) and F = s_0 z + s_1 dz/dt + b w.
 
     C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of systems
     with friction", IEEE Transactions on Automatic Control 40 (1995); Moreira, Lopes and Kuga,
     "Estimation of torque in a reaction wheel using a bristle model for friction", eqs. (1)-(5),
-    with the sign of the exponent in (2) corrected. Rotary: z is an angle, g a torque, the level of
-    a static friction curve without its viscous part. In steady rotation F is that curve.
+    with the sign of the exponent in (2) corrected. In this rotary form z is an angle and g a
+    torque: the level of a static friction curve without its viscous part. In steady rotation F is
+    that curve.
 
     Attributes:
-        curve: static friction curve, which gives g and the viscous part.
-        stiffness: s_0 of the bristles, N·m/rad.
-        damping: s_1 of the bristles, N·m·s/rad.
+        curve: Static friction curve, which gives g and the viscous part.
+        stiffness: Stiffness s_0 of the bristles, N·m/rad.
+        damping: Damping s_1 of the bristles, N·m·s/rad.
     """
 
     curve: Friction
@@ -46,20 +47,20 @@ class LuGre(Checked):
         static: float,
         stribeck_speed: float,
     ) -> Self:
-        """Build from forces and speeds at a radius: v = r w, torque = r force, z / r an angle.
+        """Model from forces and speeds at a radius: v = r w, torque = r force, angle = z / r.
 
         Args:
-            radius: r of the sliding surface, m.
-            stiffness: sigma_0, N/m.
-            damping: sigma_1, N·s/m.
-            viscous: sigma_2, N·s/m.
-            coulomb: F_c, N.
-            static: F_s, N.
-            stribeck_speed: v_s, m/s.
+            radius: Radius r of the sliding surface, m.
+            stiffness: Stiffness sigma_0, N/m.
+            damping: Damping sigma_1, N·s/m.
+            viscous: Viscous coefficient sigma_2, N·s/m.
+            coulomb: Coulomb force F_c, N.
+            static: Static force F_s, N.
+            stribeck_speed: Stribeck speed v_s, m/s.
 
         Raises:
-            InputError: a radius, stiffness, force or Stribeck speed that is not positive, a
-                negative damping, or F_s below F_c.
+            InputError: Radius, stiffness, Coulomb force or Stribeck speed is not positive, the
+                damping or the viscous coefficient is negative, or F_s is below F_c.
         """
         for name, value in (
             ("radius", radius),
@@ -82,11 +83,11 @@ class LuGre(Checked):
 
     @classmethod
     def dahl(cls, coulomb: Scalar, stiffness: Scalar) -> Self:
-        """The model of P. Dahl (1968): one level, no damping.
+        """Friction model of P. Dahl (1968): constant level, no damping.
 
         Args:
-            coulomb: N·m.
-            stiffness: of the bristles, N·m/rad.
+            coulomb: Coulomb torque, N·m.
+            stiffness: Stiffness of the bristles, N·m/rad.
         """
         return cls(ViscousCoulomb(viscous=0.0, coulomb=coulomb), stiffness, 0.0)
 
@@ -94,7 +95,8 @@ class LuGre(Checked):
         """Validate the levels at which the bristles slip.
 
         Raises:
-            InputError: A level is not above zero, or that at rest is below that of fast rotation.
+            InputError: A level is not above zero, or the level at rest is below that of fast
+                rotation.
         """
         for direction in (1.0, -1.0):
             peak, low = np.broadcast_arrays(*self._levels(direction))
@@ -107,21 +109,21 @@ class LuGre(Checked):
                 )
 
     def level(self, speed: Scalar) -> Scalar:
-        """g(w), N·m: torque at which the bristles slip in steady rotation."""
+        """Torque g(w) at which the bristles slip in steady rotation, N·m."""
         direction = jnp.where(jnp.asarray(speed) < 0.0, -1.0, 1.0)
         whole = self.curve.torque(speed, direction)
         return direction * (whole - self.curve.viscous_torque(speed, direction))
 
     def deflection_rate(self, speed: Scalar, deflection: Scalar) -> Scalar:
-        """dz/dt, rad/s."""
+        """Rate of deflection dz/dt, rad/s."""
         return speed - self.stiffness * jnp.abs(speed) * deflection / self.level(speed)
 
     def torque(self, speed: Scalar, deflection: Scalar) -> Scalar:
-        """F, N·m, on the rotor with its sign turned.
+        """Friction torque F on the rotor with opposite sign, N·m.
 
         Args:
-            speed: w, rad/s.
-            deflection: z, rad.
+            speed: Wheel speed w, rad/s.
+            deflection: Deflection z of the bristles, rad.
         """
         direction = jnp.where(jnp.asarray(speed) < 0.0, -1.0, 1.0)
         bristles = self.stiffness * deflection
@@ -129,25 +131,25 @@ class LuGre(Checked):
         return bristles + damped + self.curve.viscous_torque(speed, direction)
 
     def steady_deflection(self, speed: Scalar) -> Scalar:
-        """Deflection at which the bristles slip at a steady speed, rad."""
+        """Deflection at which the bristles slip at a constant speed, rad."""
         return jnp.sign(speed) * self.level(speed) / self.stiffness
 
     def _fast(self, direction: Scalar) -> Scalar:
-        """A speed at which the level has settled, rad/s."""
+        """Speed above which the level is constant, rad/s."""
         scale = self.curve.speed_scale()
         return direction * jnp.where(jnp.isinf(scale), 1.0, 10.0 * scale)
 
     def _levels(self, direction: Scalar) -> tuple[Scalar, Scalar]:
-        """Level at rest and of fast rotation, N·m."""
+        """Levels at rest and in fast rotation, N·m."""
         return self.curve.breakaway_torque(direction), self.level(self._fast(direction))
 
     def largest_passive_damping(self) -> Scalar:
-        """Largest s_1 for which the friction can never give out energy, N·m·s/rad.
+        """Largest s_1 for which the friction model is passive, N·m·s/rad.
 
-        b g(inf) / (T_s - g(inf)); infinite where the level does not fall. Beyond it the damping of
-        strongly bent bristles can exceed what they dissipate. N. Barabanov, R. Ortega, "Necessary
-        and sufficient conditions for passivity of the LuGre friction model", IEEE Transactions on
-        Automatic Control 45 (2000).
+        b g(inf) / (T_s - g(inf)); infinite if the level does not fall with speed. Beyond this
+        value, the damping of strongly deflected bristles can give out more energy than they
+        dissipate. N. Barabanov, R. Ortega, "Necessary and sufficient conditions for passivity of
+        the LuGre friction model", IEEE Transactions on Automatic Control 45 (2000).
         """
         limits = []
         for direction in (1.0, -1.0):
@@ -165,5 +167,5 @@ class LuGre(Checked):
 
 
 def static_curve(friction: Friction | LuGre) -> Friction:
-    """The friction of steady rotation: the curve itself, or that of the bristles."""
+    """Friction curve of steady rotation, of a static model or of a bristle model."""
     return friction.curve if isinstance(friction, LuGre) else friction

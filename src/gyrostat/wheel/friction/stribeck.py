@@ -1,4 +1,4 @@
-"""Stribeck friction: the torque falls from the static to the Coulomb level as the wheel starts."""
+"""Stribeck friction: the torque falls from the static to the Coulomb level as the speed grows."""
 
 from collections.abc import Mapping
 from typing import ClassVar, Self
@@ -8,7 +8,7 @@ from gyrostat.core.jax64 import jnp
 from gyrostat.wheel.friction.base import Friction, parameter
 
 DEFAULT_STRIBECK_SPEED = 0.418879
-"""rad/s: the 4 rpm of Carrara and Kuga, for records that cannot show their own."""
+"""Stribeck speed of Carrara and Kuga (4 rpm), rad/s, for records that cannot determine it."""
 
 
 def stribeck_torque(
@@ -19,7 +19,7 @@ def stribeck_torque(
     static: Scalar,
     stribeck_speed: Scalar,
 ) -> Scalar:
-    """F(w) = b w + sgn(w) [c + (T_s - c) exp(-w^2 / w_s^2)], N·m, in a frozen sense of rotation."""
+    """F(w) = b w + sgn(w) [c + (T_s - c) exp(-w^2 / w_s^2)], N·m, for a fixed direction."""
     excess = (static - coulomb) * jnp.exp(-((speed / stribeck_speed) ** 2))
     return viscous * speed + direction * (coulomb + excess)
 
@@ -27,8 +27,8 @@ def stribeck_torque(
 class Stribeck(Friction):
     """F(w) = b w + sgn(w) [c + (T_s - c) exp(-w^2 / w_s^2)].
 
-    Carrara and Kuga, "Estimating friction parameters in reaction wheels for attitude control",
-    eq. (1), with d = T_s - c. The curve jumps by 2 T_s at zero speed: the wheel sticks there.
+    Carrara and Kuga, "Estimating friction parameters in reaction wheels for attitude control", eq.
+    (1), with d = T_s - c. The curve jumps by 2 T_s at zero speed, where the wheel sticks.
     """
 
     name: ClassVar[str] = "stribeck"

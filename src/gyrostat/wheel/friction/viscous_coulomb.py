@@ -28,7 +28,7 @@ class ViscousCoulomb(Friction):
         return self.viscous * speed
 
     def speed_scale(self) -> Scalar:
-        """See `Friction.speed_scale`: a straight line has none."""
+        """See `Friction.speed_scale`: infinite for a straight line."""
         return float("inf")
 
     @classmethod

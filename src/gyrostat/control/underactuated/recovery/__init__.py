@@ -1,4 +1,4 @@
-"""Laws that bring a spacecraft to rest in a wanted attitude with the wheels that are left."""
+"""Recovery laws: bring a spacecraft to rest in a target attitude with the remaining wheels."""
 
 from gyrostat.control.underactuated.recovery.momentum import MomentumRecovery
 from gyrostat.control.underactuated.recovery.one_wheel import OneWheelRecovery

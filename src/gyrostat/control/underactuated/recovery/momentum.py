@@ -1,4 +1,4 @@
-"""Recovery law for working wheels that suffice together with the total momentum."""
+"""Recovery law that controls the attitude by two or more wheels and the total momentum."""
 
 from typing import Any, NamedTuple, Self
 
@@ -19,15 +19,15 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft, WheelTorqueCommand
 
 LEAST_AUTHORITY = 1e-3
-"""Of momentum across the normal over the whole: below it the third direction is out of reach."""
+"""Smallest share of the momentum across the normal; below it the third axis is not controllable."""
 
 
 class MomentumRecoveryMemory(NamedTuple):
-    """Between two samples.
+    """State of the controller between two samples.
 
     Attributes:
-        wheels: of the rate loop.
-        way: round to the target that is taken.
+        wheels: Memory of the rate loop.
+        way: Present path to the target.
     """
 
     wheels: RateLoopMemory
@@ -35,25 +35,25 @@ class MomentumRecoveryMemory(NamedTuple):
 
 
 class MomentumRecovery(Checked):
-    """Brings a spacecraft to rest at a holdable attitude, whatever its motion at the start.
+    """Recovery to rest at a feasible attitude, from any initial motion.
 
-    The law gives a rate for each attitude, its change along the measured motion the acceleration
-    to feed forward, and the rate loop the torques. What the failed wheels hold along the normal is
-    measured, for it changes while they run down; where their sensors are lost it is taken as what
-    they will hold at the target. It is not inferred from rate and inertia: where the momentum is
-    small, an inertia that is wrong by 5 % would make that unstable.
+    The law gives a rate for each attitude. The change of this rate along the measured motion is the
+    feed-forward acceleration, and the rate loop computes the torques. The momentum of the failed
+    wheels along the normal is measured, since it changes while they run down. If their sensors are
+    lost, the value that they will have at the target is used. The value is not computed from rate
+    and inertia: if the momentum is small, an inertia error of 5 % would make the loop unstable.
 
-    With two directions left the time to expect is 100 s + 15 J / rho, with the largest inertia J
-    and the momentum rho across the normal n at the target, N·m·s. A failed wheel that still runs
-    down with the time constant tau moves what can be held until its momentum h along its axis a is
-    gone: to a tolerance of e rad that takes tau ln(h |n.a| / (rho e)), and the longer of both
-    times counts.
+    If two directions are left, the expected time is 100 s + 15 J / rho, with the largest inertia J
+    and the momentum rho across the normal n at the target, N·m·s. A failed wheel that runs down
+    with the time constant tau changes the feasible attitudes until its momentum h along its axis a
+    is gone. To a tolerance of e rad that takes tau ln(h |n.a| / (rho e)); the longer of both times
+    applies.
 
     Attributes:
-        law: rate over attitude.
-        normal: (3,) to the working axes, or zero where they span space.
-        failed_axes: (3, wheels), those of working and of seized wheels zero.
-        rotor_inertia: (wheels,) of every rotor about its axis, kg·m².
+        law: Law that gives the rate for each attitude.
+        normal: Normal to the working axes, (3,); zero if they span space.
+        failed_axes: Axes of failed wheels, (3, wheels); zero for working and seized wheels.
+        rotor_inertia: Inertia of every rotor about its axis, (wheels,), kg·m².
     """
 
     law: TwoWheelLaw | ThreeAxisLaw
@@ -62,19 +62,19 @@ class MomentumRecovery(Checked):
     rotor_inertia: Float[Array, " wheels"]
 
     def start(self, period: Scalar) -> MomentumRecoveryMemory:
-        """Nothing measured yet."""
+        """Initial memory."""
         none = Way(*(jnp.asarray(angle) for angle in NO_WAY))
         return MomentumRecoveryMemory(self.law.wheels.start(period), none)
 
     def __call__(
         self, memory: MomentumRecoveryMemory, measurement: Any
     ) -> tuple[MomentumRecoveryMemory, WheelTorqueCommand]:
-        """Command the wheels.
+        """Compute the wheel torques.
 
         Args:
-            memory: from the last sample.
-            measurement: has `attitude` (4,), `rate` (3,), rad/s, `wheel_speed` (wheels,)
-                relative to the body, rad/s, and `wheel_measured` (wheels,).
+            memory: Memory from the last sample.
+            measurement: Measurement with `attitude` (4,), `rate` (3,), rad/s, `wheel_speed`
+                (wheels,), relative to the body, rad/s, and `wheel_measured` (wheels,).
         """
         law, loop, rate = self.law, self.law.wheels, measurement.rate
         held = self._held(measurement)
@@ -94,12 +94,12 @@ class MomentumRecovery(Checked):
     def predicted(
         self, memory: MomentumRecoveryMemory, measurement: Any, command: WheelTorqueCommand
     ) -> MomentumRecoveryMemory:
-        """Memory one period later without a sample: that of the rate loop.
+        """Memory one period later without a sample, from that of the rate loop.
 
         Args:
-            memory: from the last sample.
-            measurement: not used.
-            command: that is sent.
+            memory: Memory from the last sample.
+            measurement: Unused.
+            command: Command that is sent instead.
         """
         wheels = self.law.wheels.predicted(memory.wheels, measurement, command)
         return memory._replace(wheels=wheels)
@@ -121,18 +121,18 @@ class MomentumRecovery(Checked):
         target: ArrayLike,
         seized: ArrayLike | None = None,
     ) -> Self:
-        """The controller for one failure; done once, outside the loop.
+        """Design the controller for one failure case; done once, outside the loop.
 
         Args:
-            spacecraft: as the controller knows it, one.
-            working: (wheels,) whether a wheel works.
-            total_momentum: (3,) in inertial axes, N·m·s.
-            target: (4,) holdable attitude, scalar first.
-            seized: (wheels,) whether the rotor is fixed to the body; None for none.
+            spacecraft: Spacecraft model of the controller, without a batch axis.
+            working: Whether each wheel works, (wheels,).
+            total_momentum: Total momentum in inertial axes, (3,), N·m·s.
+            target: Target quaternion, scalar first, (4,); a feasible attitude.
+            seized: Whether each rotor is fixed to the body, (wheels,); None for no seized rotor.
 
         Raises:
-            InputError: fewer than two directions are left; or two, and the momentum has no part
-                across them at the target that could move the third.
+            InputError: The working axes span fewer than two directions; or they span two, and the
+                momentum at the target has no component along them that could control the third.
         """
         wheels = spacecraft.wheels
         left = WorkingWheels.of(spacecraft, working, seized)

@@ -16,38 +16,38 @@ from gyrostat.core.linear import inverse_definite
 from gyrostat.spacecraft import Spacecraft, WheelTorqueCommand
 
 LEAST_SINE = 1e-3
-"""Of the angles on which controllability rests: below it motion takes too long to be of use."""
+"""Smallest sine of the angles that controllability depends on; below it the motion is too slow."""
 DAMPING = 1.0
-"""Rate at which a small tilt goes, over |H|/J and the sine of the angle from b to J^-1 a."""
+"""Rate of decay of a small tilt, over |H|/J and the sine of the angle from b to J^-1 a."""
 FOLLOWING = 2.0
-"""Rate at which the wheel follows, over |H|/J."""
+"""Rate at which the wheel momentum follows its command, over |H|/J."""
 TORQUE_SHARE = 0.7
-"""Of the torque limit, that damping may take at the rate |H|/J."""
+"""Share of the torque limit that damping may use at the rate |H|/J."""
 LEAN = 0.4
-"""Tilt, rad, at a roll that is as wide as any seen."""
+"""Largest tilt of the steady spin, rad; it limits the roll that the regulator uses."""
 REACH = 0.4
-"""Share of a.b that the wheel's momentum may take away to that end."""
+"""Largest k of the steady spin against a.b, as a share of a.b; it limits that roll too."""
 WIDEST = 1.5
-"""Of the rolls seen, rad."""
+"""Largest roll that the regulator uses, rad."""
 ROLL_WEIGHT = 1.0
-"""Of a roll, where that of a tilt is 1, both in rad."""
+"""Weight of the roll, with a weight of 1 for the tilt, both in rad."""
 STAYING = 0.3
-"""Roll by which the way round is kept beyond where the other is quicker, rad."""
+"""Roll by which a direction of rotation is kept beyond where the other is faster, rad."""
 MOMENTUM_WEIGHT = 0.1
-"""Of the wheel's momentum over the total momentum."""
+"""Weight of the wheel momentum over the total momentum."""
 TORQUE_WEIGHT = 0.3
-"""Of its torque over the total momentum in the time J/|H|."""
+"""Weight of the wheel torque over the total momentum in the time J/|H|."""
 LIMIT_WEIGHT = 0.05
-"""Of its torque over its limit, where that is more."""
+"""Weight of the wheel torque over its limit, used where it is larger."""
 
 
 class OneWheelMemory(NamedTuple):
-    """Between two samples.
+    """State of the controller between two samples.
 
     Attributes:
-        near: whether the body is near rest somewhere on the circle of attitudes that can be held.
-        roll: about the total momentum from the target, rad.
-        period: control period, s.
+        near: Whether the body is near rest at some attitude on the circle of feasible attitudes.
+        roll: Roll about the total momentum from the target, rad.
+        period: Control period, s.
     """
 
     near: Bool[Array, ""]
@@ -56,43 +56,46 @@ class OneWheelMemory(NamedTuple):
 
 
 class OneWheelRecovery(Checked):
-    """Brings a spacecraft with one direction of torque to rest at a holdable attitude.
+    """Recovery to rest at a feasible attitude, with wheel torque about one axis.
 
-    With h the momentum of the working wheel along its axis a, p that of the failed ones, both in
-    inertial space, and b = R'H the total momentum in body axes, J w = b - p - a h and b' = b x w.
-    With k = h - h_d from that at the target, D = b - b_d and y = J^-1 D: J w = D - a k, and
+    h is the momentum of the working wheel along its axis a, and p that of the failed wheels, both
+    in inertial space. With the total momentum b = R'H in body axes, J w = b - p - a h and b' = b x
+    w. With k = h - h_d, where h_d is the value at the target, D = b - b_d and y = J^-1 D: J w = D -
+    a k, and
 
         d/dt (D.J^-1 D / 2) = -k y.(b x J^-1 a).
 
-    Far from rest k follows c y.(b x J^-1 a), limited, and D goes. At rest b = b_d, and what is left
-    free is a turn about H, the roll. All those attitudes are alike, so that one gain serves them.
-    Near rest h' = -K (tilt, roll, k) with the gain of `lqr` for
+    Far from rest, k follows c y.(b x J^-1 a), limited, so that D decays. At rest b = b_d, and the
+    attitude may differ from the target only by a rotation about H, the roll. The dynamics are the
+    same at all these attitudes, so that one gain is valid for them. Near rest h' = -K (tilt, roll,
+    k), with the gain of `lqr` for
 
         d/dt (t, k) = [[J^-1 [b]x, -J^-1 a], [0, 0]] (t, k) + (0, h'),
 
-    the turn t from the target in body axes. No more of the roll is seen than `widest_roll`, as if
-    the target were turned about H to be that near: then the body spins slowly about H, and its
-    tilt and k are those that `LEAN` and `REACH` allow. The way round is the one that is quicker.
+    where t is the rotation from the target in body axes. The roll is limited to `widest_roll`, as
+    if the target were turned about H to be that near. The body then spins slowly about H, with tilt
+    and k within `LEAN` and `REACH`. The faster direction of rotation is taken.
 
-    k is taken from attitude and rate, a.(b - b_d - J w), not from the wheel's speed: so nothing
-    need be known of p along a, and at rest nothing of J.
+    k is computed from attitude and rate, a.(b - b_d - J w), not from the wheel speed. The component
+    of p along a is therefore not needed, and at rest J is not needed either.
 
     Attributes:
-        inertia: (3, 3) of the body without the rotors' own spin, kg·m².
-        axis: (3,) a, unit length.
-        allocation: (wheels,) of a torque along a.
-        total_momentum: (3,) in inertial axes, N·m·s.
-        target: (4,) attitude, scalar first.
-        gain: (4,) K: of the turn, N·m/rad, and of k, 1/s.
-        damping: c, kg·m²·s.
-        following: rate at which k follows, 1/s.
-        widest_excess: of k where it damps, N·m·s.
-        widest_roll: (2,) lowest, below zero, and highest, rad.
-        torque_limit: (wheels,), N·m.
-        momentum_limit: (wheels,), relative to the body, N·m·s.
-        rotor_inertia: (wheels,) about the spin axes, kg·m².
-        inner: near rest begins below it: the larger of tilt in rad and |J w|/|H|.
-        outer: and ends above it.
+        inertia: Inertia of the body without the rotors' spin inertia, (3, 3), kg·m².
+        axis: Axis a of the wheel torque, unit length, (3,).
+        allocation: Allocation of a torque along a to the wheels, (wheels,).
+        total_momentum: Total momentum in inertial axes, (3,), N·m·s.
+        target: Target quaternion, scalar first, (4,).
+        gain: Gain K, (4,): of the rotation, N·m/rad, and of k, 1/s.
+        damping: Gain c, kg·m²·s.
+        following: Rate at which k follows its command, 1/s.
+        widest_excess: Largest k while damping, N·m·s.
+        widest_roll: Lowest roll, below zero, and highest roll that the regulator uses, (2,), rad.
+        torque_limit: Torque limits, (wheels,), N·m.
+        momentum_limit: Limits of the momentum relative to the body, (wheels,), N·m·s.
+        rotor_inertia: Inertia of the rotors about their axes, (wheels,), kg·m².
+        inner: Distance from rest below which the body counts as near rest: the larger of tilt in
+            rad and |J w|/|H|.
+        outer: Distance from rest above which the body no longer counts as near rest.
     """
 
     inertia: Float[Array, "3 3"]
@@ -112,19 +115,19 @@ class OneWheelRecovery(Checked):
     outer: Annotated[Scalar, positive("recovery outer")] = 1.4
 
     def start(self, period: Scalar) -> OneWheelMemory:
-        """Far from rest."""
+        """Initial memory, not near rest."""
         period = jnp.asarray(period, dtype=float)
         return OneWheelMemory(jnp.array(False), jnp.zeros(()), period)
 
     def __call__(
         self, memory: OneWheelMemory, measurement: Any
     ) -> tuple[OneWheelMemory, WheelTorqueCommand]:
-        """Command the working wheels.
+        """Compute the wheel torques.
 
         Args:
-            memory: from the last sample.
-            measurement: has `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed` (wheels,)
-                relative to the body, rad/s.
+            memory: Memory from the last sample.
+            measurement: Measurement with `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed`
+                (wheels,), relative to the body, rad/s.
         """
         rate, limit = measurement.rate, jnp.asarray(self.torque_limit)
         body = rotations.to_body(measurement.attitude, self.total_momentum)
@@ -152,11 +155,11 @@ class OneWheelRecovery(Checked):
         return OneWheelMemory(near, roll, period), WheelTorqueCommand(torque)
 
     def damping_excess(self, body: Vector3, wanted: Vector3) -> Scalar:
-        """Excess k that takes away b - b_d, N·m·s.
+        """Excess momentum k that reduces b - b_d, N·m·s.
 
         Args:
-            body: (3,) total momentum in body axes, N·m·s.
-            wanted: (3,) b_d, the same at the target.
+            body: Total momentum in body axes, (3,), N·m·s.
+            wanted: Total momentum b_d in body axes at the target, (3,), N·m·s.
         """
         inverse = inverse_definite(jnp.asarray(self.inertia))
         away = inverse @ (body - wanted)
@@ -164,13 +167,13 @@ class OneWheelRecovery(Checked):
         return jnp.clip(share, -self.widest_excess, self.widest_excess)
 
     def _turn(self, last: Scalar, attitude: Quaternion, along: Vector3) -> tuple[Scalar, Vector3]:
-        """Roll about the momentum and the shortest turn after it, across the momentum."""
+        """Roll about the momentum, and the shortest remaining rotation, orthogonal to it."""
         turn = rotations.error(attitude, self.target)
         roll = 2.0 * jnp.arctan2(turn[1:] @ along, turn[0])
         twist = rotations.from_rotation_vector(roll * along)
         tilt = rotations.rotation_vector(rotations.product(rotations.conjugate(twist), turn))
         lowest, highest = self.widest_roll
-        # both ways take the same time there; noise must not choose anew at each sample
+        # both directions take the same time there; the hysteresis keeps noise from switching
         turned = 2.0 * jnp.pi * highest / (highest - lowest)
         turned = turned + STAYING * jnp.where(jnp.abs(last) > STAYING, jnp.sign(last), 0.0)
         roll = jnp.where(roll > turned, roll - 2.0 * jnp.pi, roll)
@@ -186,18 +189,18 @@ class OneWheelRecovery(Checked):
         target: ArrayLike,
         seized: ArrayLike | None = None,
     ) -> Self:
-        """The controller for one failure; done once, outside the loop.
+        """Design the controller for one failure case; done once, outside the loop.
 
         Args:
-            spacecraft: as the controller knows it, one.
-            working: (wheels,) whether a wheel works.
-            total_momentum: (3,) in inertial axes, N·m·s.
-            target: (4,) holdable attitude, scalar first.
-            seized: (wheels,) whether the rotor is fixed to the body; None for none.
+            spacecraft: Spacecraft model of the controller, without a batch axis.
+            working: Whether each wheel works, (wheels,).
+            total_momentum: Total momentum in inertial axes, (3,), N·m·s.
+            target: Target quaternion, scalar first, (4,); a feasible attitude.
+            seized: Whether each rotor is fixed to the body, (wheels,); None for no seized rotor.
 
         Raises:
-            InputError: the working wheels do not share one axis, or do not control the attitude
-                about the target: a.b = 0 or b x J^-1 a = 0.
+            InputError: The working wheels do not share one axis, or do not control the attitude
+                near the target: a.b = 0 or b x J^-1 a = 0.
         """
         wheels = spacecraft.wheels
         left = WorkingWheels.of(spacecraft, working, seized)
@@ -205,7 +208,7 @@ class OneWheelRecovery(Checked):
             raise InputError(
                 f"working wheels: found axes that span {left.rank} directions, expected 1"
             )
-        # its sense is that of the first working wheel
+        # the sign of the axis is that of the first working wheel
         axis = left.directions[:, 0]
         axis = axis * np.sign(axis @ left.axes[:, np.argmax(left.works)])
         share = axis @ left.axes
@@ -237,7 +240,11 @@ class OneWheelRecovery(Checked):
 
 
 def _checked_sine(inertia: types.Matrix, axis: types.Vector, body: types.Vector) -> float:
-    """Of the angle from b to J^-1 a; refuses where one wheel does not control the attitude."""
+    """Sine of the angle from b to J^-1 a.
+
+    Raises:
+        InputError: One wheel does not control the attitude.
+    """
     size = float(np.linalg.norm(body))
     if size == 0.0:
         raise InputError("total momentum: found none, expected some: one wheel turns one axis only")
@@ -259,9 +266,9 @@ def _checked_sine(inertia: types.Matrix, axis: types.Vector, body: types.Vector)
 def _regulator(
     inertia: types.Matrix, axis: types.Vector, body: types.Vector, limit: float
 ) -> tuple[types.Vector, types.Vector]:
-    """Gain over (turn, k) and the lowest and highest roll that it is to see.
+    """Gain for (rotation, k), and the lowest and highest roll that the regulator uses.
 
-    In units of |H| and J/|H|, so that one set of weights fits all.
+    In units of |H| and J/|H|, so that one set of weights fits all cases.
     """
     size = float(np.linalg.norm(body))
     along, time = body / size, float(np.trace(inertia)) / 3.0 / size
@@ -274,7 +281,7 @@ def _regulator(
     weight[3, 3] = MOMENTUM_WEIGHT
     cost = max(TORQUE_WEIGHT, LIMIT_WEIGHT * (size / time / limit) ** 2)
     gain = np.asarray(lqr(dynamics, np.eye(4)[:, 3:], weight, cost * np.eye(1)).gain)[0]
-    # tilt and k of the steady spin at a roll that is seen as 1 rad
+    # tilt and k of the steady spin if the regulator uses a roll of 1 rad
     across = np.eye(4)[:, 1:]
     across[:3, :2] = np.linalg.svd(along[None])[2][1:].T
     across[:, 2] = np.eye(4)[3]

@@ -1,19 +1,19 @@
-"""Rest-to-rest turns of a body that can only turn about axes in one plane.
+"""Rest-to-rest rotations of a body that can only turn about axes in one plane.
 
-Two wheels without momentum leave the body rate orthogonal to one axis z of the body, z along J n
-with n the normal of the two wheel axes: the rolling of a ball without twist. Every attitude is in
-reach all the same. The shortest turn is one sweep whose axis goes round in the plane at a constant
-rate per angle turned, because the extremals of that problem are
+With two wheels and no momentum, the body rate is orthogonal to one axis z of the body, along J n
+with n the normal of the two wheel axes. The body then moves like a ball that rolls without spin.
+Every attitude can still be reached. The shortest rotation is one sweep, whose axis turns in the
+plane at a constant rate per angle turned, because the extremals of this problem are
 
     q(s) = exp((e + k z) s / 2) exp(-k z s / 2),
 
-with s the angle turned so far, e the axis at the start and k the curvature: the limit of a sequence
-of ever shorter turns about axes of the plane. With k = 0 it is one plain turn; a twist about z
-alone is one closed loop. V. Jurdjevic, "Geometric Control Theory", chapters 12 and 14, has the
-extremals; end point, timing and solution are worked out here.
+with s the angle turned so far, e the axis at the start and k the curvature. This is the limit of a
+sequence of ever shorter rotations about axes in the plane. With k = 0 it is a simple rotation; a
+rotation about z alone is one closed loop. V. Jurdjevic, "Geometric Control Theory", chapters 12 and
+14, has the extremals; end point, timing and solution are derived here.
 
-Attitudes and axes here are in sweep axes, whose third is z. Closed forms and loops of fixed counts
-only; one turn for each call, `vmap` gives many.
+Attitudes and axes in this module are in sweep axes, whose third axis is z. The functions use only
+closed forms and loops of fixed length. Each call handles one rotation; use `vmap` for many.
 """
 
 from typing import NamedTuple
@@ -23,25 +23,25 @@ from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax, jnp
 
 HALVINGS = 64
-"""Of the interval that the half angle of a sweep lies in: to rounding."""
+"""Number of bisections for the half angle of a sweep, enough to reach rounding."""
 LEAST_TILT = 1e-10
-"""Sine of half a turn across z, below which a turn is one about z alone."""
+"""Sine of half the rotation across z, below which it counts as a rotation about z alone."""
 RAMP_PEAK = 1.5
 """Largest slope of the ramp x^2 (3 - 2 x)."""
 RAMP_SHARE = 0.85
-"""Of the acceleration limit that speeding up takes, so that what bends the way has room beside it:
+"""Share of the acceleration limit that is used to speed up. The rest is for the change of the axis:
 (RAMP_SHARE slope / RAMP_PEAK)^2 + ramp^4 stays below 1."""
 
 
 class Sweep(NamedTuple):
-    """A turn from rest to rest about an axis that goes round in a plane.
+    """Rotation from rest to rest about an axis that turns in a plane.
 
     Attributes:
-        direction: of the first axis in the plane, from x towards y, rad.
-        curvature: angle that the axis goes round for each angle turned, 1.
-        length: angle turned in all, rad.
-        speed: largest rate, rad/s.
-        ramp: time in which that rate is reached, and in which it is given up again, s.
+        direction: Direction of the first axis in the plane, from x towards y, rad.
+        curvature: Angle that the axis turns for each angle of the rotation, 1.
+        length: Total angle of the rotation, rad.
+        speed: Largest rate, rad/s.
+        ramp: Time in which that rate is reached, and in which it falls to zero again, s.
     """
 
     direction: Scalar
@@ -52,12 +52,12 @@ class Sweep(NamedTuple):
 
     @property
     def duration(self) -> Scalar:
-        """From rest to rest, s; zero for a sweep of no length."""
+        """Duration from rest to rest, s; zero for a sweep of zero length."""
         return self.length / self.speed + self.ramp
 
 
 def _half_phase(rest: Scalar, tilt: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-    """What a sweep of half angle pi - `rest` twists about z, and its shares across and along z."""
+    """Twist about z of a sweep of half angle pi - `rest`, and its axis parts across and along z."""
     across = tilt / jnp.sin(rest)
     along = jnp.sqrt(jnp.maximum(1.0 - across**2, 0.0))
     twist = jnp.arctan2(along * jnp.sin(rest), -jnp.cos(rest)) - along * (jnp.pi - rest)
@@ -65,20 +65,20 @@ def _half_phase(rest: Scalar, tilt: Scalar) -> tuple[Scalar, Scalar, Scalar]:
 
 
 def shortest(turn: Quaternion) -> tuple[Scalar, Scalar, Scalar]:
-    """The shortest sweep that makes a turn.
+    """Shortest sweep that makes a rotation.
 
     Args:
-        turn: attitude at the end with respect to that at the start, in sweep axes.
+        turn: Attitude at the end relative to that at the start, in sweep axes, (4,).
 
     Returns:
-        Direction of its first axis, rad, its curvature and its length, rad, at most sqrt(3) pi.
+        Direction of the first axis, rad, curvature, and length, rad, at most sqrt(3) pi.
     """
     turn = jnp.where(turn[0] < 0.0, -turn, turn)
     tilt = jnp.maximum(jnp.hypot(turn[1], turn[2]), LEAST_TILT)
     wanted = jnp.arctan2(jnp.abs(turn[3]), turn[0])
     least = jnp.arctan2(tilt, jnp.hypot(turn[0], turn[3]))
 
-    # the twist falls from pi to 0 while the rest of the half angle grows
+    # the twist falls from pi to 0 as `rest` grows
     def halve(_, bounds):
         low, high = bounds
         middle = 0.5 * (low + high)
@@ -95,7 +95,7 @@ def shortest(turn: Quaternion) -> tuple[Scalar, Scalar, Scalar]:
 
 
 def turned(sweep: Sweep, angle: Scalar) -> Quaternion:
-    """Attitude after an angle turned along a sweep, with respect to its start, in sweep axes."""
+    """Attitude after an angle along a sweep, relative to its start, in sweep axes."""
     e = jnp.array([jnp.cos(sweep.direction), jnp.sin(sweep.direction), sweep.curvature])
     back = jnp.array([0.0, 0.0, -sweep.curvature])
     return rotations.product(
@@ -104,7 +104,7 @@ def turned(sweep: Sweep, angle: Scalar) -> Quaternion:
 
 
 def rate_axis(sweep: Sweep, angle: Scalar) -> Vector3:
-    """Axis of the rate after an angle turned, a unit vector in sweep axes."""
+    """Axis of the body rate after an angle along a sweep, a unit vector in sweep axes."""
     heading = sweep.direction + sweep.curvature * angle
     return jnp.array([jnp.cos(heading), jnp.sin(heading), 0.0])
 
@@ -116,17 +116,17 @@ def timed(
     speed_limit: Scalar,
     acceleration_limit: Scalar,
 ) -> Sweep:
-    """Give a sweep its time: the rate rises smoothly, is held and falls as it rose.
+    """Fastest timing of a sweep: the rate rises smoothly, is held, and falls as it rose.
 
     Args:
-        direction: see `Sweep`.
-        curvature: see `Sweep`.
-        length: rad.
-        speed_limit: of the rate, rad/s.
-        acceleration_limit: of the rate's change along and across the way together, rad/s^2.
+        direction: Direction of the first axis, rad, see `Sweep`.
+        curvature: Curvature, see `Sweep`.
+        length: Total angle, rad.
+        speed_limit: Limit of the rate, rad/s.
+        acceleration_limit: Limit of the acceleration, along and across the path together, rad/s^2.
 
     Returns:
-        The fastest such sweep within the limits.
+        Fastest such sweep within the limits.
     """
     slope = RAMP_SHARE * acceleration_limit / RAMP_PEAK
     bent = jnp.sqrt(acceleration_limit / jnp.maximum(jnp.abs(curvature), 1e-9))

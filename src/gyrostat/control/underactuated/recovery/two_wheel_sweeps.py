@@ -21,28 +21,28 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft
 
 AIMS = 8
-"""Taken for a sweep, each corrected by the drift on the way of the one before."""
+"""Number of iterations to plan a sweep; each corrects for the drift during the one before."""
 NODES = 32
-"""Intervals in time in which that drift is summed up."""
+"""Number of time intervals in the integration of that drift."""
 
 
 class TwoWheelSweeps(eqx.Module):
-    """What a body turns by when its working wheels span a plane and the others are seized.
+    """Rotations of a body whose working wheels span a plane and whose other wheels are seized.
 
-    With n the normal of the working axes, H the total momentum and b = R'H, the rate w of a body
-    of inertia J obeys n.J w = n.b whatever the wheels do: across z, along J n, it is commanded;
-    along z it is the drift n.b / |J n|.
+    With n the normal of the working axes, H the total momentum and b = R'H, the rate w of a body of
+    inertia J obeys n.J w = n.b at any wheel torque. Orthogonal to z, which is along J n, the rate
+    can be commanded. Along z it is the drift n.b / |J n|.
 
     Attributes:
-        inertia: (3, 3) of all that turns with the body, seized rotors with it, without the axial
-            inertia of the working rotors, kg·m².
-        axes: (3, wheels) spin axes.
-        rotor_inertia: (wheels,) axial inertia of the working rotors, 0 of the others, kg·m².
-        allocation: (wheels, 3) pseudoinverse of the working axes, zero rows for the others.
-        frame: (3, 3) sweep axes x, y, z in body axes, as columns.
-        drift: (3,) n / |J n|, 1/(kg·m²).
-        torque_limit: (wheels,) N·m.
-        momentum_limit: (wheels,) N·m·s.
+        inertia: Inertia of all that turns with the body, including seized rotors, without the axial
+            inertia of the working rotors, (3, 3), kg·m².
+        axes: Spin axes, (3, wheels).
+        rotor_inertia: Axial inertia of the working rotors, zero for the others, (wheels,), kg·m².
+        allocation: Pseudo-inverse of the working axes, with zero rows for the others, (wheels, 3).
+        frame: Sweep axes x, y, z in body axes, as columns, (3, 3).
+        drift: Vector n / |J n|, (3,), 1/(kg·m²).
+        torque_limit: Torque limits, (wheels,), N·m.
+        momentum_limit: Momentum limits, (wheels,), N·m·s.
     """
 
     inertia: Float[Array, "3 3"]
@@ -56,14 +56,14 @@ class TwoWheelSweeps(eqx.Module):
 
     @classmethod
     def of(cls, spacecraft: Spacecraft, working: Any) -> Self:
-        """For a spacecraft of which some wheels have seized.
+        """Sweeps of a spacecraft with some seized wheels.
 
         Args:
-            spacecraft: as known to the controller.
-            working: (wheels,) bool; the others are seized.
+            spacecraft: Spacecraft model of the controller.
+            working: Whether each wheel works, (wheels,), bool; the others are seized.
 
         Raises:
-            InputError: the working axes do not span a plane, a working wheel has no limits.
+            InputError: The working axes do not span a plane, or a working wheel has no limits.
         """
         wheels = spacecraft.wheels
         working = np.asarray(working, dtype=bool)
@@ -99,36 +99,37 @@ class TwoWheelSweeps(eqx.Module):
         return cls(*(jnp.asarray(value) for value in values))
 
     def momentum(self, rate: Vector3, wheel_speed: PerWheel) -> Vector3:
-        """Total momentum in body axes, N·m·s, from what is measured."""
+        """Total momentum in body axes, (3,), N·m·s, from measured rates."""
         rotors = self.rotor_inertia * (wheel_speed + self.axes.T @ rate)
         return self.inertia @ rate + self.axes @ rotors
 
     def in_body(self, turn: Quaternion) -> Quaternion:
-        """A turn in sweep axes, in body axes."""
+        """Rotation given in sweep axes, expressed in body axes."""
         return jnp.concatenate([turn[:1], self.frame @ turn[1:]])
 
     def error(self, attitude: Quaternion, target: Quaternion) -> Vector3:
-        """Rotation vector from a target to an attitude, sweep axes, rad."""
+        """Rotation vector from a target to an attitude, in sweep axes, (3,), rad."""
         return self.frame.T @ rotations.rotation_vector(rotations.error(attitude, target))
 
     def lever(self, attitude: Quaternion, momentum: Vector3) -> Vector3:
-        """Change of the drift with the attitude, sweep axes, 1/s.
+        """Derivative of the drift with respect to attitude, in sweep axes, (3,), 1/s.
 
-        Turned by e, n.b = n.(b - e x b) = n.b + e.(n x b).
+        After a rotation by e, n.b = n.(b - e x b) = n.b + e.(n x b).
 
         Args:
-            attitude: at which.
-            momentum: total, inertial axes, N·m·s.
+            attitude: Attitude quaternion at which the derivative is taken, (4,).
+            momentum: Total momentum in inertial axes, (3,), N·m·s.
         """
         return self.frame.T @ jnp.cross(self.drift, rotations.to_body(attitude, momentum))
 
     def torque(self, acceleration: Vector3, rate: Vector3, momentum: Vector3) -> PerWheel:
-        """Torques that give an acceleration across z, all shortened alike to their limits, N·m.
+        """Torques for an acceleration across z, scaled alike to their limits, (wheels,), N·m.
 
         Args:
-            acceleration: sweep axes, rad/s^2; that along z is what it is.
-            rate: of the body, body axes, rad/s.
-            momentum: total, body axes, N·m·s.
+            acceleration: Acceleration in sweep axes, (3,), rad/s^2; the component along z is
+                ignored.
+            rate: Body rate in body axes, (3,), rad/s.
+            momentum: Total momentum in body axes, (3,), N·m·s.
         """
         gyroscopic = jnp.cross(momentum, rate)
         wanted = acceleration.at[2].set(self.drift @ gyroscopic)
@@ -136,14 +137,14 @@ class TwoWheelSweeps(eqx.Module):
         return torque / jnp.maximum(jnp.max(jnp.abs(torque) / self.torque_limit), 1.0)
 
     def limits(self, momentum: Vector3, share: Scalar) -> tuple[Scalar, Scalar]:
-        """What the wheels give about any axis of a sweep.
+        """Rate and acceleration that the wheels can give about every axis of a sweep.
 
         Args:
-            momentum: total, body axes, N·m·s; the wheels have to hold it beside the sweep's.
-            share: of the limits of the wheels.
+            momentum: Total momentum in body axes, (3,), N·m·s, which the wheels hold in addition.
+            share: Share of the wheels' limits that may be used.
 
         Returns:
-            Rate, rad/s, and its change, rad/s^2.
+            Rate, rad/s, and acceleration, rad/s^2.
         """
         each = (self.allocation @ self.inertia @ self.frame)[:, :2]
         gain = jnp.maximum(jnp.sqrt(jnp.sum(each**2, axis=1)), 1e-12)
@@ -160,15 +161,15 @@ class TwoWheelSweeps(eqx.Module):
         momentum: Vector3,
         share: Scalar,
     ) -> Sweep:
-        """A new sweep where one begins, else the one before.
+        """Plan a new sweep if one begins; otherwise return the present one.
 
         Args:
-            before: under way, or the last one.
-            begin: whether a sweep begins.
-            attitude: at its start.
-            target: attitude at its end, reached with the drift on the way.
-            momentum: total, inertial axes, N·m·s.
-            share: of the limits of the wheels that it may take.
+            before: Present or last sweep.
+            begin: Whether a sweep begins.
+            attitude: Attitude at its start, (4,).
+            target: Attitude at its end, including the drift during the sweep, (4,).
+            momentum: Total momentum in inertial axes, (3,), N·m·s.
+            share: Share of the wheels' limits that the sweep may use.
         """
         turn = rotations.product(rotations.conjugate(attitude), target)
         turn = jnp.concatenate([turn[:1], self.frame.T @ turn[1:]])
@@ -181,24 +182,24 @@ class TwoWheelSweeps(eqx.Module):
             goal = rotations.product(rotations.conjugate(drifted), turn)
             return goal, sweep, number + 1
 
-        # no round where none begins: a `cond` in a batch would plan for every run at every sample
+        # no iteration if no sweep begins: in a batch, `cond` would plan for every run and sample
         rounds = jnp.where(begin, AIMS, 0)
 
         def goes_on(planned):
-            # flight code needs a constant bound, and reports when that is reached
+            # flight code needs a constant bound, and reports if it is reached
             return (planned[2] < rounds) & (planned[2] <= AIMS)
 
         return jax.lax.while_loop(goes_on, aim, (turn, before, 0))[1]
 
     def drifted(self, sweep: Sweep, attitude: Quaternion, momentum: Vector3) -> Quaternion:
-        """The turn D that the drift adds: a sweep r ends at D r, in sweep axes at its start.
+        """Rotation D added by the drift: a sweep r ends at D r, in sweep axes at its start.
 
-        D' = D (r z) d with d the drift at the attitude D r, in steps of the midpoint rule.
+        D' = D (r z) d with d the drift at the attitude D r, integrated by the midpoint rule.
 
         Args:
-            sweep: from its start to its end.
-            attitude: at its start.
-            momentum: total, inertial axes, N·m·s.
+            sweep: Sweep, from its start to its end.
+            attitude: Attitude at its start, (4,).
+            momentum: Total momentum in inertial axes, (3,), N·m·s.
         """
         step = sweep.duration / NODES
         z = jnp.array([0.0, 0.0, 1.0])

@@ -14,20 +14,21 @@ from gyrostat.core.jax64 import jnp
 from gyrostat.spacecraft import Spacecraft
 
 SWING_TIME = 20.0
-"""s: what leaning takes away in that time is not worth a sweep, which takes as long or longer."""
+"""Time, s. An error that a lean removes in this time needs no sweep, which would take as long or
+longer."""
 NO_LEVER = 1e-10
-"""1/s: below it leaning takes nothing away."""
+"""Size of the drift lever, 1/s, below which a lean has no effect."""
 
 
 class ZeroMomentumMemory(NamedTuple):
-    """Between two samples.
+    """State of the controller between two samples.
 
     Attributes:
-        sweep: under way, or the last one.
-        elapsed: since its start, s.
-        reference: attitude that the sweep would have reached now.
-        arrived: whether the target is held.
-        period: control period, s.
+        sweep: Present or last sweep.
+        elapsed: Time since its start, s.
+        reference: Present reference attitude of the sweep, (4,).
+        arrived: Whether the target is held.
+        period: Control period, s.
     """
 
     sweep: Sweep
@@ -38,12 +39,13 @@ class ZeroMomentumMemory(NamedTuple):
 
 
 class ZeroMomentumCommand(NamedTuple):
-    """Motor torques, and what they are for.
+    """Motor torques, and the state of the sweep.
 
     Attributes:
-        torque: (wheels,) on each rotor, N·m; positive speeds the wheel up and pushes the body back.
-        started: 1 where a sweep starts at this sample, else 0.
-        left: of the sweep under way, s.
+        torque: Torque on each rotor, (wheels,), N·m; a positive torque increases the wheel speed
+            and acts on the body in the negative direction.
+        started: 1 if a sweep starts at this sample, else 0.
+        left: Remaining time of the present sweep, s.
     """
 
     torque: Annotated[Float[Array, " wheels"], "N·m"]
@@ -52,35 +54,35 @@ class ZeroMomentumCommand(NamedTuple):
 
 
 class ZeroMomentumRecovery(Checked):
-    """Sweeps of `rest_to_rest`, each tracked in two directions and planned again at its end.
+    """Recovery by the sweeps of `rest_to_rest`, each tracked and followed by a new plan.
 
-    Without momentum no smooth feedback brings a body with two wheels to rest at a target: one
-    direction, along z of `TwoWheelSweeps`, is not commanded. This controller
+    Without momentum, no smooth feedback brings a body with two wheels to rest at a target, since
+    the direction along z of `TwoWheelSweeps` cannot be commanded. This controller
 
-    - plans a sweep from rest, aimed so that it ends on target with the drift on its way;
-    - tracks it in the two directions that the wheels command; the reference takes over the body's
-      own rate along z, so that tracking never bends the way that was planned;
-    - plans again at its end where too much error is left along z: each sweep leaves a small share
-      of the error before it, of the order of what is wrong with the inertia;
-    - holds the commanded directions then, and what momentum there is takes away the rest: off the
-      target by a lean along the lever of the drift the body drifts towards it. The lean is wide
-      until the error along z is below `fine`, and narrow from then on, unless it grows beyond
-      `coarse`.
+    - plans a sweep from rest that ends at the target, including the drift during the sweep;
+    - tracks it in the two directions that the wheels control. The reference takes over the body's
+      own rate along z, so that tracking does not change the shape of the planned path;
+    - plans again at the end of a sweep if the error along z is too large. Each sweep leaves a small
+      share of the previous error, of the order of the inertia error;
+    - then holds the commanded directions, and uses the drift from the remaining momentum to remove
+      the rest of the error. With a small offset from the target along the lever of the drift (a
+      lean), the body drifts towards the target. The lean may be large until the error along z is
+      below `fine`. After that it is small, unless the error grows beyond `coarse`.
 
-    Before a first sweep the body is brought to rest as far as the wheels can. Noise of a
-    measurement has to be well below `fine` and `rest_rate`.
+    Before the first sweep, the body is brought to rest as far as the wheels can. The measurement
+    noise must be well below `fine` and `rest_rate`.
 
     Attributes:
-        sweeps: what the spacecraft can do, as known to the controller.
-        target: attitude to reach, one where n.b = 0.
-        fine: error along z at which the target is reached, rad.
-        coarse: error along z at which it is lost again, rad.
-        lean: while the target is held, at most, rad.
-        swing: lean before, at most, rad.
-        lean_gain: of the error along z, 1/s.
-        frequency: natural frequency of the tracking, critically damped, rad/s.
-        share: of torque and momentum limit that a sweep may take.
-        rest_rate: largest rate across z at which a sweep is planned, rad/s.
+        sweeps: Sweeps of the spacecraft model of the controller.
+        target: Target quaternion, (4,), of an attitude with n.b = 0.
+        fine: Error along z at which the target is reached, rad.
+        coarse: Error along z at which the target is lost again, rad.
+        lean: Largest lean while the target is held, rad.
+        swing: Largest lean before the target is held, rad.
+        lean_gain: Gain of the error along z, 1/s.
+        frequency: Natural frequency of the tracking, which is critically damped, rad/s.
+        share: Share of the torque and momentum limits that a sweep may use.
+        rest_rate: Largest rate across z at which a sweep is planned, rad/s.
     """
 
     sweeps: TwoWheelSweeps
@@ -98,22 +100,22 @@ class ZeroMomentumRecovery(Checked):
     def plan(
         cls, spacecraft: Spacecraft, working: Any, *, target: Quaternion, **tuning: Scalar
     ) -> Self:
-        """For a spacecraft of which some wheels have seized.
+        """Design the controller for a spacecraft with some seized wheels.
 
         Args:
-            spacecraft: as known to the controller.
-            working: (wheels,) bool; the others are seized.
-            target: attitude to reach, one that can be held.
-            **tuning: other attributes.
+            spacecraft: Spacecraft model of the controller.
+            working: Whether each wheel works, (wheels,), bool; the others are seized.
+            target: Target quaternion, (4,), of a feasible attitude.
+            **tuning: Other attributes.
 
         Raises:
-            InputError: see `TwoWheelSweeps.of`.
+            InputError: See `TwoWheelSweeps.of`.
         """
         quaternion = rotations.normalised(jnp.asarray(target, dtype=float))
         return cls(TwoWheelSweeps.of(spacecraft, working), quaternion, **tuning)
 
     def start(self, period: Scalar) -> ZeroMomentumMemory:
-        """As after a sweep."""
+        """Initial memory, as after the end of a sweep."""
         zero, one = jnp.zeros(()), jnp.ones(())
         last, same = Sweep(zero, zero, one, one, one), jnp.array([1.0, 0.0, 0.0, 0.0])
         period = jnp.asarray(period, dtype=float)
@@ -122,12 +124,12 @@ class ZeroMomentumRecovery(Checked):
     def __call__(
         self, memory: ZeroMomentumMemory, measurement: Any
     ) -> tuple[ZeroMomentumMemory, ZeroMomentumCommand]:
-        """Command torques.
+        """Compute the wheel torques.
 
         Args:
-            memory: from the last sample.
-            measurement: has `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed` (wheels,)
-                relative to the body, rad/s.
+            memory: Memory from the last sample.
+            measurement: Measurement with `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed`
+                (wheels,), relative to the body, rad/s.
         """
         sweeps, attitude, rate = self.sweeps, measurement.attitude, measurement.rate
         momentum = sweeps.momentum(rate, measurement.wheel_speed)
@@ -142,7 +144,7 @@ class ZeroMomentumRecovery(Checked):
         missed = jnp.where(left > 0.0, sweeps.error(attitude, memory.reference), held)
         feedback = self.frequency**2 * missed + 2.0 * self.frequency * (across - wanted)
         torque = sweeps.torque((later - wanted) / period - feedback, rate, momentum)
-        # the drift changes while the body turns: what it is in the middle of the period counts
+        # the drift changes while the body turns; its value in the middle of the period is used
         own = across[2] + 0.5 * period * (sweeps.drift @ jnp.cross(momentum, rate))
         memory = memory._replace(
             elapsed=memory.elapsed + period,
@@ -153,11 +155,11 @@ class ZeroMomentumRecovery(Checked):
     def _begun(
         self, memory: ZeroMomentumMemory, attitude: Quaternion, momentum: Vector3, across: Vector3
     ) -> tuple[ZeroMomentumMemory, Vector3, Bool[Array, ""]]:
-        """Begin a sweep where the last is over, the body slow and the target not near.
+        """Begin a sweep if the last is over, the body is slow and the target is not near.
 
         Returns:
-            The memory; what the commanded directions are off by where no sweep is under way, zero
-            while the body is still to be slowed down; whether a sweep begins.
+            Memory; error of the commanded directions if no sweep is active, zero while the body is
+            still being slowed down; and whether a sweep begins.
         """
         sweeps, inertial = self.sweeps, rotations.to_inertial(attitude, momentum)
         error = sweeps.error(attitude, self.target)
@@ -188,7 +190,7 @@ class ZeroMomentumRecovery(Checked):
     def _carried(
         self, memory: ZeroMomentumMemory, angle: Scalar, later: Scalar, own: Scalar
     ) -> Quaternion:
-        """The reference a period later: along the sweep, and about z with the body's own rate."""
+        """Reference one period later: along the sweep, and about z at the body's own rate."""
         sweep = memory.sweep
         step = rotations.product(rotations.conjugate(turned(sweep, angle)), turned(sweep, later))
         twist = rotations.from_rotation_vector(jnp.array([0.0, 0.0, 0.5]) * own * memory.period)
