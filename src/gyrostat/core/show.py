@@ -1,4 +1,4 @@
-"""Text of parts that shows the values of their arrays."""
+"""Text representation of parts with the values of their arrays."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -9,14 +9,14 @@ import numpy as np
 from gyrostat.core.jax64 import jax
 
 MOST = 36
-"""Numbers of an array that are shown; of a larger one, type and shape."""
+"""Largest number of elements that are shown; for larger arrays, type and shape are shown."""
 
 
 def show_values(things: Iterable[object]) -> None:
-    """Let parts show values in their `repr`; Equinox shows type and shape, as f64[4].
+    """Show values in the `repr` of parts; Equinox shows type and shape, such as f64[4].
 
     Args:
-        things: among them the classes of the parts.
+        things: Objects that include the classes of the parts; others are ignored.
     """
     for thing in things:
         if isinstance(thing, type) and issubclass(thing, eqx.Module):
@@ -28,7 +28,7 @@ def _values(self: eqx.Module) -> str:
 
 
 def _plain(leaf: Any) -> Any:
-    """Numbers of a small array; everything else as it is, arrays under a transformation too."""
+    """Elements of a small array; other leaves and traced arrays are returned unchanged."""
     traced = isinstance(leaf, jax.core.Tracer)  # pyright: ignore[reportAttributeAccessIssue]
     if traced or not isinstance(leaf, jax.Array | np.ndarray | np.generic) or leaf.size > MOST:
         return leaf
