@@ -1,6 +1,6 @@
-"""Plants, sensors and environments that a scenario can name, one entry each.
+"""Compensators, sensors, estimators and environments that a scenario can name, one entry each.
 
-To add a component is to add an entry: its keys, and how it is made of their values.
+To add a component, add an entry: its keys, and a function that builds it from their values.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,17 +27,18 @@ from gyrostat.spacecraft.environment import EARTH, EARTH_RADIUS
 from gyrostat.wheel import WheelTachometer
 
 Options = Mapping[str, Scalar]
-"""Values of a component's keys, SI."""
+"""Values of the keys of a component, SI."""
 
 
 @dataclass(frozen=True)
 class Component:
-    """A part of the loop.
+    """Part of the control loop that a scenario can name.
 
     Attributes:
-        meaning: one sentence for the documentation.
-        keys: of its numbers.
-        make: from their values and what it is made for; traced, so no check of values.
+        meaning: One sentence for the documentation.
+        keys: Keys of its parameters.
+        make: Function of their values and of other parts that builds it. It is traced by JAX, so
+            that it cannot validate values.
     """
 
     meaning: str
@@ -73,7 +74,7 @@ def _friction_filter(
 
 
 def _tachometer(options: Options, known: Spacecraft) -> WheelTachometer:
-    # noise of a momentum is noise of a speed times the inertia that it was worked out with
+    # noise of the momentum is noise of the speed times the nominal inertia
     older = options["wheel_sigma"] / jnp.asarray(known.wheels.inertia)
     return WheelTachometer(
         jnp.hypot(options["speed_sigma"], older),
@@ -92,7 +93,7 @@ def _white_noise(options: Options, plant: Any, known: Spacecraft) -> SpacecraftS
 
 
 def stacked(options: Options, name: str) -> Vector3:
-    """The vector whose components are the values of its keys."""
+    """Vector from the values of its component keys, (3,)."""
     return jnp.stack([jnp.asarray(options[f"{name}.{axis}"], dtype=float) for axis in "xyz"])
 
 
@@ -112,7 +113,7 @@ def _tracker_gyro(options: Options, plant: Any, known: Spacecraft) -> TrackerGyr
 def _kalman(options: Options, controller: Any, sensors: Options) -> OutputFeedback:
     names = ("attitude_sigma", "angle_walk", "bias_walk")
     noise = {name: sensors[name] for name in names}
-    # what the gyro does not compensate for is left to the filter
+    # the filter corrects the remaining coning
     coning = 1.0 - sensors["coning_compensation"]
     return OutputFeedback(AttitudeFilter(**noise, **options, coning=coning), controller)
 
@@ -236,7 +237,7 @@ ESTIMATORS: dict[str, Component] = {
     ),
 }
 ESTIMATOR_OF = {"white_noise": "none", "star_tracker_gyro": "kalman"}
-"""Sensors -> the estimator that makes of them what controllers need."""
+"""Sensors -> estimator that they require."""
 _EXTERNAL = {"external_torque": vector("torque", "Constant external torque, in body axes.")}
 ENVIRONMENTS: dict[str, Component] = {
     "constant": Component("Constant external torque.", _EXTERNAL, _constant_torque),
@@ -260,4 +261,4 @@ ENVIRONMENTS: dict[str, Component] = {
         _in_orbit,
     ),
 }
-"""Kind -> torques from outside; gives the arguments of `gyrostat.spacecraft.Gyrostat`."""
+"""Kind -> external torques; `make` returns arguments of `gyrostat.spacecraft.Gyrostat`."""

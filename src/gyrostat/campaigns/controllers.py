@@ -29,17 +29,17 @@ from gyrostat.core.validation import check_parts
 from gyrostat.spacecraft import Spacecraft
 
 NOTIFIED, DETECTED, IGNORED = "notified", "detected", "ignored"
-"""What a controller makes of a lost wheel: it is told, it finds out itself, it knows nothing."""
+"""Handling of wheel failures: the controller is notified, detects them itself, or ignores them."""
 
 
 class DesignCase(NamedTuple):
-    """Case that a controller is planned for.
+    """Design case of a controller.
 
     Attributes:
-        spacecraft: Spacecraft as the controller knows it.
-        working: (wheels,) Whether the controller takes each wheel to work.
-        seized: (wheels,) Whether each of the other wheels has stopped.
-        target: (4,) Attitude to hold, scalar first.
+        spacecraft: Nominal spacecraft, the model of the controller.
+        working: Whether the controller may use each wheel, (wheels,).
+        seized: Whether each failed wheel has seized, (wheels,).
+        target: Target attitude, (4,), scalar first.
         delay: Control periods from a sample to the start of its command.
     """
 
@@ -52,13 +52,13 @@ class DesignCase(NamedTuple):
 
 @dataclass(frozen=True)
 class PlannedController(Component):
-    """A controller that is planned once for each target and, where it is told, each loss.
+    """Controller that is designed once for each target and for each notified wheel failure.
 
     Attributes:
-        make: (plan, options, total momentum (3,) N·m·s) -> controller.
-        plan: `DesignCase` -> plan, outside the loop; plans of one scenario differ in their numbers
-            only. Raises `InputError` for wheels that do not suffice.
-        losses: one of NOTIFIED, DETECTED and IGNORED.
+        make: (design, options, total momentum (3,), N·m·s) -> controller.
+        plan: `DesignCase` -> design, computed outside the loop. Designs of one scenario have the
+            same structure. Raises `InputError` if the wheels do not suffice.
+        losses: Handling of wheel failures: NOTIFIED, DETECTED or IGNORED.
     """
 
     plan: Callable[[DesignCase], Any]

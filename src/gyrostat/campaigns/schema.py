@@ -11,16 +11,17 @@ from gyrostat.core.validation import LARGEST
 
 @dataclass(frozen=True)
 class Key:
-    """A number in a scenario.
+    """Entry of the schema: a number or vector in a scenario.
 
     Attributes:
-        dimension: key of `gyrostat.core.units.SI_UNIT`, or the SI unit of a plain number.
-        default: SI; None where the file must give it.
-        meaning: one sentence for the documentation.
-        least: smallest value that makes sense.
-        most: largest.
-        positive: whether `least` itself makes none.
-        size: of a vector; 1 for a number.
+        dimension: Key of `gyrostat.core.units.SI_UNIT`, or the SI unit of a number that
+            is given without unit.
+        default: Default value, SI; None if the key is required.
+        meaning: One sentence for the documentation.
+        least: Smallest allowed value.
+        most: Largest allowed value.
+        positive: Whether `least` itself is excluded.
+        size: Number of components of a vector; 1 for a number.
     """
 
     dimension: str
@@ -37,16 +38,16 @@ class Key:
         return SI_UNIT.get(self.dimension, self.dimension)
 
     def ends(self, name: str) -> tuple[str, ...]:
-        """Full keys of a number, or of the components of a vector, that has this key."""
+        """Full keys of a number, or of the components of a vector, with this name."""
         return (name,) if self.size == 1 else tuple(f"{name}.{axis}" for axis in AXES)
 
     def allows(self, value: float) -> bool:
-        """Whether a value makes sense; NaN does not."""
+        """Whether a value is allowed; NaN is not."""
         inside = self.least <= value <= self.most and not (self.positive and value == self.least)
         return inside and (abs(value) <= LARGEST or value == self.default)
 
     def range(self, found: float = nan) -> str:
-        """What it allows, for a message about a value that was found."""
+        """Allowed values, for an error message about the value `found`."""
         unit = "" if self.unit == "1" else f", in {self.unit}"
         if abs(found) > LARGEST:
             return f"a size of {LARGEST:g} or less{unit}"
@@ -57,17 +58,17 @@ class Key:
 
 
 def positive(dimension: str, default: float | None, meaning: str) -> Key:
-    """A key above 0."""
+    """Key with values above 0."""
     return Key(dimension, default, meaning, least=0.0, positive=True)
 
 
 def size(dimension: str, default: float | None, meaning: str) -> Key:
-    """A key of 0 or more."""
+    """Key with values of 0 or more."""
     return Key(dimension, default, meaning, least=0.0)
 
 
 def vector(dimension: str, meaning: str) -> Key:
-    """Three components in body axes, by default zero."""
+    """Key of a vector in body axes, (3,), zero by default."""
     return Key(dimension, 0.0, meaning, size=3)
 
 
@@ -97,8 +98,8 @@ MEASURED: dict[str, tuple[str, str | None]] = {
     "rate": ("speed", "rad/s²"),
     "wheel_speed": ("speed", "rad/s²"),
 }
-"""Measured field -> its dimension, and the unit of its rate of change; None for a quaternion, which
-may change its sign from one sample to the next."""
+"""Measured field -> its dimension, and the unit of its rate of change. The unit is None for a
+quaternion, whose sign may change from one sample to the next."""
 GUARD: dict[str, Key] = {
     **{f"{n}_lower": Key(d, -inf, "Smallest accepted value.") for n, (d, _) in MEASURED.items()},
     **{f"{n}_upper": Key(d, inf, "Largest accepted value.") for n, (d, _) in MEASURED.items()},
@@ -108,7 +109,7 @@ GUARD: dict[str, Key] = {
         if unit is not None
     },
 }
-"""Limits of measurements."""
+"""Keys of the measurement limits."""
 EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
     "slew": ("The target attitude of the controller changes to `target`.", {"time": _TIME}),
     "torque_lost": (
@@ -171,20 +172,20 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
         {"time": _TIME, "until": _UNTIL},
     ),
 }
-"""Kind of event -> what happens, and its numbers."""
+"""Kind of event -> its meaning, and its keys."""
 WHEEL_IS_LOST = ("torque_lost", "stuck_torque", "seized")
-"""Events after which the controller does without the wheel."""
+"""Kinds of events after which the controller no longer uses the wheel."""
 SENSOR_FAULT = "sensor_"
-"""Start of the kinds of events that affect a sensor."""
+"""Prefix of the kinds of events that affect a sensor."""
 
 
 def event_keys(kind: str, sensor: str | None, friction: Mapping[str, str]) -> dict[str, Key]:
-    """Numbers of an event; those of the friction model may be left out.
+    """Keys of an event; those of the friction model are optional.
 
     Args:
-        kind: Of the event, key of `EVENTS`.
-        sensor: Measured field that it affects, or None.
-        friction: Dimensions of the friction model's parameters.
+        kind: Kind of the event, a key of `EVENTS`.
+        sensor: Affected measured field, or None.
+        friction: Dimensions of the parameters of the friction model.
     """
     keys = dict(EVENTS[kind][1])
     if kind == "sensor_spike" and sensor is not None:
@@ -198,7 +199,7 @@ WHEEL: dict[str, Key] = {
     "torque_limit": positive("torque", inf, "Largest motor torque."),
     "momentum_limit": positive("momentum", inf, "Largest momentum, rotor inertia times speed."),
 }
-"""Numbers of each wheel beside its friction; all but the speed from the spacecraft file."""
+"""Keys of each wheel, in addition to friction; all but the speed are from the spacecraft file."""
 WHEEL_PARTS: dict[str, tuple[str, dict[str, Key]]] = {
     "imbalance": (
         "Static and dynamic imbalance of the wheels, which causes jitter "
@@ -224,9 +225,9 @@ WHEEL_PARTS: dict[str, tuple[str, dict[str, Key]]] = {
         },
     ),
 }
-"""Optional section -> what it is for, and its numbers, each one for all wheels or one a wheel."""
+"""Optional section -> its meaning, and its keys; one value for all wheels or one for each wheel."""
 WHEEL_ALL = {**WHEEL, **{k: v for _, keys in WHEEL_PARTS.values() for k, v in keys.items()}}
-"""Every number of a wheel but those of its friction."""
+"""All keys of a wheel except those of its friction."""
 INERTIA = Key(
     "inertia", None, "Body inertia, without the inertia of the rotors about their spin axes."
 )
@@ -235,11 +236,11 @@ DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
     "uniform": ("low", "high"),
     "log_normal": ("sigma",),
 }
-"""Distribution -> what it needs."""
+"""Distribution -> its parameters."""
 
 
 def friction_keys(dimensions: Mapping[str, str]) -> dict[str, Key]:
-    """Parameters of a friction model, from their dimensions."""
+    """Keys of the parameters of a friction model, from their dimensions."""
     return {
         name: (positive if dimension == "speed" else size)(dimension, None, "Friction parameter.")
         for name, dimension in dimensions.items()
@@ -269,10 +270,10 @@ RESULTS: dict[str, tuple[str, str]] = {
     ),
     "energy": ("J", "Mechanical work of the commanded torques; braking counts as positive."),
 }
-"""Metric -> its unit and meaning; before them stand the percentiles of the pointing error."""
+"""Metric -> its unit and meaning, except the percentiles of the pointing error."""
 
 
 def metric_units(percentiles: Iterable[float]) -> dict[str, str]:
-    """Every metric -> its unit; those of these percentiles of the pointing error first."""
+    """Every metric -> its unit; the given percentiles of the pointing error come first."""
     first = {f"error_p{p:g}": "rad" for p in percentiles}
     return first | {name: unit for name, (unit, _) in RESULTS.items()}
