@@ -182,7 +182,7 @@ class SpeedLoopSpacecraft(Checked):
         rotors = wheels.inertia * (state.wheel_speed + axes.T @ rate) + half * (torque - friction)
         rate = inverse @ (momentum - axes @ rotors)
         drift = to_body(attitude, change) - jnp.cross(rate, momentum)
-        # linear speeds; after a zero crossing, friction opposes the new direction or sticks
+        # linear speeds; at zero the wheel sticks or accelerates against the breakaway torque
         given = axes.T @ (inverse @ (axes @ (torque - friction) - drift))
         own = jnp.sum(axes * (inverse @ axes), axis=0)
         free = torque / wheels.inertia + given + own * friction
