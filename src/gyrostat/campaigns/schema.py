@@ -89,7 +89,11 @@ METRICS: dict[str, Key] = {
     ),
 }
 _TIME = size("time", None, "Time of the event.")
-_DETECTED = size("time", 1.0, "Time until the failure is notified to controllers that expect it.")
+_DETECTED = size(
+    "time",
+    1.0,
+    "Time until the failure is notified; an error for a controller that is not notified.",
+)
 _DRAG = size("viscous", 0.0, "Viscous drag added to the bearing.")
 _UNTIL = size("time", inf, "End of the fault.")
 _SHARE = Key("1", 1.0, "Probability that a sample is affected.", least=0.0, most=1.0)
