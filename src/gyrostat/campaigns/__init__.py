@@ -1,4 +1,4 @@
-"""A scenario, flown once or ten thousand times with what is uncertain drawn anew."""
+"""Monte Carlo campaigns: simulation of a scenario with dispersed parameters."""
 
 from gyrostat.campaigns.description import Campaign
 from gyrostat.campaigns.execute import Job, replay, run_campaign, worst_runs

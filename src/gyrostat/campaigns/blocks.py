@@ -1,6 +1,6 @@
-"""A block of runs as a Parquet file whose name holds the digest of what it belongs to.
+"""Blocks of runs as Parquet files, with a digest in the file name.
 
-000012.<SHA-256 digest of campaign, number and content>.parquet
+000012.<SHA-256 digest of campaign, block number and content>.parquet
 """
 
 import hashlib
@@ -18,12 +18,12 @@ _NAME = re.compile(r"(\d{6,})\.[0-9a-f]{64}\.parquet")
 
 
 def packed(campaign: Campaign, number: int, columns: Mapping[str, "Vector"]) -> tuple[str, bytes]:
-    """Name and content of a block.
+    """File name and content of a block.
 
     Args:
-        campaign: of the block.
-        number: of the block.
-        columns: name -> (runs,).
+        campaign: Campaign of the block.
+        number: Number of the block.
+        columns: Columns of the table, name -> (runs,).
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -41,12 +41,12 @@ def packed(campaign: Campaign, number: int, columns: Mapping[str, "Vector"]) -> 
 
 
 def name_of(campaign: Campaign, number: int, content: bytes) -> str:
-    """Name of the block of a campaign that has this number and content."""
+    """File name of a block of a campaign with this number and content."""
     digest = hashlib.sha256(f"{campaign.identity} {number} ".encode() + content).hexdigest()
     return f"{number:06d}.{digest}.parquet"
 
 
 def number_of(name: str) -> int | None:
-    """Number of a block by its name; None where no block is called so."""
+    """Number of a block from its file name; None if it is not the name of a block."""
     match = _NAME.fullmatch(name)
     return None if match is None else int(match[1])

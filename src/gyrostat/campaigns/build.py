@@ -37,8 +37,8 @@ class Setup(NamedTuple):
         controller: Controller, planned for the nominal spacecraft.
         sensor: Sensor of the plant.
         start: State of the plant at time 0.
-        starts: (phases,) Times from which each target applies, s.
-        targets: (phases, 4) Target attitudes, scalar first.
+        starts: Start times of the phases, (phases,), s.
+        targets: Target attitude of each phase, (phases, 4), scalar first.
     """
 
     plant: Any
@@ -50,12 +50,12 @@ class Setup(NamedTuple):
 
 
 class Plans(NamedTuple):
-    """Plan of a scenario, made once from its nominal values.
+    """Controller designs of a scenario, computed once from its nominal values.
 
     Attributes:
-        controllers: Plan of the controller for each phase.
-        targets: (phases, 4) Target attitudes, scalar first.
-        known: Spacecraft as the controller knows it.
+        controllers: Design of the controller for each phase.
+        targets: Target attitude of each phase, (phases, 4), scalar first.
+        known: Nominal spacecraft, the model of the controller.
     """
 
     controllers: tuple[Any, ...]
@@ -64,17 +64,17 @@ class Plans(NamedTuple):
 
 
 def _each(scenario: Scenario, values: Values, name: str) -> Any:
-    """One number of each wheel, (wheels,)."""
+    """Values of one key for all wheels, (wheels,)."""
     return jnp.stack([jnp.asarray(values[f"wheel.{w}.{name}"]) for w in scenario.wheels])
 
 
 def _has(scenario: Scenario, name: str) -> bool:
-    """Whether the scenario has the optional section with this number of the wheels."""
+    """Whether the scenario has the optional section with this wheel key."""
     return f"wheel.{scenario.wheels[0]}.{name}" in scenario.values
 
 
 def spacecraft_of(scenario: Scenario, values: Values) -> Spacecraft:
-    """Spacecraft with some values."""
+    """Spacecraft with the given values."""
     xx, yy, zz, xy, xz, yz = (values[f"body.inertia.{end}"] for end in INERTIA)
     rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 
@@ -130,7 +130,7 @@ def _friction_steps(scenario: Scenario, values: Values, before: Friction) -> Fri
         index = jnp.arange(len(scenario.wheels)) == event.wheel
         time = jnp.where(index, own["time"], time)
         for name, dimension in dimensions.items():
-            # a factor makes the bearing heavier; where its curve bends stays
+            # the factor scales friction torques and drag, not the speeds of the friction curve
             factor = 1.0 if dimension == "speed" else own["factor"]
             value = own.get(name, factor * after[name])
             after[name] = jnp.where(index, value, after[name])
@@ -138,13 +138,13 @@ def _friction_steps(scenario: Scenario, values: Values, before: Friction) -> Fri
 
 
 def _turning_points(scenario: Scenario) -> list[Event]:
-    """Slews and losses of wheels, in the nominal order in which they are known."""
+    """Slews and wheel failures, in the nominal order of their notification."""
     found = [e for e in scenario.events if e.kind == "slew" or e.kind in WHEEL_IS_LOST]
     return sorted(found, key=lambda event: _told(event, scenario.values))
 
 
 def phases_of(scenario: Scenario) -> list[Event]:
-    """The events after which the controller has another plan, in their nominal order."""
+    """Events that start a new phase with another controller design, in nominal order."""
     is_told = CONTROLLERS[scenario.controller].losses == NOTIFIED
     return [e for e in _turning_points(scenario) if is_told or e.kind == "slew"]
 
@@ -155,15 +155,15 @@ def _told(event: Event, values: Values) -> Any:
 
 
 def phase_starts(scenario: Scenario, values: Values) -> list[Scalar]:
-    """When each phase begins, s."""
+    """Start time of each phase, s."""
     return [0.0, *(_told(event, values) for event in phases_of(scenario))]
 
 
 def plan(scenario: Scenario) -> Plans:
-    """Plan the controller for every phase, from the nominal values.
+    """Design the controller for every phase, from the nominal values.
 
     Raises:
-        InputError: the working wheels do not suffice in a phase.
+        InputError: The working wheels do not suffice in a phase.
     """
     known = spacecraft_of(scenario, scenario.values)
     chosen = CONTROLLERS[scenario.controller]
@@ -178,7 +178,7 @@ def plan(scenario: Scenario) -> Plans:
         if event is not None and event.target is not None:
             target = event.target
         rank = np.linalg.matrix_rank(np.asarray(scenario.axes) * left[:, None], tol=1e-6)
-        # a controller that knows nothing of losses says itself which wheels it needs
+        # a controller that ignores failures validates its wheels itself
         if rank < 3 and chosen.losses != IGNORED:
             raise InputError(
                 f"key {'controller' if event is None else f'event[{event.name}]'}: found working "
@@ -202,7 +202,7 @@ def plan(scenario: Scenario) -> Plans:
 
 
 def _plant(scenario: Scenario, values: Values, options: Values) -> tuple[Any, Any]:
-    """The spacecraft in its environment, and its state at the start."""
+    """Spacecraft with environment, and its initial state."""
     own = ENVIRONMENTS[scenario.environment].make(options_of(values, "environment"))
     if "external_torque_limit" in options:
         own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
@@ -226,14 +226,14 @@ def _plant(scenario: Scenario, values: Values, options: Values) -> tuple[Any, An
         motion["wheel_angle"] = _each(scenario, values, "angle")
     if _has(scenario, "motor_constant"):
         names = [field.name for field in fields(Driver)]
-        # the wheel's own limit of torque counts before the driver's
+        # the torque limit is that of the wheel, not of the driver
         numbers = {n: _each(scenario, values, n) for n in names if n != "torque_limit"}
         plant = DrivenGyrostat(plant, Driver(**numbers), _each(scenario, values, "motor_constant"))
     return plant, plant.start(**motion)
 
 
 def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
-    """Parts of a run with some values; pure, for `jit` and `vmap` over the values."""
+    """Build the parts of a run from its values; pure, for `jit` and `vmap` over the values."""
     options = options_of(values, "controller")
     plant, start = _plant(scenario, values, options)
     made = [

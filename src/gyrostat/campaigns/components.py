@@ -1,6 +1,6 @@
-"""Plants, sensors and environments that a scenario can name, one entry each.
+"""Compensators, sensors, estimators and environments that a scenario can name, one entry each.
 
-To add a component is to add an entry: its keys, and how it is made of their values.
+To add a component, add an entry: its keys, and a function that builds it from their values.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,17 +27,18 @@ from gyrostat.spacecraft.environment import EARTH, EARTH_RADIUS
 from gyrostat.wheel import WheelTachometer
 
 Options = Mapping[str, Scalar]
-"""Values of a component's keys, SI."""
+"""Values of the keys of a component, SI."""
 
 
 @dataclass(frozen=True)
 class Component:
-    """A part of the loop.
+    """Part of the control loop that a scenario can name.
 
     Attributes:
-        meaning: one sentence for the documentation.
-        keys: of its numbers.
-        make: from their values and what it is made for; traced, so no check of values.
+        meaning: One sentence for the documentation.
+        keys: Keys of its parameters.
+        make: Function of their values and of other parts that builds it. It is traced by JAX, so
+            that it cannot validate values.
     """
 
     meaning: str
@@ -73,7 +74,7 @@ def _friction_filter(
 
 
 def _tachometer(options: Options, known: Spacecraft) -> WheelTachometer:
-    # noise of a momentum is noise of a speed times the inertia that it was worked out with
+    # noise of the momentum is noise of the speed times the nominal inertia
     older = options["wheel_sigma"] / jnp.asarray(known.wheels.inertia)
     return WheelTachometer(
         jnp.hypot(options["speed_sigma"], older),
@@ -92,7 +93,7 @@ def _white_noise(options: Options, plant: Any, known: Spacecraft) -> SpacecraftS
 
 
 def stacked(options: Options, name: str) -> Vector3:
-    """The vector whose components are the values of its keys."""
+    """Vector from the values of its component keys, (3,)."""
     return jnp.stack([jnp.asarray(options[f"{name}.{axis}"], dtype=float) for axis in "xyz"])
 
 
@@ -112,7 +113,7 @@ def _tracker_gyro(options: Options, plant: Any, known: Spacecraft) -> TrackerGyr
 def _kalman(options: Options, controller: Any, sensors: Options) -> OutputFeedback:
     names = ("attitude_sigma", "angle_walk", "bias_walk")
     noise = {name: sensors[name] for name in names}
-    # what the gyro does not compensate for is left to the filter
+    # the filter corrects the remaining coning
     coning = 1.0 - sensors["coning_compensation"]
     return OutputFeedback(AttitudeFilter(**noise, **options, coning=coning), controller)
 
@@ -136,38 +137,45 @@ def _in_orbit(options: Options) -> dict[str, Any]:
 COMPENSATORS: dict[str, Component] = {
     "none": Component("None.", {}, lambda options, controller, known, delay: controller),
     "friction_model": Component(
-        "Adds the friction of the wheel's nominal model at the measured speed "
+        "Friction feed-forward from the nominal friction model at the measured speed "
         "(`gyrostat.control.FrictionFeedForward`).",
         {
-            "band": positive("speed", 1.0, "Speed below which its sign counts for nothing."),
-            "share": size("1", 1.0, "Of the friction that is compensated."),
+            "band": positive("speed", 1.0, "Speed below which the sign of the speed is ignored."),
+            "share": size("1", 1.0, "Fraction of the friction torque that is compensated."),
         },
         _friction_model,
     ),
     "friction_filter": Component(
-        "Adds the friction that a Kalman filter finds from the measured momentum and the commanded "
-        "torque of each wheel, without a friction model "
+        "Friction feed-forward from a Kalman filter, which estimates the friction torque from the "
+        "measured momentum and the commanded torque of each wheel, without a friction model "
         "(`gyrostat.control.FrictionFilterFeedForward`).",
         {
-            "momentum_sigma": positive("momentum", None, "Noise of a wheel's measured momentum."),
-            "torque_drift": positive(
-                "N·m/√s", None, "Of the friction torque in the square root of a second."
+            "momentum_sigma": positive(
+                "momentum", None, "Standard deviation of a measured wheel momentum."
             ),
+            "torque_drift": positive("N·m/√s", None, "Random walk of the friction torque."),
             "initial_sigma": positive(
-                "1", 0.1, "Of momentum, N·m·s, and of friction, N·m, before anything is measured."
+                "1",
+                0.1,
+                "Initial standard deviation of momentum, N·m·s, and of friction torque, N·m.",
             ),
         },
         _friction_filter,
     ),
 }
 _TACHOMETER = {
-    "speed_sigma": size("speed", 0.0, "Noise of a tachometer sample."),
-    "tachometer_pulses": size("1", 0.0, "In one revolution, counted over a period; 0: not."),
-    "tachometer_lag": size("time", 0.0, "Time constant of the tachometer's low pass; 0: none."),
+    "speed_sigma": size("speed", 0.0, "Standard deviation of a tachometer sample."),
+    "tachometer_pulses": size(
+        "1", 0.0, "Pulses per revolution, counted over a control period; 0: no quantisation."
+    ),
+    "tachometer_lag": size(
+        "time", 0.0, "Time constant of the low-pass filter of the tachometer; 0: no filter."
+    ),
     "wheel_sigma": size(
         "momentum",
         0.0,
-        "Older form of `speed_sigma`, times the nominal rotor inertia; both add in quadrature.",
+        "Older form of `speed_sigma`: `speed_sigma` times the nominal rotor inertia; both add in "
+        "quadrature.",
     ),
 }
 SENSORS: dict[str, Component] = {
@@ -175,8 +183,12 @@ SENSORS: dict[str, Component] = {
         "Attitude and rate with white noise, wheel speeds from tachometers "
         "(`gyrostat.spacecraft.SpacecraftSensor`, `gyrostat.wheel.WheelTachometer`).",
         {
-            "attitude_sigma": size("angle", 0.0, "Of a sample about each body axis."),
-            "rate_sigma": size("speed", 0.0, "Of a sample of each component."),
+            "attitude_sigma": size(
+                "angle", 0.0, "Standard deviation of the attitude about each body axis."
+            ),
+            "rate_sigma": size(
+                "speed", 0.0, "Standard deviation of each component of the body rate."
+            ),
             **_TACHOMETER,
         },
         _white_noise,
@@ -186,23 +198,29 @@ SENSORS: dict[str, Component] = {
         "estimator `kalman`. The gyro gives the integral of the body rate over the period "
         "(`gyrostat.spacecraft.RateGyro`).",
         {
-            "attitude_sigma": positive("angle", None, "Of a sample of the star tracker."),
+            "attitude_sigma": positive(
+                "angle", None, "Standard deviation of the star tracker about each body axis."
+            ),
             "tracker_periods": Key(
                 "1",
                 1.0,
-                "Control periods between its samples, rounded to a whole number.",
+                "Control periods between star tracker samples, rounded to a whole number.",
                 least=1.0,
             ),
-            "angle_walk": positive("rad/√s", None, "Of the gyro: its integrated noise."),
-            "bias_walk": size("rad/s/√s", 0.0, "Of the gyro: how its bias walks."),
-            "bias": vector("speed", "Of the gyro, at the start."),
+            "angle_walk": positive("rad/√s", None, "Angle random walk of the gyro."),
+            "bias_walk": size("rad/s/√s", 0.0, "Random walk of the gyro bias."),
+            "bias": vector("speed", "Initial bias of the gyro."),
             "scale_factor": Key(
-                "1", 0.0, "Relative error of each gyro axis.", least=-1.0, positive=True, size=3
+                "1", 0.0, "Scale factor error of each gyro axis.", least=-1.0, positive=True, size=3
             ),
             "misalignment": vector("angle", "Rotation vector from body to gyro axes."),
             "rate_limit": positive("speed", inf, "Largest rate that a gyro axis measures."),
             "coning_compensation": Key(
-                "1", 0.0, "Share of the coning that the gyro compensates for.", least=0.0, most=1.0
+                "1",
+                0.0,
+                "Fraction of the coning for which the gyro compensates.",
+                least=0.0,
+                most=1.0,
             ),
             **_TACHOMETER,
         },
@@ -212,33 +230,35 @@ SENSORS: dict[str, Component] = {
 ESTIMATORS: dict[str, Component] = {
     "none": Component("None.", {}, lambda options, controller, sensors: controller),
     "kalman": Component(
-        "Attitude and gyro bias by the multiplicative Kalman filter "
-        "(`gyrostat.estimation.AttitudeFilter`), which takes the noise of the sensors to be "
-        "nominal.",
-        {"bias_sigma": positive("speed", 1e-4, "Of the gyro's bias before anything is measured.")},
+        "Multiplicative Kalman filter for attitude and gyro bias "
+        "(`gyrostat.estimation.AttitudeFilter`). It assumes the nominal sensor noise.",
+        {"bias_sigma": positive("speed", 1e-4, "Initial standard deviation of the gyro bias.")},
         _kalman,
     ),
 }
 ESTIMATOR_OF = {"white_noise": "none", "star_tracker_gyro": "kalman"}
-"""Sensors -> the estimator that makes of them what controllers need."""
-_EXTERNAL = {"external_torque": vector("torque", "Constant torque from outside, in body axes.")}
+"""Sensors -> estimator that they require."""
+_EXTERNAL = {"external_torque": vector("torque", "Constant external torque, in body axes.")}
 ENVIRONMENTS: dict[str, Component] = {
-    "constant": Component("A torque that stays.", _EXTERNAL, _constant_torque),
+    "constant": Component("Constant external torque.", _EXTERNAL, _constant_torque),
     "orbit": Component(
-        "A circular orbit of the Earth: gravity gradient "
-        "(`gyrostat.spacecraft.GravityGradient`), a "
-        "constant torque and one with the period of the orbit "
+        "Circular Earth orbit: gravity gradient torque (`gyrostat.spacecraft.GravityGradient`), a "
+        "constant torque and a torque with the period of the orbit "
         "(`gyrostat.spacecraft.HarmonicTorque`).",
         {
             **_EXTERNAL,
-            "altitude": positive("m", None, "Above the equator's radius."),
-            "inclination": Key("angle", 0.0, "To the inertial x-y plane."),
-            "ascending_node": Key("angle", 0.0, "From x towards y."),
-            "latitude": Key("angle", 0.0, "From the ascending node, at the start."),
-            "cosine_torque": vector("torque", "Times the cosine of the orbit's phase since then."),
-            "sine_torque": vector("torque", "Times its sine."),
+            "altitude": positive("m", None, "Altitude above the equatorial radius of the Earth."),
+            "inclination": Key("angle", 0.0, "Inclination to the inertial x-y plane."),
+            "ascending_node": Key("angle", 0.0, "Ascending node, from inertial x towards y."),
+            "latitude": Key("angle", 0.0, "Initial argument of latitude, from the ascending node."),
+            "cosine_torque": vector(
+                "torque", "Amplitude of the torque cos(orbital rate × time), in body axes."
+            ),
+            "sine_torque": vector(
+                "torque", "Amplitude of the torque sin(orbital rate × time), in body axes."
+            ),
         },
         _in_orbit,
     ),
 }
-"""Kind -> torques from outside; gives the arguments of `gyrostat.spacecraft.Gyrostat`."""
+"""Kind -> external torques; `make` returns arguments of `gyrostat.spacecraft.Gyrostat`."""

@@ -29,17 +29,17 @@ from gyrostat.core.validation import check_parts
 from gyrostat.spacecraft import Spacecraft
 
 NOTIFIED, DETECTED, IGNORED = "notified", "detected", "ignored"
-"""What a controller makes of a lost wheel: it is told, it finds out itself, it knows nothing."""
+"""Handling of wheel failures: the controller is notified, detects them itself, or ignores them."""
 
 
 class DesignCase(NamedTuple):
-    """Case that a controller is planned for.
+    """Design case of a controller.
 
     Attributes:
-        spacecraft: Spacecraft as the controller knows it.
-        working: (wheels,) Whether the controller takes each wheel to work.
-        seized: (wheels,) Whether each of the other wheels has stopped.
-        target: (4,) Attitude to hold, scalar first.
+        spacecraft: Nominal spacecraft, the model of the controller.
+        working: Whether the controller may use each wheel, (wheels,).
+        seized: Whether each failed wheel has seized, (wheels,).
+        target: Target attitude, (4,), scalar first.
         delay: Control periods from a sample to the start of its command.
     """
 
@@ -52,13 +52,13 @@ class DesignCase(NamedTuple):
 
 @dataclass(frozen=True)
 class PlannedController(Component):
-    """A controller that is planned once for each target and, where it is told, each loss.
+    """Controller that is designed once for each target and for each notified wheel failure.
 
     Attributes:
-        make: (plan, options, total momentum (3,) N·m·s) -> controller.
-        plan: `DesignCase` -> plan, outside the loop; plans of one scenario differ in their numbers
-            only. Raises `InputError` for wheels that do not suffice.
-        losses: one of NOTIFIED, DETECTED and IGNORED.
+        make: (design, options, total momentum (3,), N·m·s) -> controller.
+        plan: `DesignCase` -> design, computed outside the loop. Designs of one scenario have the
+            same structure. Raises `InputError` if the wheels do not suffice.
+        losses: Handling of wheel failures: NOTIFIED, DETECTED or IGNORED.
     """
 
     plan: Callable[[DesignCase], Any]
@@ -168,94 +168,107 @@ def _two_wheels(plan: TwoWheelPointing, options: Options, momentum: Vector3) -> 
 
 
 _REGULATOR_KEYS = {
-    "attitude_weight": positive("1", 16.0, "Of a quarter of a small error, squared."),
-    "rate_weight": positive("s²/rad²", 16.0, "Of the body rate, squared."),
-    "torque_weight": positive("1/(N·m)²", 1.0, "Of the body torque, squared."),
+    "attitude_weight": positive(
+        "1", 16.0, "Weight on the squared modified Rodrigues parameters (small angle / 4)."
+    ),
+    "rate_weight": positive("s²/rad²", 16.0, "Weight on the squared body rate."),
+    "torque_weight": positive("1/(N·m)²", 1.0, "Weight on the squared body torque."),
 }
 _ARRAY_KEYS = {
-    "turn_gain": positive("1/s", 0.1, "Rate over error near the target."),
-    "rate_gain": positive("1/s", 0.4, "Of the rate loop."),
-    "torque_time": positive("time", 20.0, "Of the filter that learns the external torque."),
-    "largest_rate": positive("speed", 0.05, "Of a turn."),
-    "drag_time": positive("time", 10.0, "Of the filter that learns the drag of the wheels."),
+    "turn_gain": positive("1/s", 0.1, "Commanded rate per attitude error near the target."),
+    "rate_gain": positive("1/s", 0.4, "Gain of the rate loop."),
+    "torque_time": positive("time", 20.0, "Time constant of the external torque estimate."),
+    "largest_rate": positive("speed", 0.05, "Largest slew rate."),
+    "drag_time": positive("time", 10.0, "Time constant of the wheel drag estimate."),
     "null_space_gain": positive(
-        "1/s", 0.05, "Of what keeps four and more wheels from zero and from saturation."
+        "1/s", 0.05, "Gain of the null-space control of wheel speeds, for four or more wheels."
     ),
     "external_torque_limit": size(
-        "torque", 0.0, "Of the actuator that unloads the wheels, about each body axis; 0: none."
+        "torque",
+        0.0,
+        "Torque limit of the actuator that unloads the wheels, about each body axis; 0: no "
+        "actuator.",
     ),
-    "momentum_gain": positive("1/s", 1e-3, "Of the unloading."),
+    "momentum_gain": positive("1/s", 1e-3, "Gain of the momentum unloading."),
 }
 
 
 CONTROLLERS: dict[str, PlannedController] = {
     "three_axis": PlannedController(
-        "Turns about the error axis within the wheels' limits (`gyrostat.control.ThreeAxisLaw`); "
-        "learns the drag of the wheels slowly.",
+        "Three-axis control: rotation about the axis of the attitude error within the limits of "
+        "the wheels (`gyrostat.control.ThreeAxisLaw`), with a slow estimate of the wheel drag.",
         {
-            "turn_gain": positive("1/s", 0.25, "Rate over error near the target."),
-            "largest_rate": positive("speed", 0.1, "Of a turn."),
-            "rate_gain": positive("1/s", 0.8, "Of the rate loop."),
-            "drag_time": positive("time", 10.0, "Of the filter that learns the drag."),
+            "turn_gain": positive(
+                "1/s", 0.25, "Commanded rate per attitude error near the target."
+            ),
+            "largest_rate": positive("speed", 0.1, "Largest slew rate."),
+            "rate_gain": positive("1/s", 0.8, "Gain of the rate loop."),
+            "drag_time": positive("time", 10.0, "Time constant of the wheel drag estimate."),
         },
         _three_axis,
         _plan_three_axis,
     ),
     "wheel_array": PlannedController(
-        "Shares the torque among any number of wheels so that the largest is least, keeps them "
-        "from zero speed and from saturation, learns drag and external torque, unloads the wheels "
-        "(`gyrostat.control.WheelArrayControl`).",
+        "Control of any number of wheels (`gyrostat.control.WheelArrayControl`): minimax torque "
+        "allocation, null-space control away from zero speed and saturation, estimates of drag "
+        "and external torque, momentum unloading.",
         _ARRAY_KEYS,
         _array,
         _plan_array(MinimaxAllocation()),
     ),
     "wheel_array_pseudo_inverse": PlannedController(
-        "The same, with the least sum of squares of the torques.",
+        "As `wheel_array`, with torque allocation by the pseudo-inverse (least sum of squares).",
         _ARRAY_KEYS,
         _array,
         _plan_array(PseudoInverse()),
     ),
     "wheel_array_detecting": PlannedController(
-        "As `wheel_array`, but nobody tells it of a lost wheel: one that withholds "
-        "`failure_torque` of what is commanded is taken to have failed, for good. That must be "
-        "above what bearings take, and below half the torque limit, up to which the drag that it "
-        "makes up for raises the command to a dead motor.",
+        "As `wheel_array`, but the controller is not notified of wheel failures; it detects them. "
+        "If a wheel gives `failure_torque` less than commanded, it is declared failed for the rest "
+        "of the run. Choose `failure_torque` above the drag of the bearings and below half the "
+        "torque limit, up to which drag compensation raises the command to a failed motor.",
         {
             **_ARRAY_KEYS,
-            "failure_torque": positive("torque", None, "Lost, for a wheel to have failed."),
-            "failure_time": positive("time", 5.0, "Of the low pass of the lost torque."),
+            "failure_torque": positive(
+                "torque", None, "Lost torque above which a wheel is declared failed."
+            ),
+            "failure_time": positive(
+                "time", 5.0, "Time constant of the low-pass filter of the lost torque."
+            ),
         },
         _detecting,
         _plan_array(MinimaxAllocation()),
         DETECTED,
     ),
     "lqr": PlannedController(
-        "State feedback of attitude and rate by the linear quadratic regulator "
-        "(`gyrostat.control.AttitudeRegulator`), without any limit of the rate. It knows nothing "
-        "of lost wheels, of drag and of external torques.",
+        "Linear quadratic regulator: state feedback of attitude and rate "
+        "(`gyrostat.control.AttitudeRegulator`), without a rate limit. Failed wheels, drag and "
+        "external torques are not taken into account.",
         _REGULATOR_KEYS,
         _linear,
         _plan_regulator,
         IGNORED,
     ),
     "sdre": PlannedController(
-        "The same by the state-dependent Riccati equation, solved at each sample.",
+        "As `lqr`, with the state-dependent Riccati equation (SDRE), solved at each sample.",
         _REGULATOR_KEYS,
         _regulator,
         _plan_regulator,
         IGNORED,
     ),
     "two_wheels": PlannedController(
-        "Leads body z, and no more, to where it is at the target, by two wheels whose speeds are "
-        "commanded (`gyrostat.control.TwoWheelPointing`) and held by speed loops; a model error "
-        "compensator learns what the model misses. Set `metrics.boresight` to z. It knows nothing "
-        "of lost wheels.",
+        "Pointing of the body z axis by two speed-commanded wheels "
+        "(`gyrostat.control.TwoWheelPointing`) with speed loops and a model error compensator. "
+        "Only the direction of body z is controlled, towards its direction at the target. Set "
+        "`metrics.boresight` to z. Wheel failures are not taken into account.",
         {
-            "turn_gain": positive("1/s", 0.1, "Rate over error near the target."),
-            "compensator_gain": size("1/s", 0.05, "Of the model error compensator; 0: none."),
-            "momentum_time": positive("time", 30.0, "Of the filter of the total momentum."),
-            "bandwidth": positive("rad/s", 0.05, "Of the filter of attitude and gyro bias."),
-            "natural_frequency": positive("rad/s", 2.0, "Of the speed loops."),
+            "turn_gain": positive("1/s", 0.1, "Commanded rate per pointing error near the target."),
+            "compensator_gain": size(
+                "1/s", 0.05, "Gain of the model error compensator; 0: no compensator."
+            ),
+            "momentum_time": positive("time", 30.0, "Time constant of the total momentum filter."),
+            "bandwidth": positive("rad/s", 0.05, "Bandwidth of the attitude and gyro bias filter."),
+            "natural_frequency": positive("rad/s", 2.0, "Natural frequency of the speed loops."),
         },
         _two_wheels,
         _plan_two_wheels,

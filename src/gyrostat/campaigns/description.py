@@ -1,4 +1,4 @@
-"""campaign.json: what a campaign is, with the digest of its own content."""
+"""Description of a campaign, stored as campaign.json with a digest of its content."""
 
 import hashlib
 import json
@@ -16,20 +16,20 @@ FORMAT = 2
 
 
 class DamagedError(InputError):
-    """A campaign.json that differs from what was written."""
+    """Damaged campaign.json: its content differs from what was written."""
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """What a campaign is; the same in every process that works at it.
+    """Description of a campaign, identical in all its processes.
 
     Attributes:
-        scenario: text of the scenario.
-        digest: of the scenario.
-        seed: of the draws.
-        runs: their number.
-        block: runs in a block.
-        engine: see `gyrostat.campaigns.fingerprint`.
+        scenario: Text of the scenario.
+        digest: Digest of the scenario.
+        seed: Seed of the draws.
+        runs: Number of runs.
+        block: Number of runs in a block.
+        engine: Fingerprint of the engine, see `gyrostat.campaigns.fingerprint`.
     """
 
     scenario: str
@@ -41,27 +41,27 @@ class Campaign:
 
     @cached_property
     def identity(self) -> str:
-        """SHA-256 digest of all the attributes; it tells this campaign from every other."""
+        """SHA-256 digest of all attributes; it identifies the campaign."""
         content = json.dumps({"format": FORMAT, **asdict(self)}, sort_keys=True)
         return hashlib.sha256(content.encode()).hexdigest()
 
     @property
     def by(self) -> str:
-        """Its name in the manifest of its folder; see `gyrostat.core.outputs`."""
+        """Name of the campaign in the manifest of its folder; see `gyrostat.core.outputs`."""
         return f"campaign {self.identity}"
 
     def text(self) -> str:
-        """The content of campaign.json."""
+        """Content of campaign.json."""
         content = {"format": FORMAT, **asdict(self), "sha256": self.identity}
         return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
 
     def numbers(self, block: int) -> range:
-        """The runs of a block."""
+        """Indices of the runs of a block."""
         return range(block * self.block, min((block + 1) * self.block, self.runs))
 
     @property
     def blocks(self) -> int:
-        """Their number."""
+        """Number of blocks."""
         return -(-self.runs // self.block)
 
 
@@ -69,14 +69,14 @@ def read_campaign(file: Path) -> Campaign | None:
     """Read campaign.json.
 
     Args:
-        file: campaign.json.
+        file: Path of campaign.json.
 
     Returns:
-        The campaign; None where there is no such file.
+        The campaign; None if there is no such file.
 
     Raises:
-        DamagedError: it is not as it was written.
-        InputError: another version of gyrostat wrote it, or it cannot be read.
+        DamagedError: The content differs from what was written.
+        InputError: Another version of gyrostat wrote it, or it cannot be read.
     """
     if not os.path.lexists(file):
         return None
@@ -93,7 +93,7 @@ def read_campaign(file: Path) -> Campaign | None:
         ):
             return campaign
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-        pass  # as below
+        pass  # refused below
     if isinstance(number, int) and number != FORMAT:
         raise InputError(
             f"{file}: found format {number} of another gyrostat, expected {FORMAT}: fly the "

@@ -1,9 +1,10 @@
-"""Random draws of each run: functions of seed and run number alone.
+"""Random draws of each run, as functions of seed and run number.
 
-Random bits come from a counter-based generator keyed by seed, run and dispersion (Salmon et al.,
-"Parallel random numbers: as easy as 1, 2, 3", 2011; JAX's threefry). So a run's values depend on
-nothing else, and one more dispersion leaves the draws of the others as they were. A dispersion
-enters by 128 bits of the SHA-256 digest of its first key, so that no two share their draws.
+Random bits are from a counter-based generator keyed by seed, run and dispersion (Salmon et al.,
+"Parallel random numbers: as easy as 1, 2, 3", 2011; JAX's threefry). The values of a run depend on
+nothing else, and an additional dispersion does not change the draws of the others. The key of a
+dispersion is 128 bits of the SHA-256 digest of its first scenario key, so that draws are
+independent.
 """
 
 import hashlib
@@ -27,7 +28,7 @@ from gyrostat.spacecraft import check_inertia
 from gyrostat.wheel.array import LIMIT_TOLERANCE
 
 AT_ONCE = 4096
-"""Runs that are checked together: memory stays the same however many there are."""
+"""Number of runs that are validated at a time, which bounds the memory."""
 _NOISE, _VALUES = 0, 1
 
 
@@ -49,27 +50,27 @@ def _streams(size: int):
 
 
 def _code(key: str) -> list[int]:
-    """Four words of 32 bits that tell a key from every other."""
+    """Four words of 32 bits that identify a key."""
     return np.frombuffer(hashlib.sha256(key.encode()).digest()[:16], "<u4").tolist()
 
 
 def draw(scenario: Scenario, seed: int, runs: ArrayLike) -> tuple[Matrix, PRNGKeyArray]:
-    """Draw.
+    """Draw the dispersed values of runs.
 
     Args:
-        scenario: with dispersions.
-        seed: of the campaign.
-        runs: (n,) their numbers.
+        scenario: Scenario with dispersions.
+        seed: Seed of the campaign.
+        runs: Indices of the runs, (n,).
 
     Returns:
-        Values (n, keys) in the order of `scenario.dispersed`, SI, and (n,) keys of the noise.
+        Values, (n, keys), in the order of `scenario.dispersed`, SI; random keys of the noise, (n,).
     """
     dispersions = scenario.dispersions
     codes = np.array([_code(d.keys[0]) for d in dispersions], np.uint32).reshape(-1, 4)
     size = max((len(d.keys) for d in dispersions), default=1)
     numbers = jnp.asarray(runs, dtype=jnp.uint32)
     noise, bits = _streams(size)(jax.random.key(seed), numbers, codes)
-    # the middle of each of 2^53 equal parts of 0 to 1: neither end is ever drawn
+    # midpoints of 2^53 equal intervals of [0, 1], so that neither 0 nor 1 is drawn
     share: Matrix = ((np.asarray(bits) >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
     drawn = [
         _values(dispersion, scenario, share[:, k, : len(dispersion.keys)])
@@ -79,7 +80,7 @@ def draw(scenario: Scenario, seed: int, runs: ArrayLike) -> tuple[Matrix, PRNGKe
 
 
 def _values(dispersion: Dispersion, scenario: Scenario, share: Matrix) -> Matrix:
-    """From uniform numbers, (n, keys), to values."""
+    """Transform uniform random numbers, (n, keys), to values of the distribution, SI."""
     nominal = np.array([scenario.values[key] for key in dispersion.keys])
     spread = np.array(dispersion.spread)
     if dispersion.distribution == "uniform":
@@ -87,25 +88,25 @@ def _values(dispersion: Dispersion, scenario: Scenario, share: Matrix) -> Matrix
     normal = ndtri(share)
     if dispersion.distribution == "log_normal":
         return nominal * np.exp(spread[:, 0] * normal)
-    # a sum in fixed order: a library's matrix product may depend on the number of rows
+    # fixed order of summation: the rounding of a matrix product may depend on the number of rows
     return nominal + sum(normal[:, k, None] * spread[:, k] for k in range(len(nominal)))
 
 
 def check_draws(scenario: Scenario, seed: int, runs: int) -> None:
-    """Refuse, before anything flies, a campaign in which some run is none.
+    """Validate the drawn values of all runs before the campaign starts.
 
     Raises:
-        InputError: a drawn value makes no sense, no body has the drawn inertia, or events change
-            their order.
+        InputError: A drawn value is not allowed, an inertia is impossible, or events change their
+            order.
     """
     entries = numbers_of(scenario)
     for first in range(0, runs, AT_ONCE):
         numbers = range(first, min(first + AT_ONCE, runs))
-        # one size of array, so that one is compiled
+        # arrays of one size, so that only one program is compiled
         values = draw(scenario, seed, np.resize(np.array(numbers), AT_ONCE))[0][: len(numbers)]
         for key, drawn in zip(scenario.dispersed, values.T, strict=True):
             entry = entries[key]
-            # the least and the greatest stand for all: what a key allows is one interval
+            # the allowed values are one interval, so that the extremes suffice
             for place in (np.argmin(drawn), np.argmax(drawn)):
                 value = float(drawn[place])
                 if not entry.allows(value) or not np.isfinite(value):
@@ -141,7 +142,7 @@ def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:
 
 
 def _check_speeds(scenario: Scenario, numbers: range, drawn: Mapping[str, Vector]) -> None:
-    """Refuse runs in which a wheel starts beyond its momentum limit, by `InputError`."""
+    """Validate that no wheel starts above its momentum limit; raises `InputError`."""
     for wheel in scenario.wheels:
         speed, inertia, limit = (
             drawn.get(key, scenario.values[key])
@@ -152,7 +153,7 @@ def _check_speeds(scenario: Scenario, numbers: range, drawn: Mapping[str, Vector
 
 
 def _check_sensing(scenario: Scenario, numbers: range, drawn: Mapping[str, Vector]) -> None:
-    """Refuse runs in which a sensor fault ends before it begins, or a guard accepts nothing."""
+    """Validate the times of sensor faults and the limits of the guard; raises `InputError`."""
     faults = [f"event.{event.name}" for event in scenario.events if event.sensor is not None]
     pairs = {key: (f"{key}.time", f"{key}.until", "an end before the start") for key in faults}
     if scenario.guard is not None:
@@ -165,7 +166,7 @@ def _check_sensing(scenario: Scenario, numbers: range, drawn: Mapping[str, Vecto
 
 
 def _refuse(wrong: Any, numbers: range, key: str, found: str) -> None:
-    """Refuse a dispersion that is wrong in a run, by `InputError`."""
+    """Raise `InputError` for the first run in which a dispersion is wrong, if there is one."""
     if np.any(wrong):
         run = numbers[int(np.argmax(np.broadcast_to(wrong, len(numbers))))]
         raise InputError(f"dispersion of {key}: found {found} in run {run}, expected less spread")

@@ -1,10 +1,10 @@
-"""What drives each metric: rank correlations, and the level that chance alone would exceed.
+"""Drivers of each metric: rank correlations with the drawn values, and their significance level.
 
-A report tests every drawn key against every metric, a few hundred pairs. The chance level holds for
-all of them together: where no key has any influence, one campaign in twenty names a driver at all.
-It comes from permutations of the runs (P. H. Westfall and S. S. Young, "Resampling-based multiple
-testing", 1993, single-step maxT), which keep the dependence among keys and among metrics, ties, and
-the runs that lack a metric; no distribution is assumed.
+A report tests every drawn key against every metric, a few hundred pairs. The significance level
+(chance level) holds for all of them together: if no key has any influence, a driver is named in one
+of twenty campaigns. The level is computed by permutations of the runs (P. H. Westfall and S. S.
+Young, "Resampling-based multiple testing", 1993, single-step maxT). They preserve the dependence
+among keys and among metrics, ties, and missing metrics; no distribution is assumed.
 """
 
 from collections.abc import Iterator
@@ -17,40 +17,42 @@ from scipy.stats import rankdata
 from gyrostat.core.types import Matrix, Vector
 
 LEVEL = 0.05
-"""Probability that a campaign without any driver names one."""
+"""Probability that a driver is named in a campaign without drivers."""
 PERMUTATIONS = 999
 MOST_RUNS = 2000
-"""Runs that are permuted, chosen at random from more: the level in standard units is the same."""
+"""Largest number of runs that are permuted. Of more runs, a random subset is used: the level in
+units of the standard deviation is the same."""
 _AT_ONCE = 4_000_000
-"""Numbers in memory at a time."""
+"""Number of elements in memory at a time."""
 
 
 class Drivers(NamedTuple):
     """Rank correlations of a campaign.
 
     Attributes:
-        rank_correlation: (keys, metrics) Spearman's, over the runs that have the metric; NaN for
-            values or metrics that are the same in all, and below three runs.
-        chance_level: (metrics,) Size that a rank correlation must exceed to name a driver, at most
-            1; NaN where a metric has no rank correlation.
+        rank_correlation: Spearman's rank correlation over the runs that have the metric, (keys,
+            metrics); NaN if values or metrics are equal in all runs, and for less than three runs.
+        chance_level: Absolute rank correlation above which a key is named as a driver, (metrics,),
+            at most 1; NaN for a metric without rank correlation.
     """
 
     rank_correlation: Matrix
     chance_level: Vector
 
     def named(self) -> NDArray[np.bool_]:
-        """(keys, metrics) Whether a key is named as a driver of a metric."""
+        """Whether each key is named as a driver of each metric, (keys, metrics)."""
         return np.abs(self.rank_correlation) > self.chance_level
 
 
 class _Group(NamedTuple):
-    """Metrics that the same runs have.
+    """Metrics that are available in the same runs.
 
     Attributes:
-        columns: Their numbers.
-        has: (runs,) Whether a run has them.
-        keys: (runs that have them, keys) Ranks, centred, of unit length; 0 where all are equal.
-        metrics: (runs that have them, columns) The same of the metrics.
+        columns: Indices of the metrics.
+        has: Whether each run has these metrics, (runs,).
+        keys: Ranks of the drawn values, centred, of unit length, (runs that have the metrics,
+            keys); 0 if all are equal.
+        metrics: Ranks of the metrics likewise, (runs that have the metrics, columns).
     """
 
     columns: list[int]
@@ -60,11 +62,11 @@ class _Group(NamedTuple):
 
 
 def find_drivers(drawn: Matrix, metrics: Matrix) -> Drivers:
-    """Rank correlation of every key with every metric, and what chance makes of so many.
+    """Compute the rank correlation of every key with every metric, and the significance levels.
 
     Args:
-        drawn: (runs, keys) Drawn values.
-        metrics: (runs, metrics) Values of the metrics, NaN where a run has none.
+        drawn: Drawn values, (runs, keys).
+        metrics: Values of the metrics, (runs, metrics), NaN for missing ones.
     """
     rho = np.full((drawn.shape[1], metrics.shape[1]), np.nan)
     spread = np.full(metrics.shape[1], np.nan)
@@ -72,11 +74,11 @@ def find_drivers(drawn: Matrix, metrics: Matrix) -> Drivers:
         varies = np.any(group.keys != 0.0, axis=0)[:, None] & np.any(group.metrics != 0.0, axis=0)
         found = np.clip(group.keys.T @ group.metrics, -1.0, 1.0)
         rho[:, group.columns] = np.where(varies, found, np.nan)
-        # of the rank correlation of independent values, ties or not
+        # standard deviation of the rank correlation of independent values, with or without ties
         spread[group.columns] = np.where(np.any(varies, axis=0), _spread(group), np.nan)
     if not np.any(np.isfinite(rho)):
         return Drivers(rho, spread)
-    # a hair above, for what differs by its rounding alone
+    # margin for rounding errors
     level = spread * _critical(drawn, metrics) * (1.0 + 1e-9)
     return Drivers(rho, np.minimum(level, 1.0))
 
@@ -103,7 +105,7 @@ def _scores(values: Matrix) -> Matrix:
 
 
 def _critical(drawn: Matrix, metrics: Matrix) -> float:
-    """Largest rank correlation over its spread that one shuffled campaign in twenty exceeds."""
+    """Largest standardised rank correlation that one of twenty permuted campaigns exceeds."""
     random = np.random.default_rng(0)
     if len(drawn) > MOST_RUNS:
         chosen = random.choice(len(drawn), MOST_RUNS, replace=False)
@@ -116,12 +118,12 @@ def _critical(drawn: Matrix, metrics: Matrix) -> float:
         count = min(together, PERMUTATIONS - first)
         order = random.permuted(np.tile(np.arange(runs), (count, 1)), axis=1)
         for group in groups:
-            # a permutation of all runs is one of those that have the metric, too
+            # a permutation of all runs also permutes the runs that have the metric
             place = np.full(runs, -1)
             place[group.has] = np.arange(len(group.metrics))
             own = place[order]
             own = own[own >= 0].reshape(count, -1).T
-            # one product of matrices for all permutations
+            # one matrix product for all permutations
             shuffled = group.metrics[own].reshape(len(own), -1)
             sizes = np.abs(group.keys.T @ shuffled).reshape(-1, count, len(group.columns))
             part = largest[first : first + count]

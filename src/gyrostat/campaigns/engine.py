@@ -1,11 +1,11 @@
-"""Simulate runs of a scenario by one compiled program.
+"""Simulation of the runs of a scenario by one compiled program.
 
-XLA's vectorised code does not treat every lane alike: the last ones may pass through other
-instructions and end with another last bit. So run n always begins, and with the engine "jax"
-continues, in lane n mod 64 beside the same 63 others, also where it alone is wanted, and through
-the same machine code whether its history is kept or not. SIMD lanes of compiled C do not differ:
-with the engine "native" a run may continue beside any others. The numbers of a run depend on
-nothing but scenario, seed, n and engine.
+The results of a run depend only on scenario, seed, run number n and engine, to the last bit. XLA's
+vectorised code does not treat all lanes alike: the last lanes may use other instructions and differ
+in the last bit. Therefore run n is always initialised in lane n mod 64 together with the same 63
+other runs, even if only run n is requested. With the engine "jax" it is also simulated there, by
+the same machine code whether its history is kept or not. In compiled C all SIMD lanes give the same
+bits: with the engine "native" runs are simulated in any combination.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,17 +31,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LANES = 64
-"""Runs that are carried together: more do not run faster."""
+"""Number of runs that are simulated together; more are not faster."""
 LONGEST = 500
-"""Most control periods whose samples are in memory at a time."""
+"""Largest number of control periods whose samples are in memory at a time."""
 
 
 class Flown(NamedTuple):
-    """Some runs.
+    """Results of simulated runs.
 
     Attributes:
-        columns: name -> (runs,): "run", the drawn values, "status", "ended" and the metrics.
-        histories: of the runs asked for, over `run` and `time`; None where none was.
+        columns: Columns of the table, name -> (runs,): "run", the drawn values, "status", "ended"
+            and the metrics.
+        histories: Histories of the requested runs over `run` and `time`; None if none were
+            requested.
     """
 
     columns: dict[str, Vector]
@@ -50,14 +52,14 @@ class Flown(NamedTuple):
 
 @dataclass(frozen=True)
 class _Program:
-    """A scenario, compiled.
+    """Compiled scenario.
 
     Attributes:
-        scenario: That is simulated.
+        scenario: Scenario.
         nominal: Values of the keys that are not dispersed.
-        plans: Of its controller.
-        begin: (nominal, drawn values, plans, keys of the noise) -> carry, of 64 runs.
-        runner: Of the same arguments.
+        plans: Controller designs.
+        begin: Initialisation of 64 runs: (nominal, drawn values, plans, random keys) -> carry.
+        runner: Runner with the same arguments.
     """
 
     scenario: Scenario
@@ -103,11 +105,10 @@ def _program(scenario: Scenario, engine: str) -> _Program:
 
 
 def prepare(scenario: Scenario) -> None:
-    """Compile a scenario for the native engine; workers will find the library in the cache.
+    """Compile a scenario for the native engine; workers then use the library from the cache.
 
     Raises:
-        InputError: there is no compiler, or the scenario has something that the engine does not
-            know.
+        InputError: There is no compiler, or the engine does not support the scenario.
     """
     required()
     program = _program(scenario, "native")
@@ -127,10 +128,10 @@ def fly(
     """Simulate runs of a scenario.
 
     Args:
-        scenario: That is simulated.
-        seed: Of the campaign.
-        runs: Their numbers, rising; None for one run with the nominal values.
-        keep: Numbers, among them, of those whose histories are wanted.
+        scenario: Scenario.
+        seed: Seed of the campaign.
+        runs: Indices of the runs, increasing; None for one run with the nominal values.
+        keep: Indices of the runs whose histories are requested.
         engine: "jax" or "native".
 
     Raises:
@@ -166,13 +167,13 @@ def _group(
     *,
     native: bool,
 ) -> Flown:
-    """Some of the runs of one group of 64, from values and noise of all of them."""
+    """Simulate the requested runs of a group of 64, from values and noise of the whole group."""
     scenario, plans, nominal = program.scenario, program.plans, program.nominal
     runner = program.runner
     picked = runs % LANES
     carry = program.begin(nominal, values, plans, noise)
     drawn = values[picked]
-    if native:  # only what is wanted goes on
+    if native:  # simulate the requested runs only
         carry = jax.tree.map(lambda leaf: np.asarray(leaf)[picked], carry)
         values, noise, picked = drawn, noise[picked], np.arange(len(runs))
     is_kept = np.isin(runs, keep)

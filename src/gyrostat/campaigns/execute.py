@@ -1,4 +1,4 @@
-"""Run a campaign from its first run to its table, and resume it after a stop."""
+"""Execution of a campaign, from the first run to the table of results, resumable."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -17,23 +17,23 @@ from gyrostat.core.files import set_aside
 from gyrostat.core.validation import check_seed
 
 BLOCK = 64
-"""Runs in a block: as many as are carried together."""
+"""Number of runs in a block; the same as the number of runs that are simulated together."""
 AT_ONCE = 8
-"""Runs that are replayed together: their histories are in memory at a time."""
+"""Number of runs that are replayed together; their histories are in memory at the same time."""
 ELSEWHERE = 128
-"""Workers that are kept busy where nobody says how many there are."""
+"""Assumed number of workers of an executor if it is not given."""
 MOST_RUNS = 2**32
-"""More have no number of their own in the random generator."""
+"""Largest number of runs; the random generator uses run numbers of 32 bits."""
 
 
 class Job(NamedTuple):
-    """Some runs to fly.
+    """Job of a worker: runs to simulate.
 
     Attributes:
-        campaign: they are of.
-        runs: their numbers.
-        keep: of those whose histories are wanted.
-        block: their block's number; -1 for a selection.
+        campaign: Campaign of the runs.
+        runs: Indices of the runs.
+        keep: Indices of the runs whose histories are requested.
+        block: Number of the block; -1 for a selection of runs.
     """
 
     campaign: Campaign
@@ -43,7 +43,7 @@ class Job(NamedTuple):
 
 
 def work(job: Job) -> Any:
-    """Fly the runs of a job, in whatever process: a `gyrostat.campaigns.engine.Flown`."""
+    """Simulate the runs of a job in a worker; returns `gyrostat.campaigns.engine.Flown`."""
     use_engine(job.campaign.engine)
     from gyrostat.campaigns.engine import fly
 
@@ -55,16 +55,16 @@ def work(job: Job) -> Any:
 def chosen_engine(
     engine: str, scenario: Scenario, device: str, say: Callable[[str], None] = lambda text: None
 ) -> str:
-    """The engine that simulates a scenario, "native" or "jax"; compiles it where it has to be.
+    """Choose the engine for a scenario, "native" or "jax", and compile for the native engine.
 
     Args:
-        engine: "jax", "native", or "auto": native where there is a C compiler.
-        scenario: that is simulated.
+        engine: "jax", "native", or "auto": native if possible on this machine.
+        scenario: Scenario.
         device: "cpu" or "gpu".
-        say: takes the line that says why "auto" is not native.
+        say: Called with a message that explains why "auto" chose JAX.
 
     Raises:
-        InputError: the native engine cannot simulate this scenario here.
+        InputError: The native engine cannot simulate this scenario on this machine.
     """
     if engine == "jax" or (engine == "auto" and device != "cpu"):
         return "jax"
@@ -101,34 +101,34 @@ def run_campaign(
     say: Callable[[str], None] = lambda text: None,
     fly_job: Callable[[Job], Any] = work,
 ) -> Path:
-    """Fly a campaign, or what is left of it.
+    """Run a campaign, or resume it.
 
     Args:
-        scenario: with what is dispersed.
-        out: folder of the campaign.
-        runs: their number.
-        seed: of the draws.
+        scenario: Scenario with dispersions.
+        out: Folder of the campaign.
+        runs: Number of runs.
+        seed: Seed of the draws.
         device: "cpu" or "gpu".
-        engine: "native", "jax", or "auto": that of a campaign that goes on, else see
-            `chosen_engine`.
-        opener: of the executor; None for processes of this machine.
-        workers: their number; None for one a core, `ELSEWHERE` for another executor.
-        block: runs in a block; the results do not depend on it.
-        keep: numbers of runs whose histories are kept.
-        worst: so many of the worst runs' histories are kept too.
-        worst_by: metric by which they are; None for the last percentile of the error.
-        force: whether a new campaign may begin beside files that have the names of its results;
-            they are renamed NAME.changed.
-        on_progress: called with the runs done and the runs in all.
-        say: takes each line for a person.
-        fly_job: what workers do with a job.
+        engine: "native", "jax", or "auto". When a campaign is resumed, "auto" is its engine;
+            otherwise see `chosen_engine`.
+        opener: Opens the executor; None for processes on this machine.
+        workers: Number of workers; None for one per core, `ELSEWHERE` for another executor.
+        block: Number of runs in a block; the results do not depend on it.
+        keep: Indices of runs whose histories are kept.
+        worst: Number of worst runs whose histories are kept in addition.
+        worst_by: Metric that ranks the worst runs; None for the last percentile of the error.
+        force: Whether to start a new campaign in a folder with files that have the names of
+            results; they are renamed NAME.changed.
+        on_progress: Called with the number of completed runs and the total number of runs.
+        say: Called with each message for the user.
+        fly_job: Function that workers apply to a job.
 
     Returns:
-        The table of all runs.
+        Path of the table of all runs.
 
     Raises:
-        InputError: the folder has another campaign, another engine or files of unknown origin, or
-            cannot be written; a run draws values that make no sense; or workers do not live.
+        InputError: The folder has another campaign, another engine or files of unknown origin, or
+            cannot be written; a drawn value is not allowed; or the workers fail repeatedly.
     """
     check_seed(seed)
     if not 1 <= runs <= MOST_RUNS or block < 1:
@@ -144,7 +144,7 @@ def run_campaign(
     store = Store(out, say)
     try:
         known = store.read()
-    except DamagedError:  # this command may mend it
+    except DamagedError:  # may be repaired below
         known = None
     if known is None:
         engine = chosen_engine(engine, scenario, device, say)
@@ -205,10 +205,11 @@ def _fly_blocks(store, campaign, opener, window, on_progress, say, fly_job) -> N
 
 
 def worst_runs(store: Store, count: int, metric: str) -> list[int]:
-    """Numbers of the worst runs: those that did not end, then the largest of a metric.
+    """Indices of the worst runs: first incomplete runs, then those with the largest metric.
 
-    A run that never settles is worse than one that does; without a crossing it has no peak. Among
-    equal values the run with the larger maximum of the pointing error is worse.
+    A run that never settles is worse than one that does. A run without a zero crossing has no
+    crossing peak and comes last. Among equal values, the run with the larger maximum pointing error
+    is worse.
     """
     import numpy as np
 
@@ -230,10 +231,10 @@ def replay(
     opener: Opener,
     fly_job: Callable[[Job], Any] = work,
 ) -> list[Path]:
-    """Fly runs of a finished campaign again and keep their histories.
+    """Repeat runs of a finished campaign and keep their histories.
 
     Raises:
-        InputError: their numbers are not those of the table, to the last bit.
+        InputError: The results differ from those of the table in any bit.
     """
     import numpy as np
 

@@ -18,9 +18,9 @@ from gyrostat.core.errors import InputError
 
 Opener = Callable[[], contextlib.AbstractContextManager[Executor]]
 BARREN = 3
-"""Pools that may break one after the other without a result."""
+"""Number of worker pools that may fail in succession without a result."""
 MOST_WORKERS = 1024
-"""All are started at once."""
+"""Largest number of worker processes, which are started together."""
 
 
 _STARTING = threading.Lock()
@@ -29,9 +29,9 @@ _STARTING = threading.Lock()
 class _Worker(SpawnProcess):
     """Spawned process that does not run the main module of its parent.
 
-    A spawned process runs `__main__` again, so that what is defined there can be sent to it.
-    Workers are sent nothing of the kind, and a script without a main guard, or one read from
-    standard input, would start its campaign in each of them.
+    By default a spawned process runs `__main__` again, so that it can receive objects defined
+    there. Workers need no such objects, and a script without a main guard, or from standard input,
+    would start its campaign in each worker.
     """
 
     def start(self) -> None:
@@ -54,13 +54,13 @@ class _Worker(SpawnProcess):
 
 
 class _WorkerContext(SpawnContext):
-    """Context whose processes are workers."""
+    """Multiprocessing context that starts workers."""
 
     Process = _Worker  # pyright: ignore[reportAssignmentType]
 
 
 def _begin_worker() -> None:
-    """A worker ends with the process that made it, and leaves Ctrl-C to it."""
+    """Initialise a worker: it ignores Ctrl-C and exits when its parent process ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -74,7 +74,7 @@ def _begin_worker() -> None:
 
 
 def _start_quiet_tracker() -> None:
-    """Start the process that frees semaphores after a kill, without its warning that it does."""
+    """Start the resource tracker, which frees semaphores after a kill, without its warnings."""
     before = os.environ.get("PYTHONWARNINGS")
     quiet = "ignore:resource_tracker"
     os.environ["PYTHONWARNINGS"] = quiet if before is None else f"{before},{quiet}"
@@ -88,13 +88,13 @@ def _start_quiet_tracker() -> None:
 
 
 def processes(workers: int) -> Opener:
-    """Opens a pool of worker processes.
+    """Create an opener of a pool of worker processes.
 
     Args:
-        workers: their number.
+        workers: Number of workers.
 
     Raises:
-        InputError: more than `MOST_WORKERS`.
+        InputError: The number is not between 1 and `MOST_WORKERS`.
     """
     if not 1 <= workers <= MOST_WORKERS:
         raise InputError(f"workers: found {workers}, expected 1 to {MOST_WORKERS}")
@@ -107,7 +107,7 @@ def processes(workers: int) -> Opener:
         try:
             yield pool
         except BaseException:
-            # nobody waits for what will not be kept
+            # the results of running jobs are not needed
             for process in list((pool._processes or {}).values()):
                 process.terminate()
             pool.shutdown(wait=False, cancel_futures=True)
@@ -118,13 +118,13 @@ def processes(workers: int) -> Opener:
 
 
 def cluster(address: str) -> Opener:
-    """Opens the workers of a Dask scheduler.
+    """Create an opener of the workers of a Dask scheduler.
 
     Args:
-        address: of the scheduler, as "tcp://10.0.0.1:8786".
+        address: Address of the scheduler, such as "tcp://10.0.0.1:8786".
 
     Raises:
-        InputError: Dask is not installed, or nobody answers there.
+        InputError: Dask is not installed, or there is no scheduler at this address.
     """
     try:
         from distributed import (  # pyright: ignore[reportMissingImports]
@@ -147,7 +147,7 @@ def cluster(address: str) -> Opener:
         with client:
             try:
                 yield client.get_executor(pure=False)
-            except KilledWorker as error:  # one job, several times
+            except KilledWorker as error:  # a job whose workers were killed several times
                 raise BrokenExecutor(str(error)) from error
 
     return opened
@@ -161,19 +161,19 @@ def carry_out(
     *,
     window: int,
 ) -> None:
-    """Have every job done once.
+    """Process every job once.
 
-    Where a worker is killed its pool breaks; what was under way is given to a new one.
+    If a worker is killed, its pool fails; the jobs in progress are given to a new pool.
 
     Args:
-        jobs: any number; the next are taken as others end.
-        work: what is done with each, in another process.
-        opener: of the executor.
-        take: called here with each job and its result.
-        window: jobs that are given away at a time.
+        jobs: Jobs, any number; each is taken from the iterable when another ends.
+        work: Function that is applied to each job in a worker.
+        opener: Opens the executor.
+        take: Called in this process with each job and its result.
+        window: Number of jobs in progress at a time.
 
     Raises:
-        InputError: `BARREN` pools broke, one after the other, with nothing done.
+        InputError: `BARREN` pools failed in succession without a result.
     """
     rest, again, barren = iter(jobs), deque(), 0
     while True:

@@ -18,7 +18,8 @@ from gyrostat.core.errors import InputError
 Device = Literal["cpu", "gpu"]
 Record = Mapping[str, str]
 
-# One thread for each worker; less optimisation compiles in two thirds of the time and runs as fast.
+# One thread per worker. With optimisation level 1 compilation takes two thirds of the time, and the
+# program is as fast.
 FLAGS: dict[str, str] = {
     "cpu": "--xla_cpu_multi_thread_eigen=false --xla_backend_optimization_level=1",
     "gpu": "",
@@ -27,11 +28,11 @@ _PLATFORM = {"cpu": "cpu", "gpu": "cuda"}
 
 
 def engine_record(device: str, flags: str, engine: str = "jax") -> dict[str, str]:
-    """The engine of this process: name -> version, flags or digest.
+    """Fingerprint of the engine in this process: name -> version, flags or digest.
 
     Args:
         device: "cpu" or "gpu".
-        flags: of XLA.
+        flags: Flags of XLA.
         engine: "jax" or "native".
     """
     found = {"engine": engine, "device": device, "flags": flags}
@@ -41,16 +42,16 @@ def engine_record(device: str, flags: str, engine: str = "jax") -> dict[str, str
     for package in ("jax", "jaxlib", "numpy", "scipy", "equinox"):
         try:
             found[package] = version(package)
-        except PackageNotFoundError:  # then nothing flies either
+        except PackageNotFoundError:  # simulation will fail as well
             found[package] = "none"
     return {**found, "gyrostat": _source_digest(), "instructions": instructions()}
 
 
 def use_engine(record: Record) -> None:
-    """Make this process compute as recorded; before it has computed anything.
+    """Configure this process for a recorded engine; call it before any computation.
 
     Raises:
-        InputError: it has other versions or instructions, or no such device.
+        InputError: The process has other versions or instructions, or no such device.
     """
     os.environ["XLA_FLAGS"] = record["flags"]
     os.environ["JAX_PLATFORMS"] = _PLATFORM[record["device"]]
@@ -69,14 +70,14 @@ def use_engine(record: Record) -> None:
 
 
 def refuse_other(record: Record, where: str) -> None:
-    """Refuse to go on with another engine than the recorded one.
+    """Check that this process has the recorded engine.
 
     Args:
-        record: of the store.
-        where: that computes, for the message.
+        record: Fingerprint in the store.
+        where: Start of the error message: the process or folder.
 
     Raises:
-        InputError: something differs; its numbers would not be those of the store.
+        InputError: The fingerprint differs, so that results would differ from those of the store.
     """
     found = engine_record(record["device"], record["flags"], record.get("engine", "jax"))
     for name, value in found.items():
@@ -89,7 +90,7 @@ def refuse_other(record: Record, where: str) -> None:
 
 @lru_cache
 def _source_digest() -> str:
-    """Version of the package, and a digest of its code: a working copy changes between versions."""
+    """Version of the package with a digest of its code, which may change between versions."""
     root = Path(gyrostat.__file__).parent
     digest = hashlib.sha256()
     for path in sorted((*root.rglob("*.py"), *root.rglob("*.h"))):

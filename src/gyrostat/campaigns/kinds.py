@@ -1,4 +1,4 @@
-"""What a scenario may name, and the numbers that it has then."""
+"""Components that a scenario file can name, and the resulting keys of the scenario."""
 
 from collections.abc import Mapping
 
@@ -31,11 +31,11 @@ KINDS: Mapping[str, Mapping[str, Component]] = {
     "estimator": ESTIMATORS,
     "environment": ENVIRONMENTS,
 }
-"""Section of a scenario file -> what its `kind` may name."""
+"""Section of a scenario file -> components that its `kind` can name."""
 
 
 def numbers_of(scenario: Scenario) -> dict[str, Key]:
-    """Full key -> entry, of every number that a scenario of these kinds may have."""
+    """Full key -> schema entry, for every number of a scenario with these components."""
     friction = FRICTION_MODELS[scenario.friction].dimensions()
     sections: dict[str, Mapping[str, Key]] = {
         "body.inertia": dict.fromkeys(INERTIA, INERTIA_KEY),

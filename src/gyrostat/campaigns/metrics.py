@@ -1,4 +1,4 @@
-"""Metrics of a run, computed while it is simulated, at constant memory."""
+"""Metrics of a run, computed during the simulation with constant memory."""
 
 from typing import Any, NamedTuple, Self
 
@@ -16,29 +16,29 @@ from gyrostat.core.types import Vector
 from gyrostat.simulation import Histories
 
 FULL = 0.999
-"""Share of a limit at which a wheel counts as saturated."""
+"""Fraction of a limit at which a wheel counts as saturated."""
 
 
 class Seen(NamedTuple):
-    """What has been seen of a run.
+    """Running sums and extremes of a run, from which its metrics are computed.
 
     Attributes:
-        status: of the run.
-        samples: valid ones.
-        counted: of them, those after `metrics.after`.
-        error: the last, rad.
-        error_max: rad.
-        error_square: sum, rad².
-        settled_from: time since which the run is settled, s; infinite while it is not.
-        sense: (wheels,) of rotation at the last sample.
-        crossed: time of the last crossing, s.
-        crossings: their number.
-        crossing_peak: rad.
-        momentum_peak: N·m·s.
-        torque_peak: N·m.
-        torque_square: sum of the means over the wheels, N²·m².
-        saturated: samples.
-        power: sum, W.
+        status: Status of the run.
+        samples: Number of valid samples.
+        counted: Number of valid samples after `metrics.after`.
+        error: Pointing error at the last valid sample, rad.
+        error_max: Largest pointing error after `metrics.after`, rad.
+        error_square: Sum of squared pointing errors after `metrics.after`, rad².
+        settled_from: Time since which the run is settled, s; infinite if it is not settled.
+        sense: Sense of rotation of the wheels at the last sample, (wheels,).
+        crossed: Time of the last zero crossing of a wheel, s.
+        crossings: Number of zero crossings.
+        crossing_peak: Largest pointing error within the window after a crossing, rad.
+        momentum_peak: Largest momentum of any wheel, N·m·s.
+        torque_peak: Largest commanded motor torque of any wheel, N·m.
+        torque_square: Sum of mean squared commanded motor torques of the wheels, N²·m².
+        saturated: Number of samples with a saturated wheel.
+        power: Sum of the mechanical power, W.
     """
 
     status: Int[Array, ""]
@@ -64,7 +64,7 @@ class Pointing(NamedTuple):
 
     Attributes:
         error: Pointing error, rad.
-        counted: The same; infinite where it does not count.
+        counted: Pointing error, rad; infinite at samples that are not evaluated.
     """
 
     error: Scalar
@@ -72,13 +72,13 @@ class Pointing(NamedTuple):
 
 
 class Observer(eqx.Module):
-    """Takes in one sample after the other.
+    """Accumulates the metrics of a run sample by sample.
 
     Attributes:
-        setup: of the run.
-        values: those of "metrics." and the control period, SI.
-        count: control periods of the run.
-        boresight: (3,) body direction, or None.
+        setup: Parts of the run.
+        values: Values of the sections "metrics" and "run", SI.
+        count: Number of control periods of the run.
+        boresight: Body direction whose pointing is evaluated, (3,); None for the full attitude.
     """
 
     setup: Setup
@@ -88,12 +88,12 @@ class Observer(eqx.Module):
 
     @classmethod
     def of(cls, scenario: Scenario, setup: Setup, values: dict[str, Scalar]) -> Self:
-        """The observer of a run with these values."""
+        """Create the observer of a run with the given values."""
         own = {k: v for k, v in values.items() if k.split(".")[0] in ("metrics", "run")}
         return cls(setup, own, scenario.count, scenario.boresight)
 
     def start(self) -> Seen:
-        """Nothing seen yet."""
+        """Initial values before the first sample."""
         zero, none = jnp.zeros(()), jnp.zeros((), dtype=int)
         return Seen(
             *(none, none, none),
@@ -112,7 +112,7 @@ class Observer(eqx.Module):
         return angle_between(to_inertial(attitude, body), to_inertial(target, body))
 
     def __call__(self, seen: Seen, row: Histories, k: Int[Array, ""]) -> tuple[Seen, Pointing]:
-        """Take in sample k; what was seen, and how the boresight points."""
+        """Update with sample k; returns the new values and the pointing error."""
         valid = (row.status == 0) & (k <= self.count)
         time = k * self.values["run.control_period"]
         error = self.error(row.state.attitude, time)
@@ -123,7 +123,7 @@ class Observer(eqx.Module):
         return kept._replace(status=status), Pointing(error, jnp.where(counts, error, jnp.inf))
 
     def _seen(self, seen: Seen, row: Histories, time: Scalar, error: Scalar) -> Seen:
-        """All but the status, taking the sample to be valid."""
+        """New values except the status, for a valid sample."""
         values, wheels = self.values, self.setup.plant.spacecraft.wheels
         momentum, torque = row.record.wheel_momentum, row.command.torque
         counts = time + 1e-9 >= values["metrics.after"]
@@ -168,12 +168,12 @@ def ended(seen: Any, period: float) -> Vector:
 
 
 def concluded(scenario: Scenario, seen: Any, errors: Collector) -> dict[str, Vector]:
-    """The metrics of several runs; NaN where a run did not end, or there is none.
+    """Compute the metrics of several runs; NaN for incomplete runs and missing metrics.
 
     Args:
         scenario: Scenario of the runs.
         seen: `Seen` with a leading axis of runs.
-        errors: Their pointing errors that count.
+        errors: Collected pointing errors of the runs.
     """
     seen = jax.tree.map(np.asarray, seen)
     period = scenario.values["run.control_period"]

@@ -1,8 +1,8 @@
-"""Percentiles by the rank definition: exact, or in bins where the values would not fit in memory.
+"""Percentiles by the rank definition: exact, or from bins if the values do not fit in memory.
 
-The p-th percentile of n values is the smallest of them that at least p % of the values do not
-exceed: the one of rank ceil(p n / 100), counted from 1. It is definition 1 of R. J. Hyndman and
-Y. Fan, "Sample quantiles in statistical packages", 1996, and "inverted_cdf" of NumPy.
+The p-th percentile of n values is the value of rank ceil(p n / 100), counted from 1: the smallest
+value such that at least p % of the values do not exceed it. This is definition 1 of R. J. Hyndman
+and Y. Fan, "Sample quantiles in statistical packages", 1996, and "inverted_cdf" of NumPy.
 """
 
 from fractions import Fraction
@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from gyrostat.core.types import Matrix, Vector
 
 MEMORY = 200e6
-"""Bytes that the errors of one group of runs may take; longer runs are counted in bins."""
+"""Memory for the errors of one group of runs, bytes; longer runs are counted in bins."""
 LEAST, MOST = 2.0**-30, 4.0
-"""rad: the bins reach from one to the other; smaller errors fall in the first."""
+"""Range of the bins, rad; smaller errors are counted in the first bin."""
 _SHIFT = 52 - 9
-"""Bits of a float that a bin leaves open: each octave has 2^9 bins, of 0.1 to 0.2 %."""
+"""Number of low mantissa bits that a bin ignores: each octave has 2^9 bins, 0.1 to 0.2 % wide."""
 
 
 def _code(value: float) -> int:
@@ -37,7 +37,7 @@ def rank(percent: float, count: int) -> int:
     """Rank of a percentile, from 1.
 
     Args:
-        percent: Above 0 and below 100; taken as the decimal number that it prints as, so that
+        percent: Percentage, above 0 and below 100; its decimal representation is used, so that
             99.7 % of 1000 is 997.
         count: Number of values.
     """
@@ -45,23 +45,23 @@ def rank(percent: float, count: int) -> int:
 
 
 class Collector(Protocol):
-    """Errors of several runs, collected while they fly."""
+    """Protocol of a collection of the pointing errors of several runs during the simulation."""
 
     def add(self, errors: Matrix) -> None:
-        """Take in the errors of the next samples, (runs, samples); infinite ones do not count."""
+        """Add the errors of the next samples, (runs, samples), rad; infinite ones are ignored."""
         ...
 
     def percentile(self, percent: float) -> Vector:
-        """Percentile of each run, (runs,), rad; NaN where nothing counts."""
+        """Percentile of each run, (runs,), rad; NaN for a run without errors."""
         ...
 
 
 class SortedErrors:
-    """Every error, for exact percentiles.
+    """Collector that keeps every error, for exact percentiles.
 
     Args:
         runs: Number of runs.
-        samples: Number of samples of each, all calls of `add` together.
+        samples: Number of samples of each run, over all calls of `add`.
     """
 
     def __init__(self, runs: int, samples: int):
@@ -70,7 +70,7 @@ class SortedErrors:
         self._counted: list[int] | None = None
 
     def add(self, errors: Matrix) -> None:
-        """Take in the errors of the next samples; see `Collector`."""
+        """Add the errors of the next samples; see `Collector`."""
         self._errors[:, self._filled : self._filled + errors.shape[1]] = errors
         self._filled += errors.shape[1]
         self._counted = None
@@ -87,20 +87,20 @@ class SortedErrors:
 
 
 class BinnedErrors:
-    """Errors counted in bins: percentiles to 0.1 %, none above the largest error.
+    """Collector that counts errors in bins: percentiles to 0.1 %, at most the largest error.
 
     Args:
         runs: Number of runs.
     """
 
     def __init__(self, runs: int):
-        # the last bin takes what does not count
+        # the last bin counts the ignored samples
         self._counts: NDArray[np.int64] = np.zeros((runs, BINS + 1), np.int64)
         self._largest = np.full(runs, -np.inf)
 
     def add(self, errors: Matrix) -> None:
-        """Take in the errors of the next samples; see `Collector`."""
-        # the bits of a positive float rise with its value
+        """Add the errors of the next samples; see `Collector`."""
+        # the bits of a positive float, as an integer, increase with its value
         codes = np.ascontiguousarray(errors).view(np.int64) >> _SHIFT
         places = np.clip(codes - _FIRST, 0, BINS)
         places += (BINS + 1) * np.arange(len(places))[:, None]
@@ -120,12 +120,12 @@ class BinnedErrors:
 
 
 def collector(runs: int, samples: int, group: int) -> Collector:
-    """What collects the errors of some runs of a group; the same for every part of a group.
+    """Choose the collector of errors for runs of a group; it is the same for any part of a group.
 
     Args:
         runs: Number of runs.
-        samples: Number of samples of each.
-        group: Number of runs of a whole group.
+        samples: Number of samples of each run.
+        group: Number of runs of the whole group.
     """
     if 8 * group * samples <= MEMORY:
         return SortedErrors(runs, samples)

@@ -1,4 +1,4 @@
-"""Controller that is designed anew when the target changes or a wheel fails."""
+"""Controller that switches to another design when the target changes or a wheel fails."""
 
 from typing import Any, NamedTuple
 
@@ -12,12 +12,12 @@ from gyrostat.core.validation import check_parts, check_period
 
 
 class PhasesMemory(NamedTuple):
-    """Between two samples.
+    """Memory between samples.
 
     Attributes:
-        controller: its memory, which goes on from phase to phase.
-        sample: number of the coming sample.
-        period: control period, s.
+        controller: Memory of the controller, which continues from phase to phase.
+        sample: Index of the next sample.
+        period: Control period, s.
     """
 
     controller: Any
@@ -26,32 +26,32 @@ class PhasesMemory(NamedTuple):
 
 
 class Phases(eqx.Module):
-    """Plans of one controller, each in force from its time on.
+    """Controller with several designs, each active from its start time.
 
     Attributes:
-        starts: (phases,) rising from 0, s.
-        plans: the controllers as one, each of its arrays with a leading axis of phases.
+        starts: Start times of the phases, increasing from 0, (phases,), s.
+        plans: Stacked controllers; each array has a leading axis of phases.
     """
 
     starts: Float[Array, " phases"]
     plans: Any
 
     def check(self) -> None:
-        """Refuse what any plan refuses, by `InputError`."""
+        """Validate parameters of all designs; raises `InputError`."""
         check_parts(self.plans)
 
     def check_period(self, period: float) -> None:
-        """Refuse a control period, s, that any plan refuses, by `InputError`."""
+        """Validate the control period, s, for all designs; raises `InputError`."""
         check_period(period, self.plans)
 
     def at(self, time: Scalar) -> Any:
-        """The controller in force at a time, s."""
-        # a multiple of the period is not exactly the time that it stands for
+        """Controller that is active at a time, s."""
+        # tolerance, because a multiple of the period has a rounding error
         number = jnp.sum(self.starts <= time + 1e-9) - 1
         return jax.tree.map(lambda leaf: leaf[number], self.plans)
 
     def start(self, period: Scalar) -> PhasesMemory:
-        """Memory of the first plan."""
+        """Memory before the first sample, for the first design."""
         period = jnp.asarray(period, dtype=float)
         return PhasesMemory(self.at(0.0).start(period), jnp.zeros(()), period)
 
@@ -59,16 +59,16 @@ class Phases(eqx.Module):
         """Memory one period later without a sample.
 
         Args:
-            memory: from the last sample.
-            measurement: last one that was accepted.
-            command: that is sent.
+            memory: Memory from the last sample.
+            measurement: Last accepted measurement.
+            command: Command that is sent.
         """
         controller = self.at(memory.sample * memory.period)
         inner = predicted(controller, memory.controller, measurement, command)
         return PhasesMemory(inner, memory.sample + 1.0, memory.period)
 
     def __call__(self, memory: PhasesMemory, measurement: Any) -> tuple[PhasesMemory, Any]:
-        """Command by the plan in force."""
+        """Compute the command by the active design."""
         controller = self.at(memory.sample * memory.period)
         inner, command = controller(memory.controller, measurement)
         return PhasesMemory(inner, memory.sample + 1.0, memory.period), command

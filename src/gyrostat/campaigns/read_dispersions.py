@@ -1,4 +1,4 @@
-"""Read [[dispersion]] tables: distributions, or the covariance of an identification."""
+"""Read [[dispersion]] tables: distributions, or the covariance of an identified wheel."""
 
 import difflib
 import json
@@ -19,16 +19,16 @@ from gyrostat.identification.uncertainty import square_root
 def read_dispersions(
     top: Table, scenario: Scenario, *, force: bool = False
 ) -> tuple[Dispersion, ...]:
-    """The dispersions of a scenario file.
+    """Read the dispersions of a scenario file.
 
     Args:
-        top: the file.
-        scenario: what it says otherwise.
-        force: take fits that are marked as impossible.
+        top: Top-level table of the file.
+        scenario: Scenario from the rest of the file.
+        force: Accept fits that are marked as impossible.
 
     Raises:
-        InputError: a fit that did not converge or is impossible, a key that is none or is dispersed
-            twice, or a distribution that makes no sense.
+        InputError: A fit that did not converge or is impossible, an unknown key or one that is
+            dispersed twice, or an invalid distribution.
     """
     found: list[Dispersion] = []
     entries = numbers_of(scenario)
@@ -49,7 +49,7 @@ def read_dispersions(
 
 
 def _keys(row: Table, scenario: Scenario) -> list[str]:
-    """The keys that an entry means: wheel.* is every wheel."""
+    """Keys of a dispersion; `wheel.*` stands for every wheel."""
     given = row.text("key", None)
     known = [key for key in scenario.values if key.split(".")[0] not in ("run", "metrics")]
     start = "wheel.*."
@@ -66,7 +66,7 @@ def _keys(row: Table, scenario: Scenario) -> list[str]:
 
 
 def _alone(row: Table, kind: str, key: str, entry: Key, nominal: float) -> Dispersion:
-    """One key by a distribution."""
+    """Dispersion of a single key by a distribution."""
     if not math.isfinite(nominal):
         raise row.refuse("key", key, "a key whose value is finite")
     if kind == "log_normal":
@@ -94,7 +94,7 @@ def _alone(row: Table, kind: str, key: str, entry: Key, nominal: float) -> Dispe
 
 
 def _share(row: Table, name: str) -> float | None:
-    """A share of the nominal value, as "20 %", or None for a value of another kind."""
+    """Fraction of the nominal value, from a text such as "20 %"; None for any other value."""
     found = row.row.get(name)
     if not isinstance(found, str) or not found.rstrip().endswith("%"):
         return None
@@ -115,7 +115,7 @@ def _amount(row: Table, name: str, entry: Key, nominal: float) -> float:
 
 
 def _from_fit(row: Table, scenario: Scenario, force: bool) -> Dispersion:
-    """The covariance that an identification found of a wheel's parameters, about its model."""
+    """Dispersion of the parameters of a wheel by the covariance of its identification."""
     path = row.path.parent / row.text("fit", None).replace("\0", "")
     wheel = row.text("wheel", None)
     if wheel not in scenario.wheels:

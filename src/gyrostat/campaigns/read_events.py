@@ -1,4 +1,4 @@
-"""Events of a scenario file."""
+"""Read [[event]] tables of a scenario file."""
 
 from math import inf
 
@@ -11,7 +11,7 @@ from gyrostat.spacecraft import SpacecraftFile
 
 
 def within_run(table: Table, key: str, time: float, values: dict[str, float]) -> None:
-    """Refuse a time, s, that a run does not reach."""
+    """Validate that a time, s, is before the end of the run; raises `InputError`."""
     if time >= values["run.duration"]:
         raise table.refuse(
             key, time, f"a time before the end of the run, {values['run.duration']:g} s"
@@ -21,16 +21,16 @@ def within_run(table: Table, key: str, time: float, values: dict[str, float]) ->
 def read_events(
     top: Table, craft: SpacecraftFile, values: dict[str, float], controller: str
 ) -> list[Event]:
-    """The events of a scenario file; their numbers join its values.
+    """Read the events of a scenario file and add their numbers to its values.
 
     Args:
-        top: Of the file.
-        craft: Of the scenario.
-        values: Full key -> number, SI; those of the events are added.
-        controller: Name of its kind.
+        top: Top-level table of the file.
+        craft: Spacecraft of the scenario.
+        values: Full key -> number, SI; the numbers of the events are added.
+        controller: Kind of the controller.
 
     Raises:
-        InputError: a key is unknown, missing or has a value that makes no sense.
+        InputError: A key is unknown, missing or has a value that is not allowed.
     """
     found: list[Event] = []
     for number, row in enumerate(top.tables("event")):

@@ -15,15 +15,15 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
     """Read the table of a finished campaign.
 
     Args:
-        folder: folder of the campaign.
+        folder: Folder of the campaign.
 
     Returns:
-        Over `run`, with units and meanings: every drawn parameter under its key, such as
-        "wheel.a.coulomb", every metric (NaN where a run has none), `status` and `ended` (s). The
-        attributes `folder`, `scenario` and `seed` say where it comes from.
+        Variables over `run`, with units and meanings: every drawn parameter under its key, such as
+        "wheel.a.coulomb", every metric (NaN if a run has none), `status` and `ended` (s). The
+        attributes `folder`, `scenario` and `seed` identify the campaign.
 
     Raises:
-        InputError: no finished campaign is there.
+        InputError: The folder has no finished campaign.
     """
     import xarray as xr
 

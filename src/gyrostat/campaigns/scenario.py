@@ -1,9 +1,9 @@
-"""A scenario as plain data: parts, values, events, dispersions and metrics.
+"""Scenario as plain data: components, values, events, dispersions and metrics.
 
-Every number is in one mapping of keys to SI values ("wheel.a.coulomb"); a dispersion replaces some
-of them in each run. `gyrostat.campaigns.kinds.numbers_of` gives the dimension and the bounds of
-each. The other fields are the structure: they decide which numbers there are and what is compiled.
-A scenario is stored and sent to other processes as text.
+All numbers are in one mapping of keys, such as "wheel.a.coulomb", to SI values; a dispersion
+replaces some of them in each run. `gyrostat.campaigns.kinds.numbers_of` gives the dimension and the
+bounds of each. The other fields are the structure of the scenario: they determine which numbers
+exist and what is compiled. A scenario is stored and sent to other processes as text.
 """
 
 import hashlib
@@ -13,22 +13,22 @@ from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
-"""Ends of the keys of the body's inertia."""
+"""Last parts of the keys of the body inertia."""
 AXES = ("x", "y", "z")
-"""Ends of the keys of a vector."""
+"""Last parts of the keys of a vector."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happens during a run; the keys of its numbers start with "event.NAME.".
+    """Event during a run: slew, failure or sensor fault; its keys start with "event.NAME.".
 
     Attributes:
-        name: Name, as in keys.
-        kind: Key of `gyrostat.campaigns.schema.EVENTS`.
-        wheel: Number of the wheel that is affected, or None.
-        target: (4,) Attitude to turn to, scalar first, or None.
-        sensor: Measured field that is affected, or None.
-        element: Number of the affected element of that field; None for all of them.
+        name: Name of the event, used in keys.
+        kind: Kind, a key of `gyrostat.campaigns.schema.EVENTS`.
+        wheel: Index of the affected wheel, or None.
+        target: New target attitude, (4,), scalar first, or None.
+        sensor: Affected measured field, or None.
+        element: Index of the affected element of that field; None for all elements.
     """
 
     name: str
@@ -44,11 +44,11 @@ class Dispersion:
     """Random variation of some values from run to run.
 
     Attributes:
-        keys: Keys of the values, which are drawn together.
-        distribution: "normal", "uniform" or "log_normal".
-        spread: Normal: (keys, keys) matrix from standard normal numbers to deviations, SI;
-            uniform: smallest and largest value of each key, SI; log_normal: standard deviation of
-            the natural logarithm of each key.
+        keys: Keys of the values, which are drawn jointly.
+        distribution: Distribution: "normal", "uniform" or "log_normal".
+        spread: Parameters of the distribution. Normal: matrix from standard normal numbers to
+            deviations, (keys, keys), SI. Uniform: smallest and largest value of each key, SI.
+            Log-normal: standard deviation of the natural logarithm of each key.
     """
 
     keys: tuple[str, ...]
@@ -58,30 +58,30 @@ class Dispersion:
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """A scenario.
+    """Definition of a simulation or campaign, independent of its file format.
 
     Attributes:
         name: Name of the scenario.
         wheels: Names of the wheels, in their order.
-        axes: (wheels, 3) Spin axes in body axes, unit length.
-        friction: Name of the wheels' friction model.
-        controller: Key of `gyrostat.campaigns.components.CONTROLLERS`.
+        axes: Spin axes in body axes, unit length, (wheels, 3).
+        friction: Name of the friction model of the wheels.
+        controller: Key of `gyrostat.campaigns.controllers.CONTROLLERS`.
         compensator: Key of `gyrostat.campaigns.components.COMPENSATORS`.
         sensors: Key of `gyrostat.campaigns.components.SENSORS`.
         estimator: Key of `gyrostat.campaigns.components.ESTIMATORS`.
         environment: Key of `gyrostat.campaigns.components.ENVIRONMENTS`.
-        attitude: (4,) Attitude at the start, scalar first.
-        target: (4,) Attitude to hold until an event gives another one.
-        boresight: (3,) Body direction whose error counts; None: the whole attitude.
+        attitude: Initial attitude, before `start.attitude_error` is applied, (4,), scalar first.
+        target: Initial target attitude, (4,), scalar first; events can change it.
+        boresight: Body direction whose pointing error is evaluated, (3,); None: full attitude.
         count: Number of control periods.
         substeps: Integration steps in each control period.
         command_delay: Control periods from a sample to the start of its command.
-        percentiles: Percentiles of the pointing error that are reported.
+        percentiles: Percentiles of the pointing error to report.
         events: Events in their nominal order of time.
         dispersions: Dispersions, independent of each other.
-        values: Key -> number, SI, the keys in alphabetical order.
-        guard: Command in place of one from a rejected sample, "hold" or "zero"; None: measurements
-            are not validated.
+        values: Key -> number, SI, with the keys in alphabetical order.
+        guard: Command after a rejected sample, "hold" or "zero"; None: measurements are not
+            validated.
     """
 
     name: str
@@ -107,7 +107,7 @@ class Scenario:
 
     @property
     def dispersed(self) -> tuple[str, ...]:
-        """Keys that differ from run to run."""
+        """Keys whose values differ from run to run."""
         return tuple(key for dispersion in self.dispersions for key in dispersion.keys)
 
     @property
@@ -116,24 +116,24 @@ class Scenario:
         return self.count * self.values["run.control_period"]
 
     def __eq__(self, other: object) -> bool:
-        """Whether two scenarios are the same, whatever their files are like."""
+        """Whether two scenarios have the same content."""
         return isinstance(other, Scenario) and self.text() == other.text()
 
     def __hash__(self) -> int:
-        """Of its text."""
+        """Hash of the text."""
         return hash(self.text())
 
     def text(self) -> str:
-        """The scenario as JSON, from which `from_text` makes the same one, bit by bit."""
+        """Scenario as JSON text; `from_text` restores it exactly."""
         return json.dumps(asdict(self), ensure_ascii=False, sort_keys=True)
 
     def digest(self) -> str:
-        """SHA-256 digest of the text; it tells this scenario from every other."""
+        """SHA-256 digest of the text; it identifies the scenario."""
         return hashlib.sha256(self.text().encode()).hexdigest()
 
     @classmethod
     def from_text(cls, text: str) -> Self:
-        """The scenario of a text that `text` has made."""
+        """Create a scenario from the result of `text`."""
         found = json.loads(text)
         found["events"] = tuple(Event(**_tuples(event)) for event in found["events"])
         found["dispersions"] = tuple(Dispersion(**_tuples(d)) for d in found["dispersions"])
@@ -141,7 +141,7 @@ class Scenario:
 
 
 def _tuples(value: Any) -> Any:
-    """Lists as tuples, however deep."""
+    """Convert lists to tuples at any depth."""
     if isinstance(value, dict):
         return {key: _tuples(entry) for key, entry in value.items()}
     return tuple(map(_tuples, value)) if isinstance(value, list | tuple) else value

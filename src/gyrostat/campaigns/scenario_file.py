@@ -1,7 +1,7 @@
-"""Read scenario.toml.
+"""Read scenario files, scenario.toml.
 
-docs/scenario.md lists every key; `gyrostat.campaigns.schema` and `gyrostat.campaigns.components`
-hold them.
+docs/scenario.md lists every key. They are defined in `gyrostat.campaigns.schema`,
+`gyrostat.campaigns.components` and `gyrostat.campaigns.controllers`.
 """
 
 import os
@@ -29,19 +29,19 @@ SECTIONS = (
     *("guard", "event", "dispersion", "metrics", *WHEEL_PARTS),
 )
 DEFAULTS = {"compensator": "none", "sensors": "white_noise", "environment": "constant"}
-"""Section -> its kind where the file names none; the controller's must be named."""
+"""Section -> default of its `kind`; that of the controller is required."""
 
 
 def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scenario:
     """Read a scenario file and the files that it names.
 
     Args:
-        path: of the file.
-        force: take wheel models that are marked as impossible.
+        path: Path of the file.
+        force: Accept wheel models and fits that are marked as impossible.
 
     Raises:
-        InputError: a file cannot be read, is not TOML, or a key is unknown, missing or has a value
-            that makes no sense.
+        InputError: A file cannot be read or is not TOML; or a key is unknown, missing or has a
+            value that is not allowed.
     """
     path = Path(path)
     top = opened(path, "a scenario file", SECTIONS)
@@ -88,7 +88,7 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
         percentiles=metrics.rising("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0),
         events=tuple(sorted(events, key=lambda e: values[f"event.{e.name}.time"])),
         dispersions=(),
-        # in one order, so that a program is the same for a scenario and for its text
+        # fixed order, so that a scenario and its copy from text compile to the same program
         values=dict(sorted(values.items())),
         guard=guard,
     )
@@ -129,7 +129,7 @@ def _spacecraft_values(file: SpacecraftFile) -> dict[str, float]:
 
 
 def _steps(run: Table, values: dict[str, float]) -> tuple[int, int]:
-    """Control periods in a run, and integration steps in a control period."""
+    """Number of control periods in a run, and of integration steps in a control period."""
     period = values["run.control_period"]
     count = run.multiple("duration", values["run.duration"], "control period", period, MOST_PERIODS)
     require_period(f"{run.path}: key run.control_period", period)
@@ -141,7 +141,7 @@ def _steps(run: Table, values: dict[str, float]) -> tuple[int, int]:
 
 
 def _wheel_values(top: Table, start: Table, craft: SpacecraftFile) -> dict[str, float]:
-    """Speed at the start, and what the optional sections, or its model, say of every wheel."""
+    """Initial speeds, and values of the optional sections, by default from the wheel models."""
     names = craft.wheel_names
     given = {"speed": start.row["wheel_speed"]} if "wheel_speed" in start.row else {}
     found = Table(top.path, "start.wheel_", given).each("speed", WHEEL["speed"], names)

@@ -11,16 +11,17 @@ from gyrostat.core.validation import LARGEST
 
 @dataclass(frozen=True)
 class Key:
-    """A number in a scenario.
+    """Entry of the schema: a number or vector in a scenario.
 
     Attributes:
-        dimension: key of `gyrostat.core.units.SI_UNIT`, or the SI unit of a plain number.
-        default: SI; None where the file must give it.
-        meaning: one sentence for the documentation.
-        least: smallest value that makes sense.
-        most: largest.
-        positive: whether `least` itself makes none.
-        size: of a vector; 1 for a number.
+        dimension: Key of `gyrostat.core.units.SI_UNIT`, or the SI unit of a number that
+            is given without unit.
+        default: Default value, SI; None if the key is required.
+        meaning: One sentence for the documentation.
+        least: Smallest allowed value.
+        most: Largest allowed value.
+        positive: Whether `least` itself is excluded.
+        size: Number of components of a vector; 1 for a number.
     """
 
     dimension: str
@@ -37,16 +38,16 @@ class Key:
         return SI_UNIT.get(self.dimension, self.dimension)
 
     def ends(self, name: str) -> tuple[str, ...]:
-        """Full keys of a number, or of the components of a vector, that has this key."""
+        """Full keys of a number, or of the components of a vector, with this name."""
         return (name,) if self.size == 1 else tuple(f"{name}.{axis}" for axis in AXES)
 
     def allows(self, value: float) -> bool:
-        """Whether a value makes sense; NaN does not."""
+        """Whether a value is allowed; NaN is not."""
         inside = self.least <= value <= self.most and not (self.positive and value == self.least)
         return inside and (abs(value) <= LARGEST or value == self.default)
 
     def range(self, found: float = nan) -> str:
-        """What it allows, for a message about a value that was found."""
+        """Allowed values, for an error message about the value `found`."""
         unit = "" if self.unit == "1" else f", in {self.unit}"
         if abs(found) > LARGEST:
             return f"a size of {LARGEST:g} or less{unit}"
@@ -57,48 +58,52 @@ class Key:
 
 
 def positive(dimension: str, default: float | None, meaning: str) -> Key:
-    """A key above 0."""
+    """Key with values above 0."""
     return Key(dimension, default, meaning, least=0.0, positive=True)
 
 
 def size(dimension: str, default: float | None, meaning: str) -> Key:
-    """A key of 0 or more."""
+    """Key with values of 0 or more."""
     return Key(dimension, default, meaning, least=0.0)
 
 
 def vector(dimension: str, meaning: str) -> Key:
-    """Three components in body axes, by default zero."""
+    """Key of a vector in body axes, (3,), zero by default."""
     return Key(dimension, 0.0, meaning, size=3)
 
 
 RUN: dict[str, Key] = {
-    "duration": positive("time", None, "Of a run; a whole number of control periods."),
-    "control_period": positive("time", None, "From one sample and command to the next."),
+    "duration": positive("time", None, "Duration of a run; a whole number of control periods."),
+    "control_period": positive("time", None, "Time between samples, and between commands."),
 }
 START: dict[str, Key] = {
-    "attitude_error": vector("angle", "Rotation vector that turns the start away from `attitude`."),
-    "rate": vector("speed", "Body rate, in body axes."),
+    "attitude_error": vector("angle", "Rotation vector from `attitude` to the initial attitude."),
+    "rate": vector("speed", "Initial body rate, in body axes."),
 }
 METRICS: dict[str, Key] = {
-    "after": size("time", 0.0, "Start of the time that error and crossing metrics count."),
-    "settled_angle": positive("angle", 0.1 * pi / 180.0, "Pointing error of a settled run."),
-    "settled_rate": positive("speed", 0.01 * pi / 180.0, "Body rate of a settled run."),
+    "after": size("time", 0.0, "Start of the interval that error and crossing metrics evaluate."),
+    "settled_angle": positive("angle", 0.1 * pi / 180.0, "Settling threshold: pointing error."),
+    "settled_rate": positive("speed", 0.01 * pi / 180.0, "Settling threshold: body rate."),
     "crossing_window": positive(
-        "time", 10.0, "After a wheel came to zero speed: whose error counts as its peak."
+        "time", 10.0, "Time after a zero crossing in which `crossing_peak` is evaluated."
     ),
 }
-_TIME = size("time", None, "When it happens.")
-_DETECTED = size("time", 1.0, "From then until the controller is told, if it is told.")
-_DRAG = size("viscous", 0.0, "Drag added to the bearing.")
-_UNTIL = size("time", inf, "When it ends.")
-_SHARE = Key("1", 1.0, "Of the samples in this time that are hit, at random.", least=0.0, most=1.0)
+_TIME = size("time", None, "Time of the event.")
+_DETECTED = size(
+    "time",
+    1.0,
+    "Time until the failure is notified; an error for a controller that is not notified.",
+)
+_DRAG = size("viscous", 0.0, "Viscous drag added to the bearing.")
+_UNTIL = size("time", inf, "End of the fault.")
+_SHARE = Key("1", 1.0, "Probability that a sample is affected.", least=0.0, most=1.0)
 MEASURED: dict[str, tuple[str, str | None]] = {
     "attitude": ("1", None),
     "rate": ("speed", "rad/s²"),
     "wheel_speed": ("speed", "rad/s²"),
 }
-"""Measured field -> its dimension, and the unit of its rate of change; None for a quaternion, which
-may change its sign from one sample to the next."""
+"""Measured field -> its dimension, and the unit of its rate of change. The unit is None for a
+quaternion, whose sign may change from one sample to the next."""
 GUARD: dict[str, Key] = {
     **{f"{n}_lower": Key(d, -inf, "Smallest accepted value.") for n, (d, _) in MEASURED.items()},
     **{f"{n}_upper": Key(d, inf, "Largest accepted value.") for n, (d, _) in MEASURED.items()},
@@ -108,48 +113,54 @@ GUARD: dict[str, Key] = {
         if unit is not None
     },
 }
-"""Limits of measurements."""
+"""Keys of the measurement limits."""
 EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
-    "slew": ("The controller gets another `target`.", {"time": _TIME}),
+    "slew": ("The target attitude of the controller changes to `target`.", {"time": _TIME}),
     "torque_lost": (
-        "The motor of `wheel` gives no more torque; the rotor runs down.",
+        "The motor of `wheel` loses its torque; friction slows the rotor down.",
         {"time": _TIME, "detected_after": _DETECTED, "added_viscous": _DRAG},
     ),
     "stuck_torque": (
-        "The motor of `wheel` gives one torque whatever is commanded.",
+        "The motor of `wheel` gives a constant torque and ignores commands.",
         {
             "time": _TIME,
             "detected_after": _DETECTED,
-            "torque": Key("torque", None, "That it gives."),
+            "torque": Key("torque", None, "Constant motor torque."),
         },
     ),
     "seized": (
-        "The rotor of `wheel` stops at once and gives its momentum to the body.",
+        "The rotor of `wheel` stops instantly; its momentum is transferred to the body.",
         {"time": _TIME, "detected_after": _DETECTED},
     ),
     "degraded": (
-        "The motor of `wheel` gives a share of its torque; the controller is not told.",
+        "The motor of `wheel` gives a fraction of the commanded torque; the controller is not "
+        "notified.",
         {
             "time": _TIME,
-            "torque_share": Key("1", None, "That is left.", least=0.0, most=1.0),
+            "torque_share": Key("1", None, "Remaining fraction of torque.", least=0.0, most=1.0),
             "added_viscous": _DRAG,
         },
     ),
     "drag": (
-        "The bearing of `wheel` gets heavier; the controller is not told.",
-        {"time": _TIME, "added_viscous": size("viscous", None, "Drag added to the bearing.")},
-    ),
-    "friction_step": (
-        "The bearing of `wheel` changes: its friction grows by a factor, or any parameter of its "
-        "friction model, such as `coulomb`, gets the value that stands here under its name; the "
-        "controller is not told.",
+        "The viscous drag of the bearing of `wheel` increases; the controller is not notified.",
         {
             "time": _TIME,
-            "factor": size("1", 1.0, "Of friction torques and viscous drag that get no value."),
+            "added_viscous": size("viscous", None, "Viscous drag added to the bearing."),
+        },
+    ),
+    "friction_step": (
+        "The bearing friction of `wheel` changes: it is multiplied by `factor`, or parameters of "
+        "the friction model, such as `coulomb`, get the values given here under their names; the "
+        "controller is not notified.",
+        {
+            "time": _TIME,
+            "factor": size(
+                "1", 1.0, "Factor on friction torques and viscous drag that are not given here."
+            ),
         },
     ),
     "tachometer_lost": (
-        "The speed of `wheel` is no longer measured: the last value stays.",
+        "The speed of `wheel` is no longer measured: the measurement keeps its last value.",
         {"time": _TIME},
     ),
     "sensor_dropout": (
@@ -157,7 +168,7 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
         {"time": _TIME, "until": _UNTIL, "share": _SHARE},
     ),
     "sensor_spike": (
-        "Samples of the measured field `sensor` have `magnitude` added, in the unit of the field.",
+        "`magnitude` is added to samples of the measured field `sensor`, in the unit of the field.",
         {"time": _TIME, "until": _UNTIL, "share": _SHARE},
     ),
     "sensor_stuck": (
@@ -165,77 +176,77 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
         {"time": _TIME, "until": _UNTIL},
     ),
 }
-"""Kind of event -> what happens, and its numbers."""
+"""Kind of event -> its meaning, and its keys."""
 WHEEL_IS_LOST = ("torque_lost", "stuck_torque", "seized")
-"""Events after which the controller does without the wheel."""
+"""Kinds of events after which the controller no longer uses the wheel."""
 SENSOR_FAULT = "sensor_"
-"""Start of the kinds of events that affect a sensor."""
+"""Prefix of the kinds of events that affect a sensor."""
 
 
 def event_keys(kind: str, sensor: str | None, friction: Mapping[str, str]) -> dict[str, Key]:
-    """Numbers of an event; those of the friction model may be left out.
+    """Keys of an event; those of the friction model are optional.
 
     Args:
-        kind: Of the event, key of `EVENTS`.
-        sensor: Measured field that it affects, or None.
-        friction: Dimensions of the friction model's parameters.
+        kind: Kind of the event, a key of `EVENTS`.
+        sensor: Affected measured field, or None.
+        friction: Dimensions of the parameters of the friction model.
     """
     keys = dict(EVENTS[kind][1])
     if kind == "sensor_spike" and sensor is not None:
-        keys["magnitude"] = Key(MEASURED[sensor][0], None, "Added to the value.")
+        keys["magnitude"] = Key(MEASURED[sensor][0], None, "Offset added to the value.")
     return keys | (friction_keys(friction) if kind == "friction_step" else {})
 
 
 WHEEL: dict[str, Key] = {
-    "speed": Key("speed", 0.0, "At the start, relative to the body."),
-    "inertia": positive("inertia", None, "Of the rotor about its axis."),
+    "speed": Key("speed", 0.0, "Initial wheel speed relative to the body."),
+    "inertia": positive("inertia", None, "Inertia of the rotor about its spin axis."),
     "torque_limit": positive("torque", inf, "Largest motor torque."),
-    "momentum_limit": positive("momentum", inf, "Largest inertia times speed."),
+    "momentum_limit": positive("momentum", inf, "Largest momentum, rotor inertia times speed."),
 }
-"""Numbers of each wheel beside its friction; all but the speed from the spacecraft file."""
+"""Keys of each wheel, in addition to friction; all but the speed are from the spacecraft file."""
 WHEEL_PARTS: dict[str, tuple[str, dict[str, Key]]] = {
     "imbalance": (
-        "Wheels out of balance shake the body (`gyrostat.spacecraft.ImbalancedGyrostat`). Leave "
-        "the "
-        "section out for balanced wheels.",
+        "Static and dynamic imbalance of the wheels, which causes jitter "
+        "(`gyrostat.spacecraft.ImbalancedGyrostat`). Omit the section for balanced wheels.",
         {
             "static_imbalance": size("imbalance", 0.0, "Mass of the rotor times its eccentricity."),
             "dynamic_imbalance": size("inertia", 0.0, "Product of inertia of the rotor."),
-            "position": vector("m", "Of the wheel from the centre of mass."),
-            "angle": Key("angle", 0.0, "Of the rotor at the start."),
+            "position": vector("m", "Position of the wheel relative to the centre of mass."),
+            "angle": Key("angle", 0.0, "Initial angle of the rotor."),
         },
     ),
     "driver": (
-        "Electronics between commanded torque and motor (`gyrostat.spacecraft.DrivenGyrostat`). "
-        "Leave "
-        "the section out for motors that give their torque at once. For a delay see "
-        "`run.command_delay`; within a control period the lag is resolved to `run.step`.",
+        "Motor electronics: current loop, current limit and bus voltage "
+        "(`gyrostat.spacecraft.DrivenGyrostat`). Omit the section for motors without lag. For a "
+        "delay see `run.command_delay`. The time resolution of the lag is `run.step`.",
         {
-            "motor_constant": positive("motor_constant", None, "Of the motor."),
-            "time_constant": size("time", 0.0, "Of the current loop; 0: none."),
+            "motor_constant": positive("motor_constant", None, "Torque per current of the motor."),
+            "time_constant": size("time", 0.0, "Time constant of the current loop; 0: no lag."),
             "current_limit": positive("current", inf, "Largest current."),
             "current_quantum": size("current", 0.0, "Step of the commanded current; 0: none."),
-            "bus_voltage": positive("V", inf, "That drives the current."),
-            "resistance": size("Ω", 0.0, "Of the winding."),
+            "bus_voltage": positive("V", inf, "Bus voltage, which limits the current."),
+            "resistance": size("Ω", 0.0, "Resistance of the winding."),
         },
     ),
 }
-"""Optional section -> what it is for, and its numbers, each one for all wheels or one a wheel."""
+"""Optional section -> its meaning, and its keys; one value for all wheels or one for each wheel."""
 WHEEL_ALL = {**WHEEL, **{k: v for _, keys in WHEEL_PARTS.values() for k, v in keys.items()}}
-"""Every number of a wheel but those of its friction."""
-INERTIA = Key("inertia", None, "Of the body without the rotors' own spin.")
+"""All keys of a wheel except those of its friction."""
+INERTIA = Key(
+    "inertia", None, "Body inertia, without the inertia of the rotors about their spin axes."
+)
 DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
     "normal": ("sigma",),
     "uniform": ("low", "high"),
     "log_normal": ("sigma",),
 }
-"""Distribution -> what it needs."""
+"""Distribution -> its parameters."""
 
 
 def friction_keys(dimensions: Mapping[str, str]) -> dict[str, Key]:
-    """Parameters of a friction model, from their dimensions."""
+    """Keys of the parameters of a friction model, from their dimensions."""
     return {
-        name: (positive if dimension == "speed" else size)(dimension, None, "Of its friction.")
+        name: (positive if dimension == "speed" else size)(dimension, None, "Friction parameter.")
         for name, dimension in dimensions.items()
     }
 
@@ -243,20 +254,30 @@ def friction_keys(dimensions: Mapping[str, str]) -> dict[str, Key]:
 RESULTS: dict[str, tuple[str, str]] = {
     "error_max": ("rad", "Largest pointing error after `metrics.after`."),
     "error_rms": ("rad", "Root mean square of the pointing error after `metrics.after`."),
-    "error_end": ("rad", "Pointing error at the end."),
-    "settling": ("s", "Time from which error and body rate stay settled to the end; none: never."),
-    "crossings": ("1", "How often a wheel came to zero speed after `metrics.after`."),
-    "crossing_peak": ("rad", "Largest error within `metrics.crossing_window` of one; none: none."),
+    "error_end": ("rad", "Pointing error at the end of the run."),
+    "settling": (
+        "s",
+        "Time after which pointing error and body rate stay settled until the end; none: never.",
+    ),
+    "crossings": ("1", "Number of times that a wheel reaches zero speed after `metrics.after`."),
+    "crossing_peak": (
+        "rad",
+        "Largest pointing error within `metrics.crossing_window` after a zero crossing; none: no "
+        "crossing.",
+    ),
     "momentum_peak": ("N·m·s", "Largest momentum of any wheel."),
     "torque_peak": ("N·m", "Largest motor torque commanded to any wheel."),
     "torque_rms": ("N·m", "Root mean square of the commanded motor torques of all wheels."),
-    "saturated": ("1", "Share of the time with a wheel at a limit of torque, momentum or driver."),
-    "energy": ("J", "Mechanical work of the commanded torques, braking counted as work."),
+    "saturated": (
+        "1",
+        "Fraction of time in which any wheel is at a limit of torque, momentum or driver.",
+    ),
+    "energy": ("J", "Mechanical work of the commanded torques; braking counts as positive."),
 }
-"""Metric -> its unit and meaning; before them stand the percentiles of the pointing error."""
+"""Metric -> its unit and meaning, except the percentiles of the pointing error."""
 
 
 def metric_units(percentiles: Iterable[float]) -> dict[str, str]:
-    """Every metric -> its unit; those of these percentiles of the pointing error first."""
+    """Every metric -> its unit; the given percentiles of the pointing error come first."""
     first = {f"error_p{p:g}": "rad" for p in percentiles}
     return first | {name: unit for name, (unit, _) in RESULTS.items()}

@@ -1,4 +1,4 @@
-"""Faults of the sensors of a scenario, and the validation of what they measure."""
+"""Sensor faults of a scenario, and validation of its measurements."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,7 +17,7 @@ Values = Mapping[str, Scalar]
 
 
 def options_of(values: Values, section: str) -> dict[str, Scalar]:
-    """Values of a section, without its name in their keys."""
+    """Values of a section; the name of the section is removed from the keys."""
     return {
         key.removeprefix(f"{section}."): value
         for key, value in values.items()
@@ -26,7 +26,7 @@ def options_of(values: Values, section: str) -> dict[str, Scalar]:
 
 
 def with_faults(scenario: Scenario, values: Values, sensor: Any) -> Any:
-    """A sensor with the faults that the events of a scenario name; itself where there is none."""
+    """Add the sensor faults of a scenario's events; without faults, the sensor is unchanged."""
     faults = tuple(
         SensorFault(
             field=event.sensor,
@@ -41,13 +41,13 @@ def with_faults(scenario: Scenario, values: Values, sensor: Any) -> Any:
 
 
 def guarded(scenario: Scenario, values: Values, controller: Any, sensor: Any, start: Any) -> Any:
-    """A controller behind the guard of a scenario; itself where there is none.
+    """Add the measurement guard of a scenario; without guard, the controller is unchanged.
 
     Args:
-        scenario: What flies.
-        values: Of this run.
-        controller: Any.
-        sensor: That it works with.
+        scenario: Scenario.
+        values: Values of this run.
+        controller: Controller.
+        sensor: Sensor of the loop.
         start: State at time 0.
     """
     if scenario.guard is None:
@@ -60,7 +60,7 @@ def guarded(scenario: Scenario, values: Values, controller: Any, sensor: Any, st
 
     limits = {}
     for name in MEASURED:
-        # decided by the nominal value: a limit is there in all runs or in none
+        # by the nominal value, so that all runs have the same structure
         limited = np.isfinite(scenario.values.get(f"guard.{name}_change", np.inf))
         rate = own[f"{name}_change"] if limited else None
         limits[name] = FieldLimits(own[f"{name}_lower"], own[f"{name}_upper"], rate)

@@ -1,13 +1,13 @@
 """Folder of a campaign: manifest, blocks of runs, table of all runs, histories.
 
-campaign.json                    scenario, seed, engine; with the digest of its own content
-blocks/000012.<digest>.parquet   one block; the digest is that of campaign, number and content
-runs.parquet                     every run, once all blocks are there
-report.html, report.json         what the runs show
-runs/run_004711.nc, .html        histories that were kept, pages of runs that were replayed
+campaign.json                    scenario, seed, engine; with a digest of its content
+blocks/000012.<digest>.parquet   one block; digest of campaign, block number and content
+runs.parquet                     table of all runs, written after the last block
+report.html, report.json         report
+runs/run_004711.nc, .html        kept histories, pages of replayed runs
 .gyrostat.json                   digests of the last three kinds of files: `gyrostat.core.outputs`
 
-The digests guard against damage, not against somebody who computes them again.
+The digests detect damage; they do not protect against deliberate changes.
 """
 
 import contextlib
@@ -37,18 +37,18 @@ if TYPE_CHECKING:
     from gyrostat.core.types import Vector
 
 GROUP = 64
-"""Blocks in one row group of the table: what is in memory while it is written."""
+"""Number of blocks in one row group of the table; they are in memory together."""
 TABLE = "runs.parquet"
 REPORT = ("report.html", "report.json")
 _RESULT = re.compile(r"runs\.parquet|report\.(?:html|json)|runs/run_(\d{6,})\.(nc|html)")
 
 
 class Store:
-    """A campaign's folder.
+    """Folder of a campaign.
 
     Args:
-        folder: that may not exist yet.
-        say: takes a line about each file that is not as it was written.
+        folder: Path of the folder; it need not exist.
+        say: Called with a message about each damaged file.
     """
 
     def __init__(self, folder: Path, say: Callable[[str], None] = lambda text: None):
@@ -60,10 +60,10 @@ class Store:
 
     @contextlib.contextmanager
     def locked(self) -> Iterator[None]:
-        """Alone at work in the folder, until the process ends however it ends.
+        """Lock the folder; the lock is released at the latest when the process ends.
 
         Raises:
-            InputError: another campaign runs in it, or it cannot be written.
+            InputError: Another campaign runs in the folder, or it cannot be written.
         """
         try:
             for part in (self._blocks, self.folder / "runs"):
@@ -76,7 +76,7 @@ class Store:
             raise unwritable(self.folder, error) from None
         try:
             _lock(handle, self.folder)
-            # what a killed process has not finished
+            # remove unfinished files of a killed process
             for folder in (self.folder, self._blocks):
                 for left in folder.glob(f"{UNFINISHED}*.*"):
                     if left.is_file():
@@ -86,14 +86,14 @@ class Store:
             os.close(handle)
 
     def read(self) -> Campaign | None:
-        """The campaign of the folder; None where there is none yet; see `read_campaign`."""
+        """Campaign of the folder; None if there is none; see `read_campaign`."""
         return read_campaign(self._description)
 
     def known(self) -> Campaign:
-        """The campaign of the folder.
+        """Campaign of the folder, which must exist.
 
         Raises:
-            InputError: there is none, or campaign.json is not as it was written.
+            InputError: There is none, or campaign.json is damaged.
         """
         campaign = self.read()
         if campaign is not None:
@@ -101,20 +101,20 @@ class Store:
         raise InputError(f"{self.folder}: found no campaign.json, expected a campaign's folder")
 
     def begin(self, campaign: Campaign, *, force: bool = False) -> Campaign:
-        """Take a new campaign in, or the one that is there, which must be the same.
+        """Start a new campaign, or resume the campaign of the folder, which must be the same.
 
-        A campaign.json that is damaged or missing is written again if blocks or results in the
-        folder are those of the campaign.
+        A damaged or missing campaign.json is written again if blocks or results in the folder
+        belong to the campaign.
 
         Args:
-            campaign: to fly.
-            force: whether a new campaign may begin beside files that have the names of its results.
+            campaign: Requested campaign.
+            force: Whether to start in a folder with files that have the names of results.
 
         Returns:
-            The campaign of the folder, whose engine and size of blocks hold.
+            The campaign of the folder; its engine and block size are used.
 
         Raises:
-            InputError: another campaign is there, or files of unknown origin.
+            InputError: The folder has another campaign or files of unknown origin.
         """
         damage: DamagedError | None = None
         try:
@@ -152,10 +152,10 @@ class Store:
         write_whole(self._description, campaign.text())
 
     def check(self, campaign: Campaign) -> set[int]:
-        """Set aside everything in the place of a result that is not as the campaign wrote it.
+        """Rename result files that are damaged or not from this campaign.
 
         Returns:
-            Runs whose histories were kept and are damaged.
+            Indices of runs whose kept histories are damaged.
         """
         manifest, damaged = Manifest(self.folder), set()
         for path in sorted((*self.folder.iterdir(), *(self.folder / "runs").iterdir())):
@@ -171,10 +171,10 @@ class Store:
         return damaged
 
     def mend(self, campaign: Campaign) -> None:
-        """Check the folder of a finished campaign and write its table again where it is damaged.
+        """Check the folder of a finished campaign and repair a damaged table.
 
         Raises:
-            InputError: the table is damaged, and so are blocks.
+            InputError: Table and blocks are damaged.
         """
         self.check(campaign)
         found, damaged = self.blocks(campaign)
@@ -185,27 +185,27 @@ class Store:
 
     @contextlib.contextmanager
     def results(self, campaign: Campaign) -> Iterator[Path]:
-        """Give a scratch folder for results; see `gyrostat.core.outputs.new_files`.
+        """Provide a scratch folder for results; see `gyrostat.core.outputs.new_files`.
 
         Raises:
-            InputError: they cannot be written.
+            InputError: The results cannot be written.
         """
         with new_files(self.folder, by=campaign.by, aside=self.say) as scratch:
             (scratch / "runs").mkdir()
             yield scratch
 
     def write_block(self, campaign: Campaign, number: int, columns: Mapping[str, "Vector"]) -> None:
-        """Keep a block.
+        """Write a block.
 
         Raises:
-            InputError: it cannot be written.
+            InputError: The block cannot be written.
         """
         name, content = packed(campaign, number, columns)
         with whole_file(self._blocks / name) as unfinished:
             unfinished.write_bytes(content)
 
     def blocks(self, campaign: Campaign) -> tuple[dict[int, Path], dict[int, list[Path]]]:
-        """Whole blocks of the campaign by number, and the damaged files in place of the others."""
+        """Intact blocks of the campaign by number, and damaged files for other block numbers."""
         found: dict[int, Path] = {}
         damaged: dict[int, list[Path]] = {}
         for path in sorted(self._blocks.iterdir()):
@@ -220,10 +220,10 @@ class Store:
         return found, {number: files for number, files in damaged.items() if number not in found}
 
     def merge(self, campaign: Campaign) -> None:
-        """Write the table of every run, in their order, where it is not there as it was written.
+        """Write the table of all runs, in order, unless it exists and is intact.
 
         Raises:
-            InputError: a block is missing, or the table cannot be written.
+            InputError: A block is missing, or the table cannot be written.
         """
         import pyarrow as pa
         import pyarrow.parquet as pq
@@ -247,10 +247,10 @@ class Store:
                     writer.write_table(table.replace_schema_metadata(told))
 
     def read_table(self) -> "pa.Table":
-        """Every run.
+        """Read the table of all runs.
 
         Raises:
-            InputError: there is no table, or it is not as it was written.
+            InputError: There is no table, or it is damaged.
         """
         import pyarrow.parquet as pq
 
@@ -262,11 +262,11 @@ class Store:
         return pq.read_table(self.table)
 
     def history(self, run: int) -> Path:
-        """Where the history of a run is kept."""
+        """Path of the history of a run."""
         return self.folder / "runs" / f"run_{run:06d}.nc"
 
     def histories(self, campaign: Campaign) -> set[int]:
-        """Numbers of the runs whose histories are there as they were written."""
+        """Indices of the runs whose histories exist and are intact."""
         manifest = Manifest(self.folder)
         matches = map(_RESULT.fullmatch, manifest.entries)
         return {
@@ -276,10 +276,10 @@ class Store:
         }
 
     def write_history(self, campaign: Campaign, run: int, dataset: Any) -> Path:
-        """Keep the history of a run.
+        """Write the history of a run.
 
         Raises:
-            InputError: it cannot be written.
+            InputError: The history cannot be written.
         """
         path = self.history(run)
         with self.results(campaign) as scratch:

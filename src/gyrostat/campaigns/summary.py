@@ -1,4 +1,4 @@
-"""Statistics over runs: percentiles with confidence intervals, and drivers of each metric."""
+"""Statistics over runs: percentiles with confidence intervals."""
 
 from dataclasses import dataclass
 
@@ -13,13 +13,13 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Percentile:
-    """A percentile of a metric over the runs, and where it lies with 95 % confidence.
+    """Percentile of a metric over the runs, with its 95 % confidence interval.
 
     Attributes:
-        percent: of the runs below it.
-        value: of the sample; NaN where there is none.
-        low: end of the interval; NaN where so few runs do not bound it.
-        high: the other end.
+        percent: Percentage of runs below it.
+        value: Percentile of the sample; NaN without values.
+        low: Lower end of the confidence interval; NaN if there are too few runs for a bound.
+        high: Upper end of the confidence interval; NaN if there are too few runs for a bound.
     """
 
     percent: float
@@ -29,14 +29,14 @@ class Percentile:
 
 
 def percentile_of(values: Vector, percent: float) -> Percentile:
-    """A percentile by order statistics, which assume no distribution.
+    """Percentile with a confidence interval by order statistics; no distribution is assumed.
 
     H. A. David and H. N. Nagaraja, "Order Statistics", section 7.1: the number of runs below the
-    true percentile is binomial. The value is that of the rank definition, see `rank`.
+    true percentile has a binomial distribution. The value is by the rank definition, see `rank`.
 
     Args:
-        values: (runs,) of a metric, NaN where a run has none.
-        percent: between 0 and 100.
+        values: Values of a metric, (runs,), NaN for missing ones.
+        percent: Percentage, between 0 and 100.
     """
     ordered = np.sort(values[np.isfinite(values)])
     count, share = len(ordered), percent / 100.0

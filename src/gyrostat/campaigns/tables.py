@@ -1,4 +1,4 @@
-"""Read tables of a scenario file; errors name the full path of the key."""
+"""Typed reading of the tables of a scenario file; error messages contain the full key."""
 
 import math
 from collections.abc import Collection, Mapping
@@ -12,17 +12,17 @@ from gyrostat.core.toml_file import name_text, number, quantity, read_toml, refu
 from gyrostat.core.units import SI_UNIT
 
 UNIT = 1e-3
-"""Of the length of a quaternion: written with few digits, it is brought to unit length."""
+"""Largest deviation of the length of a quaternion from 1; it is then normalised."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """One table of a file.
+    """Table of a TOML file, with validation of its values.
 
     Attributes:
-        path: of the file.
-        prefix: of its keys, "run." for those of [run].
-        row: as TOML gives it.
+        path: Path of the file.
+        prefix: Prefix of the keys, such as "run." for the table [run].
+        row: Content of the table from the TOML parser.
     """
 
     path: Path
@@ -30,22 +30,22 @@ class Table:
     row: dict[str, Any]
 
     def place(self, key: str) -> str:
-        """Where a key is, for messages."""
+        """File and full name of a key, for error messages."""
         return f"{self.path}: key {self.prefix}{key}"
 
     def refuse(self, key: str, found: object, expected: str) -> InputError:
-        """The error for the value of a key."""
+        """Create the error for an invalid value of a key."""
         shown = repr(found)
         shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
         return InputError(f"{self.place(key)}: found {shown}, expected {expected}")
 
     def known(self, keys: Collection[str]) -> Self:
-        """Itself, once no key is another than these."""
+        """Return the table itself if it has no other keys than these; raises `InputError`."""
         refuse_unknown(self.path, self.prefix, self.row, keys)
         return self
 
     def table(self, name: str, keys: Collection[str] | None) -> "Table":
-        """A table within, empty where there is none, of known keys unless None."""
+        """Read a subtable, empty if missing; its keys are validated unless `keys` is None."""
         found = self.row.get(name, {})
         if not isinstance(found, dict):
             raise self.refuse(name, found, f"a table [{self.prefix}{name}]")
@@ -53,55 +53,55 @@ class Table:
         return inner if keys is None else inner.known(keys)
 
     def tables(self, name: str) -> list["Table"]:
-        """Tables [[name]], none where there are none."""
+        """Read the tables [[name]]; an empty list if there are none."""
         found = self.row.get(name, [])
         if not isinstance(found, list) or not all(isinstance(row, dict) for row in found):
             raise self.refuse(name, found, f"tables [[{self.prefix}{name}]]")
         return [Table(self.path, f"{self.prefix}{name}[{k}].", row) for k, row in enumerate(found)]
 
     def text(self, key: str, default: str | None) -> str:
-        """A text; required where the default is None."""
+        """Read a text; required if the default is None."""
         found = self.row.get(key, default)
         if not isinstance(found, str):
             raise self.refuse(key, found, "a text")
         return found
 
     def one_of(self, key: str, kinds: Collection[str], default: str | None = None) -> str:
-        """One of several names; required where the default is None."""
+        """Read one of several names; required if the default is None."""
         found = self.text(key, default)
         if found not in kinds:
             raise self.refuse(key, found, f"one of {', '.join(kinds)}")
         return found
 
     def name(self, key: str, default: str) -> str:
-        """A name that figures and tables show."""
+        """Read a name for figures and tables."""
         return name_text(self.path, f"{self.prefix}{key}", self.row.get(key, default))
 
     def value(self, key: str, found: object, dimension: str, *, positive: bool) -> float:
-        """A number of a dimension, SI; a plain one where the dimension is a unit."""
+        """Convert a value with a dimension to SI; if the dimension is a unit, a plain number."""
         where = f"{self.prefix}{key}"
         if dimension in SI_UNIT:
             return quantity(self.path, where, found, dimension, positive=positive)
         return number(self.path, where, found, positive=positive)
 
     def quantity(self, key: str, dimension: str, *, positive: bool) -> float:
-        """A number of a dimension, SI."""
+        """Read a number with a dimension, SI."""
         return self.value(key, self.row.get(key), dimension, positive=positive)
 
     def allowed(self, key: str, found: object, entry: Key) -> float:
-        """A number that an entry of the schema allows, SI."""
+        """Convert a value to SI and validate it by an entry of the schema."""
         value = self.value(key, found, entry.dimension, positive=False)
         if not entry.allows(value):
             raise self.refuse(key, found, entry.range(value))
         return value
 
     def number(self, key: str, entry: Key, found: Any, full: str) -> dict[str, float]:
-        """Full keys -> values, SI, of what is found at a key: one, or the components of a vector.
+        """Convert a number or a vector: full keys of its components -> values, SI.
 
         Args:
-            key: In the file.
-            entry: Of the schema.
-            found: As TOML gives it; None for the default.
+            key: Key in the file.
+            entry: Entry of the schema.
+            found: Value from the TOML parser; None for the default.
             full: Key of the scenario, without the axis of a component.
         """
         default = entry.default
@@ -119,11 +119,12 @@ class Table:
         }
 
     def numbers(self, keys: Mapping[str, Key], section: str | None = None) -> dict[str, float]:
-        """Full keys -> values, SI, of all entries of a schema.
+        """Read all entries of a schema: full keys -> values, SI.
 
         Args:
             keys: Entries of the schema.
-            section: Start of the full keys, "event.NAME."; None for that of the keys in the file.
+            section: Prefix of the full keys, such as "event.NAME."; None for the prefix in the
+                file.
         """
         start, found = self.prefix if section is None else section, {}
         for name, entry in keys.items():
@@ -131,7 +132,7 @@ class Table:
         return found
 
     def each(self, name: str, entry: Key, wheels: Collection[str]) -> dict[str, float]:
-        """Full keys of the wheels -> values, SI: given once for all wheels, or once for each."""
+        """Read one value for all wheels, or one for each: full keys of the wheels -> values, SI."""
         given: Any = self.row.get(name)
         listed = isinstance(given, list)
         if listed and entry.size > 1:
@@ -149,7 +150,7 @@ class Table:
         return found
 
     def unit(self, key: str, size: int, default: tuple[float, ...] | None) -> tuple[float, ...]:
-        """A unit vector: a quaternion is checked, a direction may have any length."""
+        """Read a unit quaternion (size 4), or normalise a direction of any length (size 3)."""
         found = self.row.get(key, default)
         if not isinstance(found, list | tuple) or len(found) != size:
             what = "a quaternion of four numbers, scalar first" if size == 4 else "three numbers"
@@ -163,7 +164,7 @@ class Table:
         return tuple(part / length for part in parts)
 
     def whole(self, key: str, default: int, most: int) -> int:
-        """A whole number from 0 on."""
+        """Read a whole number from 0 to `most`."""
         found = self.row.get(key, default)
         if not isinstance(found, int) or isinstance(found, bool) or not 0 <= found <= most:
             raise self.refuse(key, found, f"a whole number from 0 to {most}")
@@ -172,7 +173,7 @@ class Table:
     def rising(
         self, key: str, default: tuple[float, ...], low: float, high: float
     ) -> tuple[float, ...]:
-        """Some numbers strictly between two, rising."""
+        """Read increasing numbers strictly between `low` and `high`."""
         found = self.row.get(key, list(default))
         if not isinstance(found, list) or not found:
             raise self.refuse(key, found, f"numbers between {low:g} and {high:g}")
@@ -184,7 +185,7 @@ class Table:
         return parts
 
     def multiple(self, key: str, value: float, name: str, part: float, most: int) -> int:
-        """How often a part goes into a key's value, which must be a whole number of times."""
+        """Ratio of a key's value to a part, which must be a whole number of at most `most`."""
         times = value / part if part * most > value else math.inf
         if not (0.5 < times <= most and abs(times - round(times)) < 1e-6 * times):
             raise self.refuse(
@@ -194,5 +195,5 @@ class Table:
 
 
 def opened(path: Path, kind: str, sections: Collection[str]) -> Table:
-    """The whole of a file, of known sections."""
+    """Read a TOML file and validate the names of its sections."""
     return Table(path, "", read_toml(path, kind)).known(sections)

@@ -1,4 +1,4 @@
-"""Entries of the cache of compiled programs: their sizes, their limit, their removal."""
+"""Entries of the cache of compiled programs: list, size limit and removal."""
 
 import contextlib
 import os
@@ -13,7 +13,7 @@ from gyrostat.core.errors import InputError
 __all__ = ["KINDS", "Entry", "clear", "entries", "evict", "limit"]
 
 KINDS: Mapping[str, str] = {"lanes-": "native engine", "jax-": "JAX"}
-"""First letters of an entry's name -> what compiled it."""
+"""Prefix of an entry's name -> engine that compiled it."""
 _DEFAULT = 10**9
 _FACTORS = {"": 1, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
 _FREE_SHARE = 0.1
@@ -24,8 +24,8 @@ class Entry:
     """Compiled program in the cache.
 
     Attributes:
-        path: File.
-        size: Bytes.
+        path: Path of the file.
+        size: Size, bytes.
         used: Time of last use, s since the epoch.
     """
 
@@ -35,15 +35,15 @@ class Entry:
 
     @property
     def kind(self) -> str:
-        """What compiled the program: a value of `KINDS`."""
+        """Engine that compiled the program: a value of `KINDS`."""
         return next(kind for start, kind in KINDS.items() if self.path.name.startswith(start))
 
 
 def limit() -> int:
-    """Largest total size of the entries, bytes: `GYROSTAT_CACHE_LIMIT`, or 1 GB.
+    """Largest total size of the entries, bytes: `GYROSTAT_CACHE_LIMIT`, by default 1 GB.
 
     Raises:
-        InputError: The variable is no size such as "500 MB".
+        InputError: The variable is not a size such as "500 MB".
     """
     text = os.environ.get("GYROSTAT_CACHE_LIMIT", "").strip()
     if not text:
@@ -55,10 +55,10 @@ def limit() -> int:
 
 
 def entries(folder: Path) -> list[Entry]:
-    """List the entries of a cache; other files in its folder do not count.
+    """List the entries of a cache; other files in its folder are ignored.
 
     Args:
-        folder: Folder of the cache; a missing one has no entries.
+        folder: Folder of the cache; a missing folder has no entries.
 
     Returns:
         Entries, the least recently used first.
@@ -75,14 +75,14 @@ def entries(folder: Path) -> list[Entry]:
 
 
 def evict(folder: Path, largest: int, newest: str) -> None:
-    """Remove the least recently used entries of a cache that is above its limit.
+    """Remove the least recently used entries if a cache is above its size limit.
 
-    A tenth of the limit is freed as well, so that few writes have to remove entries.
+    Entries are removed down to 90 % of the limit, so that most writes need not remove any.
 
     Args:
         folder: Folder of the cache.
         largest: Largest total size, bytes.
-        newest: Name of the entry that was just written. It is removed only if it is above the limit
+        newest: Name of the entry that was just written. It is removed only if it exceeds the limit
             by itself.
     """
     found = entries(folder)

@@ -1,9 +1,9 @@
-"""Parts whose parameters declare at the field what they may be.
+"""Validation of parameters by rules in the annotations of their fields.
 
     class Lag(Checked):
         time_constant: Annotated[Scalar, positive("time constant", "s")] = 0.1
 
-A rule tests the value of its field, one or one for each run, and raises `InputError`.
+A rule tests the value of its field, for one run or for a batch, and raises `InputError`.
 """
 
 import dataclasses
@@ -20,11 +20,11 @@ from gyrostat.core.validation import check_parts, check_period, require
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Rule:
-    """What the value of a field may be.
+    """Rule for the allowed values of a field.
 
     Attributes:
-        wanted: In words, as signatures show it.
-        test: Raises `InputError` for any other value.
+        wanted: Allowed values in words, shown in signatures.
+        test: Function of the value; raises `InputError` for a value that is not allowed.
     """
 
     wanted: str
@@ -35,28 +35,29 @@ class Rule:
 
 
 def positive(name: str, unit: str = "") -> Rule:
-    """Finite and above 0; `name` and `unit` are for the message."""
+    """Rule: finite and above 0; `name` and `unit` are for the message."""
     return Rule(f"above 0 {unit}".rstrip(), lambda value: require(name, value, unit, positive=True))
 
 
 def size(name: str, unit: str = "") -> Rule:
-    """Finite, 0 or more; `name` and `unit` are for the message."""
+    """Rule: finite, 0 or more; `name` and `unit` are for the message."""
     return Rule(f"0 or more {unit}".rstrip(), lambda value: require(name, value, unit))
 
 
 def signed(name: str, unit: str = "") -> Rule:
-    """Finite, of either sign; `name` and `unit` are for the message."""
+    """Rule: finite, of either sign; `name` and `unit` are for the message."""
     return Rule(f"finite {unit}".rstrip(), lambda value: require(name, np.abs(value), unit))
 
 
 def within(name: str, wanted: str, sound: Callable[[np.ndarray], Any], unit: str = "") -> Rule:
-    """Every element passes a test; comparisons with NaN are false.
+    """Rule: every element passes a test.
 
     Args:
-        name: For the message.
-        wanted: What is expected, for the message.
-        sound: Elements -> whether each may be.
-        unit: Of the elements, for the message.
+        name: Name of the parameter, for the message.
+        wanted: Expected values, for the message.
+        sound: Elements -> whether each is allowed. Comparisons with NaN are false, so that NaN is
+            refused.
+        unit: Unit of the elements, for the message.
     """
 
     def test(value: Any) -> None:
@@ -70,32 +71,32 @@ def within(name: str, wanted: str, sound: Callable[[np.ndarray], Any], unit: str
 
 
 def finite(name: str, unit: str) -> Rule:
-    """Finite; `name` and `unit` are for the message."""
+    """Rule: finite; `name` and `unit` are for the message."""
     return within(name, f"a finite value, {unit}", np.isfinite)
 
 
 def from_start(name: str) -> Rule:
-    """A time, s, of 0 or later, infinite for never; `name` is for the message."""
+    """Rule: time, s, of 0 or later, infinite for never; `name` is for the message."""
     return within(name, "0 s (the start) or later", lambda value: value >= 0.0, "s")
 
 
 def limit(name: str, unit: str) -> Rule:
-    """Above 0, infinite for no limit; `name` and `unit` are for the message."""
+    """Rule: above 0, infinite for no limit; `name` and `unit` are for the message."""
     return within(name, f"above 0 {unit}", lambda value: value > 0.0)
 
 
 def share(name: str) -> Rule:
-    """In [0, 1]; `name` is for the message."""
+    """Rule: in [0, 1]; `name` is for the message."""
     return within(name, "0 to 1", lambda value: (value >= 0.0) & (value <= 1.0))
 
 
 def positive_share(name: str) -> Rule:
-    """In (0, 1]; `name` is for the message."""
+    """Rule: in (0, 1]; `name` is for the message."""
     return within(name, "in (0, 1]", lambda value: (value > 0.0) & (value <= 1.0))
 
 
 def three(name: str, unit: str = "") -> Rule:
-    """(3,) finite values; `name` and `unit` are for the message."""
+    """Rule: three finite values, (3,); `name` and `unit` are for the message."""
     wanted = ", ".join(filter(None, ("three finite values", unit)))
 
     def test(value: Any) -> None:
@@ -107,20 +108,20 @@ def three(name: str, unit: str = "") -> Rule:
 
 
 class Checked(eqx.Module):
-    """A part of the loop that validates its parameters.
+    """Base class of plants, sensors, controllers and other parts that validate their parameters.
 
-    A field may declare rules by `typing.Annotated`; a field that is None is not tested. Fields that
-    are parts themselves validate their own.
+    A field declares rules by `typing.Annotated`; a field that is None is not tested. Fields that
+    are parts themselves validate their own parameters.
     """
 
     def __repr__(self) -> str:
         return with_values(self)
 
     def check(self) -> None:
-        """Validate parameters: every field, then `check_own`.
+        """Validate parameters: every field by its rules, then by `check_own`.
 
         Raises:
-            InputError: A field breaks its rule, or a part or `check_own` refuses.
+            InputError: A field breaks its rule, or a part or `check_own` raises it.
         """
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
@@ -131,30 +132,30 @@ class Checked(eqx.Module):
         self.check_own()
 
     def check_own(self) -> None:
-        """Validate what takes more than the rule of a field; nothing unless a part has such.
+        """Validate parameters beyond the rules of single fields; does nothing by default.
 
         Raises:
             InputError: See the part.
         """
 
     def check_period(self, period: float) -> None:
-        """Validate parts, then parameters of its own, at a control period.
+        """Validate the control period: every field that is a part, then `check_own_period`.
 
         Args:
-            period: s.
+            period: Control period, s.
 
         Raises:
-            InputError: A part or `check_own_period` refuses.
+            InputError: A part or `check_own_period` raises it.
         """
         for field in dataclasses.fields(self):
             check_period(period, *_each(getattr(self, field.name)))
         self.check_own_period(period)
 
     def check_own_period(self, period: float) -> None:
-        """Validate parameters of its own at a control period; nothing unless a part has such.
+        """Validate the control period against own parameters; does nothing by default.
 
         Args:
-            period: s.
+            period: Control period, s.
 
         Raises:
             InputError: See the part.
@@ -166,9 +167,9 @@ def _each(value: Any) -> tuple[Any, ...]:
 
 
 def declared_units(kind: type) -> dict[str, str]:
-    """Field -> unit of a class that declares units.
+    """Units that a class declares for its fields: field -> unit.
 
-    Either the annotation of a field is `Annotated[type, unit]`, or `UNITS` of the class has them.
+    A unit is declared by the annotation `Annotated[type, unit]`, or in `UNITS` of the class.
 
     Args:
         kind: Class of a state, command, measurement or record.

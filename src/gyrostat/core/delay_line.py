@@ -1,8 +1,8 @@
-"""Delay line: values that arrive a fixed number of samples after they were put in.
+"""Delay line: each value arrives a fixed number of samples after it was put in.
 
-A line is an array with a first axis of samples, the oldest first, or a tree of such arrays. One of
-`delay` + 1 samples holds in front what has acted since the last sample, for who accounts for a
-command delay.
+A line is an array with a first axis of samples, the oldest first, or a tree of such arrays. In a
+line of `delay` + 1 samples, the first element is the value that has acted since the last sample;
+estimators use it to account for a command delay.
 """
 
 from typing import Any
@@ -13,17 +13,17 @@ from gyrostat.core.checked import within
 from gyrostat.core.jax64 import jax, jnp
 
 Sent = Float[Array, "samples values"]
-"""(delay + 1, values) commanded at the last samples, the oldest first."""
+"""Values commanded at the last samples, (delay + 1, values), the oldest first."""
 
 is_delay = within("command delay", "0 periods or more", lambda value: value >= 0.0)
 """Rule for a delay in control periods."""
 
 
 def empty_line(value: Any, samples: int) -> Any:
-    """A line of zeros.
+    """Create a line of zeros.
 
     Args:
-        value: Array, or its shape, or a tree of such.
+        value: Array, or its shape, or a tree of these.
         samples: Length of the line.
     """
     return jax.tree.map(lambda x: jnp.zeros((samples, *x.shape), x.dtype), value)
@@ -33,7 +33,7 @@ def pushed(line: Any, value: Any) -> tuple[Any, Any]:
     """Put a value into a line.
 
     Args:
-        line: The line.
+        line: Delay line.
         value: Value of this sample.
 
     Returns:

@@ -1,4 +1,4 @@
-"""Running models: the closed loop, and the virtual bench."""
+"""Closed-loop simulation, and the virtual bench."""
 
 from gyrostat.simulation.bench import CurrentRange, Telemetry, bench_record, default_range
 from gyrostat.simulation.labels import status_attributes
@@ -16,7 +16,7 @@ from gyrostat.simulation.runner import Runner, blocks, by_engine
 from gyrostat.simulation.simulation import Batch, labelled, simulate, stack
 
 simulate_loop = simulate
-"""`simulate` under the name that it has at the root, where `simulate` takes a scenario."""
+"""Name of `simulate` at the package root, where `simulate` takes a scenario."""
 
 __all__ = [
     "Batch",

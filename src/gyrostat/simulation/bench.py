@@ -1,4 +1,4 @@
-"""Virtual bench: the record that a test bench would take of a known wheel."""
+"""Virtual bench: simulated test bench records of a known wheel."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,32 +14,37 @@ from gyrostat.wheel import Wheel, speed_response
 from gyrostat.wheel.friction import static_curve
 
 MOST_SAMPLES = 2_000_000
-"""As `gyrostat.telemetry.read_record` reads."""
+"""Largest number of samples in a record; the same as in `gyrostat.telemetry.read_record`."""
 BYTES_A_SAMPLE = 72
-"""At the peak: time, current, speed, noise and validity, and copies of them."""
+"""Peak memory per sample, bytes: time, current, speed, noise and validity, and their copies."""
 
 
 @dataclass(frozen=True)
 class CurrentRange:
-    """Smallest and largest amplitude of a commanded current, A."""
+    """Range of the amplitudes of a commanded current.
+
+    Attributes:
+        low: Smallest amplitude, A.
+        high: Largest amplitude, A.
+    """
 
     low: float
     high: float
 
     def __post_init__(self) -> None:
-        """Refuse an empty range."""
+        """Validate the range; raises `InputError`."""
         if not 0.0 <= self.low <= self.high < np.inf:
             raise InputError(
                 f"current range: found {self.low:g} to {self.high:g} A, expected 0 <= low <= high"
             )
 
     def draw(self, random: np.random.Generator, count: int) -> Vector:
-        """Draw amplitudes, (count,)."""
+        """Draw uniformly distributed amplitudes, (count,), A."""
         return random.uniform(self.low, self.high, count)
 
 
 def default_range(wheel: Wheel) -> CurrentRange:
-    """Amplitudes that turn this wheel at low speed: 1.5 to 4 times its breakaway current."""
+    """Amplitudes for rotation at low speed: 1.5 to 4 times the breakaway current of the wheel."""
     levels = [static_curve(wheel.friction).breakaway_torque(sense) for sense in (1.0, -1.0)]
     breakaway = float(max(levels)) / abs(float(wheel.motor_constant))
     return CurrentRange(1.5 * breakaway, 4.0 * breakaway)
@@ -53,14 +58,14 @@ def steps(
     Profile 2 of Carrara and Kuga: a step every 30 s.
 
     Args:
-        time: (N,) s, from zero.
-        amplitudes: of the steps.
-        random: source of the amplitudes.
-        period: of one step, s.
+        time: Sample times, (N,), s, from zero.
+        amplitudes: Range of the amplitudes.
+        random: Random generator of the amplitudes.
+        period: Duration of one step, s.
     """
-    # sample times are multiples of a rounded interval: one that should open a step must not miss it
+    # sample times are rounded: with the tolerance, the sample at which a step starts is in it
     step = np.floor(time / period + 1e-9).astype(int)
-    # a last sample at the end of a step opens no new one: nothing would come of its current
+    # a last sample at the end of a step starts no new step: its current would have no effect
     step[-1] = step[-2]
     signed = amplitudes.draw(random, step[-1] + 1) * (-1.0) ** np.arange(step[-1] + 1)
     return signed[step]
@@ -69,15 +74,15 @@ def steps(
 def sines(
     time: Vector, amplitudes: CurrentRange, random: np.random.Generator, period: float = 24.0
 ) -> Vector:
-    """Sine cycles, each of random amplitude and of a random period within 25 % of the mean, A.
+    """Sine cycles, each with a random amplitude and a random period within 25 % of the mean, A.
 
     Profile 1 of Carrara and Kuga. The periods are scaled to fill the record with whole half cycles.
 
     Args:
-        time: (N,) s, from zero.
-        amplitudes: of the cycles.
-        random: source of amplitudes and periods.
-        period: mean period, s.
+        time: Sample times, (N,), s, from zero.
+        amplitudes: Range of the amplitudes.
+        random: Random generator of amplitudes and periods.
+        period: Mean period, s.
     """
     halves = max(1, round(2.0 * time[-1] / period))
     cycles = -(-halves // 2)
@@ -97,10 +102,10 @@ def ramps(
     The current at which the wheel breaks away is the static torque over the motor constant.
 
     Args:
-        time: (N,) s, from zero.
-        amplitudes: peaks of the ramps.
-        random: source of the peaks.
-        period: of one ramp with its coast, s; the ramp takes half of it.
+        time: Sample times, (N,), s, from zero.
+        amplitudes: Range of the peak currents.
+        random: Random generator of the peaks.
+        period: Duration of one ramp with its coast, s; the ramp takes half of it.
     """
     step = np.floor(time / period + 1e-9).astype(int)
     peaks = amplitudes.draw(random, step[-1] + 1) * (-1.0) ** np.arange(step[-1] + 1)
@@ -114,14 +119,14 @@ PROFILES: dict[str, Callable[..., Vector]] = {"steps": steps, "sines": sines, "r
 
 @dataclass(frozen=True)
 class Telemetry:
-    """What stands between a wheel and its record.
+    """Sampling, noise and dropouts of a bench record.
 
     Attributes:
-        rate: samples per second, Hz.
-        speed_sigma: white noise of the tachometer, rad/s.
-        speed_quantum: of the tachometer, rad/s; zero for none.
-        jitter: standard deviation of the sample times, as a share of the sample interval.
-        dropouts: share of speed samples that are missing.
+        rate: Sampling rate, Hz.
+        speed_sigma: Standard deviation of the white noise of the tachometer, rad/s.
+        speed_quantum: Quantisation step of the tachometer, rad/s; zero for none.
+        jitter: Standard deviation of the sample times, as a fraction of the sample interval.
+        dropouts: Fraction of speed samples that are missing.
     """
 
     rate: float = 10.0
@@ -131,7 +136,7 @@ class Telemetry:
     dropouts: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse values that no telemetry has."""
+        """Validate the values; raises `InputError`."""
         for name, low, high in (
             ("rate", 1e-9, 1e6),
             ("speed_sigma", 0.0, np.inf),
@@ -146,7 +151,7 @@ class Telemetry:
     def sample_times(self, duration: float, random: np.random.Generator) -> Vector:
         """Sample times, s, strictly increasing, from zero up to `duration`."""
         count = int(np.floor(duration * self.rate * (1.0 + 1e-12))) + 1
-        # within 0.45 of an interval no two samples can change places
+        # a shift below half an interval keeps the order of the samples
         shift = np.clip(self.jitter * random.standard_normal(count), -0.45, 0.45)
         shift[0] = 0.0
         return (np.arange(count) + shift) / self.rate
@@ -169,19 +174,19 @@ def bench_record(
     The drive holds each commanded current until the next sample.
 
     Args:
-        wheel: the true wheel.
-        profile: "steps", "sines" or "ramps".
-        duration: s.
-        telemetry: sampling and noise.
-        amplitudes: of the current, A; by default from the wheel's breakaway.
-        initial_speed: rad/s.
-        period: of the profile, s; each has its own default.
-        seed: of profile and noise; the same seed gives the same record.
-        name: of the record.
+        wheel: True wheel.
+        profile: Current profile: "steps", "sines" or "ramps".
+        duration: Duration of the record, s.
+        telemetry: Sampling and noise.
+        amplitudes: Range of the current amplitudes, A; by default from the breakaway current.
+        initial_speed: Initial wheel speed, rad/s.
+        period: Period of the profile, s; each profile has its own default.
+        seed: Seed of profile and noise; the same seed gives the same record.
+        name: Name of the record.
 
     Raises:
-        InputError: an unknown profile, too short a duration, a period that is out of range, or
-            parameters that no wheel has.
+        InputError: An unknown profile, too short a duration, a period that is out of range, or
+            impossible parameters of the wheel.
     """
     if profile not in PROFILES:
         raise InputError(f"profile: found {profile!r}, expected one of {', '.join(PROFILES)}")

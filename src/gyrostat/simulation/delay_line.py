@@ -7,11 +7,11 @@ from gyrostat.core.delay_line import empty_line, pushed
 from gyrostat.core.jax64 import dce_jaxpr, jax, jnp
 
 DelayLine = tuple[Any, ...]
-"""For each leaf of a command: (delay, ...) the last values, the oldest first; None: no delay."""
+"""Last values of each leaf of a command, (delay, ...), the oldest first; None: no delay."""
 
 
 def delay_line(plant: Any, state: Any, command: Any, period: Scalar, delay: int) -> DelayLine:
-    """The delay line before the first command; it gives zeros until that command arrives.
+    """Create the delay line before the first command; it gives zeros until that command arrives.
 
     Args:
         plant: Plant, see `gyrostat.simulation.Plant`.
@@ -32,8 +32,8 @@ def delay_line(plant: Any, state: Any, command: Any, period: Scalar, delay: int)
 def _moves(plant: Any, state: Any, command: Any, period: Scalar) -> list[bool]:
     """Whether the plant's motion depends on each leaf of a command.
 
-    The answer comes from the traced plant, so that no plant or controller has to declare it. It is
-    True, too, for a leaf that the plant hands through a `jax.lax.while_loop` unused.
+    It is determined from the traced plant, so that plants and controllers need not declare it. A
+    leaf that is passed unused through a `jax.lax.while_loop` counts as used.
     """
     traced = jax.make_jaxpr(lambda given: plant(state, given, jnp.zeros(()), period))(command)
     return dce_jaxpr(traced.jaxpr, [True] * len(traced.jaxpr.outvars))[1]
@@ -43,12 +43,12 @@ def delayed(line: DelayLine, command: Any) -> tuple[DelayLine, Any]:
     """Put a command into the delay line.
 
     Args:
-        line: The delay line.
-        command: Command made at this sample.
+        line: Delay line.
+        command: Command computed at this sample.
 
     Returns:
-        The line with the command in it; the command of this period, whose delayed leaves were made
-        `delay` samples before.
+        The line with the command in it; the command that acts in this period, whose delayed leaves
+        were computed `delay` samples before.
     """
     leaves, tree = jax.tree.flatten(command)
     after, acting = [], []

@@ -32,13 +32,13 @@ _LONG_NAMES = {
 
 
 def dimensions(field: str, label: str, shape: tuple[int, ...], wheels: int | None) -> list[str]:
-    """Names of the dimensions of a signal beside run and time.
+    """Names of the dimensions of a signal, in addition to run and time.
 
     Args:
-        field: name of the signal in its named tuple.
-        label: its name in the histories, for dimensions that have no name of their own.
-        shape: shape of one sample.
-        wheels: number of wheels, where it is known.
+        field: Name of the signal in its named tuple.
+        label: Name of the signal in the histories, from which other dimensions are named.
+        shape: Shape of one sample.
+        wheels: Number of wheels; None if it is not known.
     """
     if len(shape) == 1:
         for names, count, dimension in (
@@ -52,12 +52,12 @@ def dimensions(field: str, label: str, shape: tuple[int, ...], wheels: int | Non
 
 
 def attributes(field: str, prefix: str, units: dict[str, str]) -> dict[str, str]:
-    """Long name and, where it is declared, unit of a signal.
+    """Long name of a signal and, if declared, its unit.
 
     Args:
-        field: name of the signal in its named tuple.
-        prefix: put before the name in the histories, such as "measured_"; may be empty.
-        units: name -> unit.
+        field: Name of the signal in its named tuple.
+        prefix: Prefix of the name in the histories, such as "measured_"; may be empty.
+        units: Declared units: name -> unit.
     """
     name = prefix.replace("_", " ") + _LONG_NAMES.get(field, field.replace("_", " "))
     return {"long_name": name, **({"units": units[field]} if field in units else {})}
@@ -73,10 +73,10 @@ def status_attributes() -> dict[str, Any]:
 
 
 def with_coordinates(dataset: "xr.Dataset") -> "xr.Dataset":
-    """Add the coordinates of named dimensions, and `error` where there is a target.
+    """Add the coordinates of named dimensions, and `error` if there is a target.
 
     Args:
-        dataset: histories; wheels are numbered from 0.
+        dataset: Histories; wheels are numbered from 0.
     """
     sizes = dataset.sizes
     known: dict[str, Any] = {name: [*parts] for name, parts in COMPONENTS.items() if name in sizes}
@@ -86,7 +86,7 @@ def with_coordinates(dataset: "xr.Dataset") -> "xr.Dataset":
     pair = [dataset[name] for name in ("attitude", "target") if name in dataset]
     if len(pair) == 2 and all("quaternion" in signal.dims for signal in pair):
         first, second = pair
-        # both signs of a quaternion are the same attitude; an angle a has the chord 2 sin(a / 4)
+        # q and -q are the same attitude; the chord of an angle a is 2 sin(a / 4)
         chord = np.sqrt(
             np.minimum(
                 ((first - second) ** 2).sum("quaternion", skipna=False),

@@ -1,4 +1,4 @@
-"""The control loop: continuous plant, sampled sensor and sampled controller, as one scan."""
+"""Control loop: continuous plant, sampled sensor and sampled controller, as one scan."""
 
 from collections.abc import Callable
 from enum import IntEnum
@@ -12,59 +12,68 @@ from gyrostat.simulation.delay_line import delay_line, delayed
 
 
 class Plant(Protocol):
-    """What is controlled. It owns its physics and its dry friction.
+    """Protocol of the controlled system: dynamics, including dry friction.
 
-    A plant, sensor or controller may have `check()`, which refuses parameters by `InputError`, and
-    a plant `check_state(state)`, which refuses a start that is none of its states; any of them
-    `check_period(period)`, which refuses them at a control period.
+    Optional methods validate by `InputError`: `check()` the parameters of a plant, sensor or
+    controller, `check_period(period)` their parameters for a control period, and
+    `check_state(state)` the initial state of a plant.
     """
 
     def __call__(self, state: Any, command: Any, time: Scalar, duration: Scalar) -> tuple[Any, Any]:
-        """Carry the state over an interval of held command: the new state; whether resolved.
+        """Integrate over an interval of constant command.
 
-        The fields of the command on which either depends are those that go to actuators.
+        Fields of the command on which the result depends are those that go to actuators.
+
+        Args:
+            state: State at the start.
+            command: Command, constant during the interval.
+            time: Time at the start, s.
+            duration: Length of the interval, s.
+
+        Returns:
+            The state at the end, and whether the interval was resolved.
         """
         ...
 
     def diverged(self, state: Any) -> Any:
-        """Whether the state is beyond what any controller could mean."""
+        """Whether the state is outside the range of valid operation."""
         ...
 
     def record(self, state: Any, command: Any) -> Any:
-        """What is worth recording beside state and command."""
+        """Signals to record in addition to state and command, a named tuple."""
         ...
 
 
 class Sensor(Protocol):
-    """What measures the plant, once in each control period."""
+    """Protocol of a sensor, sampled once in each control period."""
 
     def start(self, state: Any, period: Scalar) -> Any:
         """Memory before the first sample."""
         ...
 
     def __call__(self, memory: Any, state: Any, key: PRNGKeyArray) -> tuple[Any, Any]:
-        """Measure: the new memory; the measurement, a named tuple."""
+        """Measure; returns the new memory and the measurement, a named tuple."""
         ...
 
 
 class Controller(Protocol):
-    """What turns measurements into commands, once in each control period."""
+    """Protocol of a controller, sampled once in each control period."""
 
     def start(self, period: Scalar) -> Any:
         """Memory before the first measurement."""
         ...
 
     def __call__(self, memory: Any, measurement: Any) -> tuple[Any, Any]:
-        """Command: the new memory; the command, a named tuple.
+        """Compute a command; returns the new memory and the command, a named tuple.
 
-        Fields that the plant's motion depends on go to actuators, after the command delay if there
+        Fields on which the plant's motion depends go to actuators, after the command delay if there
         is one. The others, such as a target or an estimate, are recorded at this sample.
         """
         ...
 
 
 class Status(IntEnum):
-    """How a run ended."""
+    """Status at the end of a run."""
 
     COMPLETE = 0
     DIVERGED = 1
@@ -73,13 +82,13 @@ class Status(IntEnum):
 
 
 class Histories(NamedTuple):
-    """Signals of one run at the control times, first axis time.
+    """Signals of one run at the sample times; the first axis is time.
 
     Attributes:
         state: State of the plant.
-        measurement: Measurement made at each time.
-        command: Fields that go to actuators: the values that act from each time on. Other fields:
-            the values made at each time.
+        measurement: Measurement at each time.
+        command: Command. Fields that go to actuators: the values that act from each time. Other
+            fields: the values computed at each time.
         record: Record of the plant.
         status: Status of the run up to each time.
     """
@@ -97,26 +106,26 @@ def _finite(tree: Any) -> Bool[Array, ""]:
 
 
 class Loop(NamedTuple):
-    """One run as its beginning and one control period.
+    """One run as two functions: its initialisation and one control period.
 
     Attributes:
-        begin: () -> carry before the first sample.
-        tick: (carry, k) -> (carry, what is recorded at sample k), which is `Histories` unless the
-            loop is folded.
+        begin: Initialisation, () -> carry before the first sample.
+        tick: Control period, (carry, k) -> (carry, record of sample k). The record is `Histories`
+            unless the loop is folded.
     """
 
     begin: Callable[[], Any]
     tick: Callable[[Any, Any], tuple[Any, Any]]
 
     def folded(self, fold: Callable[[Any, Any, Any], tuple[Any, Any]], first: Any) -> "Loop":
-        """The loop with a function that takes in its samples, for runs too long to record.
+        """Reduce the samples by a function during the run, for runs too long to record.
 
         Args:
-            fold: (kept so far, what is recorded at sample k, k) -> (kept, recorded instead).
-            first: Kept before the first sample.
+            fold: (accumulator, record of sample k, k) -> (accumulator, record that replaces it).
+            first: Accumulator before the first sample.
 
         Returns:
-            A loop whose carry is (carry of this one, kept).
+            A loop whose carry is (carry of this loop, accumulator).
         """
 
         def begin() -> tuple[Any, Any]:
@@ -131,15 +140,15 @@ class Loop(NamedTuple):
         return Loop(begin, tick)
 
     def scan(self, carry: Any, first: Any, length: int) -> tuple[Any, Any]:
-        """Some control periods.
+        """Run several control periods.
 
         Args:
-            carry: Of `begin`, or of the scan before.
-            first: Number of the first sample.
+            carry: Carry from `begin` or from the previous scan.
+            first: Index of the first sample.
             length: Number of samples.
 
         Returns:
-            The carry after them, and what was recorded, with a leading axis of samples.
+            The carry after them, and their records with a leading axis of samples.
         """
 
         def step(counted, _):
@@ -162,22 +171,22 @@ def control_loop(
     substeps: int = 1,
     command_delay: int = 0,
 ) -> Loop:
-    """The loop of plant, sensor and controller; pure, for `jit`, `vmap` and `jvp`.
+    """Closed loop of plant, sensor and controller; pure, for `jit`, `vmap` and `jvp`.
 
     Args:
-        plant: what is controlled.
-        controller: gives the commands.
-        sensor: gives the measurements.
-        state: of the plant at time 0.
-        key: of the noise; that of sample k comes from its number alone.
-        period: control period, s.
-        substeps: integration steps in each.
-        command_delay: Control periods from a sample to the start of the command made from it; until
-            the first command arrives, actuators get zero. Fields of the command that do not move
-            the plant are not delayed.
+        plant: Controlled system.
+        controller: Controller.
+        sensor: Sensor.
+        state: State of the plant at time 0.
+        key: Random key of the noise; the key of sample k depends only on this key and k.
+        period: Control period, s.
+        substeps: Integration steps in each control period.
+        command_delay: Control periods from a sample to the start of the command computed from it.
+            Until the first command arrives, actuators get zero. Fields of the command on which the
+            plant's motion does not depend are not delayed.
 
     Returns:
-        The loop. After a run has failed its state is frozen.
+        The loop. The state of a run that has failed stays constant.
     """
 
     def stepped(state, command, time, length):
@@ -188,17 +197,17 @@ def control_loop(
             state, fine = plant(state, command, time + k * step, step)
             return (state, resolved & fine), None
 
-        if substeps == 1:  # one scan less to compile
+        if substeps == 1:  # avoids the compilation of a scan
             return plant(state, command, time, length)
         return jax.lax.scan(substep, (state, jnp.array(True)), jnp.arange(substeps))[0]
 
     def commanded(memory, measurement):
         memory, command = controller(memory, measurement)
-        # a controller may command plain numbers
+        # a controller may return Python numbers
         return memory, jax.tree.map(jnp.asarray, command)
 
     def judged(state, status):
-        # beside the measurement, which may need the same of the state
+        # computed together with the measurement, which may share intermediate results
         diverged = ~_finite(state) | plant.diverged(state)
         return jnp.where((status == 0) & diverged, int(Status.DIVERGED), status)
 
@@ -210,15 +219,15 @@ def control_loop(
         return state, sensed, memory, line, judged(state, jnp.array(int(Status.COMPLETE)))
 
     def tick(carry, k):
-        # the measurement is carried from tick to tick: XLA would else compute it, noise and all,
-        # anew for everything that is made from it
+        # the measurement is part of the carry: otherwise XLA would recompute it, including its
+        # noise, for each of its uses
         state, sensed, memory, line, status = carry
         sensor_memory, measurement = sensed
         memory, command = commanded(memory, measurement)
         status = jnp.where((status == 0) & ~_finite(command), int(Status.BAD_COMMAND), status)
         line, command = delayed(line, command)
         goes_on = status == 0
-        # what ended beyond all bounds needs many steps: a batch would wait for it to the end
+        # a diverged state would need many integration steps, which would delay the whole batch
         length = jnp.where(goes_on, period, 0.0)
         after, resolved = stepped(state, command, k * period, length)
         row = Histories(state, measurement, command, plant.record(state, command), status)
@@ -242,7 +251,7 @@ def run(
     substeps: int = 1,
     command_delay: int = 0,
 ) -> Histories:
-    """Run the loop for `count` control periods; for the other arguments see `control_loop`.
+    """Run the closed loop for `count` control periods; for other arguments see `control_loop`.
 
     Returns:
         Histories of `count` + 1 samples.

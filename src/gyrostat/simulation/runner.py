@@ -1,4 +1,4 @@
-"""The runner: one run or a batch, whole or in chunks of time, by XLA or by the native engine."""
+"""Execution of one run or a batch, whole or in chunks of time, by JAX or by the native engine."""
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
@@ -14,19 +14,26 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.simulation.loop import Loop
 
 LANES = 64
-"""Runs that XLA carries together: more do not run faster, and progress is told between them."""
+"""Runs in one batch of JAX. Larger batches are not faster; progress is reported between batches."""
 LONGEST = 2000
-"""Most samples in a chunk of the native engine, whose samples are in memory in lanes."""
+"""Most samples in a chunk of the native engine, which keeps them in memory for all SIMD lanes."""
 MOST = 32
-"""Programs of the native engine that are kept."""
+"""Largest number of compiled programs of the native engine that are kept."""
 _NATIVE: dict[Any, tuple[Lanes | None, Lanes]] = {}
 
 
 def by_engine(engine: str, attempt: Callable[[str], Any]) -> Any:
-    """What an attempt gives with an engine; by "auto" JAX where the native engine cannot run.
+    """Call a function with an engine; "auto" tries the native engine first, then JAX.
+
+    Args:
+        engine: "jax", "native" or "auto".
+        attempt: Function of the name of the engine, "jax" or "native".
+
+    Returns:
+        Result of the function.
 
     Raises:
-        InputError: The attempt fails.
+        InputError: The function raises it; with "auto", for JAX.
     """
     if engine == "auto":
         with contextlib.suppress(InputError):
@@ -36,23 +43,23 @@ def by_engine(engine: str, attempt: Callable[[str], Any]) -> Any:
 
 
 class Runner:
-    """Runs a loop for one run or for many.
+    """Executes a loop for one run or for many.
 
-    Numbers that are Python's are compiled in by XLA and are parameters of the native engine.
+    Python numbers are compile-time constants in JAX and parameters in the native engine.
 
     Args:
-        make: Arguments of one run -> its loop; compiled programs are kept for each such function.
-        own: For each argument whether each run has one of its own, with a leading axis; where none
-            has, there is a single run and results have no axis of runs.
-        count: Control periods.
-        engine: "jax" or "native", which takes batches alone.
+        make: Arguments of one run -> its loop. Compiled programs are kept for each such function.
+        own: For each argument, whether it has a leading axis of runs. If none has, there is a
+            single run and results have no axis of runs.
+        count: Number of control periods.
+        engine: "jax" or "native"; "native" supports batches only.
         longest: Most samples in a chunk; None for a single chunk.
-        on_demand: A tree, or the beginning of one, as what the loop records: whether it is given
-            for the runs that are asked for alone. Needs chunks of more than 64 samples.
+        on_demand: Flags in the tree structure of the loop's records, or a prefix of it: whether
+            records are returned only for requested runs. Needs chunks of more than 64 samples.
 
     Attributes:
-        starts: Number of the first sample of each chunk.
-        length: Samples in a chunk.
+        starts: Index of the first sample of each chunk.
+        length: Number of samples in a chunk.
     """
 
     def __init__(
@@ -69,7 +76,7 @@ class Runner:
             raise InputError(f"engine: found {engine!r}, expected jax or native")
         self._make, self._own, self._engine, self._on_demand = make, tuple(own), engine, on_demand
         self._samples = count + 1
-        # the fewest chunks of one length
+        # the smallest number of chunks of equal length
         chunks = 1 if longest is None else -(-self._samples // longest)
         self.length = -(-self._samples // chunks)
         self.starts = range(0, self._samples, self.length)
@@ -77,15 +84,15 @@ class Runner:
     def chunks(
         self, *arguments: Any, carry: Any = None, asked: Sequence[int] = ()
     ) -> Iterator[tuple[Any, Any]]:
-        """Run chunk after chunk; the last one may go on beyond the last sample.
+        """Run chunk by chunk; the last chunk may extend beyond the last sample.
 
         Args:
-            arguments: Of all runs.
-            carry: Of all runs at their beginning, if it is known.
-            asked: Numbers of the runs whose records on demand are wanted.
+            arguments: Arguments of all runs.
+            carry: Initial carry of all runs, if it is known.
+            asked: Indices of the runs whose on-demand records are requested.
 
         Yields:
-            The carry after the chunk, and what it has recorded, with axes (run, sample).
+            The carry after the chunk, and its records with axes (run, sample).
 
         Raises:
             InputError: The native engine cannot run this loop; the message names the line of
@@ -112,12 +119,12 @@ class Runner:
         runs: int | None = None,
         on_progress: Callable[[int, int], None] | None = None,
     ) -> Any:
-        """What the loop records at every sample of every run.
+        """Records of every sample of every run.
 
         Args:
-            arguments: Of all runs.
-            runs: Number of runs; None for a single one, of which no argument has an axis of runs.
-            on_progress: Called with the runs done and the runs in all.
+            arguments: Arguments of all runs.
+            runs: Number of runs; None for a single run whose arguments have no axis of runs.
+            on_progress: Called with the number of completed runs and the total number of runs.
 
         Returns:
             Records with axes (run, sample), (sample,) for a single run.
@@ -146,10 +153,13 @@ class Runner:
         return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 
     def compiled(self, *arguments: Any, carry: Any = None) -> tuple[Lanes | None, Lanes]:
-        """Programs of the native engine: the beginning, None where the carry is given; a chunk.
+        """Compiled programs of the native engine.
+
+        Returns:
+            The program of the initialisation, None if the carry is given; the program of a chunk.
 
         Raises:
-            InputError: There is no compiler, or the loop has something that it does not know.
+            InputError: There is no compiler, or the loop contains an unsupported operation.
         """
         arrays, static = eqx.partition(arguments, _is_number)
         leaves, tree = jax.tree.flatten(static)
@@ -158,7 +168,7 @@ class Runner:
             for each, part in zip(self._own, arrays, strict=True)
             for leaf in jax.tree.leaves(part)
         ]
-        # what is None may be an array elsewhere, and 1 equals True
+        # structures and types are part of the key: None may be an array elsewhere, and 1 == True
         kind = (
             *(self._make, self._own, self.length, self._on_demand, carry is None, tree),
             *(jax.tree.structure(arrays), tuple(leaves), tuple(map(type, leaves)), *shapes),
@@ -185,7 +195,7 @@ class Runner:
         return beginning, lanes(chunk, own, (carry, 0, *arrays), on_demand=on_demand)
 
     def _picked(self, rows: Any, asked: Sequence[int]) -> Any:
-        """Records without those on demand of the runs that are not asked for."""
+        """Records with on-demand parts for the requested runs only."""
 
         def pick(flag: bool, part: Any) -> Any:
             if not flag:
@@ -198,15 +208,15 @@ class Runner:
 
 
 def blocks(runs: int, size: int) -> Iterator[tuple[NDArray[np.int64], int]]:
-    """Numbers of runs in blocks of one size, so that one size is compiled.
+    """Divide runs into blocks of equal size, so that only one size is compiled.
 
     Args:
         runs: Number of runs.
-        size: Runs in a block.
+        size: Number of runs in a block.
 
     Yields:
-        The numbers of a block, the last one filled up with the last run, and how many of them
-        count.
+        The indices of the runs of a block, and the number of valid ones; the last block is padded
+        with the last run.
     """
     for first in range(0, runs, size):
         yield np.minimum(np.arange(first, first + size), runs - 1), min(size, runs - first)
@@ -218,7 +228,7 @@ def _is_number(leaf: Any) -> bool:
 
 @eqx.filter_jit
 def _chunk(make, own, length, carry, first, arguments):
-    """A chunk by XLA; without a carry the first one, with the beginning in the same program."""
+    """Run a chunk by JAX; without a carry, the first chunk including the initialisation."""
 
     def chunk(carry, *given):
         loop = make(*given)

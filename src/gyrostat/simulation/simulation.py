@@ -1,4 +1,4 @@
-"""Simulate one run or a batch; labelled histories."""
+"""Simulation of one run or a batch, with labelled histories."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -34,43 +34,43 @@ if TYPE_CHECKING:
 
 
 class Batch(eqx.Module):
-    """Plants, controllers, sensors or states of several runs as one.
+    """Plants, controllers, sensors or states of several runs, stacked.
 
     Attributes:
-        items: of one kind, each of its arrays with a leading axis of runs.
+        items: Stacked object; each of its arrays has a leading axis of runs.
     """
 
     items: Any
 
     def check(self) -> None:
-        """Refuse what any of them refuses, by `InputError`."""
+        """Validate parameters of all runs; raises `InputError`."""
         check_parts(self.items)
 
     def check_period(self, period: float) -> None:
-        """Refuse what any of them refuses at a control period, s, by `InputError`."""
+        """Validate the control period, s, for all runs; raises `InputError`."""
         check_period(period, self.items)
 
 
 def stack(items: Sequence[Any]) -> Batch:
-    """Join plants, controllers, sensors or states of several runs into one.
+    """Stack plants, controllers, sensors or states of several runs into a batch.
 
     Args:
-        items: of one kind; one for each run.
+        items: Objects of one type, one for each run.
     """
     return Batch(jax.tree.map(lambda *leaves: jnp.stack([_as_array(x) for x in leaves]), *items))
 
 
 def _as_array(leaf: Any) -> Any:
-    # an array made of a plain number has a weak type, and would be compiled for anew
+    # an array from a Python number has a weak type, which would cause another compilation
     array = jnp.asarray(leaf)
     return jax.lax.convert_element_type(array, array.dtype) if array.weak_type else array
 
 
 class _TracedAnew:
-    """A user's own object, which JAX cannot look into.
+    """Wrapper of a user's object that JAX cannot inspect; it forces tracing in each call.
 
-    Compiled code is kept for objects that compare equal. A plain object may have changed its
-    attributes since, or not be hashable; this stands for it in one call of `simulate`.
+    JAX reuses compiled code for objects that compare equal. A plain object may have changed its
+    attributes since, or may not be hashable; a new wrapper replaces it in each call of `simulate`.
     """
 
     def __init__(self, own: Any):
@@ -84,7 +84,7 @@ class _TracedAnew:
 
 
 def _as_leaf(leaf: Any) -> Any:
-    # numbers left as they are would be compiled in, and every new value compiled again
+    # Python numbers would be compile-time constants, and each new value would be compiled again
     if isinstance(leaf, float | np.ndarray | np.generic | jax.Array):
         return _as_array(leaf)
     return _TracedAnew(leaf) if callable(leaf) else leaf
@@ -108,7 +108,7 @@ def _loop(plant, controller, sensor, start, period, counts, key) -> Loop:
 
 
 def _whole(value: float, part: float, names: tuple[str, str]) -> int:
-    """How often a part goes into a value, which must be a whole number of times."""
+    """Ratio of two durations, s, which must be a whole number."""
     for name, number in zip(names, (value, part), strict=True):
         if not (np.isfinite(number) and number > 0.0):
             raise InputError(f"{name}: found {number:g} s, expected more than 0 s")
@@ -137,41 +137,41 @@ def simulate(
     engine: str = "jax",
     on_progress: Callable[[int, int], None] | None = None,
 ) -> "xr.Dataset":
-    """Run a plant in closed loop.
+    """Simulate a plant in closed loop.
 
-    The sensor measures and the controller commands once in each control period; the command is held
-    through it. Every run draws its own noise.
+    The sensor measures and the controller commands once in each control period; the command is
+    constant during the period. Each run has its own noise.
 
     Args:
-        plant: what is controlled.
-        controller: gives the commands.
-        sensor: gives the measurements.
-        start: state of the plant at time 0.
-        duration: s, a whole number of control periods.
-        control_period: s.
-        step: longest integration step, s, of which the control period is a multiple; by default the
-            control period itself.
-        command_delay: Control periods from a sample to the start of the command made from it. It
-            delays the fields of the command that the plant's motion depends on; the others, as a
-            target or an estimate, stand at the sample that they were made at.
-        seed: of the noise.
-        runs: number of runs; None for a single one. Of plant, controller, sensor and start each may
-            be one for all, or one for each as `stack` joins them.
+        plant: Controlled system.
+        controller: Controller.
+        sensor: Sensor.
+        start: State of the plant at time 0.
+        duration: Duration, s, a whole number of control periods.
+        control_period: Control period, s.
+        step: Longest integration step, s; the control period must be a multiple of it. By default
+            the control period.
+        command_delay: Control periods from a sample to the start of the command computed from it.
+            It delays the fields of the command on which the plant's motion depends; the others,
+            such as a target or an estimate, are recorded at their own sample.
+        seed: Seed of the noise.
+        runs: Number of runs; None for a single run. Plant, controller, sensor and start can each be
+            common to all runs, or a `Batch` from `stack` with one for each run.
         engine: "jax"; "native", compiled C with one run in each SIMD lane, which is faster for long
-            runs and for many and agrees with JAX's to rounding; or "auto", native where it can run.
-        on_progress: called with the runs done and the runs in all.
+            runs and for many runs and agrees with JAX to rounding; or "auto", native if possible.
+        on_progress: Called with the number of completed runs and the total number of runs.
 
     Returns:
         Histories over `time` (and `run`): every field of state, record, measurement and command
-        under its own name, with unit and long name; a measurement or command whose name the plant
-        has taken has `measured_` or `commanded_` before it. Vectors are over `axis` ("x", "y",
-        "z"), quaternions over `quaternion` ("w", "x", "y", "z"), numbers of wheels over `wheel`.
-        `error` is the angle between `attitude` and `target`, rad, where the command has a target.
-        `status` says how a run ended, `valid_until` when; later values are NaN, never numbers.
+        under its own name, with unit and long name. If the plant has a field of the same name, a
+        measurement or command has the prefix `measured_` or `commanded_`. Vectors are over `axis`
+        ("x", "y", "z"), quaternions over `quaternion` ("w", "x", "y", "z"), values of wheels over
+        `wheel`. If the command has a target, `error` is the angle between `attitude` and `target`,
+        rad. `status` and `valid_until` give how and when a run ended; later values are NaN.
 
     Raises:
-        InputError: a duration or step that does not fit, a batch of another number of runs,
-            parameters that no plant has, or a command that is not finite: the message names the
+        InputError: A duration or step that does not fit, a batch with another number of runs,
+            impossible parameters, or a command that is not finite; the message names the
             controller and the time.
     """
     count = _whole(duration, control_period, ("duration", "control period"))
@@ -232,11 +232,11 @@ def _refuse_bad_commands(histories: Histories, controller: Any, period: float, r
 
 
 def labelled(histories: Histories, period: float) -> "xr.Dataset":
-    """Histories as `simulate` returns them.
+    """Convert histories to a labelled data set, the result of `simulate`.
 
     Args:
-        histories: each with axes (run, time).
-        period: control period, s.
+        histories: Signals, each with axes (run, time).
+        period: Control period, s.
     """
     import xarray as xr
 
@@ -265,7 +265,7 @@ def labelled(histories: Histories, period: float) -> "xr.Dataset":
     last = np.where(fine.all(axis=1), count, np.argmin(fine, axis=1)) - 1
     ended = histories.status.max(axis=1).astype(np.int8)
     variables["status"] = ("run", ended, status_attributes())
-    # a run that is beyond all bounds from the start was never valid
+    # a run that has diverged at the start has no valid sample
     until = np.where(last >= 0, last * period, np.nan)
     lasts = {"units": "s", "long_name": "time of the last valid sample"}
     variables["valid_until"] = ("run", until, lasts)

@@ -22,13 +22,13 @@ _whole = within(
 
 
 class StarTracker(Checked):
-    """The attitude with white noise about each body axis, in every so many control periods.
+    """Star tracker: attitude with white noise about each body axis, every few control periods.
 
     Attributes:
-        sigma: (3,) of a sample about each body axis, or one for all, rad; about its boresight a
-            tracker sees worst.
-        periods: control periods from one sample to the next, a whole number; the first sample is
-            that at time 0.
+        sigma: Standard deviation about each body axis, (3,), or one value for all, rad; it is
+            largest about the boresight of a star tracker.
+        periods: Control periods from one sample to the next, a whole number; the first sample is
+            at time 0.
     """
 
     sigma: Annotated[Vector3 | float, size("star tracker sigma", "rad")] = eqx.field(
@@ -39,15 +39,15 @@ class StarTracker(Checked):
     def __call__(
         self, attitude: Quaternion, samples: Scalar, key: PRNGKeyArray
     ) -> tuple[Quaternion, Bool[Array, ""]]:
-        """Measure.
+        """Measure the attitude.
 
         Args:
-            attitude: (4,) as it is.
-            samples: control periods since the start.
-            key: of the noise.
+            attitude: True attitude, (4,).
+            samples: Control periods since the start.
+            key: Random key of the noise.
 
         Returns:
-            The attitude (4,), and whether this is a sample.
+            The measured attitude, (4,), and whether the tracker has a sample at this time.
         """
         noise = jnp.asarray(self.sigma) * jax.random.normal(key, (3,))
         seen = product(attitude, from_rotation_vector(noise))
@@ -55,15 +55,15 @@ class StarTracker(Checked):
 
 
 class TrackerGyroMeasurement(NamedTuple):
-    """What star tracker, gyro and tachometers say.
+    """Measurement of star tracker, gyro and tachometers.
 
     Attributes:
-        attitude: (4,) of the star tracker, scalar first; to be used where it is measured.
-        attitude_measured: whether it is.
-        rate: (3,) of the gyro: the mean over the last control period with its bias, rad/s.
-        wheel_speed: (wheels,) relative to the body, rad/s; where a tachometer is lost, the last
-            speed that it measured.
-        wheel_measured: (wheels,) whether the tachometer works.
+        attitude: Attitude from the star tracker, (4,), scalar first; use only if measured.
+        attitude_measured: Whether the attitude is measured at this sample.
+        rate: Gyro rate, mean over the last control period with the gyro bias, (3,), rad/s.
+        wheel_speed: Wheel speeds relative to the body, (wheels,), rad/s; the last measured speed
+            if the tachometer is lost.
+        wheel_measured: Whether each tachometer works, (wheels,).
     """
 
     attitude: Annotated[Quaternion, "1"]
@@ -85,9 +85,9 @@ class TrackerGyroSensors(Checked):
     """Star tracker, gyro and tachometers of a spacecraft.
 
     Attributes:
-        truth: reads the state of the spacecraft: exact but for its tachometers.
-        tracker: of the attitude.
-        gyro: of the rate.
+        truth: Source of the true state, with the tachometers.
+        tracker: Star tracker.
+        gyro: Rate gyro.
     """
 
     truth: SpacecraftSensor
@@ -95,7 +95,7 @@ class TrackerGyroSensors(Checked):
     gyro: RateGyro
 
     def start(self, state: Any, period: Scalar) -> _Memory:
-        """Memory before the first sample, as if the body had turned evenly before."""
+        """Memory before the first sample, for a constant body rate before the start."""
         rate = self._rate(state)
         turned = product(state.attitude, from_rotation_vector(-period * rate))
         return _Memory(
@@ -109,7 +109,7 @@ class TrackerGyroSensors(Checked):
     def __call__(
         self, memory: _Memory, state: Any, key: PRNGKeyArray
     ) -> tuple[_Memory, TrackerGyroMeasurement]:
-        """Measure."""
+        """Measure attitude, rate and wheel speeds."""
         first, second, third = jax.random.split(key, 3)
         truth, seen = self.truth(memory.truth, state, first)
         attitude, measured = self.tracker(seen.attitude, memory.samples, second)
@@ -123,5 +123,5 @@ class TrackerGyroSensors(Checked):
 
     def _rate(self, state: Any) -> Vector3:
         plant = self.truth.gyrostat
-        # only wheels out of balance have a jitter to be left out
+        # only plants with wheel imbalance have jitter to be removed
         return getattr(plant, "balanced_rate", plant.rate)(state)

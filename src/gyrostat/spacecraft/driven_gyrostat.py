@@ -1,4 +1,4 @@
-"""Gyrostat with motor electronics between command and wheel."""
+"""Gyrostat with motor electronics: current loops between torque command and wheels."""
 
 from typing import Annotated, Any
 
@@ -18,17 +18,17 @@ from gyrostat.wheel.array import listed
 
 
 class DrivenGyrostat(Checked):
-    """A gyrostat behind a current loop for each wheel.
+    """Gyrostat with a current loop for each wheel.
 
-    A commanded torque, cut to the limit of the wheel, asks for its current; the driver takes the
-    current towards it within its own limits, on its steps and through its lag. Through an
-    integration step the motor gives the mean of that current: so the momentum of the wheels is
-    exact; the error of attitude and dry friction is of second order in the step.
+    The commanded torque, limited to the torque limit of the wheel, is converted to a current
+    command. The driver applies its limits, quantisation and lag. Within an integration step the
+    motor gives the mean of the current, so that the wheel momentum is exact. The errors of attitude
+    and dry friction are of second order in the step.
 
     Attributes:
         gyrostat: `Gyrostat` or `ImbalancedGyrostat`.
-        driver: of the motors, each of its numbers (wheels,) or one for all.
-        motor_constant: (wheels,) or one for all, N·m/A.
+        driver: Motor electronics; each parameter (wheels,), or one value for all.
+        motor_constant: Torque per current, (wheels,), or one value for all, N·m/A.
     """
 
     gyrostat: Gyrostat | ImbalancedGyrostat
@@ -39,19 +39,19 @@ class DrivenGyrostat(Checked):
 
     @property
     def spacecraft(self) -> Spacecraft:
-        """The body and its wheels."""
+        """Body and wheels."""
         return self.gyrostat.spacecraft
 
     @property
     def failures(self) -> Any:
-        """Of the wheels; see `Gyrostat`."""
+        """Wheel failures; see `Gyrostat`."""
         return self.gyrostat.failures
 
     def check_own(self) -> None:
         """Validate shapes.
 
         Raises:
-            InputError: Numbers of another number of wheels.
+            InputError: A parameter has another number of wheels.
         """
         count = self.spacecraft.wheels.count
         numbers = {"motor_constant": self.motor_constant, **vars(self.driver)}
@@ -63,34 +63,34 @@ class DrivenGyrostat(Checked):
                 )
 
     def start(self, *, motor_current: Any = 0.0, **motion: Any) -> Any:
-        """A state from what is measured.
+        """Create a state from attitude, rate, wheel speeds and motor currents.
 
         Args:
-            motor_current: (wheels,) or one for all, A.
-            motion: see the gyrostat.
+            motor_current: Motor currents, (wheels,), or one value for all, A.
+            motion: See `start` of the gyrostat.
         """
         state = self.gyrostat.start(**motion)
         current = jnp.asarray(motor_current, dtype=float)
         return state._replace(motor_current=jnp.broadcast_to(current, state.wheel_speed.shape))
 
     def check_state(self, state: Any) -> None:
-        """Refuse what is no state of this spacecraft, by `InputError`."""
+        """Validate a state; raises `InputError`."""
         self.gyrostat.check_state(state)
         if state.motor_current is None:
             raise InputError("motor_current: found none, expected the currents of the motors, A")
 
     def rate(self, state: Any) -> Vector3:
-        """Body rate in body axes, rad/s."""
+        """Body rate in body axes, (3,), rad/s."""
         return self.gyrostat.rate(state)
 
     def balanced_rate(self, state: Any) -> Vector3:
-        """Body rate without the jitter of wheels out of balance, in body axes, rad/s."""
+        """Body rate without the jitter of wheel imbalance, in body axes, (3,), rad/s."""
         return getattr(self.gyrostat, "balanced_rate", self.gyrostat.rate)(state)
 
     def __call__(
         self, state: Any, command: Any, time: Scalar, duration: Scalar
     ) -> tuple[Any, Bool[Array, ""]]:
-        """Carry the spacecraft over an interval of held command; see `Gyrostat`."""
+        """Integrate over an interval of constant command; see `Gyrostat`."""
         _, target = self._set_point(state, command)
         mean = self.driver.mean_current(state.motor_current, target, duration)
         given = command._replace(torque=self.motor_constant * mean)
@@ -104,13 +104,13 @@ class DrivenGyrostat(Checked):
         return self.gyrostat.diverged(state)
 
     def record(self, state: Any, command: Any) -> Any:
-        """That of the gyrostat; a wheel is saturated where a limit of its driver cuts, too."""
+        """Record of the gyrostat; `saturated` includes the limits of the driver."""
         record = self.gyrostat.record(state, command)
         wanted, target = self._set_point(state, command)
         return record._replace(saturated=record.saturated | self.driver.limited(wanted, target))
 
     def _set_point(self, state: Any, command: Any) -> tuple[Any, Any]:
-        """Currents (wheels,) that are asked for and that the loops go to, A."""
+        """Commanded currents, and set points of the current loops after limits, (wheels,), A."""
         torque = self.spacecraft.wheels.within_torque_limit(command.torque)
         wanted = torque / self.motor_constant
         return wanted, self.driver.set_point(wanted, state.wheel_speed, self.motor_constant)

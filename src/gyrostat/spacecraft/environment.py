@@ -1,7 +1,8 @@
 """External torques on a spacecraft in a circular orbit, for `Gyrostat.environment`.
 
-Each is called with the spacecraft, its attitude and the time, s, for a torque (3,) in body axes,
-N·m. The total momentum of a gyrostat is the integral of their sum, whatever the wheels do.
+A torque model is a callable (spacecraft, attitude, time in s) -> torque in body axes, (3,), N·m.
+The total momentum of a gyrostat is the integral of the sum of these torques; the wheels do not
+change it.
 """
 
 from typing import Annotated
@@ -20,19 +21,19 @@ from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed, zeros
 
 EARTH = 3.986004418e14
-"""m³/s²: gravitational parameter of the Earth (IERS Conventions, 2010)."""
+"""Gravitational parameter of the Earth, m³/s² (IERS Conventions, 2010)."""
 EARTH_RADIUS = 6378137.0
-"""m: equatorial (WGS 84)."""
+"""Equatorial radius of the Earth, m (WGS 84)."""
 
 
 class CircularOrbit(Checked):
-    """A circular orbit without perturbations: what torques along it need, no more.
+    """Circular orbit without perturbations, for the environment torques.
 
     Attributes:
-        rate: mean motion n, rad/s.
-        inclination: of the orbit's plane to the inertial x-y plane, rad.
-        ascending_node: from x towards y, rad.
-        latitude: argument of latitude at time 0, from the ascending node, rad.
+        rate: Mean motion n, rad/s.
+        inclination: Inclination of the orbital plane to the inertial x-y plane, rad.
+        ascending_node: Angle of the ascending node, from inertial x towards y, rad.
+        latitude: Argument of latitude at time 0, from the ascending node, rad.
     """
 
     rate: Annotated[Scalar, positive("orbital rate", "rad/s")]
@@ -42,14 +43,14 @@ class CircularOrbit(Checked):
 
     @classmethod
     def at_altitude(cls, altitude: float, **elements: Scalar) -> "CircularOrbit":
-        """An orbit of the Earth.
+        """Create an Earth orbit from its altitude.
 
         Args:
-            altitude: above the equator's radius, m.
-            elements: other attributes.
+            altitude: Altitude above the equatorial radius, m.
+            elements: Other attributes.
 
         Raises:
-            InputError: the altitude is not above 0.
+            InputError: The altitude is not above 0.
         """
         require("altitude", altitude, "m", positive=True)
         return cls(float(np.sqrt(EARTH / (EARTH_RADIUS + altitude) ** 3)), **elements)
@@ -58,7 +59,7 @@ class CircularOrbit(Checked):
         """Unit vector from the centre of the Earth to the spacecraft, inertial axes.
 
         Args:
-            time: s.
+            time: Time, s.
         """
         angle = self.latitude + self.rate * time
         along, across = jnp.cos(angle), jnp.sin(angle)
@@ -74,34 +75,35 @@ class CircularOrbit(Checked):
 
 
 class GravityGradient(Checked):
-    """T = 3 n² r x J r, r the zenith in body axes and J the inertia with its wheels.
+    """Gravity gradient torque T = 3 n² r x J r.
 
-    P. C. Hughes, "Spacecraft Attitude Dynamics", section 8.1.
+    r is the zenith in body axes and J the inertia with the wheels locked. P. C. Hughes,
+    "Spacecraft Attitude Dynamics", section 8.1.
 
     Attributes:
-        orbit: of the spacecraft.
+        orbit: Orbit of the spacecraft.
     """
 
     orbit: CircularOrbit
 
     def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
-        """See the module."""
+        """Torque in body axes, (3,), N·m; see the module."""
         zenith = to_body(attitude, self.orbit.zenith(time))
         pull = jnp.cross(zenith, spacecraft.inertia_locked() @ zenith)
         return 3.0 * jnp.asarray(self.orbit.rate) ** 2 * pull
 
 
 class HarmonicTorque(Checked):
-    """T = constant + sum over k of cosine_k cos(k n t) + sine_k sin(k n t), in body axes.
+    """Periodic torque T = constant + sum over k of cosine_k cos(k n t) + sine_k sin(k n t).
 
-    What aerodynamic drag, sunlight and residual dipoles do to a spacecraft that keeps its attitude,
-    as Fourier series over the orbit.
+    A Fourier series over the orbit, in body axes. It represents aerodynamic, solar and residual
+    magnetic torques on a spacecraft with constant attitude.
 
     Attributes:
-        rate: of the first harmonic n, rad/s; an orbit's, as a rule.
-        constant: (3,) N·m.
-        cosine: (harmonics, 3) N·m.
-        sine: (harmonics, 3) N·m, as many.
+        rate: Angular frequency n of the first harmonic, rad/s; usually the orbital rate.
+        constant: Constant torque, (3,), N·m.
+        cosine: Cosine amplitudes, (harmonics, 3), N·m.
+        sine: Sine amplitudes, (harmonics, 3), N·m; as many as cosine amplitudes.
     """
 
     rate: Annotated[Scalar, size("rate of the disturbance", "rad/s")]
@@ -117,7 +119,7 @@ class HarmonicTorque(Checked):
         """Validate shapes.
 
         Raises:
-            InputError: Other shapes than those of the attributes.
+            InputError: A shape differs from those of the attributes.
         """
         constant, cosine, sine = map(np.shape, (self.constant, self.cosine, self.sine))
         if constant[-1:] != (3,) or cosine[-1:] != (3,) or sine != cosine or len(sine) < 2:
@@ -127,7 +129,7 @@ class HarmonicTorque(Checked):
             )
 
     def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
-        """See the module."""
+        """Torque in body axes, (3,), N·m; see the module."""
         del spacecraft, attitude
         angle = self.rate * time * (1.0 + jnp.arange(len(self.cosine)))
         return self.constant + jnp.cos(angle) @ self.cosine + jnp.sin(angle) @ self.sine

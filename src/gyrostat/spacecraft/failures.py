@@ -14,20 +14,20 @@ from gyrostat.wheel.array import listed
 
 
 class WheelFailures(Checked):
-    """What happens to each wheel, and when; a wheel without failure has an infinite time.
+    """Failure of each wheel: its time and its effects.
 
-    From its time on the motor torque of a wheel is `torque_share` of the commanded one plus
-    `stuck_torque`, within the momentum limit of the wheel. A seized wheel stops at once and its
-    momentum goes to the body.
+    After the failure the motor torque is `torque_share` times the commanded torque plus
+    `stuck_torque`, within the momentum limit of the wheel. A seized wheel stops instantly; its
+    momentum is transferred to the body.
 
     Attributes:
-        time: (wheels,) of the failure, s.
-        torque_share: (wheels,) of the commanded torque that the motor still gives: 0 when its
-            torque is lost, between 0 and 1 when its motor constant is degraded.
-        stuck_torque: (wheels,) that the motor gives whatever is commanded, N·m.
-        seized: (wheels,) whether the rotor is fixed to the body.
-        added_viscous: (wheels,) drag added to the bearing, N·m·s/rad.
-        sensor_lost: (wheels,) whether the speed is no longer measured.
+        time: Failure times (infinite for wheels without failure), (wheels,), s.
+        torque_share: Fraction of the commanded torque that the motor still gives, (wheels,): 0 for
+            a lost torque, between 0 and 1 for a degraded motor constant.
+        stuck_torque: Motor torque independent of the command, (wheels,), N·m.
+        seized: Whether each rotor is fixed to the body, (wheels,).
+        added_viscous: Viscous drag added to the bearings, (wheels,), N·m·s/rad.
+        sensor_lost: Whether each wheel speed is no longer measured, (wheels,).
     """
 
     time: Annotated[PerWheel, from_start("failure time")] = eqx.field(converter=listed)
@@ -58,19 +58,22 @@ class WheelFailures(Checked):
         added_viscous: float = 0.0,
         sensor_lost: bool = False,
     ) -> Self:
-        """The same, and one wheel that fails as said.
+        """Add the failure of one wheel.
 
         Args:
-            wheel: its number, from 0.
-            time: s.
-            torque_share: see the class; so are the others.
-            stuck_torque: N·m; the commanded torque then counts as lost.
-            seized: the rotor stops at once.
-            added_viscous: N·m·s/rad.
-            sensor_lost: no more measurements of its speed.
+            wheel: Index of the wheel, from 0.
+            time: Failure time, s.
+            torque_share: Remaining fraction of the commanded torque.
+            stuck_torque: Constant motor torque, N·m; if not zero, `torque_share` is taken as 0.
+            seized: Whether the rotor stops instantly.
+            added_viscous: Viscous drag added to the bearing, N·m·s/rad.
+            sensor_lost: Whether the wheel speed is no longer measured.
+
+        Returns:
+            A copy with this failure.
 
         Raises:
-            InputError: there is no such wheel, or it fails already.
+            InputError: There is no such wheel, or it already has a failure.
         """
         count = len(np.asarray(self.time))
         if wheel not in range(count):
@@ -86,18 +89,18 @@ class WheelFailures(Checked):
         return jax.tree.map(lambda new, old: jnp.where(own, new, old), failure, self)
 
     def torque_lost(self, wheel: int, time: float, *, added_viscous: float = 0.0) -> Self:
-        """A motor without torque: the rotor runs down by its own friction and `added_viscous`."""
+        """Add a loss of motor torque; friction and `added_viscous` slow the rotor down."""
         return self.with_failure(wheel, time, torque_share=0.0, added_viscous=added_viscous)
 
     def seizes(self, wheel: int, time: float) -> Self:
-        """A rotor that stops at once and gives its momentum to the body."""
+        """Add a seizure: the rotor stops instantly and its momentum is transferred to the body."""
         return self.with_failure(wheel, time, seized=True)
 
     def failed(self, time: float | Float[Array, ""]) -> Bool[Array, " wheels"]:
-        """Which failures have happened at a time, s."""
+        """Whether each wheel has failed at a time, s; (wheels,)."""
         return jnp.asarray(self.time) <= time
 
     def motor_torque(self, torque: PerWheel, failed: Bool[Array, " wheels"]) -> PerWheel:
-        """What the motors give where `torque` is commanded, N·m."""
+        """Motor torques for the commanded `torque`, (wheels,), N·m."""
         share = jnp.where(failed, self.torque_share, 1.0)
         return share * torque + jnp.where(failed, self.stuck_torque, 0.0)

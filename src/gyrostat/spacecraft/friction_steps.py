@@ -14,18 +14,18 @@ from gyrostat.wheel.friction import Friction
 
 
 class FrictionSteps(Checked):
-    """The friction of each wheel is another from a time on, as when a lubricant gives out.
+    """Step change of the friction of each wheel, as by a loss of lubricant.
 
     Attributes:
-        time: (wheels,) of the step, s; infinite: there is none.
-        friction: from then on, of the model that the wheels have before; its parameters (wheels,).
+        time: Times of the steps, (wheels,), s; infinite: no step.
+        friction: Friction after the step, parameters (wheels,); the same model as before.
     """
 
     time: Annotated[PerWheel, from_start("time of a friction step")] = eqx.field(converter=listed)
     friction: Friction
 
     def check_wheels(self, wheels: Any) -> None:
-        """Refuse steps of another number of wheels, or to another model, by `InputError`."""
+        """Validate the number of wheels and the friction model; raises `InputError`."""
         told = np.shape(self.time)[-1:]
         if told != (wheels.count,):
             raise InputError(
@@ -38,6 +38,6 @@ class FrictionSteps(Checked):
             )
 
     def at(self, time: Scalar, before: Friction) -> Friction:
-        """Friction at a time, s, of wheels that had another before their step."""
+        """Friction at a time, s, from the friction `before` the steps."""
         done = jnp.asarray(self.time) <= time
         return jax.tree.map(lambda new, old: jnp.where(done, new, old), self.friction, before)

@@ -12,11 +12,11 @@ from gyrostat.wheel import Tachometer
 
 
 class Turn(NamedTuple):
-    """What a gyro says of a table.
+    """Measured attitude and rate of a table.
 
     Attributes:
-        attitude: rad.
-        rate: rad/s.
+        attitude: Attitude angle, rad.
+        rate: Rate, rad/s.
     """
 
     attitude: Float[Array, ""]
@@ -24,10 +24,10 @@ class Turn(NamedTuple):
 
 
 class TrueTurn(eqx.Module):
-    """Attitude and rate as they are."""
+    """Ideal sensor of attitude and rate, without errors."""
 
     def start(self, state: Any, period: Scalar) -> tuple[()]:
-        """It has no memory."""
+        """Empty memory."""
         return ()
 
     def __call__(self, memory: tuple[()], state: Any, key: PRNGKeyArray) -> tuple[tuple[()], Turn]:
@@ -36,18 +36,18 @@ class TrueTurn(eqx.Module):
 
 
 class Gyro(Checked):
-    """The angle turned since the last sample over the period, with noise and bias, and its sum.
+    """Gyro: mean rate over the period with noise and bias, integrated to the attitude.
 
     Attributes:
-        sigma: white noise of a sample, rad/s.
-        bias: rad/s.
+        sigma: Standard deviation of the white noise of a sample, rad/s.
+        bias: Bias, rad/s.
     """
 
     sigma: Annotated[Scalar, size("gyro sigma", "rad/s")] = 0.0
     bias: Annotated[Scalar, signed("gyro bias", "rad/s")] = 0.0
 
     def start(self, state: Any, period: Scalar) -> tuple[Array, Array, Scalar]:
-        """True attitude a period before, integrated attitude, period."""
+        """Memory: true attitude one period before, rad; integrated attitude, rad; period, s."""
         return state.attitude - period * state.rate, state.attitude - period * state.rate, period
 
     def __call__(
@@ -62,12 +62,12 @@ class Gyro(Checked):
 
 
 class TableMeasurement(NamedTuple):
-    """What the controller of an air-bearing table is given.
+    """Measurement of an air-bearing table, for its controller.
 
     Attributes:
-        attitude: of the table, rad.
-        rate: of the table, rad/s.
-        speed: of the wheel relative to the table, rad/s.
+        attitude: Attitude angle of the table, rad.
+        rate: Rate of the table, rad/s.
+        speed: Wheel speed relative to the table, rad/s.
     """
 
     attitude: Annotated[Float[Array, ""], "rad"]
@@ -76,24 +76,24 @@ class TableMeasurement(NamedTuple):
 
 
 class TableSensors(Checked):
-    """The gyro of a table and the tachometer of its wheel.
+    """Gyro of an air-bearing table and tachometer of its wheel.
 
     Attributes:
-        gyro: gives a `Turn`.
-        tachometer: gives the wheel speed, rad/s.
+        gyro: Sensor that gives a `Turn`.
+        tachometer: Sensor that gives the wheel speed, rad/s.
     """
 
     gyro: Any = TrueTurn()
     tachometer: Any = Tachometer()
 
     def start(self, state: Any, period: Scalar) -> tuple[Any, Any]:
-        """Memories of both."""
+        """Memories of gyro and tachometer."""
         return self.gyro.start(state, period), self.tachometer.start(state, period)
 
     def __call__(
         self, memory: tuple[Any, Any], state: Any, key: PRNGKeyArray
     ) -> tuple[tuple[Any, Any], TableMeasurement]:
-        """Measure with both."""
+        """Measure attitude, rate and wheel speed."""
         first, second = jax.random.split(key)
         gyro, turn = self.gyro(memory[0], state, first)
         tachometer, speed = self.tachometer(memory[1], state, second)

@@ -28,27 +28,28 @@ from gyrostat.wheel.array import listed, zeros
 
 
 class Gyrostat(Checked):
-    """H = R (J w + sum a_i h_i), dH/dt = R T, dh_i/dt = m_i - F_i, h_i = J_i (W_i + a_i w).
+    """Rigid body with reaction wheels: dH/dt = R T, dh_i/dt = m_i - F_i.
 
-    J is the inertia of the spacecraft without that of the rotors about their axes a_i, W_i the
-    speed of wheel i relative to the body, m_i its motor torque, F_i its friction, T the external
-    torque in body axes. The state holds the total momentum H in inertial axes and the body rate w
-    follows from it, so that without external torque H is conserved to the last bit. P. C. Hughes,
-    "Spacecraft Attitude Dynamics", section 3.4. Wheels stick, break away and pass zero at their
-    times (`gyrostat.wheel.step_coupled_wheels`).
+    H = R (J w + sum a_i h_i) is the total momentum in inertial axes and h_i = J_i (W_i + a_i w) the
+    axial momentum of rotor i. J is the inertia of the spacecraft without that of the rotors about
+    their axes a_i, w the body rate, W_i the speed of wheel i relative to the body, m_i its motor
+    torque, F_i its friction, T the external torque in body axes. The state contains H, and w is
+    computed from it, so that without external torque H is conserved to the last bit. P. C. Hughes,
+    "Spacecraft Attitude Dynamics", section 3.4. The times at which wheels stick, break away and
+    cross zero speed are resolved (`gyrostat.wheel.step_coupled_wheels`).
 
     Attributes:
-        spacecraft: the body and its wheels.
-        failures: of the wheels; None for none.
-        external_torque: (3,) constant in body axes, N·m.
-        torque_history: external torque in body axes over attitude and time, (quaternion, s) ->
-            (3,) N·m, added to the constant; smooth and slow against the control period.
-        environment: further external torques, each called with (spacecraft, attitude, time) for
-            (3,) N·m in body axes, as smooth and slow.
-        external_torque_limit: (3,) what an ideal actuator beside the wheels, as magnetorquers, may
-            add of the `external_torque` of a command along each body axis, N·m; None: there is no
-            such actuator, and what is commanded to it is not given.
-        friction_steps: changes of the friction of wheels; None for none.
+        spacecraft: Body and wheels.
+        failures: Wheel failures; None for none.
+        external_torque: Constant external torque in body axes, (3,), N·m.
+        torque_history: External torque in body axes, (attitude quaternion, time in s) -> (3,), N·m;
+            added to the constant. It must be smooth and slow compared with the control period.
+        environment: Further external torques, each (spacecraft, attitude, time) -> (3,), N·m, in
+            body axes; smooth and slow likewise.
+        external_torque_limit: Limit of the commanded `external_torque` along each body axis, given
+            by an ideal actuator such as magnetorquers, (3,), N·m; None: there is no such actuator,
+            and its command is ignored.
+        friction_steps: Step changes of wheel friction; None for none.
     """
 
     spacecraft: Spacecraft
@@ -64,7 +65,7 @@ class Gyrostat(Checked):
     friction_steps: FrictionSteps | None = None
 
     def torque(self, attitude: Quaternion, time: Scalar) -> Vector3:
-        """External torque in body axes, N·m, at a time, s."""
+        """External torque in body axes, (3,), N·m, at a time, s."""
         torque = jnp.asarray(self.external_torque)
         if self.torque_history is not None:
             torque = torque + self.torque_history(attitude, time)
@@ -97,12 +98,12 @@ class Gyrostat(Checked):
         rate: Any = (0.0, 0.0, 0.0),
         wheel_speed: Any = 0.0,
     ) -> GyrostatState:
-        """A state from what is measured.
+        """Create a state from attitude, rate and wheel speeds.
 
         Args:
-            attitude: (4,) quaternion, scalar first; brought to unit length.
-            rate: (3,) of the body, in body axes, rad/s.
-            wheel_speed: (wheels,) or one for all, rad/s.
+            attitude: Attitude quaternion, (4,), scalar first; it is normalised.
+            rate: Body rate in body axes, (3,), rad/s.
+            wheel_speed: Wheel speeds relative to the body, (wheels,), or one value for all, rad/s.
         """
         wheels = self.spacecraft.wheels
         quaternion = normalised(jnp.asarray(attitude, dtype=float))
@@ -112,14 +113,14 @@ class Gyrostat(Checked):
         return GyrostatState(quaternion, to_inertial(quaternion, momentum), speed)
 
     def check_state(self, state: GyrostatState) -> None:
-        """Refuse what is no state of this spacecraft.
+        """Validate a state.
 
         Args:
-            state: one, or several with a leading axis of runs.
+            state: One state, or several with a leading axis of runs.
 
         Raises:
-            InputError: shapes that do not fit, a quaternion that is not of unit length, or a wheel
-                beyond its momentum limit.
+            InputError: A shape is wrong, the quaternion is not of unit length, or a wheel is above
+                its momentum limit.
         """
         wheels = self.spacecraft.wheels
         for name, value in state._asdict().items():
@@ -130,10 +131,10 @@ class Gyrostat(Checked):
         wheels.check_speed(state.wheel_speed)
 
     def rate(self, state: Any) -> Vector3:
-        """Body rate in body axes, rad/s.
+        """Body rate in body axes, (3,), rad/s.
 
         Args:
-            state: has `attitude`, `momentum` and `wheel_speed` of a `GyrostatState`.
+            state: Any state with `attitude`, `momentum` and `wheel_speed` as in `GyrostatState`.
         """
         wheels = self.spacecraft.wheels
         rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * state.wheel_speed)
@@ -143,18 +144,18 @@ class Gyrostat(Checked):
     def __call__(
         self, state: GyrostatState, command: Any, time: Scalar, duration: Scalar
     ) -> tuple[GyrostatState, Bool[Array, ""]]:
-        """Carry the spacecraft over an interval of held command.
+        """Integrate over an interval of constant command.
 
         Args:
-            state: at its start.
-            command: has the motor torques `torque` (wheels,), N·m, and, where there is an actuator
-                for it, `external_torque` (3,), N·m.
-            time: of its start, s.
-            duration: s.
+            state: State at the start.
+            command: Command with the motor torques `torque`, (wheels,), N·m, and, if there is an
+                actuator for it, `external_torque`, (3,), N·m.
+            time: Time at the start, s.
+            duration: Length of the interval, s.
 
         Returns:
-            The state at its end, and whether it was resolved. A failure or a friction step inside
-            the interval acts from its own time on.
+            The state at the end, and whether the interval was resolved. A failure or a friction
+            step inside the interval acts from its exact time.
         """
         craft = self
         if self.external_torque_limit is not None:
@@ -189,7 +190,7 @@ class Gyrostat(Checked):
             given = failures.motor_torque(torque, failed)
             drag = jnp.where(failed, failures.added_viscous, 0.0)
             seized = failed & failures.seized
-            # the body takes over at once what a rotor that stops had
+            # the momentum of a seized rotor is transferred to the body instantly
             state = state._replace(wheel_speed=jnp.where(seized, 0.0, state.wheel_speed))
             given = self._within_momentum_limit(state, given, length)
             rubs = friction if steps is None else steps.at(time + start, friction)
@@ -237,7 +238,7 @@ class Gyrostat(Checked):
         )
 
     def kinetic_energy(self, state: GyrostatState) -> Scalar:
-        """Of body and rotors, J."""
+        """Kinetic energy of body and rotors, J."""
         wheels = self.spacecraft.wheels
         rate = self.rate(state)
         rotor = state.wheel_speed + jnp.asarray(wheels.axes).T @ rate

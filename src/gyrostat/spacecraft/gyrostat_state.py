@@ -7,19 +7,19 @@ from jaxtyping import Array, Bool
 from gyrostat.core.arrays import PerWheel, Quaternion, Vector3
 
 FASTEST = 10.0
-"""rad/s: beyond this body rate no controller means what it does."""
+"""Body rate above which a run counts as diverged, rad/s."""
 
 
 class GyrostatState(NamedTuple):
     """State of a spacecraft with wheels.
 
     Attributes:
-        attitude: (4,) quaternion of the body in inertial space, scalar first.
-        momentum: (3,) of everything, in inertial axes, N·m·s.
-        wheel_speed: (wheels,) relative to the body, rad/s; exactly zero is at rest.
-        wheel_angle: (wheels,) of the rotors relative to the body, rad; None where no part of the
-            plant needs it (`ImbalancedGyrostat` does).
-        motor_current: (wheels,) A; None where the motors give their torque at once, without a
+        attitude: Attitude quaternion, body with respect to inertial, (4,), scalar first.
+        momentum: Total momentum in inertial axes, (3,), N·m·s.
+        wheel_speed: Wheel speeds relative to the body, (wheels,), rad/s; exactly zero at rest.
+        wheel_angle: Rotor angles relative to the body, (wheels,), rad; None unless the plant needs
+            them (`ImbalancedGyrostat` does).
+        motor_current: Motor currents, (wheels,), A; None for ideal torque motors, without a
             `DrivenGyrostat`.
     """
 
@@ -34,20 +34,20 @@ class WheelTorqueCommand(NamedTuple):
     """Motor torque of each wheel.
 
     Attributes:
-        torque: (wheels,) N·m; positive speeds the wheel up and pushes the body back.
+        torque: Motor torques on the wheels, (wheels,), N·m; the body gets the opposite torque.
     """
 
     torque: Annotated[PerWheel, "N·m"]
 
 
 class GyrostatRecord(NamedTuple):
-    """What is worth recording.
+    """Recorded signals of a gyrostat.
 
     Attributes:
-        rate: (3,) of the body without jitter, in body axes, rad/s.
-        wheel_momentum: (wheels,) rotor inertia times speed relative to the body, N·m·s.
-        saturated: (wheels,) whether a limit cuts the command.
-        jitter: (3,) rotation vector from the attitude with balanced wheels to the attitude, rad;
+        rate: Body rate without jitter, in body axes, (3,), rad/s.
+        wheel_momentum: Rotor inertia times speed relative to the body, (wheels,), N·m·s.
+        saturated: Whether a limit reduces the command of each wheel, (wheels,).
+        jitter: Rotation vector from the attitude with balanced wheels to the attitude, (3,), rad;
             None for balanced wheels.
     """
 
@@ -58,15 +58,15 @@ class GyrostatRecord(NamedTuple):
 
 
 class RateRecord(NamedTuple):
-    """What is worth recording of a plant without wheel limits.
+    """Recorded signals of a plant without wheel limits.
 
     Attributes:
-        rate: (3,) of the body, in body axes, rad/s.
+        rate: Body rate in body axes, (3,), rad/s.
     """
 
     rate: Annotated[Vector3, "rad/s"]
 
 
 def too_fast(rate: Vector3) -> Bool[Array, ""]:
-    """Whether a body rate, rad/s, is beyond `FASTEST`, or no number."""
+    """Whether a body rate, (3,), rad/s, is above `FASTEST` or NaN."""
     return ~(rate @ rate < FASTEST**2)

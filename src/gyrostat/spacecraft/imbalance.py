@@ -19,15 +19,16 @@ from gyrostat.wheel.array import listed
 
 
 class Imbalance(Checked):
-    """U_s and U_d of every wheel: a force U_s W² and a torque U_d W² that go round with the rotor.
+    """Static imbalance U_s and dynamic imbalance U_d of every wheel.
 
-    R. A. Masterson, D. W. Miller, R. L. Grogan, "Development and validation of reaction wheel
-    disturbance models", Journal of Sound and Vibration 249 (2002), the fundamental harmonic.
+    They cause a force U_s W² and a torque U_d W² that rotate with the rotor, where W is the wheel
+    speed: the fundamental harmonic of R. A. Masterson, D. W. Miller, R. L. Grogan, "Development and
+    validation of reaction wheel disturbance models", Journal of Sound and Vibration 249 (2002).
 
     Attributes:
-        static: U_s (wheels,), mass times eccentricity, kg·m.
-        dynamic: U_d (wheels,), product of inertia, kg·m².
-        position: (3, wheels) of the wheels from the centre of mass, body axes, m.
+        static: Static imbalance U_s, mass times eccentricity, (wheels,), kg·m.
+        dynamic: Dynamic imbalance U_d, product of inertia, (wheels,), kg·m².
+        position: Wheel positions from the centre of mass, body axes, (3, wheels), m.
     """
 
     static: Annotated[PerWheel, size("static imbalance", "kg·m")] = eqx.field(converter=listed)
@@ -40,9 +41,9 @@ class Imbalance(Checked):
         """Force, N, and torque about the centre of mass, N·m, on the body, in body axes.
 
         Args:
-            axes: (3, wheels) spin axes.
-            speed: (wheels,) relative to the body, rad/s.
-            angle: (wheels,) of the rotors, rad.
+            axes: Spin axes, (3, wheels).
+            speed: Wheel speeds relative to the body, (wheels,), rad/s.
+            angle: Rotor angles, (wheels,), rad.
         """
         radial, tangent = _turning(axes, angle)
         force = self.static * speed**2 * radial
@@ -51,22 +52,22 @@ class Imbalance(Checked):
         return jnp.sum(force, axis=1), jnp.sum(torque, axis=1)
 
     def jitter(self, spacecraft: Spacecraft, angle: PerWheel) -> Vector3:
-        """Turn of the body that the rotors' angles make, rad, whatever their speeds.
+        """Rotation vector of the jitter, (3,), rad; it depends on the rotor angles only.
 
         Args:
-            spacecraft: whose body turns.
-            angle: (wheels,) rad.
+            spacecraft: Spacecraft with these wheels.
+            angle: Rotor angles, (wheels,), rad.
         """
         radial, tangent = _turning(spacecraft.wheels.axes, angle)
         return self._turned(spacecraft, radial, tangent)
 
     def jitter_rate(self, spacecraft: Spacecraft, speed: PerWheel, angle: PerWheel) -> Vector3:
-        """Its derivative in time, rad/s."""
+        """Time derivative of `jitter`, (3,), rad/s."""
         radial, tangent = _turning(spacecraft.wheels.axes, angle)
         return self._turned(spacecraft, speed * tangent, -speed * radial)
 
     def peak(self, spacecraft: Spacecraft) -> Vector3:
-        """Largest jitter about each body axis, when all wheels come together, rad."""
+        """Largest jitter about each body axis, (3,), rad; all wheels at their worst phase."""
         none = jnp.zeros(spacecraft.wheels.count)
 
         def size(own: PerWheel) -> Vector3:
@@ -83,9 +84,9 @@ class Imbalance(Checked):
 
 
 def _turning(axes: Any, angle: PerWheel) -> tuple[Any, Any]:
-    """(3, wheels) unit vectors across the axes that turn with the rotors, and a quarter ahead."""
+    """Radial unit vectors that rotate with the rotors, and those 90° ahead, (3, wheels) each."""
     axes = jnp.asarray(axes)
-    # the body axis that a spin axis is farthest from is never along it
+    # the body axis farthest from the spin axis is never parallel to it
     x, y, z = jnp.abs(axes)
     by_x = (x <= y) & (x <= z)
     by_y = ~by_x & (y <= z)
@@ -98,18 +99,18 @@ def _turning(axes: Any, angle: PerWheel) -> tuple[Any, Any]:
 
 
 class ImbalancedGyrostat(Checked):
-    """A gyrostat whose wheels are out of balance.
+    """Gyrostat with imbalanced wheels, which cause jitter of the body.
 
-    The momentum of an imbalance, W p(angle), is part of the total: so the body's rate has the part
-    -J^-1 W p(angle), and since W is the derivative of the angle its integral is a function of the
-    angle alone. The jitter is thus added in closed form to the motion with balanced wheels, exact
-    to the ratio of body rate to wheel speed; nothing at the wheels' rate is sampled or integrated,
-    and a control period may be as long as without. What is measured at a time has the jitter of
-    that time in it: a gyro that integrates has the mean of its rate.
+    The momentum of an imbalance, W p(angle), is part of the total momentum. The body rate therefore
+    contains the term -J^-1 W p(angle). W is the derivative of the angle, so the integral of this
+    term is a function of the angle alone. The jitter is added in closed form to the motion with
+    balanced wheels; the relative error is of the order of body rate over wheel speed. Nothing is
+    sampled or integrated at the wheel frequency, so imbalance does not limit the control period.
+    Measurements contain the jitter at their time; an integrating gyro measures its mean rate.
 
     Attributes:
-        gyrostat: with balanced wheels.
-        imbalance: of its wheels.
+        gyrostat: Gyrostat with balanced wheels.
+        imbalance: Imbalance of its wheels.
     """
 
     gyrostat: Gyrostat
@@ -117,19 +118,19 @@ class ImbalancedGyrostat(Checked):
 
     @property
     def spacecraft(self) -> Spacecraft:
-        """The body and its wheels."""
+        """Body and wheels."""
         return self.gyrostat.spacecraft
 
     @property
     def failures(self) -> Any:
-        """Of the wheels; see `Gyrostat`."""
+        """Wheel failures; see `Gyrostat`."""
         return self.gyrostat.failures
 
     def check_own(self) -> None:
         """Validate shapes.
 
         Raises:
-            InputError: Imbalances of another number of wheels.
+            InputError: The imbalance has another number of wheels.
         """
         count = self.spacecraft.wheels.count
         for name in ("static", "dynamic", "position"):
@@ -138,37 +139,37 @@ class ImbalancedGyrostat(Checked):
                 raise InputError(f"imbalance {name}: found {found}, expected one of {count} wheels")
 
     def start(self, *, wheel_angle: Any = 0.0, **motion: Any) -> GyrostatState:
-        """A state from what is measured.
+        """Create a state from attitude, rate, wheel speeds and rotor angles.
 
         Args:
-            wheel_angle: (wheels,) or one for all, rad.
-            motion: see `Gyrostat.start`; attitude and rate are those without jitter.
+            wheel_angle: Rotor angles, (wheels,), or one value for all, rad.
+            motion: See `Gyrostat.start`; attitude and rate without jitter.
         """
         state = self.gyrostat.start(**motion)
         angle = jnp.broadcast_to(jnp.asarray(wheel_angle, dtype=float), state.wheel_speed.shape)
         return self._turned(state, angle, 1.0)._replace(wheel_angle=angle)
 
     def check_state(self, state: GyrostatState) -> None:
-        """Refuse what is no state of this spacecraft, by `InputError`."""
+        """Validate a state; raises `InputError`."""
         self.gyrostat.check_state(state)
         if state.wheel_angle is None:
             raise InputError("wheel_angle: found none, expected the angles of the rotors, rad")
 
     def rate(self, state: Any) -> Vector3:
-        """Body rate with its jitter, in body axes, rad/s."""
+        """Body rate with jitter, in body axes, (3,), rad/s."""
         jitter = self.imbalance.jitter_rate(self.spacecraft, state.wheel_speed, state.wheel_angle)
         return self.balanced_rate(state) + jitter
 
     def balanced_rate(self, state: Any) -> Vector3:
-        """Body rate without jitter, in body axes, rad/s."""
+        """Body rate without jitter, in body axes, (3,), rad/s."""
         return self.gyrostat.rate(self._balanced(state))
 
     def __call__(
         self, state: Any, command: Any, time: Scalar, duration: Scalar
     ) -> tuple[GyrostatState, Bool[Array, ""]]:
-        """Carry the spacecraft over an interval of held command; see `Gyrostat`."""
+        """Integrate over an interval of constant command; see `Gyrostat`."""
         after, resolved = self.gyrostat(self._balanced(state), command, time, duration)
-        # exact where the wheels' acceleration is constant, as it is nearly under a held torque
+        # exact for constant wheel acceleration, which a constant torque gives approximately
         mean = 0.5 * (state.wheel_speed + after.wheel_speed)
         angle = state.wheel_angle + duration * mean
         return self._turned(after, angle, 1.0)._replace(wheel_angle=angle), resolved

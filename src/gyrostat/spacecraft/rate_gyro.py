@@ -17,9 +17,9 @@ class BodyMotion(NamedTuple):
     """Attitude and rate of a body at one time.
 
     Attributes:
-        attitude: (4,) quaternion, body in inertial space, scalar first.
-        rate: (3,) in body axes, rad/s; without the jitter of wheels out of balance, which is far
-            faster than any sampling.
+        attitude: Attitude quaternion, body with respect to inertial, (4,), scalar first.
+        rate: Body rate in body axes, (3,), rad/s; without the jitter of wheel imbalance, whose
+            frequency is far above the sampling frequency.
     """
 
     attitude: Quaternion
@@ -27,28 +27,29 @@ class BodyMotion(NamedTuple):
 
 
 def integrated_rate(turn: Vector3, before: Vector3, now: Vector3, period: Scalar) -> Vector3:
-    """Integral of the body rate over a period, from the turn and the rates at both ends.
+    """Integral of the body rate over a period, from the rotation and the rates at both ends.
 
-    The integral of the rate in body axes is not the rotation vector of the turn: the axis of the
-    rate turns meanwhile (coning). With the rotation vector p(t) from the start of the period,
-    Bortz's equation (J. E. Bortz, "A new mathematical formulation for strapdown inertial
+    The integral of the rate in body axes differs from the rotation vector, because the axis of the
+    rate moves during the period (coning). Let p(t) be the rotation vector from the start of the
+    period. Bortz's equation (J. E. Bortz, "A new mathematical formulation for strapdown inertial
     navigation", IEEE Transactions on Aerospace and Electronic Systems 7, 1971), solved for the
     rate, is
 
-        w = p' - p x p' / 2 + p x (p x p') / 6 - ...,
+        w = p' - p x p' / 2 + p x (p x p') / 6 - ...
 
-    and p(t) is the cubic polynomial that has its values and derivatives at both ends. The error is
-    of the fifth order of the period: at 0.1 rad/s and 0.02 rad/s², at most 3e-8 rad in 0.5 s, where
-    turn and integral differ by up to 6e-5 rad (100 random motions against DOP853).
+    p(t) is approximated by the cubic polynomial with the given values and derivatives at both ends.
+    The error is of fifth order in the period. At 0.1 rad/s and 0.02 rad/s² it is at most 3e-8 rad
+    in 0.5 s, whereas rotation vector and integral differ by up to 6e-5 rad (100 random motions
+    against DOP853).
 
     Args:
-        turn: (3,) rotation vector from the attitude before to that now, rad.
-        before: (3,) body rate at the start, rad/s.
-        now: (3,) body rate at the end, rad/s.
-        period: s.
+        turn: Rotation vector from the attitude at the start to that at the end, (3,), rad.
+        before: Body rate at the start, (3,), rad/s.
+        now: Body rate at the end, (3,), rad/s.
+        period: Period, s.
 
     Returns:
-        (3,) integral, rad.
+        The integral, (3,), rad.
     """
     bent = jnp.cross(turn, now)
     end = now + 0.5 * bent + (1.0 / 12.0 + turn @ turn / 720.0) * jnp.cross(turn, bent)
@@ -65,26 +66,26 @@ _above_minus_one = Rule(
 
 
 class RateGyro(Checked):
-    """Integral of the body rate over the period, divided by the period, with the gyro's errors.
+    """Rate-integrating gyro: mean body rate over the period, with errors.
 
-    Scale factor and misalignment act on the true mean rate; bias and noise are added; the sum is
-    cut at the limit. R. L. Farrenkopf, "Analytic steady-state accuracy solutions for two common
-    spacecraft attitude estimators", Journal of Guidance and Control 1 (1978): white noise and a
-    random walk of the rate, integrated exactly over the period.
+    Scale factor error and misalignment act on the true mean rate. Bias and noise are added, then
+    the rate limit is applied. The noise is white noise and a random walk of the rate, integrated
+    exactly over the period: R. L. Farrenkopf, "Analytic steady-state accuracy solutions for two
+    common spacecraft attitude estimators", Journal of Guidance and Control 1 (1978).
 
-    The integral differs from the rotation vector of the turn where the axis of the rate moves
-    (`integrated_rate`). A unit that compensates for coning at its own, higher rate gives the
-    rotation vector: `coning_compensation` 1. See `gyrostat.estimation.AttitudeFilter` for what the
-    difference does to an attitude filter.
+    The integral of the rate differs from the rotation vector if the axis of the rate moves
+    (`integrated_rate`). A gyro that compensates for coning internally, at a higher rate, gives the
+    rotation vector: `coning_compensation` 1. `gyrostat.estimation.AttitudeFilter` describes the
+    effect of the difference on an attitude filter.
 
     Attributes:
-        angle_walk: sigma_v, of the integrated noise, rad/√s.
-        bias_walk: sigma_u, of the bias in the square root of a second, rad/s/√s.
-        bias: (3,) at time 0, rad/s.
-        scale_factor: (3,) relative error of each axis, 1.
-        misalignment: (3,) rotation vector from the body axes to those of the gyro, rad.
-        rate_limit: largest rate of an axis that is measured, rad/s; infinite: none.
-        coning_compensation: share of the coning that the unit itself compensates for, 0 to 1.
+        angle_walk: Angle random walk sigma_v, rad/√s.
+        bias_walk: Bias random walk sigma_u, rad/s/√s.
+        bias: Bias at time 0, (3,), rad/s.
+        scale_factor: Scale factor error of each axis, (3,), 1.
+        misalignment: Rotation vector from body axes to gyro axes, (3,), rad.
+        rate_limit: Largest measured rate of an axis, rad/s; infinite: no limit.
+        coning_compensation: Fraction of the coning that the gyro compensates for, 0 to 1.
     """
 
     angle_walk: Annotated[Scalar, size("gyro angle walk", "rad/√s")] = 0.0
@@ -98,17 +99,17 @@ class RateGyro(Checked):
     def __call__(
         self, before: BodyMotion, now: BodyMotion, bias: Vector3, period: Scalar, key: PRNGKeyArray
     ) -> tuple[Vector3, Vector3]:
-        """Measure.
+        """Measure the mean rate over the last period.
 
         Args:
-            before: motion at the last sample.
-            now: motion.
-            bias: (3,) at the last sample, rad/s.
-            period: between both, s.
-            key: of the noise.
+            before: Motion at the last sample.
+            now: Motion at this sample.
+            bias: Bias at the last sample, (3,), rad/s.
+            period: Time between both samples, s.
+            key: Random key of the noise.
 
         Returns:
-            The measured mean rate (3,) over the period, and the bias (3,) now, rad/s.
+            The measured mean rate, (3,), rad/s, and the bias at this sample, (3,), rad/s.
         """
         white, walk = jax.random.normal(key, (2, 3))
         after = bias + self.bias_walk * jnp.sqrt(period) * walk

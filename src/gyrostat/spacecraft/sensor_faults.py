@@ -1,4 +1,4 @@
-"""Sensors whose samples are lost, hit by spikes or stuck for a time."""
+"""Sensor faults: dropouts, spikes and stuck values."""
 
 from typing import Any, NamedTuple
 
@@ -20,14 +20,14 @@ class SensorFault(Checked):
 
     Attributes:
         field: Name of the field.
-        kind: "dropout": samples are missing, NaN; "spike": `magnitude` is added; "stuck": the last
-            value before the fault stays.
-        time: Start, s.
-        until: End, s; infinite: for good.
+        kind: "dropout": samples are missing, NaN; "spike": `magnitude` is added; "stuck": the
+            sensor repeats its last value before the fault.
+        time: Start of the fault, s.
+        until: End of the fault, s; infinite: permanent.
         magnitude: Size of a spike, in the unit of the field.
-        share: Share of the samples in this time that are hit, at random, 0 to 1; a stuck sensor
-            is stuck for the whole time.
-        element: Number of the element that is hit, from 0; None for all.
+        share: Probability that a sample during the fault is affected, 0 to 1; a stuck sensor is
+            stuck throughout.
+        element: Index of the affected element, from 0; None for all.
     """
 
     field: str = eqx.field(static=True)
@@ -39,11 +39,11 @@ class SensorFault(Checked):
     element: int | None = eqx.field(static=True, default=None)
 
     def check_own(self) -> None:
-        """Refuse faults that cannot happen.
+        """Validate parameters.
 
         Raises:
-            InputError: another kind, an end that is not after the start, a share outside 0 to 1, a
-                magnitude that is not finite.
+            InputError: An unknown kind, an end that is not after the start, a share outside 0 to 1,
+                or a magnitude that is not finite.
         """
         if self.kind not in KINDS:
             raise InputError(f"sensor fault: found kind {self.kind!r}, expected {', '.join(KINDS)}")
@@ -62,15 +62,15 @@ class SensorFault(Checked):
             )
 
     def __call__(self, value: Any, before: Any, time: Scalar, key: PRNGKeyArray) -> Any:
-        """The value that is measured.
+        """Measured value with the fault.
 
         Args:
-            value: Without the fault.
+            value: Value without the fault.
             before: Last value before the fault.
-            time: Of the sample, s.
-            key: Of the draws.
+            time: Time of the sample, s.
+            key: Random key of the draws.
         """
-        # a multiple of the period is not exactly the time that it stands for
+        # tolerance, because a multiple of the period has a rounding error
         acts = (self.time <= time + 1e-9) & (time + 1e-9 < self.until)
         if self.kind != STUCK:
             acts &= jax.random.uniform(key) < self.share
@@ -89,11 +89,11 @@ class _Memory(NamedTuple):
 
 
 class FaultySensor(Checked):
-    """A sensor of the loop with faults of its fields, in the order in which they are given.
+    """Sensor with faults, applied in the given order.
 
     Attributes:
         sensor: Any sensor whose measurement is a named tuple.
-        faults: Of its fields.
+        faults: Faults of the fields of the measurement.
     """
 
     sensor: Any
@@ -107,14 +107,14 @@ class FaultySensor(Checked):
         return _Memory(inner, jnp.zeros(()), jnp.asarray(period, dtype=float), before)
 
     def __call__(self, memory: _Memory, state: Any, key: PRNGKeyArray) -> tuple[_Memory, Any]:
-        """Measure."""
+        """Measure and apply the faults."""
         time = memory.samples * memory.period
         inner, seen = self.sensor(memory.sensor, state, key)
         before = []
         for number, (fault, last) in enumerate(zip(self.faults, memory.before, strict=True)):
             value = getattr(seen, fault.field)
             last = jnp.where(memory.samples == 0.0, value, last)
-            # the noise of the sensor is drawn from the key itself
+            # another key than that of the sensor noise
             own = jax.random.fold_in(jax.random.fold_in(key, 0x5EED), number)
             made = fault(value, last, time, own)
             before.append(jnp.where(fault.time <= time + 1e-9, last, value))

@@ -13,18 +13,18 @@ from gyrostat.wheel import WheelArray
 from gyrostat.wheel.array import listed
 
 SYMMETRY = 1e-9
-"""Largest difference of products of inertia that should be equal, over the largest inertia."""
+"""Largest asymmetry of an inertia matrix, relative to its largest element."""
 
 
 def check_inertia(inertia: Float[Array, "... 3 3"]) -> None:
-    """Refuse a matrix that is no inertia of a rigid body.
+    """Validate the inertia matrix of a rigid body.
 
     Args:
-        inertia: (..., 3, 3), kg·m².
+        inertia: Inertia matrices, (..., 3, 3), kg·m².
 
     Raises:
-        InputError: not 3 by 3, not finite, not symmetric, not positive definite, or one principal
-            inertia larger than the sum of the others.
+        InputError: The matrix is not 3 by 3, not finite, not symmetric or not positive definite, or
+            one principal inertia is larger than the sum of the others.
     """
     every = np.asarray(inertia, dtype=float)
     if every.shape[-2:] != (3, 3):
@@ -53,18 +53,18 @@ of_a_body = Rule("inertia of a rigid body, kg·m²", check_inertia)
 
 
 class Spacecraft(Checked):
-    """A rigid body and the wheels that it carries.
+    """Parameters of a rigid body with reaction wheels.
 
     Attributes:
-        inertia: (3, 3) of everything about the centre of mass in body axes, but for the inertia of
-            each rotor about its own spin axis, kg·m².
-        wheels: that it carries.
+        inertia: Inertia of body and wheels about the centre of mass in body axes, without the
+            inertia of each rotor about its spin axis, (3, 3), kg·m².
+        wheels: Reaction wheels.
     """
 
     inertia: Annotated[Float[Array, "3 3"], of_a_body] = eqx.field(converter=listed)
     wheels: WheelArray
 
     def inertia_locked(self) -> Float[Array, "3 3"]:
-        """Inertia of the body with every rotor locked to it, kg·m²."""
+        """Inertia with all rotors locked to the body, (3, 3), kg·m²."""
         axes = jnp.asarray(self.wheels.axes)
         return self.inertia + (axes * self.wheels.inertia) @ axes.T

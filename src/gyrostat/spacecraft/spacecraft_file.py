@@ -1,4 +1,4 @@
-"""Read spacecraft.toml: a body and its wheels.
+"""Read spacecraft files, spacecraft.toml.
 
 [body]
 name = "cube"                     # optional
@@ -7,11 +7,11 @@ inertia = [12.0, 12.0, 12.0]      # kg·m²: principal values, or three rows of 
 [[wheel]]                         # one for each wheel
 name = "x"
 axis = [1.0, 0.0, 0.0]            # of any length
-inertia = "0.015 kg·m²"           # of the rotor; may be left out where the model has it
+inertia = "0.015 kg·m²"           # of the rotor; optional if the model or the sheet has it
 torque_limit = 0.1                # N·m, optional
 momentum_limit = "3 N·m·s"        # optional
-model = "x/model.toml"            # as `gyrostat identify` writes it, optional: friction
-sheet = "bct-rwp015"              # a data sheet, optional: what the lines above leave out
+model = "x/model.toml"            # friction, from `gyrostat identify`; optional
+sheet = "bct-rwp015"              # data sheet for the values omitted above; optional
 """
 
 import difflib
@@ -31,20 +31,20 @@ from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia
 from gyrostat.wheel import WheelArray, WheelModel, read_model, read_wheel_sheet
 
 SAME = 1e-3
-"""Largest relative difference of two inertias that are meant to be one."""
+"""Largest relative difference between the inertia in this file and that of the model."""
 _LIMITS = {"torque_limit": "torque", "momentum_limit": "momentum"}
 _WHEEL = ("name", "axis", "inertia", *_LIMITS, "model", "sheet")
 
 
 @dataclass(frozen=True)
 class SpacecraftFile:
-    """The content of a spacecraft file.
+    """Content of a spacecraft file.
 
     Attributes:
-        name: of the spacecraft; empty where the file gives none.
-        wheel_names: of the wheels, in their order.
-        spacecraft: the body with its wheels.
-        wheel_values: of each wheel, all that its model and its data sheet say, SI.
+        name: Name of the spacecraft; empty if the file has none.
+        wheel_names: Names of the wheels, in their order.
+        spacecraft: Body with wheels.
+        wheel_values: For each wheel, all values of its model and its data sheet, SI.
     """
 
     name: str
@@ -53,14 +53,14 @@ class SpacecraftFile:
     wheel_values: tuple[Mapping[str, float], ...]
 
     def wheel_number(self, name: str, where: str) -> int:
-        """The number of a wheel, from 0.
+        """Index of a wheel, from 0.
 
         Args:
-            name: as in the file.
-            where: the place to name in an error.
+            name: Name of the wheel in the file.
+            where: Start of an error message: the place that names the wheel.
 
         Raises:
-            InputError: no wheel has this name.
+            InputError: No wheel has this name.
         """
         if name in self.wheel_names:
             return self.wheel_names.index(name)
@@ -75,12 +75,12 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
     """Read a spacecraft file.
 
     Args:
-        path: of the file.
-        force: take wheel models that are marked as impossible.
+        path: Path of the file.
+        force: Accept wheel models that are marked as impossible.
 
     Raises:
-        InputError: the file cannot be read, is not TOML, a key is unknown, missing or has a value
-            that no spacecraft has, or a model file is bad.
+        InputError: The file cannot be read or is not TOML; a key is unknown, missing or has an
+            impossible value; or a model file is invalid.
     """
     path = Path(path)
     table = read_toml(path, "a spacecraft file")
@@ -150,7 +150,7 @@ def _names(path: Path, rows: list[dict[str, Any]]) -> tuple[str, ...]:
 
 
 def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[str, Any]:
-    """What a wheel's table says, in SI units."""
+    """Read the table of a wheel, with its model and data sheet; SI units."""
     refuse_unknown(path, prefix, row, _WHEEL)
     axis = _three(path, f"{prefix}axis", row.get("axis"), None)
     length = float(np.linalg.norm(axis))
@@ -187,7 +187,7 @@ def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[st
 
 
 def _sheet(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel | None:
-    """The data sheet of a wheel as a model; None where none is named."""
+    """Data sheet of a wheel as a model; None if the table names none."""
     if "sheet" not in row:
         return None
     name = _text(path, f"{prefix}sheet", row["sheet"])
@@ -201,7 +201,7 @@ def _sheet(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel | None:
 def _friction(
     path: Path, names: tuple[str, ...], models: list[WheelModel | None]
 ) -> dict[str, Any]:
-    """The friction of an array: one kind, with the parameters of every wheel."""
+    """Friction of a wheel array: one friction model with parameters (wheels,)."""
     known = [model for model in models if model is not None]
     if not known:
         return {}
@@ -225,7 +225,7 @@ def _friction(
 
 
 def _three(path: Path, key: str, value: object, dimension: str | None) -> Vector:
-    """Three numbers, with a dimension or plain."""
+    """Read three numbers, with a dimension or dimensionless."""
     if not isinstance(value, list) or len(value) != 3:
         raise InputError(f"{path}: key {key}: found {_kind(value)}, expected three numbers")
     entries = [
@@ -244,7 +244,7 @@ def _text(path: Path, key: str, value: object) -> str:
 
 
 def _kind(value: object) -> str:
-    """What was found, for a message."""
+    """Description of a value of a wrong type, for an error message."""
     if value is None:
         return "none"
     if isinstance(value, dict):

@@ -19,14 +19,14 @@ from gyrostat.wheel import Tachometer
 class SpacecraftMeasurement(NamedTuple):
     """Measured attitude, rate and wheel speeds.
 
-    A controller that needs momentum multiplies the speeds by the rotor inertia that it knows.
+    Controllers compute the wheel momentum with the rotor inertia of their own model.
 
     Attributes:
-        attitude: (4,) quaternion of the body in inertial space, scalar first.
-        rate: (3,) body rate in body axes, rad/s.
-        wheel_speed: (wheels,) relative to the body, rad/s; where a tachometer is lost, the last
-            speed that it measured.
-        wheel_measured: (wheels,) whether the tachometer works.
+        attitude: Attitude quaternion, body with respect to inertial, (4,), scalar first.
+        rate: Body rate in body axes, (3,), rad/s.
+        wheel_speed: Wheel speeds relative to the body, (wheels,), rad/s; the last measured speed
+            if the tachometer is lost.
+        wheel_measured: Whether each tachometer works, (wheels,).
     """
 
     attitude: Annotated[Quaternion, "1"]
@@ -36,11 +36,11 @@ class SpacecraftMeasurement(NamedTuple):
 
 
 class WheelMotion(NamedTuple):
-    """Motion of the wheels as a tachometer sees it.
+    """Wheel motion that a tachometer measures.
 
     Attributes:
-        speed: (wheels,) relative to the body, rad/s.
-        wheel_angle: (wheels,) turned relative to the body, rad.
+        speed: Wheel speeds relative to the body, (wheels,), rad/s.
+        wheel_angle: Rotor angles relative to the body, (wheels,), rad.
     """
 
     speed: PerWheel
@@ -58,19 +58,20 @@ class _Memory(NamedTuple):
 class SpacecraftSensor(Checked):
     """Attitude and body rate with white noise, and wheel speeds from tachometers.
 
-    Where the plant does not carry the angles of the rotors, which pulses are counted of, they are
-    integrated here by the trapezoidal rule over control periods. It is exact while the wheel's
-    acceleration is constant; one that changes by a within a period T shifts pulses by at most
-    a T^2 / 8.
+    A pulse tachometer needs the rotor angles. If the state of the plant does not contain them, they
+    are integrated here by the trapezoidal rule over control periods. This is exact for constant
+    wheel acceleration; a change of the acceleration by a within a period T shifts the angle by at
+    most a T^2 / 8.
 
     Attributes:
-        gyrostat: plant that is measured; its failures say which tachometers are lost, and when.
-        attitude_sigma: noise of a sample about each body axis, rad.
-        rate_sigma: noise of a sample of each component, rad/s.
-        wheel_sigma: noise of a sample of each wheel's momentum, N·m·s: an older way to give the
+        gyrostat: Plant to measure; its failures determine which tachometers are lost, and when.
+        attitude_sigma: Standard deviation of the attitude about each body axis, rad.
+        rate_sigma: Standard deviation of each component of the body rate, rad/s.
+        wheel_sigma: Standard deviation of each wheel momentum, N·m·s: an older parameter for the
             noise of the tachometers. It is divided by the rotor inertias of `gyrostat`.
-        rate_bias: (3,) or one for all, rad/s.
-        tachometer: of all wheels, any of `gyrostat.wheel`; None: white noise of `wheel_sigma`.
+        rate_bias: Bias of the body rate, (3,), or one value for all, rad/s.
+        tachometer: Tachometer of all wheels, see `gyrostat.wheel`; None: white noise of
+            `wheel_sigma`.
     """
 
     gyrostat: Gyrostat
@@ -101,16 +102,16 @@ class SpacecraftSensor(Checked):
         wheels = WheelMotion(speed, jnp.zeros_like(speed) if angle is None else angle)
         tachometer = self._tachometer().start(wheels, period)
         period = jnp.asarray(period, dtype=float)
-        # no time passes before the first sample
+        # the first sample is at the start, so that no angle is integrated before it
         return _Memory(jnp.zeros(()), period, wheels, tachometer, speed)
 
     def __call__(
         self, memory: _Memory, state: GyrostatState, key: PRNGKeyArray
     ) -> tuple[_Memory, SpacecraftMeasurement]:
-        """Measure."""
+        """Measure attitude, rate and wheel speeds."""
         turn, rate, wheel = jax.random.split(key, 3)
         failures = self.gyrostat.failures or WheelFailures.none(state.wheel_speed.shape[-1])
-        # a sum of periods would drift, and a multiple is not exactly the time that it stands for
+        # a product, because a sum of periods would drift; tolerance for its rounding error
         time = memory.samples * memory.period + 1e-9
         measured = ~(failures.failed(time) & failures.sensor_lost)
         wheels = self._motion(memory, state)

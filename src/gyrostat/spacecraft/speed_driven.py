@@ -18,18 +18,18 @@ from gyrostat.spacecraft.gyrostat_state import GyrostatState, RateRecord, too_fa
 from gyrostat.spacecraft.spacecraft import Spacecraft
 
 UNIT_LENGTH = 1e-6
-"""Largest distance of a quaternion's length from 1 that is rounding."""
+"""Largest deviation of a quaternion's length from 1 that is accepted as rounding."""
 
 
 def unit_quaternion(name: str, quaternion: Any) -> Quaternion:
-    """A quaternion at unit length.
+    """Validate and normalise a quaternion.
 
     Args:
-        name: for the message.
-        quaternion: (4,), scalar first.
+        name: Name of the quantity, for the error message.
+        quaternion: Quaternion, (4,), scalar first.
 
     Raises:
-        InputError: not four finite numbers, or a length that is not 1 within `UNIT_LENGTH`.
+        InputError: It is not four finite numbers, or its length is not 1 within `UNIT_LENGTH`.
     """
     values = np.asarray(quaternion, dtype=float)
     if values.shape != (4,) or not np.all(np.isfinite(values)):
@@ -44,20 +44,20 @@ class WheelSpeedCommand(NamedTuple):
     """Speed of each wheel.
 
     Attributes:
-        speed: (wheels,) relative to the body, rad/s.
+        speed: Wheel speeds relative to the body, (wheels,), rad/s.
     """
 
     speed: Annotated[PerWheel, "rad/s"]
 
 
 class SinusoidalMomentum(Checked):
-    """H_k(t) = offset_k + amplitude_k sin(2 pi frequency t + phase_k), inertial axes.
+    """Sinusoidal momentum H_k(t) = offset_k + amplitude_k sin(2 pi frequency t + phase_k).
 
     Attributes:
-        amplitude: (3,) N·m·s.
-        frequency: Hz.
-        phase: (3,) at time zero, rad.
-        offset: (3,) N·m·s.
+        amplitude: Amplitude in inertial axes, (3,), N·m·s.
+        frequency: Frequency, Hz.
+        phase: Phase at time zero, (3,), rad.
+        offset: Constant part in inertial axes, (3,), N·m·s.
     """
 
     amplitude: Annotated[Vector3, three("momentum amplitude")]
@@ -68,13 +68,13 @@ class SinusoidalMomentum(Checked):
     )
 
     def __call__(self, time: Scalar) -> Vector3:
-        """Total momentum at a time, s; N·m·s."""
+        """Total momentum in inertial axes, (3,), N·m·s, at a time, s."""
         turn = 2.0 * jnp.pi * self.frequency * time
         return self.offset + jnp.asarray(self.amplitude) * jnp.sin(turn + jnp.asarray(self.phase))
 
 
 def started(plant: Any, attitude: Any, wheel_speed: Any) -> GyrostatState:
-    """State at time zero of a spacecraft with a given momentum; see `SpeedDrivenSpacecraft`."""
+    """State at time zero of a spacecraft with prescribed momentum; see `SpeedDrivenSpacecraft`."""
     count = plant.spacecraft.wheels.count
     speed = jnp.broadcast_to(jnp.asarray(wheel_speed, dtype=float), (count,))
     momentum = jnp.asarray(plant.momentum(jnp.zeros(())))
@@ -86,19 +86,19 @@ def _finite(limit: Array) -> Array:
 
 
 class SpeedDrivenSpacecraft(Checked):
-    """dR/dt = R [w]x, J_t w = R^T H(t) - sum J_i a_i u_i: the wheel speeds u are the input.
+    """Spacecraft with wheel speeds u as input: dR/dt = R [w]x, J_t w = R^T H(t) - sum J_i a_i u_i.
 
     H. Endo, K. Sekiguchi, K. Nonaka, "Model error compensator for attitude control of 2-wheel
-    spacecraft with on-line FRIT based tuning", (1)-(8), for any number of wheels. Its momentum H
-    varies in inertial space as slow disturbance torques make it. A wheel takes its commanded speed
-    at once, or as fast as its torque limit lets a rotor on a body at rest: what the body's own
-    acceleration asks of the motor is smaller by the ratio of the inertias. `Gyrostat` has wheels
-    that are driven by torque.
+    spacecraft with on-line FRIT based tuning", (1)-(8), for any number of wheels. The total
+    momentum H varies in inertial space under slow disturbance torques. Without a torque limit, a
+    wheel attains its commanded speed instantly; otherwise it accelerates as a rotor on a body at
+    rest under its torque limit. The motor torque for the acceleration of the body is neglected; it
+    is smaller by the ratio of the inertias. For torque-driven wheels see `Gyrostat`.
 
     Attributes:
-        spacecraft: the body and its wheels; their friction is not used.
-        momentum: (time) -> (3,) total momentum in inertial axes, N·m·s. A module whose parameters
-            are arrays can be stacked in a batch.
+        spacecraft: Body and wheels; wheel friction is not used.
+        momentum: Total momentum in inertial axes, time -> (3,), N·m·s. A module with array
+            parameters can be stacked in a batch.
     """
 
     spacecraft: Spacecraft
@@ -107,19 +107,19 @@ class SpeedDrivenSpacecraft(Checked):
     def start(
         self, *, attitude: Any = (1.0, 0.0, 0.0, 0.0), wheel_speed: Any = 0.0
     ) -> GyrostatState:
-        """A state at time zero.
+        """Create the state at time zero.
 
         Args:
-            attitude: (4,) unit quaternion, scalar first.
-            wheel_speed: (wheels,) or one for all, rad/s.
+            attitude: Unit quaternion, (4,), scalar first.
+            wheel_speed: Wheel speeds, (wheels,), or one value for all, rad/s.
 
         Raises:
-            InputError: a quaternion that is not of unit length.
+            InputError: The quaternion is not of unit length.
         """
         return started(self, attitude, wheel_speed)
 
     def rate(self, state: GyrostatState) -> Vector3:
-        """Body rate in body axes, rad/s."""
+        """Body rate in body axes, (3,), rad/s."""
         return Gyrostat(self.spacecraft).rate(state)
 
     def _speed_at(self, state: GyrostatState, command: Any, elapsed: Scalar) -> PerWheel:
@@ -127,23 +127,23 @@ class SpeedDrivenSpacecraft(Checked):
         fastest = wheels.momentum_limit / wheels.inertia
         step = jnp.clip(command.speed, -fastest, fastest) - state.wheel_speed
         limit = jnp.asarray(wheels.torque_limit)
-        # infinity times zero is no number: without a limit a wheel jumps at the very start
+        # avoids infinity times zero: without a limit a wheel jumps at the start
         reach = jnp.where(jnp.isinf(limit), jnp.inf, _finite(limit) * elapsed / wheels.inertia)
         return state.wheel_speed + jnp.clip(step, -reach, reach)
 
     def __call__(
         self, state: GyrostatState, command: Any, time: Scalar, duration: Scalar
     ) -> tuple[GyrostatState, Bool[Array, ""]]:
-        """Carry the spacecraft over an interval, one Runge-Kutta step of order 4.
+        """Integrate over an interval by one Runge-Kutta step of order 4.
 
         Args:
-            state: at its start; its momentum is not used.
-            command: has `speed`, (wheels,) rad/s, held.
-            time: of its start, s.
-            duration: s.
+            state: State at the start; its momentum is not used.
+            command: Constant command with `speed`, (wheels,), rad/s.
+            time: Time at the start, s.
+            duration: Length of the interval, s.
 
         Returns:
-            The state at its end, and True.
+            The state at the end, and True.
         """
         wheels = self.spacecraft.wheels
         inverse = inverse_definite(self.spacecraft.inertia_locked())
@@ -171,6 +171,6 @@ class SpeedDrivenSpacecraft(Checked):
         return too_fast(self.rate(state))
 
     def record(self, state: GyrostatState, command: Any) -> RateRecord:
-        """Rate at the start of a control period, the wheels at what they reach without delay."""
+        """Body rate at the start of a control period, after any instant change of wheel speed."""
         acting = self._speed_at(state, command, jnp.zeros(()))
         return RateRecord(self.rate(state._replace(wheel_speed=acting)))

@@ -20,21 +20,21 @@ from gyrostat.spacecraft.speed_driven import started
 from gyrostat.wheel.friction import ViscousCoulomb
 
 SET_POINT_WEIGHT = 0.5
-"""Of the set-point in the proportional part: with it, speed follows set-point as a lag of order 1,
-and the torque that a ramp asks for grows to its end without overshoot."""
+"""Weight of the set point in the proportional part. With this weight the speed follows the set
+point as a first-order lag, and the torque during a ramp grows without overshoot."""
 
 
 class SpeedLoopState(NamedTuple):
-    """State of a spacecraft with wheels in speed loops.
+    """State of a spacecraft with wheel speed loops.
 
     Attributes:
-        attitude: (4,) quaternion of the body in inertial space, scalar first.
-        momentum: (3,) of everything, in inertial axes, N·m·s.
-        wheel_speed: (wheels,) relative to the body, rad/s; exactly zero is at rest.
-        set_point: (wheels,) of the speed loops, rad/s.
-        integral: (wheels,) of their speed errors, rad.
-        torque_demand: (wheels,) that with the largest size in the last interval, before the limit
-            of the motor, N·m.
+        attitude: Attitude quaternion, body with respect to inertial, (4,), scalar first.
+        momentum: Total momentum in inertial axes, (3,), N·m·s.
+        wheel_speed: Wheel speeds relative to the body, (wheels,), rad/s; exactly zero at rest.
+        set_point: Set points of the speed loops, (wheels,), rad/s.
+        integral: Integrals of the speed errors, (wheels,), rad.
+        torque_demand: Largest torque demand in the last interval by absolute value, before the
+            motor limit, (wheels,), N·m.
     """
 
     attitude: Annotated[Quaternion, "1"]
@@ -46,24 +46,25 @@ class SpeedLoopState(NamedTuple):
 
 
 class SpeedLoopSpacecraft(Checked):
-    """H(t) = R (J w + sum a_i h_i), dh_i/dt = m_i - F_i; m_i is that of a sampled speed loop.
+    """Spacecraft with sampled wheel speed loops and prescribed total momentum H(t).
 
-    The equations of `Gyrostat`, for long dispersed runs: Coulomb friction alone, and a total
-    momentum that is given over time, as slow disturbance torques make it. In each tick of the loop
-    the motor torques are held, so that a wheel's speed is a straight line but for the body's
-    turning: passing zero, sticking and breaking away are solved for in closed form, the rest by
-    the midpoint rule. That a wheel's friction changes is felt by the others through the body,
-    from the next tick on. The momentum is H(t) to the last bit.
+    The equations are those of `Gyrostat`, H(t) = R (J w + sum a_i h_i), dh_i/dt = m_i - F_i, with
+    m_i from the speed loop. They are simplified for long dispersed runs: friction is Coulomb
+    friction only, and the total momentum is given over time, as under slow disturbance torques. In
+    each tick of the loop the motor torques are constant, so that each wheel speed is linear in time
+    except for the effect of the body rate. Zero crossings, sticking and breakaway are solved in
+    closed form, the rest by the midpoint rule. A change of friction acts on the other wheels, via
+    the body, from the next tick. The momentum equals H(t) to the last bit.
 
-    The loop, at each tick, with the set-point led evenly from command to command:
-    m = w_n^2 J_w integral(r - W) + 2 w_n J_w (r/2 - W), limited; what drives further beyond the
-    limit is not summed up. It reads the speed without error.
+    The loop interpolates the set point r linearly between commands. At each tick
+    m = w_n^2 J_w integral(r - W) + 2 w_n J_w (r/2 - W), limited to the torque limit, with
+    anti-windup by conditional integration. It measures the speed W without error.
 
     Attributes:
-        spacecraft: the body and its wheels; their friction is `ViscousCoulomb`, not viscous.
-        momentum: (time) -> (3,) total momentum in inertial axes, N·m·s.
-        natural_frequency: w_n, rad/s.
-        ticks: of the speed loops in an interval.
+        spacecraft: Body and wheels; friction is `ViscousCoulomb` without viscous part.
+        momentum: Total momentum in inertial axes, time -> (3,), N·m·s.
+        natural_frequency: Natural frequency w_n of the speed loops, rad/s.
+        ticks: Number of ticks of the speed loops in an interval.
     """
 
     spacecraft: Spacecraft
@@ -75,7 +76,7 @@ class SpeedLoopSpacecraft(Checked):
         """Validate friction and ticks.
 
         Raises:
-            InputError: Other friction than Coulomb's, less than one tick.
+            InputError: The friction is not Coulomb friction, or there is less than one tick.
         """
         friction = self.spacecraft.wheels.friction
         if not isinstance(friction, ViscousCoulomb) or np.any(np.asarray(friction.viscous) != 0.0):
@@ -89,11 +90,11 @@ class SpeedLoopSpacecraft(Checked):
             )
 
     def check_own_period(self, period: float) -> None:
-        """Refuse a control period, s, at whose ticks the speed loop is unstable.
+        """Validate the control period, s: the sampled speed loop must be stable.
 
         Raises:
-            InputError: w_n times a tick is 0.8 or more: z^2 - (2 - 2 x - x^2) z + 1 - 2 x has a
-                root of size 1 at x = 0.828.
+            InputError: x = w_n times the length of a tick is 0.8 or more. The characteristic
+                polynomial z^2 - (2 - 2 x - x^2) z + 1 - 2 x has a root of magnitude 1 at x = 0.828.
         """
         share = float(np.max(np.asarray(self.natural_frequency))) * period / self.ticks
         if share >= 0.8:
@@ -105,37 +106,38 @@ class SpeedLoopSpacecraft(Checked):
     def start(
         self, *, attitude: Any = (1.0, 0.0, 0.0, 0.0), wheel_speed: Any = 0.0
     ) -> SpeedLoopState:
-        """A state at time zero; the loops hold the wheels at their speed.
+        """Create the state at time zero; the loops keep the wheels at their speeds.
 
         Args:
-            attitude: (4,) unit quaternion, scalar first.
-            wheel_speed: (wheels,) or one for all, rad/s. The body rate follows from the momentum.
+            attitude: Unit quaternion, (4,), scalar first.
+            wheel_speed: Wheel speeds, (wheels,), or one value for all, rad/s. The body rate follows
+                from the momentum.
 
         Raises:
-            InputError: a quaternion that is not of unit length.
+            InputError: The quaternion is not of unit length.
         """
         quaternion, momentum, speed, *_ = started(self, attitude, wheel_speed)
-        # the weight of the set-point leaves this to the integral
+        # steady state of the integral with a set-point weight below 1
         integral = 2.0 * (1.0 - SET_POINT_WEIGHT) * speed / self.natural_frequency
         return SpeedLoopState(quaternion, momentum, speed, speed, integral, jnp.zeros_like(speed))
 
     def rate(self, state: SpeedLoopState) -> Vector3:
-        """Body rate in body axes, rad/s."""
+        """Body rate in body axes, (3,), rad/s."""
         return Gyrostat(self.spacecraft).rate(state)
 
     def __call__(
         self, state: SpeedLoopState, command: Any, time: Scalar, duration: Scalar
     ) -> tuple[SpeedLoopState, Bool[Array, ""]]:
-        """Carry the spacecraft over an interval.
+        """Integrate over an interval.
 
         Args:
-            state: at its start.
-            command: has `speed`, (wheels,) rad/s, that the set-points reach at its end.
-            time: of its start, s.
-            duration: s.
+            state: State at the start.
+            command: Command with `speed`, (wheels,), rad/s: the set points at the end.
+            time: Time at the start, s.
+            duration: Length of the interval, s.
 
         Returns:
-            The state at its end, and True.
+            The state at the end, and True.
         """
         wheels = self.spacecraft.wheels
         fastest = wheels.momentum_limit / wheels.inertia
@@ -149,7 +151,7 @@ class SpeedLoopSpacecraft(Checked):
         return jax.lax.fori_loop(0, self.ticks, tick, start), jnp.array(True)
 
     def _loop(self, state, slope, length):
-        """Motor torque of a tick, and the state with set-point and integral of it."""
+        """Motor torques of a tick, (wheels,), N·m, and the state with updated integral."""
         wheels = self.spacecraft.wheels
         set_point = state.set_point + slope
         error = set_point - state.wheel_speed
@@ -180,7 +182,7 @@ class SpeedLoopSpacecraft(Checked):
         rotors = wheels.inertia * (state.wheel_speed + axes.T @ rate) + half * (torque - friction)
         rate = inverse @ (momentum - axes @ rotors)
         drift = to_body(attitude, change) - jnp.cross(rate, momentum)
-        # speeds as straight lines, with what is left of friction at zero
+        # linear speeds; at zero the wheel sticks or accelerates against the breakaway torque
         given = axes.T @ (inverse @ (axes @ (torque - friction) - drift))
         own = jnp.sum(axes * (inverse @ axes), axis=0)
         free = torque / wheels.inertia + given + own * friction

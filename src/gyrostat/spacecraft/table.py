@@ -16,12 +16,12 @@ class TableState(NamedTuple):
     """State of the table and its wheel.
 
     Attributes:
-        attitude: of the table, rad.
-        rate: of the table, rad/s.
-        speed: of the wheel relative to the table, rad/s; exactly zero while it sticks.
-        wheel_angle: turned by the wheel relative to the table, rad.
-        current: in the motor, A.
-        bristle: deflection of the bristles, rad; zero where the friction has none.
+        attitude: Attitude angle of the table, rad.
+        rate: Rate of the table, rad/s.
+        speed: Wheel speed relative to the table, rad/s; exactly zero while the wheel sticks.
+        wheel_angle: Rotor angle relative to the table, rad.
+        current: Motor current, A.
+        bristle: Deflection of the bristles, rad; zero for friction models without bristles.
     """
 
     attitude: Annotated[Scalar, "rad"]
@@ -33,21 +33,21 @@ class TableState(NamedTuple):
 
 
 class TableCommand(NamedTuple):
-    """The least that a controller commands.
+    """Command of a table; controllers may add fields.
 
     Attributes:
-        current: of the motor, A.
+        current: Motor current, A.
     """
 
     current: Annotated[Scalar, "A"]
 
 
 class DriveRecord(NamedTuple):
-    """What is worth recording of the drive.
+    """Recorded signals of the drive.
 
     Attributes:
-        saturated: whether a limit kept the current from its command.
-        power: drawn from the bus, W.
+        saturated: Whether a limit reduces the commanded current.
+        power: Power drawn from the bus, W.
     """
 
     saturated: Annotated[Scalar, "1"]
@@ -61,7 +61,7 @@ class _Carrier(NamedTuple):
 
 
 class _OnTable(BearingEquation):
-    """Wheel and table over one interval of held command."""
+    """Bearing equation of the wheel on the table over one interval of constant command."""
 
     friction: Any
     table: "AirBearingTable"
@@ -78,7 +78,7 @@ class _OnTable(BearingEquation):
         return self.table.wheel.motor_constant * current
 
     def load(self, carrier: _Carrier, time: Scalar) -> Scalar:
-        # a held wheel turns with the table, which takes its share of the external torque
+        # a sticking wheel rotates with the table and takes its share of the external torque
         wheel = self.table.wheel.inertia
         share = wheel / (self.table.inertia + wheel)
         return self._motor_torque(time) - share * self.table.torque(self.started + time)
@@ -95,21 +95,21 @@ class _OnTable(BearingEquation):
 
 
 class AirBearingTable(Checked):
-    """J dΩ/dt = T_d - (k_m I - F) and J_w (dw/dt + dΩ/dt) = k_m I - F.
+    """Air-bearing table: J dΩ/dt = T_d - (k_m I - F), J_w (dw/dt + dΩ/dt) = k_m I - F.
 
     Carrara and Kuga, "Estimating friction parameters in reaction wheels for attitude control", eq.
-    (17), with J the table's inertia and the wheel speed w relative to the table, which is what its
-    bearing feels and its tachometer sees. Positive motor torque speeds the wheel up and pushes the
-    table back. Momentum J_w w + (J + J_w) Ω changes by T_d alone.
+    (17). J is the inertia of the table and w the wheel speed relative to the table, on which
+    friction and tachometer depend. Positive motor torque accelerates the wheel and decelerates the
+    table. The momentum J_w w + (J + J_w) Ω changes only by the external torque T_d.
 
     Attributes:
-        inertia: of the table without the rotor of the wheel, kg·m².
-        wheel: what it carries.
-        driver: of the wheel's motor.
-        external_torque: constant torque on the table, N·m, as of a fan.
-        torque_history: external torque over time, s -> N·m, added to the constant; a function of
-            JAX arrays. It is sampled only thrice in an integration step, so it must be smooth and
-            slow there: a peak inside a step may pass unseen. Choose `step` of `simulate` by it.
+        inertia: Inertia of the table without the rotor of the wheel, kg·m².
+        wheel: Reaction wheel.
+        driver: Motor electronics of the wheel.
+        external_torque: Constant torque on the table, for example from a fan, N·m.
+        torque_history: External torque over time, s -> N·m, added to the constant; a function of
+            JAX arrays. It is sampled only three times in an integration step, so it must be smooth
+            and slow: a short peak may be missed. Choose `step` of `simulate` accordingly.
     """
 
     inertia: Annotated[Scalar, positive("table inertia", "kg·m²")]
@@ -126,12 +126,12 @@ class AirBearingTable(Checked):
     def start(
         self, *, attitude: Scalar = 0.0, rate: Scalar = 0.0, speed: Scalar = 0.0
     ) -> TableState:
-        """A state without current.
+        """Create a state without current.
 
         Args:
-            attitude: rad.
-            rate: rad/s.
-            speed: of the wheel relative to the table, rad/s.
+            attitude: Attitude angle, rad.
+            rate: Rate, rad/s.
+            speed: Wheel speed relative to the table, rad/s.
         """
         values = (attitude, rate, speed, 0.0, 0.0, 0.0)
         return TableState(*(jnp.asarray(value, dtype=float) for value in values))
@@ -139,16 +139,16 @@ class AirBearingTable(Checked):
     def __call__(
         self, state: TableState, command: Any, time: Scalar, duration: Scalar
     ) -> tuple[TableState, Bool[Array, ""]]:
-        """Carry the table over an interval of held command.
+        """Integrate over an interval of constant command.
 
         Args:
-            state: at its start.
-            command: has `current`, A.
-            time: of its start, s.
-            duration: s.
+            state: State at the start.
+            command: Command with `current`, A.
+            time: Time at the start, s.
+            duration: Length of the interval, s.
 
         Returns:
-            The state at its end, and whether the friction curve could be resolved.
+            The state at the end, and whether the friction curve was resolved.
         """
         target = self.driver.set_point(command.current, state.speed, self.wheel.motor_constant)
         contact = _OnTable(self.wheel.friction, self, state.current, target, time)
@@ -168,14 +168,14 @@ class AirBearingTable(Checked):
         )
 
     def diverged(self, state: TableState) -> Bool[Array, ""]:
-        """Whether the table has left every attitude that a controller could mean: half a turn."""
+        """Whether the attitude is beyond half a turn, or NaN."""
         return ~(jnp.abs(state.attitude) < jnp.pi)
 
     def record(self, state: TableState, command: Any) -> DriveRecord:
-        """What the drive does at the start of a control period."""
+        """Saturation and power of the drive at the start of a control period."""
         motor = self.wheel.motor_constant
         target = self.driver.set_point(command.current, state.speed, motor)
-        # without a lag the current jumps to its set point at once
+        # without a lag the current jumps to its set point
         current = self.driver.current(state.current, target, 0.0)
         return DriveRecord(
             saturated=self.driver.limited(command.current, target),
@@ -183,11 +183,11 @@ class AirBearingTable(Checked):
         )
 
     def momentum(self, state: TableState) -> Scalar:
-        """J_w w + (J + J_w) Ω, N·m·s."""
+        """Total momentum J_w w + (J + J_w) Ω, N·m·s."""
         wheel = self.wheel.inertia
         return wheel * state.speed + (self.inertia + wheel) * state.rate
 
     def kinetic_energy(self, state: TableState) -> Scalar:
-        """Of table and rotor, J."""
+        """Kinetic energy of table and rotor, J."""
         rotor = state.speed + state.rate
         return 0.5 * (self.inertia * state.rate**2 + self.wheel.inertia * rotor**2)

@@ -10,30 +10,36 @@ from gyrostat.core.rotations import rate_of_quaternion, to_body, to_inertial
 from gyrostat.wheel import Changes, CoupledBearings, Motion
 
 FIXED = 1e12
-"""N·m: what holds a seized rotor."""
+"""Breakaway torque of a seized rotor, N·m."""
 
 
 class Carrier(NamedTuple):
-    """Attitude of the body, and total momentum in inertial axes, N·m·s."""
+    """Motion of the body that carries the wheels.
+
+    Attributes:
+        attitude: Attitude quaternion, (4,), scalar first.
+        momentum: Total momentum in inertial axes, (3,), N·m·s.
+    """
 
     attitude: Quaternion
     momentum: Vector3
 
 
 class WheelsOnBody(CoupledBearings):
-    """The wheels of a spacecraft over one interval; see `Gyrostat`.
+    """Coupled bearing equations of a spacecraft's wheels over one interval; see `Gyrostat`.
 
     Attributes:
-        friction: of the wheels.
-        body: has `spacecraft`, and `torque`: external, in body axes, over attitude and time, N·m.
-        torque: (wheels,) of the motors, N·m.
-        seized: (wheels,) which rotors are fixed to the body.
-        added_viscous: (wheels,) drag beside the friction, N·m·s/rad.
-        started: time of the start of the interval, s.
-        mobility: see `CoupledBearings`.
-        inverse: (3, 3) of the body's inertia without that of the rotors about their axes,
+        friction: Friction of the wheels.
+        body: Plant with `spacecraft` and `torque`, the external torque in body axes over attitude
+            and time, N·m.
+        torque: Motor torques, (wheels,), N·m.
+        seized: Whether each rotor is fixed to the body, (wheels,).
+        added_viscous: Viscous drag in addition to the friction, (wheels,), N·m·s/rad.
+        started: Time at the start of the interval, s.
+        mobility: See `CoupledBearings`.
+        inverse: Inverse of the inertia without that of the rotors about their axes, (3, 3),
             1/(kg·m²).
-        inverse_locked: (3, 3) of the inertia with all rotors locked, 1/(kg·m²).
+        inverse_locked: Inverse of the inertia with all rotors locked, (3, 3), 1/(kg·m²).
     """
 
     friction: Any
@@ -47,17 +53,17 @@ class WheelsOnBody(CoupledBearings):
     inverse_locked: Float[Array, "3 3"]
 
     def rate_of_body(self, motion: Motion) -> tuple[Vector3, Vector3]:
-        """Body rate, and total momentum in body axes."""
+        """Body rate, (3,), rad/s, and total momentum, (3,), N·m·s, both in body axes."""
         momentum = to_body(motion.carrier.attitude, motion.carrier.momentum)
         return self.inverse_locked @ (momentum - self._of_rotors(motion.speed)), momentum
 
     def _of_rotors(self, speed: PerWheel) -> Vector3:
-        """Momentum of the rotors by their speeds, or torque by their accelerations."""
+        """Momentum of the rotors from their speeds, or torque from their accelerations, (3,)."""
         wheels = self.body.spacecraft.wheels
         return jnp.asarray(wheels.axes) @ (wheels.inertia * speed)
 
     def _felt(self, torque: Vector3) -> PerWheel:
-        """What the wheels feel of a torque on the body, which turns under them, rad/s²."""
+        """Acceleration of the wheels relative to the body by a torque on it, (wheels,), rad/s²."""
         return -jnp.asarray(self.body.spacecraft.wheels.axes).T @ (self.inverse @ torque)
 
     def drive(self, motion: Motion, time: Scalar) -> tuple[PerWheel, PerWheel]:
