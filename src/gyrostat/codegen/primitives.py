@@ -1,4 +1,4 @@
-"""Primitives of JAX that work on each element or only move elements, and operations on numbers."""
+"""Rules for element-wise and data-movement primitives of JAX, and operations on numbers."""
 
 import operator
 from collections.abc import Callable, Sequence
@@ -12,7 +12,7 @@ Scalars = NDArray[Any]
 
 
 def one_by_one(shape: tuple[int, ...], make: Callable[..., Any], *arrays: Scalars) -> Scalars:
-    """An array of what `make` gives for the elements of arrays of its shape."""
+    """Array of the results of `make` for the elements of arrays of a given shape."""
     made = np.empty(shape, dtype=object)
     for place in np.ndindex(shape):
         made[place] = make(*(array[place] for array in arrays))

@@ -19,7 +19,7 @@ TOLERANCE = {"double": 1e-12, "float": 1e-3}
 
 
 def program(target: Target, module: Module, precision: Precision) -> tuple[str, str]:
-    """Text of the test program, and what it prints where all is well."""
+    """Text of the test program, and its expected output."""
     dialect, double = Dialect(precision), Dialect()
     ports = {port.name: port for every in module.ports.values() for port in every}
     made = target.run()
@@ -56,7 +56,7 @@ def program(target: Target, module: Module, precision: Precision) -> tuple[str, 
 
 
 def _texts(ports: dict[str, Port], names: Any) -> list[str]:
-    """How C reaches the numbers of some arguments."""
+    """C expressions for the numbers of some arguments."""
     return [
         scalar.hint
         for name in names

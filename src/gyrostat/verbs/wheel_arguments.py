@@ -26,18 +26,18 @@ def load_records(
     unsigned_speed: bool = False,
     **reading: Any,
 ) -> "list[Record]":
-    """Read the records that are given as paths, cut them at gaps, and say what was changed.
+    """Read the records given as paths, split them at gaps, and report all changes.
 
     Args:
-        records: one or several records or paths.
-        say: called with each note.
+        records: One or several records or paths.
+        say: Function that receives each note.
         missing: "refuse" or "drop"; see `gyrostat.telemetry.read_record`.
-        unsigned_speed: whether the speed has no sign; it changes where the speed touches zero.
-        reading: further options of `gyrostat.telemetry.read_record`; columns and units also as
+        unsigned_speed: Whether the speed is a magnitude; the sign changes where it touches zero.
+        reading: Further options of `gyrostat.telemetry.read_record`; columns and units also as
             text.
 
     Raises:
-        InputError: a file cannot be read, or a speed without sign never touches zero.
+        InputError: A file cannot be read, or an unsigned speed never touches zero.
     """
     from gyrostat.telemetry import Record, cut, read_record
 
@@ -74,12 +74,12 @@ def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
     """Read a wheel model, or make it from a wheel or an identification.
 
     Args:
-        model: path of model.toml, or an object.
-        force: whether to take a wheel that its identification marked as impossible.
+        model: Path of model.toml, or an object.
+        force: Whether to accept a wheel that its identification marked as impossible.
 
     Raises:
-        InputError: the file cannot be read, the identification gives no wheel, or the wheel has
-            bristle friction, which no model file has.
+        InputError: The file cannot be read, the identification gives no wheel, or the wheel has
+            bristle friction, which a model file cannot hold.
     """
     from gyrostat.identification import Fit
     from gyrostat.wheel import Wheel, WheelModel, read_model
@@ -111,12 +111,12 @@ def parameters_in_si(values: Mapping[str, Any], model: str, where: str) -> dict[
     """Convert values of named wheel parameters to SI.
 
     Args:
-        values: name -> number, text or None, which stays.
-        model: friction model, which gives the dimension of each name.
-        where: option, for the message.
+        values: Name -> number, text or None, which stays.
+        model: Friction model, which gives the dimension of each name.
+        where: Option, for the message.
 
     Raises:
-        InputError: an unknown name, no number, or an unknown unit.
+        InputError: An unknown name, no number, or an unknown unit.
     """
     return {
         name: None if value is None else _parameter_in_si(value, name, model, where)
@@ -136,11 +136,11 @@ def priors(values: Named, model: str) -> dict[str, tuple[float, float]]:
     """Convert a-priori means and standard deviations of wheel parameters to SI.
 
     Args:
-        values: name -> (mean, sigma), or text NAME=MEAN:SIGMA.
-        model: friction model, which gives the dimension of each name.
+        values: Name -> (mean, sigma), or text NAME=MEAN:SIGMA.
+        model: Friction model, which gives the dimension of each name.
 
     Raises:
-        InputError: an unknown name, no two numbers, or an unknown unit.
+        InputError: An unknown name, no two numbers, or an unknown unit.
     """
     found = {}
     for name, value in named(values, "--prior").items():
@@ -172,10 +172,10 @@ def factors_and_tolerances(
     """Convert factors on recorded signals, and their tolerances to shares where they are given.
 
     Args:
-        options: name of an option with underscores -> number, text, or None.
+        options: Name of an option with underscores -> number, text, or None.
 
     Raises:
-        InputError: a factor that is not positive.
+        InputError: A factor that is not positive.
     """
     from gyrostat.core.units import parse_uncertain
 
