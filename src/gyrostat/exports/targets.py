@@ -70,7 +70,7 @@ class Target:
         return (*self.begin, *self.steps)
 
     def run(self) -> list[dict[str, Any]]:
-        """Results of the test run in Python: name -> value of every result, a dict for each step."""
+        """Results of the test run in Python: a dict name -> value of every result for each step."""
         values = {name: as_arrays(value) for name, value in self.constants.items()}
         # functions that are called once are not worth compiling
         called = {entry.name: entry.function for entry in self.begin}
@@ -140,7 +140,7 @@ def _target(
 
 
 def _measurements() -> TableMeasurement:
-    """Test measurements: small table oscillations, a zero crossing of the wheel, three bad samples."""
+    """Test measurements: table oscillations, a zero crossing of the wheel, three bad samples."""
     random, step = np.random.default_rng(0), np.arange(STEPS)
     speed = np.linspace(-3.0, 3.0, STEPS) + 0.2 * random.standard_normal(STEPS)
     attitude = 1e-3 * np.sin(0.3 * step)

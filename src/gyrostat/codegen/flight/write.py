@@ -157,7 +157,7 @@ class Writer:
                 self._statement(statement)
 
     def _hint(self, statement: Assign, following: Block) -> str:
-        """Name for a value: the name on its Python line for the last operation, a part for others."""
+        """Name for a value: that on its Python line for the last operation, a part for others."""
         hint = statement.target.hint or "value"
         for later in following:
             if later.source != statement.source:

@@ -47,7 +47,7 @@ def simplify(function: Function) -> None:
 
 
 def _exact(function: Function) -> set[Name | Table]:
-    """Values that are rounded to integers: the last bit of a quotient can change floor(t / step)."""
+    """Values that are rounded to integers: the last bit of a quotient may change floor(t / s)."""
     steps, made_whole = Dependencies([function]).of, []
     for statement in statements(function.body):
         match statement:
