@@ -23,7 +23,7 @@ from gyrostat.codegen.program import (
 from gyrostat.codegen.source import refusal
 
 UNBOUNDED = 2**62
-"""Passes of a loop that nothing bounds but its test."""
+"""Number of passes of a loop that is bounded only by its test."""
 
 
 def argument_name(closed: Any, number: int) -> str:

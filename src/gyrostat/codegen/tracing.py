@@ -25,7 +25,7 @@ _CALLS = {
     "custom_jvp_call": "call_jaxpr",
     "custom_vjp_call": "call_jaxpr",
 }
-"""Primitives that only call another jaxpr -> the parameter that holds it."""
+"""Primitive that only calls another jaxpr -> parameter that holds the jaxpr."""
 
 
 @dataclass(frozen=True)

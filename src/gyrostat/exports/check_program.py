@@ -15,7 +15,7 @@ from gyrostat.exports.targets import STEPS, Target
 from gyrostat.exports.template import filled
 
 TOLERANCE = {"double": 1e-12, "float": 1e-3}
-"""Largest error of an output, over the largest value that it takes in the run."""
+"""Largest error of an output, relative to its largest value in the run."""
 
 
 def program(target: Target, module: Module, precision: Precision) -> tuple[str, str]:

@@ -32,9 +32,9 @@ from gyrostat.exports.template import filled
 from gyrostat.exports.unit_text import unit_of
 
 NONE = "    case 0xFFFFFFFF: return NULL;"
-"""For a kind of number that a unit has none of."""
+"""Cases of a kind of number that does not occur in a unit."""
 SINCE = "duration"
-"""An argument of this name is the communication step; a target without one has its own period."""
+"""Name of the argument that is the communication step; a module without it has its own period."""
 
 
 def write_fmu(target: Target, path: Path) -> str | None:

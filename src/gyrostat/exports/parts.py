@@ -7,7 +7,7 @@ from gyrostat.estimation import FrictionScaleFilter
 from gyrostat.exports.compensated_wheel import CompensatedWheel
 
 Part = EstimatingCompensator | CurrentMode | FrictionScaleFilter | CompensatedWheel
-"""A part that can be exported as it is."""
+"""Part that can be exported without further design."""
 _KINDS = {
     EstimatingCompensator: "compensator",
     CurrentMode: "controller",

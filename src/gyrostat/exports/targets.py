@@ -24,9 +24,9 @@ from gyrostat.spacecraft import TableMeasurement
 from gyrostat.wheel import Wheel
 
 STEPS = 40
-"""Of the run that a test program repeats."""
+"""Number of steps of the test run."""
 Limits = Mapping[str, FieldLimits] | None
-"""Name of a measured field -> its limits; None: values are only tested to be finite."""
+"""Name of a measured field -> its limits; None to test only that values are finite."""
 UNITS = {
     "speed": "rad/s",
     "initial_speed": "rad/s",

@@ -120,7 +120,7 @@ def _averaged(
 
 
 def _widening(model, names: Sequence[str], honest: Matrix, formal: Matrix) -> dict[str, float]:
-    """Ratio of the standard deviation of each effect to that in white noise alone; name -> factor."""
+    """Name -> standard deviation of its effect, relative to that in white noise alone."""
     found = {}
     for k, name in enumerate(names):
         contrast = np.eye(len(names))[k]

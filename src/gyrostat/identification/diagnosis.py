@@ -4,7 +4,7 @@ All candidates are linear in their coefficients at the fit. One Kalman filter ha
 columns for every level of random torque (`gyrostat.identification.innovations`). The deviance of
 any combination is then a small linear problem, and no fit is repeated (Rao 1948, score test).
 Effects are added one by one while the best one is significant over all candidates (Bonferroni).
-Effects that turn out not to be significant are removed at the end. An effect that explains the
+Effects that are no longer significant are removed at the end. An effect that explains the
 residuals nearly as well as one that was found cannot be distinguished from it: both are reported
 together.
 """
@@ -29,13 +29,13 @@ INDISTINGUISHABLE = 6.0
 """Difference of the BIC below which two effects are reported together (Kass and Raftery 1995:
 above it the evidence is strong)."""
 CATCH_ALL = 0.7
-"""Factor on the evidence of a random torque in comparisons with deterministic effects. It can follow
-any of them, and a strong, slightly nonlinear one better than the effect's own column can."""
+"""Factor on the evidence of a random torque in comparisons with deterministic effects. It can
+follow any of them, and a strong, slightly nonlinear one better than the effect's own column can."""
 MOST_EFFECTS = 6
 """Largest number of effects."""
 ALIEN = 1e-6
-"""Smallest fraction of a candidate's whitened column that is independent of the parameters' columns;
-below it the record cannot show the effect."""
+"""Smallest fraction of a candidate's whitened column that is independent of the parameters'
+columns; below it the record cannot show the effect."""
 
 TORQUES = (
     ("crossing_ripple", "torque ripple near zero speed, share of the dry friction"),
@@ -83,7 +83,7 @@ class _Problem:
         return float(deviance), solved, inverse
 
     def visible(self, effect: int) -> bool:
-        """Whether the columns of an effect are not a linear combination of the parameters' columns."""
+        """Whether an effect's columns are not a linear combination of the parameters' columns."""
         rows = 1 + np.arange(self.count)
         matrix = self.total[0][np.ix_(rows, rows)] + self.information
         for place in self.places[effect]:

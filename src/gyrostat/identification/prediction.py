@@ -203,8 +203,8 @@ class SpeedPrediction:
             values: Parameters in the order of `names`, (n,), SI.
 
         Returns:
-            One linearisation for each record; None if the parameters are not admissible or the friction
-            curve cannot be resolved.
+            One linearisation for each record; None if the parameters are not admissible or the
+            friction curve cannot be resolved.
         """
         if not self.admissible(values):
             return None
@@ -246,8 +246,8 @@ class SpeedPrediction:
             values: Parameters in the order of `names`, (n,), SI.
 
         Returns:
-            For each record the speed at its samples, rad/s, and the Jacobian (samples, n); None if the
-            parameters are not admissible or the friction curve cannot be resolved.
+            For each record the speed at its samples, rad/s, and the Jacobian (samples, n); None if
+            the parameters are not admissible or the friction curve cannot be resolved.
         """
         found = self.linearise(values)
         return None if found is None else [(each.speed, each.jacobian) for each in found]

@@ -17,8 +17,8 @@ FINEST = 1e-9
 """Smallest level of the whitened residuals."""
 
 Model = Callable[[int, Vector, Vector], tuple[Vector, Matrix]]
-"""Index of a segment, common parameters, (c,), and its own, (p,) -> modelled speed, (m,), rad/s, and
-its derivatives, (m, c + p)."""
+"""Index of a segment, common parameters, (c,), and its own, (p,) -> modelled speed, (m,), rad/s,
+and its derivatives, (m, c + p)."""
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,9 @@ from gyrostat.wheel.friction import Friction
 NEAR_CROSSING = 2.0
 """Time on either side of a zero crossing that counts as near it, s."""
 ENOUGH = 0.8
-"""Smallest fraction of the samples inside the 95 % prediction interval for a valid model. The errors
-of the parameters are common to all samples: a correct model has 95 % inside on average, and clearly
-fewer in one record of twenty."""
+"""Smallest fraction of the samples inside the 95 % prediction interval for a valid model. The
+errors of the parameters are common to all samples: a correct model has 95 % inside on average, and
+clearly fewer in one record of twenty."""
 INTERVAL = 1.959964
 """Standard deviations of a 95 % interval."""
 FIRST_SPEEDS = 5

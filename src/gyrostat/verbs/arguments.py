@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 Say = Callable[[str], None]
 """Function that receives a message for the user."""
 Quantity = float | str
-"""A number in SI units, or text with a unit such as "5 rpm"."""
+"""Number in SI units, or text with a unit such as "5 rpm"."""
 Named = Mapping[str, Any] | str | Iterable[str] | None
 """Values by name: a mapping, or text NAME=VALUE,NAME=VALUE in one or several pieces."""
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

@@ -34,13 +34,13 @@ NEEDED = {
     "estimator": ("--speed-sigma", "--scale-drift"),
     "wheel": (),
 }
-"""What is exported -> options that its design needs."""
+"""Part to design -> required options."""
 TAKEN = {
     "compensated-wheel": ("--current-limit", "--delay"),
     "compensator": ("--current-limit", "--delay"),
     "controller": ("--current-limit",),
 }
-"""What is exported -> further options that its design takes."""
+"""Part to design -> optional options."""
 
 
 def export(

@@ -17,7 +17,7 @@ FIELDS = {
     "estimator": {"current": "current", "measured": "speed"},
     "wheel": {},
 }
-"""What is exported -> its measured fields and their dimensions."""
+"""Exported part -> its measured fields and their dimensions."""
 
 
 def measurement_limits(what: str, ranges: Named, rates: Named) -> "dict[str, FieldLimits]":

@@ -105,10 +105,10 @@ def campaign(
         scenario: Scenario with dispersions, or path of scenario.toml.
         runs: Number of runs.
         out: Folder of the campaign. None: a folder in the current one, named after scenario, runs
-            and seed, as "cubesat-1000-runs-seed-1"; a line says so, on stderr without `say`.
+            and seed, as "cubesat-1000-runs-seed-1"; reported to `say`, or on stderr without it.
         seed: Seed of all draws.
         workers: Worker processes; None: one for each core.
-        scheduler: Address of a Dask scheduler, in place of local processes.
+        scheduler: Address of a Dask scheduler, which replaces the local processes.
         device: "cpu", or "gpu" where JAX sees one.
         engine: "native" (compiled C), "jax", or "auto": native if there is a C compiler.
         block: Runs in a block; results do not depend on it.

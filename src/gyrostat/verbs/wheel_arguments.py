@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from gyrostat.wheel import Wheel, WheelModel
 
 HOLDS = ("zero-order", "linear")
-"""How the current runs between samples."""
+"""Interpolation of the current between samples."""
 MISSING = ("refuse", "drop")
-"""What is done with cells that hold no finite number."""
+"""Treatment of cells without a finite number."""
 
 
 def load_records(
@@ -111,12 +111,12 @@ def parameters_in_si(values: Mapping[str, Any], model: str, where: str) -> dict[
     """Convert values of named wheel parameters to SI.
 
     Args:
-        values: Name -> number, text or None, which stays.
+        values: Name -> number, text or None, which is kept.
         model: Friction model, which gives the dimension of each name.
         where: Option, for the message.
 
     Raises:
-        InputError: An unknown name, no number, or an unknown unit.
+        InputError: A name or unit is unknown, or a value is not a number.
     """
     return {
         name: None if value is None else _parameter_in_si(value, name, model, where)
@@ -140,7 +140,7 @@ def priors(values: Named, model: str) -> dict[str, tuple[float, float]]:
         model: Friction model, which gives the dimension of each name.
 
     Raises:
-        InputError: An unknown name, no two numbers, or an unknown unit.
+        InputError: A name or unit is unknown, or a value does not have two numbers.
     """
     found = {}
     for name, value in named(values, "--prior").items():
@@ -153,7 +153,7 @@ def priors(values: Named, model: str) -> dict[str, tuple[float, float]]:
 
 
 def inertia_and_tolerance(value: Quantity | None) -> tuple[float | None, dict[str, float]]:
-    """Convert an inertia to kg·m², and its tolerance to a share where one is given."""
+    """Convert an inertia to kg·m², and its tolerance, if given, to a relative one."""
     from gyrostat.core.units import parse_uncertain
 
     if not isinstance(value, str):
@@ -169,13 +169,13 @@ def inertia_and_tolerance(value: Quantity | None) -> tuple[float | None, dict[st
 def factors_and_tolerances(
     options: Mapping[str, Quantity | None],
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Convert factors on recorded signals, and their tolerances to shares where they are given.
+    """Convert factors on recorded signals, and their tolerances, if given, to relative ones.
 
     Args:
         options: Name of an option with underscores -> number, text, or None.
 
     Raises:
-        InputError: A factor that is not positive.
+        InputError: A factor is not positive.
     """
     from gyrostat.core.units import parse_uncertain
 

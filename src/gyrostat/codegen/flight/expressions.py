@@ -45,7 +45,7 @@ _BINARY = (
 )
 _SIGNS = {"neg": "-", "not": "!", "bits_not": "~"}
 OF_INTEGERS = {name: f"bits_{name}" for name in ("and", "or", "xor", "not")}
-"""Operation -> what it is called on whole numbers, bit by bit."""
+"""Operation on logical values -> bitwise operation on integers."""
 HELPERS = {
     "max": (
         "largest",
@@ -109,8 +109,8 @@ HELPERS = {
         "    return ((by < 0) || (by > 63)) ? 0 : (int64_t)((uint64_t)a >> by);\n}}\n",
     ),
 }
-"""Operation -> name and text of a function that the file has where it is used. NaN stays NaN; whole
-numbers are divided, and made of real ones, as by XLA: nothing is undefined."""
+"""Operation -> name and text of a helper function, which is emitted if it is used. NaN propagates.
+Integer division and conversion from real numbers follow XLA and have no undefined behaviour."""
 
 
 @dataclass(frozen=True)

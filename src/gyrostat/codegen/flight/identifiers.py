@@ -32,7 +32,7 @@ FUNCTIONS = frozenset(
         *("status", "main", "printf", "memcpy"),
     }
 )
-"""Names that the emitted code uses itself, so that no variable may take them."""
+"""Names reserved by the emitted code, not available for variables."""
 
 
 def identifier(name: str) -> str:

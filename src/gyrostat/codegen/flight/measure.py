@@ -10,7 +10,7 @@ from pathlib import Path
 from gyrostat.codegen.simd import compiler, run_compiler
 
 FLAGS = "-std=c99 -ffp-contract=off"
-"""Without which the results may differ from Python's in their last digits."""
+"""Flags without which results may differ from Python in the last digits."""
 OPTIMISATION = "-Os"
 
 

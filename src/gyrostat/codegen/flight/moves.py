@@ -8,7 +8,7 @@ from gyrostat.codegen.flight.expressions import Text
 from gyrostat.codegen.program import Assign, Block, Branch, Name, Operand, Table, statements
 
 Move = tuple[str, str, str]
-"""Place of C, the text of its new value, and the type of C."""
+"""C variable, expression of its new value, and its C type."""
 
 
 def moves(wanted: Iterable[Move], free: Callable[[str], str]) -> list[str]:

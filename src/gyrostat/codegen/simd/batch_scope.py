@@ -13,9 +13,9 @@ from gyrostat.core.jax64 import jax, jnp
 
 LARGEST = 4096
 LONGEST = 64
-"""Passes of a scan whose rows are scalars of the program."""
+"""Largest number of passes of a scan whose rows are scalars of the program."""
 NARROW = {np.dtype(np.uint32): "to_word", np.dtype(np.int32): "to_half"}
-"""What keeps numbers of 32 bits within them."""
+"""Operations that keep 32-bit numbers within their range."""
 
 
 def batch_kind(dtype: Any) -> Kind | None:
@@ -86,4 +86,4 @@ BATCH = Scope(
     narrow=NARROW,
     longest=LONGEST,
 )
-"""The scope of a campaign."""
+"""Scope of batches."""

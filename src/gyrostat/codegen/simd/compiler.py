@@ -23,8 +23,8 @@ FLAGS = (
     *("-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-Wno-psabi"),
 )
 FAST = ("-ffast-math",)
-"""More flags, for a benchmark: NaN and infinity are then taken for impossible. Before GCC 13 the
-whole process takes subnormal numbers for 0 once such a library is loaded."""
+"""Further flags for a benchmark: the compiler may then assume that NaN and infinity do not occur.
+With GCC before 13, loading such a library makes the whole process treat subnormal numbers as 0."""
 
 
 def compiler() -> tuple[str, ...] | None:

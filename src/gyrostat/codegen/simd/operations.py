@@ -5,21 +5,21 @@ from collections.abc import Sequence
 from gyrostat.codegen.program import Kind, Number, Operand
 
 VECTOR = {"real": "real", "integer": "integer", "logical": "mask", "bits": "bits"}
-"""Kind of number -> type of C for one in each lane; a function's name ends with it."""
+"""Kind of number -> C type of a vector of lanes, which is also the suffix of function names."""
 ONE = {"real": "double", "integer": "int64_t", "logical": "bool", "bits": "uint64_t"}
-"""Kind of number -> type of C for one."""
+"""Kind of number -> C type of a single number."""
 
 INFIX = {
     **{"add": "+", "sub": "-", "mul": "*", "div": "/", "shift_left": "<<"},
     **{"and": "&", "or": "|", "xor": "^"},
 }
-"""Operations that C has signs for, on lanes too."""
+"""Operations with a C operator, which also works on lanes."""
 _COMPARED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
 BOUND = {"max": "at_least", "min": "at_most"}
-"""Operations that are simpler beside a constant."""
+"""Operations with a simpler function if one operand is a constant."""
 _OWN_FOR_ONE = frozenset({"max", "min", "sign", "quotient", "remainder"})
 _WITHOUT_LIBRARY = frozenset({"erf_inv", "threefry"})
-"""Functions that C has for lanes only."""
+"""Functions implemented only for lanes."""
 
 
 def number(constant: Number) -> str:

@@ -24,9 +24,9 @@ from gyrostat.codegen.program import (
 _CHEAP = frozenset({"add", "sub", "mul", "neg", "abs", "max", "min", "sign", "select", "finite"})
 _CHEAP |= frozenset({"lt", "le", "gt", "ge", "eq", "ne", "and", "or", "xor", "not"})
 _DEAR = 10
-"""What another operation costs, in cheap ones."""
+"""Cost of an expensive operation, in cheap operations."""
 _LEAST = 12
-"""Operations that a branch must save to be worth its test."""
+"""Smallest number of operations saved for which a branch is made."""
 
 
 def branch_rarely_taken(function: Function) -> None:
