@@ -45,7 +45,7 @@ class CompensatedOutput(NamedTuple):
     """Output of a control period.
 
     Attributes:
-        torque: Mean torque of the wheel on the body over the period, N·m.
+        torque: Mean reaction torque of the wheel on the body over the period, N·m.
         speed: Wheel speed at the end of the period, rad/s.
         current: Motor current, A.
         estimated_torque: Estimated external torque on the body, N·m.

@@ -93,7 +93,7 @@ def _variables(target: Target, ports: dict[str, Port]) -> Iterator[Variable]:
 
 
 def _role(target: Target, port: Port) -> tuple[str, bool]:
-    """FMI causality of an argument, and whether the user may set its start value exactly."""
+    """FMI causality of an argument, and whether its start value is given by the user."""
     name = port.name
     read = {name for entry in target.steps for name in entry.arguments}
     if name == SINCE:
@@ -109,7 +109,7 @@ def _role(target: Target, port: Port) -> tuple[str, bool]:
 
 
 def _given(target: Target) -> dict[str, list[Any]]:
-    """Leaves of the arguments with a start value: the parameters and the constants."""
+    """Leaves of the arguments with a start value: the parameters and the period."""
     stays = {name: [value] for name, value in target.constants.items() if name in ("period",)}
     first = target.begin[0]
     made = first.function() if len(first.results) > 1 else (first.function(),)

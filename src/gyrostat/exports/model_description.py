@@ -21,7 +21,7 @@ class Variable:
         role: "parameter", "input", "output" or "local".
         meaning: Description.
         unit: SI unit, or "".
-        exact: Whether the user may set its start value exactly.
+        exact: Whether its start value is given by the user (initial = "exact").
         tunable: Whether changes of its value after initialisation have an effect.
         reference: Value reference among the variables of its kind.
         start: Start value.

@@ -29,7 +29,7 @@ class Segment:
         rows: Derivative of the speed by the n estimated parameters, (N, n), SI.
         linear: Linearisation over all parameters.
         noise: Random torque at level one.
-        sigma: Noise of the measured speed, stated or estimated, rad/s.
+        sigma: Noise of the measured speed, stated or a first estimate, rad/s.
         weight: Weight of each sample under the loss of the fit, (N,).
     """
 

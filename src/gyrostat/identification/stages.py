@@ -2,7 +2,7 @@
 
 The first stage estimates viscous and Coulomb friction with T_s = c, which has no local minima; the
 second estimates everything. A trial step is refused if the modelled wheel rests while the real one
-turns, because the gradient is then zero. The final fit has no bounds: an estimate T_s < c is
+turns, because from there the gradient does not lead back. The final fit has no bounds: an estimate T_s < c is
 legitimate noise.
 """
 

@@ -13,9 +13,9 @@ GAP = 10.0
 VARYING = 0.05
 """Largest fraction of exact repetitions in a signal that varies from sample to sample."""
 FROZEN = 8
-"""Number of successive repetitions above which a tachometer that otherwise varies is frozen."""
+"""Smallest number of successive repetitions by which a varying tachometer counts as frozen."""
 DROPPED = 3
-"""Number of successive zeros between speeds far from zero that count as a tachometer dropout."""
+"""Smallest number of zeros between speeds far from zero that count as a tachometer dropout."""
 FAR = 10.0
 """Speed that counts as far from zero, in standard deviations of the noise."""
 CLIPPED, CLIPPED_RUNS = 3, 2
