@@ -1,9 +1,9 @@
 """Two-stage iteration of a batch identification from one start.
 
-The first stage estimates viscous and Coulomb friction with T_s = c, which has no local minima; the
-second estimates everything. A trial step is refused if the modelled wheel rests while the real one
-turns, because from there the gradient does not lead back. The final fit has no bounds: an estimate T_s < c is
-legitimate noise.
+The first stage estimates viscous and Coulomb friction with T_s = c, where the iteration cannot get
+trapped. The second stage estimates everything. A trial step is refused if the modelled wheel rests
+while the real one turns, because from there the gradient does not lead back. The final fit has no
+bounds: an estimate T_s < c is legitimate noise.
 """
 
 from collections.abc import Callable, Sequence
