@@ -1,4 +1,4 @@
-"""The command line. Heavy imports are made inside the verbs, so that --help answers at once."""
+"""Command line. Heavy imports are made inside the verbs, so that --help is fast."""
 
 import functools
 import gc
@@ -23,7 +23,7 @@ __all__ = ["app", "main"]
 
 
 def _keeping_programs(verb: Callable[..., None]) -> Callable[..., None]:
-    """A verb that keeps what it compiles for the next; made private before JAX is imported."""
+    """Verb with a private cache of compiled programs, which is set up before JAX is imported."""
 
     @functools.wraps(verb)
     def keeping(*arguments: Any, **options: Any) -> None:
@@ -38,7 +38,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    rich_markup_mode=None,  # which takes brackets in a help text for markup
+    rich_markup_mode=None,  # otherwise brackets in help texts are read as markup
 )
 for _verb in (
     *(identify, validate, bench, feasible, recover),
@@ -48,20 +48,20 @@ for _verb in (
 app.command("holdable", help="Old name of `feasible`.")(_keeping_programs(feasible))
 
 
-# the class that typer's errors share, which typer does not name
+# the common base class of typer's errors, which typer does not export
 _WrongUsage: Any = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
 
 
 def main() -> None:
     """Run the command line: 0 done, 1 no valid result, 2 wrong usage or bad input."""
-    # imports and tracing make many objects that all stay: looking through them again and again
-    # takes a tenth of a short command
+    # imports and tracing create many long-lived objects; scanning them repeatedly for garbage takes
+    # a tenth of the time of a short command
     gc.set_threshold(200_000)
     try:
         code = app(standalone_mode=False)
     except _WrongUsage as error:
         if len(sys.argv) == 1:
-            error.show()  # the help
+            error.show()  # prints the help
         else:
             say(one_line(f"error: {error.format_message()} (see gyrostat VERB --help)"))
         sys.exit(error.exit_code)

@@ -1,4 +1,4 @@
-"""Between the command line and the verbs: options in, JSON and exit codes out."""
+"""Interface between command line and verbs: pass options, print JSON."""
 
 import shlex
 import sys
@@ -15,16 +15,16 @@ def call(verb: Callable[..., Any], options: Mapping[str, Any], **further: Any) -
     """Call a verb with the options of the command line.
 
     Args:
-        verb: function of `gyrostat.verbs`, which has these options.
-        options: name -> value; `json_output` is for the caller.
-        further: arguments that are no options.
+        verb: Function of `gyrostat.verbs` with these options.
+        options: Name -> value; `json_output` is not passed on.
+        further: Arguments that are not options.
     """
     given = {name: value for name, value in options.items() if name != "json_output"}
     return verb(**given, **further, say=say)
 
 
 def command_line() -> str:
-    """The command that the user typed, as a shell would take it."""
+    """Command typed by the user, quoted for a shell."""
     return shlex.join(["gyrostat", *sys.argv[1:]])
 
 

@@ -38,7 +38,7 @@ def simulate(
     force: ForceModel = False,
     json_output: Json = False,
 ) -> None:
-    """Fly a scenario once, with its nominal values: RUN.nc and RUN.html."""
+    """Simulate a scenario once, with its nominal values: RUN.nc and RUN.html."""
     run = call(verbs.simulate, locals(), command=command_line())
     if json_output:
         print(_run_json(run))
@@ -47,7 +47,7 @@ def simulate(
 
 
 def _run_json(run: "xr.Dataset") -> str:
-    """Status, end and metrics of a run."""
+    """JSON text with status, end time and metrics of a run."""
     from gyrostat.simulation import Status
 
     metrics = {
@@ -90,7 +90,7 @@ def campaign(
         ),
     ] = False,
 ) -> None:
-    """Fly a scenario many times, each with its own draws; run again to go on after a stop."""
+    """Simulate a scenario many times with dispersed values; run again to resume after a stop."""
     options = locals()
     with _Progress() as told:
         call(verbs.campaign, options, on_progress=told, command=command_line())
@@ -100,7 +100,7 @@ def replay(
     folder: Annotated[Path, typer.Argument(help="Of a finished campaign.")],
     run: Annotated[int, typer.Argument(min=0, help="Number of the run.")],
 ) -> None:
-    """Fly one run of a campaign again, bit for bit: its history and a report of it."""
+    """Repeat one run of a campaign, bit for bit: its history and its report."""
     call(verbs.replay, locals(), command=command_line())
 
 
@@ -108,14 +108,14 @@ def report(
     folder: Annotated[Path, typer.Argument(help="Of a finished campaign.")],
     json_output: Json = False,
 ) -> None:
-    """Say what a campaign has shown: report.html and report.json."""
+    """Write the report of a campaign: report.html and report.json."""
     call(verbs.report, locals(), command=command_line())
     if json_output:
         print_json(folder / "report.json")
 
 
 class _Progress:
-    """Runs done, their rate and the time left: a bar in a terminal, lines elsewhere."""
+    """Progress of a campaign (runs done, rate, time left): a bar in a terminal, otherwise lines."""
 
     def __enter__(self) -> "Callable[[int, int], None]":
         from rich.console import Console

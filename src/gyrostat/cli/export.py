@@ -13,7 +13,7 @@ from gyrostat.cli.options import ForceModel, Json, Out
 
 
 class Format(StrEnum):
-    """What is written."""
+    """Output format."""
 
     c = "c"
     fmu = "fmu"
@@ -22,7 +22,7 @@ class Format(StrEnum):
 
 
 class What(StrEnum):
-    """What flies."""
+    """Part to export."""
 
     compensated_wheel = "compensated-wheel"
     compensator = "compensator"
@@ -39,7 +39,7 @@ class OnBad(StrEnum):
 
 
 class Precision(StrEnum):
-    """Of real numbers in C."""
+    """Precision of real numbers in C."""
 
     double = "double"
     float = "float"
@@ -97,7 +97,7 @@ def export(
 ) -> None:
     """Write flight code in C, a unit or module for other simulators, or a data sheet.
 
-    Every input that is emitted is validated: finite, within its range and its rate limit.
+    The emitted code validates every input: finite, within its range and its rate limit.
     """
     written = call(verbs.export, locals(), command=command_line())
     if json_output:

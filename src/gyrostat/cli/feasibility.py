@@ -42,7 +42,7 @@ def feasible(
     force: Force = False,
     json_output: Json = False,
 ) -> None:
-    """Say what can still be held at rest after wheels failed: holdable.json and report.html."""
+    """Find the attitudes that remain feasible after wheel failures: holdable.json, report.html."""
     call(verbs.feasible, locals(), command=command_line())
     if json_output:
         print_json(out / "holdable.json")

@@ -23,7 +23,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print the result's JSON and 
 
 
 class MissingCells(StrEnum):
-    """What is done with cells that hold no finite number."""
+    """Treatment of cells without a finite number."""
 
     refuse = "refuse"
     drop = "drop"

@@ -1,4 +1,4 @@
-"""Verb `reproduce`: rebuild a paper and judge its claims."""
+"""Verb `reproduce`: reproduce a paper and test its claims."""
 
 from typing import Annotated
 
@@ -21,7 +21,7 @@ def reproduce(
     force: Force = False,
     json_output: Json = False,
 ) -> None:
-    """Rebuild a paper's experiment and judge each of its claims: claims.json and report.html."""
+    """Reproduce a paper's experiments and test each of its claims: claims.json and report.html."""
     call(verbs.reproduce, locals(), command=command_line())
     if json_output:
         print_json(out / "claims.json")

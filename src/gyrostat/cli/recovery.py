@@ -1,4 +1,4 @@
-"""Verb `recover`: fly a spacecraft to a feasible attitude after wheel failures."""
+"""Verb `recover`: simulate the flight to a feasible attitude after wheel failures."""
 
 from pathlib import Path
 from typing import Annotated
@@ -41,7 +41,7 @@ def recover(
     force: Force = False,
     json_output: Json = False,
 ) -> None:
-    """Fly to the nearest attitude that can be held: recover.json, run.nc and report.html."""
+    """Simulate the flight to the nearest feasible attitude: recover.json, run.nc, report.html."""
     found = call(verbs.recover, locals(), command=command_line())
     if json_output:
         print_json(out / "recover.json")

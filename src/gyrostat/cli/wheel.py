@@ -20,7 +20,7 @@ from gyrostat.cli.options import (
 
 
 class Method(StrEnum):
-    """How a wheel is identified."""
+    """Identification method."""
 
     batch = "batch"
     steady = "steady"
@@ -29,7 +29,7 @@ class Method(StrEnum):
 
 
 class Hold(StrEnum):
-    """How the current runs between samples."""
+    """Interpolation of the current between samples."""
 
     zero_order = "zero-order"
     linear = "linear"
@@ -123,7 +123,7 @@ def validate(
     force: Force = False,
     json_output: Json = False,
 ) -> None:
-    """Predict a record with a known wheel: validation.json and validation.html."""
+    """Validate a known wheel on an independent record: validation.json and validation.html."""
     result = call(verbs.validate, locals(), command=command_line())
     if json_output:
         print_json(out / "validation.json")
@@ -148,5 +148,5 @@ def bench(
     seed: Annotated[int, typer.Option(help="Same seed, same record.")] = 0,
     force: ForceModel = False,
 ) -> None:
-    """Make the record that a test bench would have taken of a known wheel."""
+    """Simulate the bench record of a known wheel."""
     call(verbs.bench, locals())

@@ -1,4 +1,4 @@
-"""From a traced function to a program of scalars, and from that to C.
+"""Code generation: translate a traced function into a program of scalars, and that into C.
 
 The names are loaded on first use, so that `gyrostat.codegen.simd`, which finds the C compiler, does
 not load JAX.

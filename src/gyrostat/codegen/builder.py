@@ -22,10 +22,11 @@ class Builder:
         equation: Equation of a jaxpr.
         block: Block that the statements are appended to.
         where: Line of Python that the equation comes from.
-        scope: What may be lowered.
-        groups: Gives a new number for each operation; see `Name.group`.
-        lower: Appends a closed jaxpr to a block: (closed jaxpr, inputs, block) -> results. With
-            the further argument `called_at`, a line of Python, all its statements have that line.
+        scope: Allowed array types and primitives.
+        groups: Iterator of new numbers, one for each array operation; see `Name.group`.
+        lower: Function that appends a closed jaxpr to a block: (closed jaxpr, inputs, block) ->
+            results. If the further argument `called_at`, a line of Python, is given, all
+            statements get that line.
     """
 
     equation: Any
@@ -51,15 +52,15 @@ class Builder:
         return self.target.aval.shape
 
     def inside(self, block: Block) -> Self:
-        """The same equation at another block."""
+        """Builder of the same equation that appends to another block."""
         return replace(self, block=block)
 
     def refused(self, what: str, expected: str) -> InputError:
-        """The error for an equation that cannot be compiled; see `refused`."""
+        """Error for an equation that cannot be compiled; see `refused` in `source`."""
         return refused(self.equation, self.where, what, expected)
 
     def names(self, atom: Any, hint: str | None = None) -> Scalars:
-        """An array of new names for a variable."""
+        """Array of new names for a variable."""
         kind, group, shape = self.scope.kind(atom), next(self.groups), atom.aval.shape
         made = np.empty(shape, dtype=object)
         for place in np.ndindex(shape):
@@ -67,7 +68,7 @@ class Builder:
         return made
 
     def assign(self, operation: str, operands: Sequence[Operand], target: Name) -> Operand:
-        """The result of an operation: a constant, one of the operands, or the assigned target."""
+        """Append an operation; return a constant, one of the operands, or the assigned target."""
         if operation in whole.OPERATIONS and operands[0].kind != "real":
             return whole.OPERATIONS[operation](
                 lambda inner, *given: self.compute(inner, *given, hint=target.hint), *operands
@@ -99,13 +100,15 @@ class Builder:
         hint: str | None = None,
         group: int | None = None,
     ) -> Operand:
-        """The result of an operation on scalars, of the kind of the last operand or logical.
+        """Append an operation on scalars and return its result.
+
+        The result is logical or has the kind of the last operand.
 
         Args:
             operation: Name of the operation.
-            operands: Its operands.
-            hint: Name for the result; None for that of the line of Python.
-            group: Number of the operation on arrays that it is part of; None for a new one.
+            operands: Operands.
+            hint: Name for the result; None for the name that the line of Python assigns.
+            group: Number of the array operation that this operation is part of; None for a new one.
         """
         name = Name(
             "logical" if operation in TEST else operands[-1].kind,
@@ -115,7 +118,7 @@ class Builder:
         return self.assign(operation, operands, name)
 
     def apply(self, operation: str, *arrays: Any) -> Scalars:
-        """Apply an operation to each element; an array of no axes stands for all elements."""
+        """Apply an operation to each element; an array without axes is broadcast."""
         names = self.names(self.target)
 
         def make(name: Name, *operands: Operand) -> Operand:
@@ -125,7 +128,7 @@ class Builder:
         return one_by_one(names.shape, make, names, *filled)
 
     def fold(self, operation: str, scalars: Sequence[Operand]) -> Operand:
-        """Join scalars by an operation, the first ones first."""
+        """Combine scalars by an operation, from first to last."""
         if not scalars:
             raise refusal(self.where, "a sum of no elements", "one or more")
         total, group = scalars[0], next(self.groups)
@@ -135,19 +138,19 @@ class Builder:
         return total
 
     def clamp(self, index: Operand, first: Operand, last: Operand) -> Operand:
-        """An index kept between the first and the last."""
+        """Index limited to the range from the first to the last."""
         for test, limit in (("lt", first), ("gt", last)):
             beyond = self.compute(test, index, limit, hint="beyond")
             index = self.compute("select", beyond, limit, index, hint="index")
         return index
 
     def table(self, array: Scalars) -> Table:
-        """A table of the elements of an array, for elements picked by a running index."""
+        """Table of the elements of an array, to be read at a computed index."""
         made = Table(array.flat[0].kind, array.size, self.where.name)
         self.block.append(Fill(made, tuple(array.flat), self.where))
         return made
 
     def element(self, table: Table, index: Operand, name: Name) -> Name:
-        """An element of a table."""
+        """Append the reading of a table's element at an index."""
         self.block.append(Assign(name, "element", (index,), self.where, table))
         return name

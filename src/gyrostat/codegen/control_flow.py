@@ -23,18 +23,18 @@ from gyrostat.codegen.program import (
 from gyrostat.codegen.source import refusal
 
 UNBOUNDED = 2**62
-"""Passes of a loop that nothing bounds but its test."""
+"""Number of passes of a loop that is bounded only by its test."""
 
 
 def argument_name(closed: Any, number: int) -> str:
-    """What Python calls an argument, in the letters of a C name."""
+    """Name of an argument in Python, as a C identifier."""
     names = getattr(getattr(closed.jaxpr, "debug_info", None), "arg_names", None) or ()
     name = names[number] if number < len(names) else ""
     return re.sub(r"\W+", "_", str(name or "")).strip("_")
 
 
 def _carried_names(build: Builder, body: Any, fixed: int, count: int) -> list[Scalars]:
-    """Names of what a loop carries: those of the arguments of its body, where they are known."""
+    """Names of the variables carried by a loop: those of its body's arguments, if known."""
     return [
         build.names(atom, argument_name(body, fixed + k) or None)
         for k, atom in enumerate(build.equation.outvars[:count])
@@ -42,7 +42,7 @@ def _carried_names(build: Builder, body: Any, fixed: int, count: int) -> list[Sc
 
 
 def _inner(build: Builder, closed: Any, inputs: list[Scalars], block: Block) -> list[Scalars]:
-    """Results of the body of a loop or a branch; rows of a long scan are refused."""
+    """Lower the body of a loop or branch; return its results. Rows of a long scan are refused."""
     made = build.lower(closed, inputs, block)
     if any(array.shape == () and isinstance(array.item(), Table) for array in made):
         raise refusal(
@@ -54,7 +54,7 @@ def _inner(build: Builder, closed: Any, inputs: list[Scalars], block: Block) -> 
 
 
 def _picked(build: Builder, body: Block, rows: Scalars, index: Operand, atom: Any) -> Scalars:
-    """The row of a table, made before a loop, at its index, read in its body."""
+    """Row of a table at an index. The table is built before the loop; its body reads the row."""
     names = build.names(atom)
     if not names.size:
         return names
@@ -63,7 +63,7 @@ def _picked(build: Builder, body: Block, rows: Scalars, index: Operand, atom: An
     for offset, name in enumerate(names.flat):
         place: Operand = index
         for operation, other in (("mul", width), ("add", Number("integer", offset))):
-            if other.value != (operation == "mul"):  # neither times 1 nor plus 0
+            if other.value != (operation == "mul"):  # omit multiplication by 1 and addition of 0
                 place = inside.compute(operation, place, other, hint="index")
         inside.element(table, place, name)
     return names
@@ -145,7 +145,7 @@ def _while(build: Builder, *given: Scalars) -> Sequence[Scalars]:
 
 
 def _bound(goes_on: Operand, test: Block, carried: list[Carried], body: Block) -> int | None:
-    """Largest number of passes, from a part `counter < constant` of the test; None without one."""
+    """Largest number of passes, from a part `counter < constant` of the test; None if unbounded."""
     assigned = {s.target: s for s in (*test, *body) if isinstance(s, Assign)}
     counters = {
         c.name: c.first.value
@@ -173,7 +173,7 @@ def _bound(goes_on: Operand, test: Block, carried: list[Carried], body: Block) -
 
 
 def _grows(carried: Carried, assigned: dict[Name, Assign]) -> bool:
-    """Whether each pass adds 1."""
+    """Whether each pass adds 1 to the carried variable."""
     step = assigned.get(carried.next)  # pyright: ignore[reportArgumentType]
     if step is None or step.operation != "add":
         return False
@@ -195,7 +195,7 @@ def _cond(build: Builder, which: Scalars, *operands: Scalars) -> Sequence[Scalar
         values.append([scalar for array in made for scalar in array.flat])
     flat: list[Any] = [name for array in targets for name in array.flat]
     for statement in build.block:
-        # jax.lax.cond makes a number of its condition
+        # jax.lax.cond converts its condition to a number
         if isinstance(statement, Assign) and statement.target is index:
             if statement.operation == "to_integer":
                 index = statement.operands[0]

@@ -21,7 +21,7 @@ from gyrostat.codegen.program import (
 
 
 def used(statement: Statement) -> list[Operand]:
-    """The operands that a statement reads in its own block."""
+    """Operands that a statement reads in its own block."""
     match statement:
         case Assign(operands=operands) | Call(operands=operands):
             return list(operands)
@@ -36,7 +36,7 @@ def used(statement: Statement) -> list[Operand]:
 
 
 class Dependencies:
-    """What each name and table of some functions is made from."""
+    """Names and tables that each name and table of some functions depends on directly."""
 
     def __init__(self, functions: Sequence[Function]) -> None:
         self.of: dict[Name | Table, list[Operand | Table]] = {}
@@ -73,7 +73,7 @@ class Dependencies:
 def reached(
     start: Iterable[Operand | Table], edges: Mapping[Any, Iterable[Operand | Table]]
 ) -> set[Name | Table]:
-    """Every name and table that some of them lead to, themselves among them."""
+    """All names and tables reachable from the given ones, including those themselves."""
     found: set[Name | Table] = set()
     waiting = list(start)
     while waiting:
@@ -85,7 +85,7 @@ def reached(
 
 
 def uses(function: Function) -> dict[Operand | Table, set[Name | Table]]:
-    """What has been made from each operand and table of a function, its results left out."""
+    """Names and tables that use each operand and table of a function; its results are left out."""
     makes: dict[Operand | Table, set[Name | Table]] = {}
     for target, needs in Dependencies([function]).of.items():
         for need in needs:
@@ -94,5 +94,5 @@ def uses(function: Function) -> dict[Operand | Table, set[Name | Table]]:
 
 
 def made_from(function: Function, given: Sequence[Name]) -> set[Name | Table]:
-    """Every name and table of a function that some of its parameters have a part in."""
+    """All names and tables of a function that depend on any of the given parameters."""
     return reached(given, uses(function))

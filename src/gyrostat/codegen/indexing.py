@@ -1,4 +1,4 @@
-"""Rules for elements picked and replaced by indices, known beforehand or computed."""
+"""Rules for reading and replacing elements at constant or computed indices."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ ZERO = Number("integer", 0)
 
 
 class _Pick:
-    """An array whose elements are picked by a computed index, kept within it."""
+    """Array with elements read at a computed index, which is clamped to the array."""
 
     def __init__(self, build: Builder, array: Scalars, sizes: Sequence[int]) -> None:
         self._build, self._array, self._sizes = build, array, sizes
@@ -22,7 +22,7 @@ class _Pick:
         self._table = build.table(array)
 
     def base(self, starts: Sequence[Operand]) -> Operand:
-        """Where a part that starts at some indices begins in the table."""
+        """Position in the table of the first element of the part that starts at some indices."""
         base: Operand = ZERO
         for axis, start in enumerate(starts):
             last = Number("integer", self._array.shape[axis] - self._sizes[axis])
@@ -34,7 +34,7 @@ class _Pick:
         return base
 
     def element(self, base: Operand, offset: Sequence[int], name: Name) -> Name:
-        """An element of that part."""
+        """Element of that part at an offset from its start."""
         steps = sum(place * stride for place, stride in zip(offset, self._strides, strict=True))
         if steps:
             base = self._build.compute("add", base, Number("integer", steps), hint="index")
@@ -42,13 +42,13 @@ class _Pick:
 
 
 class _Windows(NamedTuple):
-    """How a gather or scatter lays an array of windows over an operand.
+    """Layout of the windows that a gather reads from an operand or a scatter writes to it.
 
     Attributes:
-        axes: of the array of windows that run inside a window.
-        kept: axes of the operand that those are, in order.
-        started: axis of the operand -> column of the indices that a window starts at.
-        batched: axis of the operand -> axis of the indices whose number a window starts at.
+        axes: Axes of the array of windows that run inside a window.
+        kept: Axes of the operand that correspond to `axes`, in order.
+        started: Axis of the operand -> column of the indices that holds the window's start.
+        batched: Axis of the operand -> axis of the indices, the position on which is the start.
     """
 
     axes: tuple[int, ...]
@@ -57,7 +57,7 @@ class _Windows(NamedTuple):
     batched: dict[int, int]
 
     def starts(self, row: tuple[int, ...], indices: Scalars, count: int) -> list[Operand]:
-        """Where the window of a row of indices starts, for each axis of the operand."""
+        """Start of the window for one row of indices, on each axis of the operand."""
         found: list[Operand] = [ZERO] * count
         for axis, column in self.started.items():
             found[axis] = indices[(*row, column)]
@@ -66,7 +66,7 @@ class _Windows(NamedTuple):
         return found
 
     def places(self, shape: tuple[int, ...], count: int) -> Iterator[tuple[Any, Any, list[int]]]:
-        """Each place of the array of windows: itself, its row of indices, its offset."""
+        """For each element of the array of windows: its position, row of indices and offset."""
         for place in np.ndindex(shape):
             row = tuple(p for k, p in enumerate(place) if k not in self.axes)
             offset = [0] * count
@@ -76,7 +76,7 @@ class _Windows(NamedTuple):
 
 
 def _filling(params: dict[str, Any], dtype: Any) -> Any:
-    """What stands for elements beyond the array; None where the index is kept within it."""
+    """Value of elements outside the array; None if the index is clamped instead."""
     if "FILL" not in str(params["mode"]):
         return None
     if params["fill_value"] is not None:
@@ -88,7 +88,7 @@ def _filling(params: dict[str, Any], dtype: Any) -> Any:
 
 
 def _inside(build: Builder, starts: Sequence[Operand], limits: Sequence[int]) -> Operand:
-    """Whether a part that starts at some indices lies within the array."""
+    """Whether a part that starts at the given indices lies within the array."""
     inside: Operand = Number("logical", True)
     for start, limit in zip(starts, limits, strict=True):
         for low, high in ((ZERO, start), (start, Number("integer", limit))):
@@ -98,7 +98,7 @@ def _inside(build: Builder, starts: Sequence[Operand], limits: Sequence[int]) ->
 
 
 def _dynamic_slice(build: Builder, array: Scalars, *starts: Scalars) -> Scalars:
-    """A part that starts at a computed index."""
+    """Part of an array that starts at computed indices."""
     pick = _Pick(build, array, build.params["slice_sizes"])
     base = pick.base([start.item() for start in starts])
     names: Any = build.names(build.target)
@@ -108,7 +108,7 @@ def _dynamic_slice(build: Builder, array: Scalars, *starts: Scalars) -> Scalars:
 
 
 def _gather(build: Builder, array: Scalars, indices: Scalars) -> Scalars:
-    """Parts that start at computed indices, one for each element of an array of indices."""
+    """Parts that start at computed indices, one for each row of an array of indices."""
     params = build.params
     dimensions, sizes = params["dimension_numbers"], params["slice_sizes"]
     batched = dimensions.operand_batching_dims
@@ -148,10 +148,10 @@ def _placed(
     *,
     clipped: bool,
 ) -> Scalars:
-    """An array some of whose parts are joined with others, at indices.
+    """Array with some parts combined with other arrays, at computed indices.
 
-    Every element that an index can mean is chosen by a test of the index: where that is known, so
-    are the tests, and elements only change their places.
+    Each element that the index can refer to is selected by a test of the index. If the index is
+    known beforehand, so are the tests, and no code is generated for them.
     """
     array, indices, updates = arrays
     made, limits = array.copy(), list(array.shape)
@@ -186,7 +186,7 @@ def _placed(
 
 
 def _scatter(build: Builder, *arrays: Scalars) -> Scalars:
-    """An array some of whose parts are replaced or joined with others; those beyond it are left."""
+    """Array with some parts replaced or combined with others; parts outside it are ignored."""
     params, count = build.params, arrays[0].ndim
     dimensions = params["dimension_numbers"]
     batched = dimensions.operand_batching_dims
@@ -209,7 +209,7 @@ def _scatter(build: Builder, *arrays: Scalars) -> Scalars:
 
 
 def _dynamic_update(build: Builder, array: Scalars, updates: Scalars, *starts: Scalars) -> Scalars:
-    """An array of which a part that starts at computed indices is replaced."""
+    """Array with the part that starts at computed indices replaced."""
     axes = range(array.ndim)
     windows = _Windows(tuple(axes), list(axes), {axis: axis for axis in axes}, {})
     arrays = (array, np.array([start.item() for start in starts], dtype=object), updates)

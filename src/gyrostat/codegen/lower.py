@@ -1,4 +1,4 @@
-"""Lower a jaxpr to a program of scalars: arrays become scalars, functions and loops stay."""
+"""Lower a jaxpr to a program of scalars: arrays become scalars, functions and loops remain."""
 
 from collections.abc import Sequence
 from itertools import count
@@ -17,7 +17,7 @@ from gyrostat.codegen.tracing import called, constant, own_function
 
 
 class Lowering:
-    """Lowers jaxprs; keeps the functions that it has made."""
+    """Lower jaxprs, with a cache of the functions made so far."""
 
     def __init__(self, scope: Scope = FLIGHT) -> None:
         self.functions: list[Function] = []
@@ -37,10 +37,10 @@ class Lowering:
 
         Args:
             closed: Closed jaxpr.
-            inputs: Its arguments.
-            block: Block that its statements are appended to.
-            called_at: Line of Python that all of them have, if the jaxpr is a function of a
-                library, which JAX traces only once.
+            inputs: Arguments.
+            block: Block that the statements are appended to.
+            called_at: Line of Python that all statements get, if the jaxpr is a function of a
+                library. JAX traces such a function only once.
         """
         outer, self._library_call = self._library_call, called_at or self._library_call
         jaxpr = closed.jaxpr
@@ -84,8 +84,8 @@ class Lowering:
         return made if operation is None else [build.apply(operation, *made)]
 
     def _call(self, name: str, inner: Any, given: list[Scalars], build: Builder) -> list[Scalars]:
-        """Call a function of scalars, lowered at its first call."""
-        # the jaxpr is kept with its function: an id is one's own only as long as one lives
+        """Append a call of a function of scalars; the function is lowered at its first call."""
+        # keep the jaxpr alive with its function: the id of a deleted object may be reused
         if id(inner.jaxpr) not in self._known:
             body: Block = []
             hinted = [
@@ -102,9 +102,9 @@ class Lowering:
         return results
 
     def _refuse_arrays(self, build: Builder) -> None:
-        """Refuse arrays that are too large or of other numbers, by `InputError`."""
+        """Refuse arrays that are too large or of an unsupported type, by `InputError`."""
         scope, equation, where = self._scope, build.equation, build.where
-        # results of a long scan are kept tables, no scalars
+        # results of a long scan are kept as tables, not as scalars
         long = equation.params.get("length", 0) > scope.longest or called(equation) is not None
         for atom in (*equation.invars, *equation.outvars):
             size, dtype = int(np.prod(atom.aval.shape)), atom.aval.dtype

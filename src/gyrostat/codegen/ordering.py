@@ -1,4 +1,4 @@
-"""Rules for elements compared with each other: the largest, sorting, running sums and extremes."""
+"""Rules for ordering operations: largest element, sorting, cumulative sums and extremes."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -12,7 +12,7 @@ from gyrostat.codegen.program import Number
 
 
 def _largest(test: str) -> Callable[..., Sequence[Scalars]]:
-    """A rule for the place of the largest or smallest element; the first of several, or a NaN."""
+    """Rule for the index of the largest or smallest element: the first if several, or a NaN."""
 
     def rule(build: Builder, array: Scalars) -> Sequence[Scalars]:
         axes = build.params["axes"]
@@ -40,7 +40,7 @@ def _largest(test: str) -> Callable[..., Sequence[Scalars]]:
 
 
 def _sorted(build: Builder, *given: Scalars) -> Sequence[Scalars]:
-    """Arrays sorted by the first along one axis, by exchanges of neighbours; NaN last."""
+    """Sort arrays by the first one along one axis, by exchanges of neighbours; NaN last."""
     if build.params["num_keys"] != 1:
         raise build.refused(f"{build.params['num_keys']} arrays to sort by", "one")
     axis, new = build.params["dimension"], partial(build.compute, group=next(build.groups))
@@ -62,7 +62,7 @@ def _sorted(build: Builder, *given: Scalars) -> Sequence[Scalars]:
 
 
 def _running(operation: str) -> Callable[..., Sequence[Scalars]]:
-    """A rule for sums, products or extremes of all elements so far along one axis."""
+    """Rule for the cumulative sum, product or extreme along one axis."""
 
     def rule(build: Builder, array: Scalars) -> Sequence[Scalars]:
         group, params = next(build.groups), build.params

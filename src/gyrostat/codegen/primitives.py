@@ -1,4 +1,4 @@
-"""Primitives of JAX that work on each element or only move elements, and operations on numbers."""
+"""Rules for element-wise and data-movement primitives of JAX, and operations on numbers."""
 
 import operator
 from collections.abc import Callable, Sequence
@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 Scalars = NDArray[Any]
-"""An array of the operands that stand for its elements."""
+"""Array whose elements are operands."""
 
 
 def one_by_one(shape: tuple[int, ...], make: Callable[..., Any], *arrays: Scalars) -> Scalars:
-    """An array of what `make` gives for the elements of arrays of its shape."""
+    """Array of the results of `make` for the elements of arrays of a given shape."""
     made = np.empty(shape, dtype=object)
     for place in np.ndindex(shape):
         made[place] = make(*(array[place] for array in arrays))
@@ -63,13 +63,13 @@ FOLDED: dict[str, Callable[..., Any]] = {
     "to_word": lambda value: value % 2**32,
     "to_half": lambda value: (value + 2**31) % 2**32 - 2**31,
 }
-"""Operation -> what it is on constants; each is exact, or rounds once as C does."""
+"""Operation -> Python function for constants; each is exact, or rounds once as in C."""
 
 WRAPPED: dict[str, Callable[[Any], Any]] = {
     "integer": lambda value: (value + 2**63) % 2**64 - 2**63,
     "bits": lambda value: value % 2**64,
 }
-"""Kind -> a whole number within the 64 bits of its kind."""
+"""Kind -> function that wraps an integer to 64 bits."""
 
 OVERFLOWING = frozenset(
     {
@@ -77,7 +77,7 @@ OVERFLOWING = frozenset(
         *("integer_pow", "reduce_sum", "reduce_prod", "cumsum", "cumprod"),
     }
 )
-"""Primitives whose result may need more bits than their operands have."""
+"""Primitives whose result may need more bits than their operands."""
 
 ALIKE = frozenset({"copy", "copy_p", "stop_gradient", "reduce_precision", "optimization_barrier"})
 """Primitives whose results are their operands."""
@@ -133,4 +133,4 @@ MOVES: dict[str, Callable[..., Sequence[Scalars]]] = {
     "transpose": lambda params, array: [array.transpose(params["permutation"])],
     "unstack": _unstack,
 }
-"""Primitive -> (its parameters, arrays) -> arrays: elements that only change their places."""
+"""Primitive -> (its parameters, arrays) -> arrays with rearranged elements."""

@@ -1,6 +1,6 @@
 """Intermediate representation between jaxpr and C: statements on scalars, in blocks.
 
-A scalar is a `Name` that is given a value once, or a `Number`. Only a loop's carried names change,
+A scalar is a `Name` that is assigned once, or a `Number`. Only the carried names of a loop change,
 at the end of each pass.
 """
 
@@ -23,14 +23,14 @@ class Number:
 
 @dataclass(eq=False)
 class Name:
-    """A scalar.
+    """A scalar variable.
 
     Attributes:
-        kind: of number.
-        hint: what to call it, if that is free; a `fixed` one is a text of C, as memory->speed.
-        group: the operation that it comes from: one for all elements of an array.
-        place: of an element in its array.
-        fixed: whether `hint` stands as it is.
+        kind: Kind of number.
+        hint: Preferred name in C. If `fixed`, an expression of C such as memory->speed.
+        group: Number of the operation that computes it: the same for all elements of an array.
+        place: Index of the element in its array.
+        fixed: Whether `hint` is used unchanged.
     """
 
     kind: Kind
@@ -42,13 +42,13 @@ class Name:
 
 @dataclass(eq=False)
 class Table:
-    """Scalars that a running index picks from, row by row.
+    """Array of scalars that is read at a computed index, row by row.
 
     Attributes:
-        kind: of number.
-        size: its scalars.
-        hint: what to call it.
-        kept: whether it is a result: nothing in the program reads it.
+        kind: Kind of number.
+        size: Number of scalars.
+        hint: Preferred name in C.
+        kept: Whether the table is a result, which nothing in the program reads.
     """
 
     kind: Kind
@@ -62,7 +62,7 @@ Operand = Name | Number
 
 @dataclass(eq=False)
 class Assign:
-    """target = operation(operands); `table` is what an "element" is picked from."""
+    """target = operation(operands); an "element" is read from `table`."""
 
     target: Name
     operation: str
@@ -73,7 +73,7 @@ class Assign:
 
 @dataclass(eq=False)
 class Fill:
-    """A table of values that are all there."""
+    """Assignment of a whole table from values that are all known at once."""
 
     table: Table
     values: tuple[Operand, ...]
@@ -94,7 +94,7 @@ class Store:
 
 @dataclass(eq=False)
 class Carried:
-    """What a loop carries from pass to pass."""
+    """Variable carried by a loop: its name, first value and value for the next pass."""
 
     name: Name
     first: Operand
@@ -103,7 +103,10 @@ class Carried:
 
 @dataclass(eq=False)
 class Loop:
-    """`count` passes, or fewer: while `goes_on`, which the `test` block computes."""
+    """Loop of at most `count` passes, which ends when `goes_on` is false.
+
+    `goes_on` is computed by the `test` block.
+    """
 
     count: int
     counter: Name
@@ -117,7 +120,7 @@ class Loop:
 
 @dataclass(eq=False)
 class Branch:
-    """One of several blocks, by a number from 0; each gives the targets its own values."""
+    """Choice of one of several blocks by an index from 0; each block has values for the targets."""
 
     index: Operand
     blocks: list["Block"]
@@ -128,7 +131,7 @@ class Branch:
 
 @dataclass(eq=False)
 class Function:
-    """A function of scalars; `rows` are results too, as kept tables."""
+    """Function of scalars; its results include `rows`, which are kept tables."""
 
     name: str
     parameters: list[Name]
@@ -153,14 +156,14 @@ Block = list[Statement]
 
 
 def inner_blocks(statement: Statement) -> list[Block]:
-    """The blocks of a statement that has some."""
+    """Blocks inside a statement; empty if it has none."""
     if isinstance(statement, Loop):
         return [statement.test, statement.body]
     return statement.blocks if isinstance(statement, Branch) else []
 
 
 def statements(block: Block) -> Iterator[Statement]:
-    """The statements of a block, each followed by those in it."""
+    """Statements of a block, each followed by the statements inside it."""
     for statement in block:
         yield statement
         for inner in inner_blocks(statement):

@@ -21,17 +21,17 @@ from gyrostat.codegen.program import (
 
 
 def prune(functions: Sequence[Function], roots: Sequence[Function]) -> list[Function]:
-    """Leave out, in place, every statement, parameter and result that the roots do not need.
+    """Remove, in place, each statement, parameter and result that the roots do not need.
 
     Args:
-        functions: all, each after those that it calls.
-        roots: those whose results and parameters all stay.
+        functions: All functions, each after those that it calls.
+        roots: Functions whose results and parameters are all kept.
 
     Returns:
-        The functions that are left.
+        The remaining functions.
     """
     left = list(functions)
-    # a call that goes in the first round no longer needs what it was given in the second
+    # arguments of a call removed in the first round are unused in the second
     for _ in range(2):
         wanted = [thing for root in roots for thing in (*root.results, *root.rows)]
         names = reached(wanted, Dependencies(left).of)

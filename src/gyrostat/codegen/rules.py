@@ -1,4 +1,4 @@
-"""Rules that lower each primitive of JAX; batches have some more."""
+"""Table of rules that lower each primitive of JAX; batches have additional rules."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any

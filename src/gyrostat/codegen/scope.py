@@ -1,4 +1,4 @@
-"""What may be lowered: flight code, or a larger set."""
+"""Limits on what may be lowered: array types, sizes and primitives, for flight code or batches."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ LARGEST = 1024
 
 
 def kind_of(dtype: Any) -> Kind | None:
-    """The kind of number of an array type; None for one that flight code does not have."""
+    """Kind of number of an array type; None if flight code does not support it."""
     if dtype == np.float64:
         return "real"
     if dtype == np.bool_:
@@ -25,17 +25,18 @@ def kind_of(dtype: Any) -> Kind | None:
 
 @dataclass(frozen=True)
 class Scope:
-    """What may be lowered; the defaults are those of flight code.
+    """Limits on what may be lowered; the defaults are those of flight code.
 
     Attributes:
-        kind_of: The kind of number of an array type; None for one that is refused.
-        rules: Rules beside or in place of `gyrostat.codegen.rules.RULES`.
+        kind_of: Function that gives the kind of number of an array type; None for a refused type.
+        rules: Rules that extend or replace `gyrostat.codegen.rules.RULES`.
         largest: Largest number of elements of an array.
-        in_place: Whether what would be a function is lowered where it is called.
-        unbounded: Whether a loop may have no bound of its passes.
-        array: A constant of JAX as an array of numbers.
-        narrow: Operation that keeps numbers of less than 64 bits within their range, by type.
-        longest: Passes of a scan whose rows are scalars; those of a longer one are kept tables.
+        in_place: Whether functions are lowered where they are called (inlined).
+        unbounded: Whether a loop may have an unbounded number of passes.
+        array: Function that converts a constant of JAX to an array of numbers.
+        narrow: Type -> operation that keeps integers of less than 64 bits within their range.
+        longest: Largest number of passes of a scan whose rows are scalars; the rows of a longer
+            scan are kept as tables.
     """
 
     kind_of: Callable[[Any], Kind | None] = kind_of
@@ -48,16 +49,16 @@ class Scope:
     longest: float = np.inf
 
     def kind(self, atom: Any) -> Kind:
-        """The kind of number of a variable, which is one that may be lowered."""
+        """Kind of number of a variable that may be lowered."""
         kind = self.kind_of(atom.aval.dtype)
-        assert kind is not None  # `Lowering` has refused the others
+        assert kind is not None  # `Lowering` refuses unsupported types
         return kind
 
     def numbers(self, array: Any) -> Scalars:
-        """An array of constants.
+        """Array of constants.
 
         Raises:
-            InputError: It is too large or of a type that is refused.
+            InputError: The array is too large or its type is not supported.
         """
         array = self.array(array)
         kind = self.kind_of(array.dtype)

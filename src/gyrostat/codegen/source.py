@@ -1,4 +1,4 @@
-"""The line of Python that an operation comes from, and what is said where it cannot be compiled."""
+"""Source line of each operation, and errors for operations that cannot be compiled."""
 
 import ast
 import functools
@@ -26,14 +26,15 @@ _LIBRARIES = tuple(
 
 
 class Source(NamedTuple):
-    """A line of Python.
+    """Line of Python.
 
     Attributes:
-        file: from its package on, as gyrostat/control/attitude_pid.py; no folder of a machine.
-        line: number.
-        text: of the line, without blanks around it.
-        name: what the line gives a value to, or the function that it returns from; "" for neither.
-        part: class that the line stands in, or function where there is none; "" for neither.
+        file: Path from the package on, such as gyrostat/control/attitude_pid.py, without folders
+            of the machine.
+        line: Line number.
+        text: Text of the line, stripped.
+        name: Name that the line assigns to, or function that it returns from; "" for neither.
+        part: Class that contains the line, otherwise function; "" for neither.
     """
 
     file: str
@@ -50,7 +51,7 @@ NOWHERE = Source("", 0, "", "")
 
 
 def source(equation: Any, otherwise: Source) -> Source:
-    """The innermost line of Python that an equation comes from and that is no library's."""
+    """Innermost line of Python, outside libraries, that an equation comes from."""
     found = equation.source_info.traceback
     for frame in found.frames if found is not None else ():
         if not in_library(frame.file_name):
@@ -59,28 +60,28 @@ def source(equation: Any, otherwise: Source) -> Source:
 
 
 def refused(equation: Any, where: Source, what: str, expected: str) -> InputError:
-    """The error for an equation that compiled code has no place for, in flight or in lanes."""
+    """Error for an equation that neither flight code nor SIMD code can contain."""
     return refusal(where, f"{what} ({equation.primitive.name})", expected)
 
 
 def refusal(where: Source, what: str, expected: str) -> InputError:
-    """See `refused`; names the part of the loop and the line of Python."""
+    """Error that names the part of the loop and the line of Python; see `refused`."""
     part = f"{where.part}: " if where.part else ""
     return InputError(f"{part}{where}: found {what}, expected {expected}")
 
 
 @functools.cache
 def in_library(file: str) -> bool:
-    """Whether a file is one of a library's, or of no file at all."""
+    """Whether a file belongs to a library, or there is no file."""
     return file.startswith("<") or str(Path(file).resolve()).startswith(_LIBRARIES)
 
 
 @functools.cache
 def source_at(file: str, line: int) -> Source:
-    """A line of a file."""
+    """Line of a file."""
     path = Path(file)
     shown = path.name
-    # from the outermost package on
+    # keep the path from the outermost package on
     while (path.parent / "__init__.py").exists():
         path = path.parent
         shown = f"{path.name}/{shown}"
@@ -90,7 +91,7 @@ def source_at(file: str, line: int) -> Source:
 
 @functools.cache
 def _part_at(file: str) -> dict[int, str]:
-    """Line -> the outermost class or function that it stands in."""
+    """Line -> outermost class or function that contains it."""
     tree = _parsed(file)
     found: dict[int, str] = {}
     for part in tree.body if tree is not None else ():
@@ -110,7 +111,7 @@ def _parsed(file: str) -> ast.Module | None:
 
 @functools.cache
 def _named_at(file: str) -> dict[int, str]:
-    """Line -> the name that it gives a value to: an assignment's, an argument's, a function's."""
+    """Line -> name that it defines, by an assignment, a keyword argument or a function."""
     tree = _parsed(file)
     if tree is None:
         return {}
@@ -129,7 +130,7 @@ def _named_at(file: str) -> dict[int, str]:
                 case ast.Return():
                     name = function
                 case ast.keyword(arg=str(argument), value=value):
-                    # strict=True and the like name no result
+                    # constant arguments such as strict=True name no result
                     name = "" if isinstance(value, ast.Constant) else argument
             if name and isinstance(child, ast.stmt | ast.keyword):
                 more = (child.end_lineno or child.lineno) - child.lineno
@@ -139,7 +140,7 @@ def _named_at(file: str) -> dict[int, str]:
 
     visit(tree, "")
     named: dict[int, str] = {}
-    # the shortest span of lines wins, a statement over an argument
+    # the shortest span of lines takes precedence, and a statement over an argument
     for more, _, first, name in sorted(spans):
         for line in range(first, first + more + 1):
             named.setdefault(line, name.strip("_"))

@@ -13,7 +13,7 @@ ONE = np.array(Number("real", 1.0), dtype=object)
 
 
 def _power(build: Builder, base: Scalars) -> Scalars:
-    """A whole power, by squaring as XLA does."""
+    """Integer power, by repeated squaring as in XLA."""
     exponent = build.params["y"]
     left, total = abs(exponent), None
     while left:
@@ -33,7 +33,7 @@ def _logistic(build: Builder, array: Scalars) -> Scalars:
 
 
 def _select(build: Builder, which: Scalars, *cases: Scalars) -> Scalars:
-    """One of several cases by a condition or a number."""
+    """Select one of several cases by a condition or an index."""
     kind = build.scope.kind(build.equation.invars[0])
     if kind == "logical":
         return build.apply("select", which, cases[1], cases[0])
@@ -57,7 +57,7 @@ def _clamp(build: Builder, low: Scalars, array: Scalars, high: Scalars) -> Scala
 
 
 def _convert(build: Builder, array: Scalars) -> Scalars:
-    """A conversion as XLA does it: whole numbers wrap around, real ones end at the limits."""
+    """Type conversion as in XLA: integers wrap around, real numbers saturate."""
     source, target, scope = build.equation.invars[0], build.target, build.scope
     before, after = source.aval.dtype, target.aval.dtype
     kind, narrow = scope.kind(target), scope.narrow.get(after)
@@ -89,7 +89,7 @@ def _iota(build: Builder) -> Scalars:
 
 
 def _dot(build: Builder, one: Scalars, other: Scalars) -> Scalars:
-    """Sums of products, the first ones first."""
+    """Sums of products, added from first to last."""
     (left_axes, right_axes), (left_batch, right_batch) = build.params["dimension_numbers"]
     if any(operand.aval.dtype != np.float64 for operand in build.equation.invars):
         raise build.refused("operands of other types", "float64 ones")
@@ -112,7 +112,7 @@ def _dot(build: Builder, one: Scalars, other: Scalars) -> Scalars:
 
 
 def _reduction(operation: str) -> Callable[..., Scalars]:
-    """A rule that joins the elements along some axes, the first ones first."""
+    """Rule for a reduction along some axes, from the first element to the last."""
 
     def rule(build: Builder, array: Scalars) -> Scalars:
         axes = build.params["axes"]
@@ -128,7 +128,7 @@ def _reduction(operation: str) -> Callable[..., Scalars]:
 
 
 def _platform(build: Builder, *_: Any) -> Scalars:
-    """The number of the branch for a processor, or of the one for whatever there is."""
+    """Index of the branch for the processor, otherwise of the default branch."""
     platforms = build.params["platforms"]
     for number, names in enumerate(platforms):
         if names is None or "cpu" in names:
@@ -137,7 +137,7 @@ def _platform(build: Builder, *_: Any) -> Scalars:
 
 
 def _shifted(build: Builder, *given: Scalars) -> Scalars:
-    """Bits moved to the right, zeros after them."""
+    """Logical right shift: zeros are shifted in."""
     if build.target.aval.dtype == np.int32:
         raise build.refused("a shift of int32", "one of int64 or an unsigned type")
     return build.apply("shift_right", *given)

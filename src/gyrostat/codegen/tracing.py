@@ -1,7 +1,7 @@
 """Trace a function to its jaxpr, with the Python line of each operation.
 
-Whatever JAX does not promise to keep is used in this module and in no other: the primitives' names
-and parameters are met in `primitives`, `lower` and `control_flow`, and are only read there.
+This module alone uses interfaces that JAX does not guarantee. The names and parameters of the
+primitives also appear in `primitives`, `lower` and `control_flow`, where they are only read.
 """
 
 import os
@@ -25,16 +25,16 @@ _CALLS = {
     "custom_jvp_call": "call_jaxpr",
     "custom_vjp_call": "call_jaxpr",
 }
-"""Primitives that only call another jaxpr -> the parameter that holds it."""
+"""Primitive that only calls another jaxpr -> parameter that holds the jaxpr."""
 
 
 @dataclass(frozen=True)
 class Trace:
-    """A traced function.
+    """Traced function.
 
     Attributes:
-        jaxpr: its operations, a `jax.extend.core.ClosedJaxpr`.
-        results: what it returns, with shapes in place of arrays.
+        jaxpr: Operations, a `jax.extend.core.ClosedJaxpr`.
+        results: Tree of results, with shapes in place of arrays.
     """
 
     jaxpr: Any
@@ -42,10 +42,10 @@ class Trace:
 
 
 def as_arrays(tree: Any) -> Any:
-    """A tree with every number as an array, so that none is compiled in.
+    """Tree with every number as an array, so that no number is compiled in as a constant.
 
     Raises:
-        InputError: a leaf is no number.
+        InputError: A leaf is not a number.
     """
     try:
         return jax.tree.map(jnp.asarray, tree)
@@ -55,23 +55,24 @@ def as_arrays(tree: Any) -> Any:
 
 
 def trace(function: Callable[..., Any], arguments: Sequence[Any], name: str) -> Trace:
-    """Trace a function twice and see that it is a function.
+    """Trace a function twice and check that it is pure.
 
     Args:
-        function: of trees of arrays, to a tree of arrays.
-        arguments: examples of its arguments.
-        name: for messages.
+        function: Function of trees of arrays that returns a tree of arrays.
+        arguments: Example arguments.
+        name: Name of the function for messages.
 
     Raises:
-        InputError: it needs values where only shapes are known, as a shape or a Python `if` that
-            depends on data does; it has a side effect; it differs from one call to the next.
+        InputError: The function needs values where only shapes are known, for example in a shape
+            or a Python `if` that depends on data; it has a side effect; or its trace differs from
+            one call to the next.
     """
     arguments = as_arrays(tuple(arguments))
     found = []
     for _ in range(2):
         try:
             with jax.checking_leaks():
-                # a function object of its own: JAX would else remember the first trace
+                # a new function object: otherwise JAX reuses the first trace
                 traced, results = jax.make_jaxpr(
                     lambda *given: as_arrays(function(*given)), return_shape=True
                 )(*arguments)
@@ -91,14 +92,14 @@ def trace(function: Callable[..., Any], arguments: Sequence[Any], name: str) -> 
 
 
 def refuse_effects(jaxpr: Any, called_at: Source) -> None:
-    """Refuse callbacks, prints and the like, with the line of the first.
+    """Refuse callbacks, prints and other side effects, with the line of the first.
 
     Args:
-        jaxpr: what to look through.
-        called_at: line that stands for what a library does.
+        jaxpr: Jaxpr to search.
+        called_at: Line reported for operations inside a library.
 
     Raises:
-        InputError: as said.
+        InputError: The jaxpr has a side effect.
     """
     for equation in jaxpr.eqns:
         if equation.effects:
@@ -110,7 +111,7 @@ def refuse_effects(jaxpr: Any, called_at: Source) -> None:
 
 
 def inner_jaxprs(equation: Any) -> list[Any]:
-    """The jaxprs among an equation's parameters, without their constants."""
+    """Jaxprs among the parameters of an equation, without their constants."""
     every = []
     for value in equation.params.values():
         for item in value if isinstance(value, tuple | list) else (value,):
@@ -121,7 +122,7 @@ def inner_jaxprs(equation: Any) -> list[Any]:
 
 
 def called(equation: Any) -> Any | None:
-    """The closed jaxpr that an equation only calls; None where it does something itself."""
+    """Closed jaxpr that an equation only calls; None if the equation is an operation itself."""
     parameter = _CALLS.get(equation.primitive.name)
     inner = equation.params.get(parameter)
     if inner is None or not hasattr(inner, "consts"):
@@ -130,12 +131,12 @@ def called(equation: Any) -> Any | None:
 
 
 def closed(jaxpr: Any, constants: Sequence[Any]) -> Any:
-    """A jaxpr with its constants."""
+    """Jaxpr closed over its constants."""
     return ClosedJaxpr(jaxpr, constants)
 
 
 def own_function(equation: Any, inner: Any) -> str | None:
-    """Name of a jitted function that is not one of the libraries' own; None for those."""
+    """Name of a jitted function of the user or of this package; None for those of a library."""
     if equation.primitive.name not in ("jit", "pjit"):
         return None
     where = getattr(getattr(inner.jaxpr, "debug_info", None), "func_src_info", None) or ""
@@ -147,7 +148,7 @@ def own_function(equation: Any, inner: Any) -> str | None:
 
 
 def constant(atom: Any) -> Any | None:
-    """The value of a literal; None for a variable."""
+    """Value of a literal; None for a variable."""
     return getattr(atom, "val", None)
 
 

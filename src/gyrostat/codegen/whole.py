@@ -1,4 +1,4 @@
-"""Operations that whole and logical numbers compute in another way than real ones."""
+"""Operations that are computed differently for integer and logical numbers than for real ones."""
 
 from collections.abc import Callable
 

@@ -9,16 +9,16 @@ from gyrostat.wheel.friction import DirectionalStribeck, Friction, Stribeck, Vis
 
 
 def basilisk(model: WheelModel) -> str:
-    """Text of a Python module for Basilisk; its docstring says what is lost.
+    """Text of a Python module for Basilisk; its docstring lists the effects that are lost.
 
     Basilisk's Stribeck term peaks at betaStatic and falls as exp(-(w / betaStatic)² / 2); with
     betaStatic = w_s / √2 it falls as that of Carrara and Kuga, eq. (1).
 
     Args:
-        model: content of a model file.
+        model: Content of a model file.
 
     Raises:
-        InputError: a parameter is missing, or Basilisk has no counterpart of the friction model.
+        InputError: A parameter is missing, or Basilisk has no counterpart of the friction model.
     """
     wheel = model.wheel()
     curve = wheel.friction

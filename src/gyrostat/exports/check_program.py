@@ -15,11 +15,11 @@ from gyrostat.exports.targets import STEPS, Target
 from gyrostat.exports.template import filled
 
 TOLERANCE = {"double": 1e-12, "float": 1e-3}
-"""Largest error of an output, over the largest value that it takes in the run."""
+"""Largest error of an output, relative to its largest value in the run."""
 
 
 def program(target: Target, module: Module, precision: Precision) -> tuple[str, str]:
-    """Text of the test program, and what it prints where all is well."""
+    """Text of the test program, and its expected output."""
     dialect, double = Dialect(precision), Dialect()
     ports = {port.name: port for every in module.ports.values() for port in every}
     made = target.run()
@@ -56,7 +56,7 @@ def program(target: Target, module: Module, precision: Precision) -> tuple[str, 
 
 
 def _texts(ports: dict[str, Port], names: Any) -> list[str]:
-    """How C reaches the numbers of some arguments."""
+    """C expressions for the numbers of some arguments."""
     return [
         scalar.hint
         for name in names

@@ -1,4 +1,4 @@
-"""A wheel with its compensator as one unit, for simulators that move the body."""
+"""Wheel with its compensator as one unit, for simulators that compute the motion of the body."""
 
 from typing import Annotated, NamedTuple
 
@@ -16,11 +16,11 @@ from gyrostat.wheel import Wheel, advance
 
 
 class BodyMeasurement(NamedTuple):
-    """What the simulator tells of the body.
+    """Measured motion of the body about the wheel's axis.
 
     Attributes:
-        attitude: about the wheel's axis, rad.
-        rate: about it, rad/s.
+        attitude: Rotation angle about the wheel's axis, rad.
+        rate: Body rate about the wheel's axis, rad/s.
     """
 
     attitude: Annotated[Float[Array, ""], "rad"]
@@ -28,12 +28,12 @@ class BodyMeasurement(NamedTuple):
 
 
 class CompensatedState(NamedTuple):
-    """Between two control periods.
+    """State between two control periods.
 
     Attributes:
-        memory: of the compensator and the validation of its measurements.
-        speed: of the wheel, rad/s; exactly zero while it sticks.
-        under_way: (delay,) commanded currents that do not act yet, A.
+        memory: Memory of the compensator and state of the validation of its measurements.
+        speed: Wheel speed, rad/s; exactly zero while the wheel sticks.
+        under_way: Commanded currents that do not act yet (delay line), (delay,), A.
     """
 
     memory: GuardedMemory
@@ -42,17 +42,17 @@ class CompensatedState(NamedTuple):
 
 
 class CompensatedOutput(NamedTuple):
-    """What a control period gives.
+    """Output of a control period.
 
     Attributes:
-        torque: mean over the period on the body, which loses what the wheel gains, N·m.
-        speed: of the wheel at the end, rad/s.
-        current: of the motor, A.
-        estimated_torque: external torque on the body, N·m.
-        friction_scale: friction of the wheel over friction of the compensator's model.
-        resolved: whether the wheel's motion was.
+        torque: Mean reaction torque of the wheel on the body over the period, N·m.
+        speed: Wheel speed at the end of the period, rad/s.
+        current: Motor current, A.
+        estimated_torque: Estimated external torque on the body, N·m.
+        friction_scale: Friction of the wheel divided by that of the compensator's model.
+        resolved: Whether the wheel's motion was resolved.
         sample_status: Status of the sample, see SampleStatus.
-        samples_missed: Samples since the last one that gave a command; 0 where this one did.
+        samples_missed: Samples since the last one that gave a command; 0 if this one did.
     """
 
     torque: Annotated[Scalar, "N·m"]
@@ -68,15 +68,16 @@ class CompensatedOutput(NamedTuple):
 
 
 class CompensatedWheel(eqx.Module):
-    """A wheel under the currents of its compensator, sampled and held.
+    """Wheel driven by the sampled and held current of its compensator.
 
-    The compensator reads the body's attitude and rate and the wheel's own speed. What the body's
-    acceleration adds to that speed, a share of the rotor's inertia over the body's, is left out.
+    The compensator reads the body's attitude and rate and the wheel speed. The change of the wheel
+    speed by the body's acceleration, a fraction of the rotor's inertia over the body's, is
+    neglected.
 
     Attributes:
-        compensator: gives the currents.
-        wheel: that they drive; it need not be as the compensator knows it.
-        guard: validates attitude, rate and wheel speed before the compensator uses them.
+        compensator: Compensator, which commands the current.
+        wheel: Simulated wheel; it may differ from the compensator's model.
+        guard: Validation of attitude, rate and wheel speed before the compensator uses them.
     """
 
     compensator: EstimatingCompensator
@@ -88,7 +89,7 @@ class CompensatedWheel(eqx.Module):
     )
 
     def start(self, speed: Scalar, period: Scalar) -> CompensatedState:
-        """At a wheel speed, rad/s; the control period is in s."""
+        """State at a wheel speed, rad/s; the control period is in s."""
         under_way = empty_line(jnp.zeros(()), self.compensator.delay)
         memory = Guarded(self.compensator, self.guard).start(period)
         return CompensatedState(memory, jnp.asarray(speed), under_way)
@@ -96,11 +97,11 @@ class CompensatedWheel(eqx.Module):
     def __call__(
         self, state: CompensatedState, measurement: BodyMeasurement
     ) -> tuple[CompensatedState, CompensatedOutput]:
-        """Carry the wheel over one control period.
+        """Propagate the wheel over one control period.
 
         Args:
-            state: at its start.
-            measurement: of the body there.
+            state: State at the start of the period.
+            measurement: Measured motion of the body at the start of the period.
         """
         period = state.memory.period
         seen = TableMeasurement(measurement.attitude, measurement.rate, state.speed)

@@ -1,4 +1,4 @@
-"""Functions of emitted modules, as Python."""
+"""Functions of the emitted modules, in Python."""
 
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, NamedTuple, Self
@@ -40,8 +40,8 @@ class EstimatorCheck(NamedTuple):
     """State of the validation of an estimator's inputs.
 
     Attributes:
-        current: Of the current.
-        measured: Of the measured speed.
+        current: State of the validation of the current.
+        measured: State of the validation of the measured speed.
     """
 
     current: GuardMemory
@@ -52,8 +52,8 @@ class EstimatorGuard(eqx.Module):
     """Limits of an estimator's inputs.
 
     Attributes:
-        current: Of the current.
-        measured: Of the measured speed.
+        current: Validation of the current.
+        measured: Validation of the measured speed.
     """
 
     current: MeasurementGuard
@@ -61,14 +61,14 @@ class EstimatorGuard(eqx.Module):
 
     @classmethod
     def of(cls, limits: Mapping[str, FieldLimits] | None, on_bad: str) -> Self:
-        """With some limits.
+        """Guard with the given limits.
 
         Args:
-            limits: Of `current` and `measured`.
-            on_bad: Current in place of a rejected one: "hold" or "zero".
+            limits: Limits of `current` and `measured`.
+            on_bad: Current that replaces a rejected one: "hold" or "zero".
 
         Raises:
-            InputError: a name is another one.
+            InputError: Limits are given for another name.
         """
         given = dict(limits or {})
         for name in given:
@@ -83,7 +83,7 @@ class EstimatorGuard(eqx.Module):
         )
 
     def start(self) -> EstimatorCheck:
-        """Nothing accepted yet."""
+        """State before the first input is accepted."""
         return EstimatorCheck(self.current.start(), self.measured.start())
 
 
@@ -94,17 +94,17 @@ def guard_of(
     limits: Mapping[str, FieldLimits] | None,
     on_bad: str,
 ) -> MeasurementGuard:
-    """A guard of those fields of a measurement that a controller reads.
+    """Guard for the fields of a measurement that a controller reads.
 
     Args:
-        controller: Of the loop.
+        controller: Controller of the loop.
         period: Control period, s.
-        measurement: An example, each field one number.
-        limits: Of some of its fields.
-        on_bad: "hold" or "zero".
+        measurement: Example, each field one number.
+        limits: Limits of some fields.
+        on_bad: Safe command, "hold" or "zero".
 
     Raises:
-        InputError: limits of a field that is not read.
+        InputError: Limits are given for a field that is not read.
     """
     memory = controller.start(period)
     jaxpr = jax.make_jaxpr(lambda seen: controller(memory, seen))(measurement).jaxpr
@@ -122,7 +122,7 @@ def guard_of(
 
 
 def starting(guard: MeasurementGuard) -> Callable[[Any, Any], Any]:
-    """The function that makes the state before the first measurement."""
+    """Function that creates the state before the first measurement."""
 
     def begin(controller: Any, period: Any) -> Any:
         """Set the state before the first measurement; the period is in s."""
@@ -132,15 +132,15 @@ def starting(guard: MeasurementGuard) -> Callable[[Any, Any], Any]:
 
 
 def command(controller: Any, guard: MeasurementGuard, memory: Any, measurement: Any) -> Any:
-    """Validate a measurement, give a command; once in every control period."""
+    """Validate a measurement and compute the command; call once in every control period."""
     return Guarded(controller, guard).step(memory, measurement)
 
 
 def tracking(guard: EstimatorGuard) -> Callable[[FrictionScaleFilter, Any], Any]:
-    """The function that makes the estimate before the first measurement."""
+    """Function that creates the estimate before the first measurement."""
 
     def track(filter: FrictionScaleFilter, speed: Any) -> Any:
-        """Begin about a wheel speed, rad/s."""
+        """Initialise the estimate at a wheel speed, rad/s."""
         return filter.start(speed), guard.start()
 
     return track
@@ -154,7 +154,7 @@ def predict(
     current: Any,
     period: Any,
 ) -> Any:
-    """Validate a current, A, and predict the estimate over a period, s, in which it was held."""
+    """Validate a current, A, and predict the estimate over the period, s, for which it was held."""
     seen = guard.current(check.current, AppliedCurrent(current), period)
     last = check.current.last.current
     safe = last if guard.current.on_bad == "hold" else jnp.zeros_like(last)
@@ -172,9 +172,9 @@ def correct(
     measured: Any,
     period: Any,
 ) -> Any:
-    """Validate a measured speed, rad/s, and correct the estimate; a rejected one is left out."""
+    """Validate a measured speed, rad/s, and correct the estimate; a rejected speed is ignored."""
     seen = guard.measured(check.measured, MeasuredSpeed(measured), period)
-    # the filter counts what is not a number as missed
+    # the filter counts NaN as a missed sample
     used = jnp.where(seen.good, seen.measurement.measured, jnp.nan)
     estimate, status = _kept(filter.correct(estimate, used), estimate, seen)
     after = jax.tree.map(lambda a, b: jnp.where(seen.good, a, b), seen.used, seen.missed)
@@ -182,7 +182,7 @@ def correct(
 
 
 def _kept(new: Any, old: Any, seen: Validated) -> tuple[Any, Any]:
-    """A new estimate if it is finite, the old one otherwise; and the status."""
+    """New estimate if it is finite, otherwise the old one; and the status."""
     stays = finite(new)
     status = jnp.where(seen.good & ~stays, int(SampleStatus.NOT_COMPUTED), seen.status)
     return jax.tree.map(lambda a, b: jnp.where(stays, a, b), new, old), status
@@ -194,7 +194,7 @@ def friction(filter: FrictionScaleFilter, estimate: Any) -> Any:
 
 
 def move(wheel: Wheel, speed: Any, current: Any, slope: Any, duration: Any) -> Any:
-    """Carry a wheel's speed, rad/s, over a time, s, of a current, A, with a slope, A/s."""
+    """Propagate a wheel's speed, rad/s, over a time, s, with a current, A, and its slope, A/s."""
     return advance(wheel, speed, current, slope, duration)
 
 
@@ -204,5 +204,5 @@ def at_speed(unit: CompensatedWheel, initial_speed: Any, period: Any) -> Any:
 
 
 def carry_on(unit: CompensatedWheel, state: Any, measurement: Any) -> Any:
-    """Take in attitude and rate of the body, carry the wheel over one control period."""
+    """Read attitude and rate of the body and propagate the wheel over one control period."""
     return unit(state, measurement)

@@ -32,23 +32,23 @@ from gyrostat.exports.template import filled
 from gyrostat.exports.unit_text import unit_of
 
 NONE = "    case 0xFFFFFFFF: return NULL;"
-"""For a kind of number that a unit has none of."""
+"""Cases of a kind of number that does not occur in a unit."""
 SINCE = "duration"
-"""An argument of this name is the communication step; a target without one has its own period."""
+"""Name of the argument that is the communication step; a module without it has its own period."""
 
 
 def write_fmu(target: Target, path: Path) -> str | None:
-    """Write a co-simulation unit: sources, description, and a binary where there is a compiler.
+    """Write a co-simulation unit: sources, description, and a binary if there is a compiler.
 
     Args:
-        target: what it does in each communication step.
-        path: of the file, NAME.fmu.
+        target: Flight module, which runs in each communication step.
+        path: File to write, NAME.fmu.
 
     Returns:
-        The platform of the binary; None where it holds none.
+        The platform of the binary; None if there is no binary.
 
     Raises:
-        InputError: the target cannot be emitted, or the compiler refuses.
+        InputError: The module cannot be emitted, or the compiler fails.
     """
     name = target.name
     module = emit(name, target.entries)
@@ -68,7 +68,7 @@ def write_fmu(target: Target, path: Path) -> str | None:
         contents[f"binaries/{where}/{name}{suffix}"] = binary
     with whole_file(path) as unfinished, zipfile.ZipFile(unfinished, "w") as archive:
         for file, content in contents.items():
-            # of one date: the same unit is the same file, byte by byte
+            # a fixed date, so that the same unit gives the same file, byte by byte
             archive.writestr(
                 zipfile.ZipInfo(file, (1980, 1, 1, 0, 0, 0)), content, zipfile.ZIP_DEFLATED
             )
@@ -76,7 +76,7 @@ def write_fmu(target: Target, path: Path) -> str | None:
 
 
 def _variables(target: Target, ports: dict[str, Port]) -> Iterator[Variable]:
-    """All scalars, in the order of the ports."""
+    """Scalar variables, in the order of the ports."""
     given = _given(target)
     read = {name for entry in target.steps for name in entry.arguments}
     counts = {"real": 0, "logical": 0, "integer": 0}
@@ -93,7 +93,7 @@ def _variables(target: Target, ports: dict[str, Port]) -> Iterator[Variable]:
 
 
 def _role(target: Target, port: Port) -> tuple[str, bool]:
-    """Causality of an argument, and whether its value before the simulation is the user's."""
+    """FMI causality of an argument, and whether its start value is given by the user."""
     name = port.name
     read = {name for entry in target.steps for name in entry.arguments}
     if name == SINCE:
@@ -101,7 +101,7 @@ def _role(target: Target, port: Port) -> tuple[str, bool]:
     if name in target.begin[0].results or name == "period":
         return "parameter", True
     if any(name in entry.results for entry in target.steps):
-        # a state of one number is an output too; one of a struct is only for looking at
+        # a state that is one number is also an output; a state that is a struct is only local
         state = name in read
         kind = "local" if state and isinstance(port.content, Struct) else "output"
         return kind, state and kind == "output"
@@ -109,7 +109,7 @@ def _role(target: Target, port: Port) -> tuple[str, bool]:
 
 
 def _given(target: Target) -> dict[str, list[Any]]:
-    """Leaves of what has a value before the simulation: the parameters, and what stays."""
+    """Leaves of the arguments with a start value: the parameters and the period."""
     stays = {name: [value] for name, value in target.constants.items() if name in ("period",)}
     first = target.begin[0]
     made = first.function() if len(first.results) > 1 else (first.function(),)
@@ -180,7 +180,7 @@ def _platform() -> tuple[str, str]:
 
 
 def _binary(sources: dict[str, str], name: str) -> bytes | None:
-    """The shared library, by the user's compiler."""
+    """Shared library, built by the C compiler of the machine; None without a compiler."""
     program = compiler()
     if program is None:
         return None

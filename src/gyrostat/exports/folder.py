@@ -13,18 +13,18 @@ from gyrostat.exports.template import filled
 
 
 def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
-    """Emit a target with all that goes with it.
+    """Emit a flight module with all its files.
 
     Args:
-        target: what flies.
-        precision: of its real numbers.
-        origin: where its parameters come from, for the README.
+        target: Flight module.
+        precision: Precision of real numbers.
+        origin: Origin of the parameters, for the README.
 
     Returns:
         File name -> text.
 
     Raises:
-        InputError: the target cannot be emitted; see `emit`.
+        InputError: The module cannot be emitted; see `emit`.
     """
     name = target.name
     module = emit(name, target.entries, precision)
@@ -85,7 +85,7 @@ def _readme(
 
 
 def _validation(target: Target) -> list[str]:
-    """What becomes of bad inputs."""
+    """Description of the validation of inputs, for the README."""
     words = {"hold": "the last accepted command", "zero": "zero"}
     reports = [n for entry in target.steps for n in entry.results if n.endswith("report")]
     if target.on_bad is None:
@@ -142,7 +142,7 @@ def _costs(target: Target, module: Module, compiled: Compiled | None) -> list[st
 
 
 def _depth(function: Function, compiled: Compiled) -> int:
-    """Bytes of stack down the deepest chain of calls; a function that is inlined counts as none."""
+    """Stack of the deepest chain of calls, bytes; an inlined function counts as none."""
     calls = (s.function for s in statements(function.body) if isinstance(s, Call))
     below = max((_depth(called, compiled) for called in calls), default=0)
     return compiled.stack.get(function.name, 0) + below

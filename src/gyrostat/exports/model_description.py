@@ -13,18 +13,18 @@ from gyrostat.exports.unit_text import base_exponents
 
 @dataclass(frozen=True)
 class Variable:
-    """A scalar of the unit.
+    """Scalar variable of the unit.
 
     Attributes:
-        name: as C reaches it in the values, without the place in arrays.
+        name: C expression in the values, without the place in arrays.
         kind: "real", "integer" or "logical".
         role: "parameter", "input", "output" or "local".
-        meaning: its description.
-        unit: SI, or "".
-        exact: whether its value before the simulation is the user's.
-        tunable: whether its value counts after the beginning too.
-        reference: among those of its kind.
-        start: value before the simulation.
+        meaning: Description.
+        unit: SI unit, or "".
+        exact: Whether its start value is given by the user (initial = "exact").
+        tunable: Whether changes of its value after initialisation have an effect.
+        reference: Value reference among the variables of its kind.
+        start: Start value.
     """
 
     name: str
@@ -42,9 +42,9 @@ def model_description(target: Target, variables: list[Variable], guid: str) -> s
     """Text of modelDescription.xml.
 
     Args:
-        target: what the unit does.
-        variables: all of them, in order.
-        guid: of the unit.
+        target: Flight module of the unit.
+        variables: All variables, in order.
+        guid: GUID of the unit.
     """
     root = ElementTree.Element(
         "fmiModelDescription",
@@ -121,5 +121,5 @@ def _describe(listed: ElementTree.Element, variable: Variable) -> None:
 
 
 def _number(value: float) -> str:
-    """As XML writes it, infinity as the largest double: FMI 2.0 knows no other."""
+    """Number in XML; infinity as the largest double, because FMI 2.0 has no infinity."""
     return repr(float(np.clip(value, -sys.float_info.max, sys.float_info.max)))

@@ -1,4 +1,4 @@
-"""Parts that can be exported as they are."""
+"""Parts that can be exported without further design."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from gyrostat.estimation import FrictionScaleFilter
 from gyrostat.exports.compensated_wheel import CompensatedWheel
 
 Part = EstimatingCompensator | CurrentMode | FrictionScaleFilter | CompensatedWheel
-"""A part that can be exported as it is."""
+"""Part that can be exported without further design."""
 _KINDS = {
     EstimatingCompensator: "compensator",
     CurrentMode: "controller",
@@ -17,5 +17,5 @@ _KINDS = {
 
 
 def part_kind(part: Any) -> str | None:
-    """Key of `gyrostat.exports.TARGETS` of a part; None of everything else, as of a wheel."""
+    """Key of a part in `gyrostat.exports.TARGETS`; None for anything else, such as a wheel."""
     return _KINDS.get(type(part))

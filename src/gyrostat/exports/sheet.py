@@ -10,11 +10,11 @@ def sheet(model: WheelModel) -> str:
     """Text of a JSON data sheet.
 
     Args:
-        model: content of a model file.
+        model: Content of a model file.
 
     Returns:
         {"friction": {"model", "title", "equation"}, "parameters": {NAME: {"value", "sigma",
-        "unit"}}, "origin"}; sigma is null where it is not known.
+        "unit"}}, "origin"}; sigma is null if it is unknown.
     """
     dimensions = {
         "inertia": "inertia",

@@ -24,9 +24,9 @@ from gyrostat.spacecraft import TableMeasurement
 from gyrostat.wheel import Wheel
 
 STEPS = 40
-"""Of the run that a test program repeats."""
+"""Number of steps of the test run."""
 Limits = Mapping[str, FieldLimits] | None
-"""Name of a measured field -> its limits; None: values are only tested to be finite."""
+"""Name of a measured field -> its limits; None to test only that values are finite."""
 UNITS = {
     "speed": "rad/s",
     "initial_speed": "rad/s",
@@ -39,18 +39,19 @@ UNITS = {
 
 @dataclass(frozen=True)
 class Target:
-    """What is emitted as one module.
+    """Flight module: a set of functions that is emitted as one C module.
 
     Attributes:
-        name: of the module, and first word of its functions.
-        title: one line.
-        period: s, that the numbers were tuned for.
-        begin: functions called once, in this order.
-        steps: functions called once in every period, in this order.
-        constants: name -> value of arguments that stay.
-        inputs: name -> value of arguments that change, first axis the step, for a test run.
-        units: name -> unit of arguments and results that are single numbers.
-        on_bad: safe command in place of one from a rejected sample; None: nothing is validated.
+        name: Name of the module and prefix of its functions.
+        title: One-line title.
+        period: Control period that the parameters were tuned for, s.
+        begin: Functions called once, in this order.
+        steps: Functions called once in every period, in this order.
+        constants: Name -> value of constant arguments.
+        inputs: Name -> values of variable arguments in a test run; the first axis is the step.
+        units: Name -> unit of arguments and results that are single numbers.
+        on_bad: Safe command in place of one from a rejected sample; None if inputs are not
+            validated.
     """
 
     name: str
@@ -65,13 +66,13 @@ class Target:
 
     @property
     def entries(self) -> tuple[Entry, ...]:
-        """All functions."""
+        """All functions of the module."""
         return (*self.begin, *self.steps)
 
     def run(self) -> list[dict[str, Any]]:
-        """What Python says in the test run: name -> value of all results, one for each step."""
+        """Results of the test run in Python: a dict name -> value of every result for each step."""
         values = {name: as_arrays(value) for name, value in self.constants.items()}
-        # what is called once is not worth compiling
+        # functions that are called once are not worth compiling
         called = {entry.name: entry.function for entry in self.begin}
         called |= {entry.name: jax.jit(entry.function) for entry in self.steps}
         made = []
@@ -102,7 +103,7 @@ def _parameters(name: str, values: Mapping[str, Any]) -> Entry:
 
 
 Call = tuple[str, Callable[..., Any], tuple[str, ...]]
-"""Last word of an entry's name, its function, and the names of its results."""
+"""Suffix of an entry's name, its function, and the names of its results."""
 
 
 def _target(
@@ -113,15 +114,15 @@ def _target(
     steps: Sequence[Call],
     **others: Any,
 ) -> Target:
-    """A target whose functions take what is called like their parameters.
+    """Flight module whose functions get their arguments by the names of their parameters.
 
     Args:
-        name: Of the target.
-        parameters: Name -> value of what is tuned.
-        state: Name -> example of what a step hands to the next.
-        begin: Called once, after the parameters are set.
-        steps: Called once in every period.
-        others: Further fields of the target.
+        name: Name of the module.
+        parameters: Name -> value of the tuned parameters.
+        state: Name -> example of the state passed from one step to the next.
+        begin: Functions called once, after the parameters are set.
+        steps: Functions called once in every period.
+        others: Further fields of the module.
     """
     first = {n: jax.tree.map(lambda x: x[0], value) for n, value in others["inputs"].items()}
     known = {**parameters, **state, **others["constants"], **first}
@@ -139,7 +140,7 @@ def _target(
 
 
 def _measurements() -> TableMeasurement:
-    """A table that swings a little while its wheel goes through zero speed; three bad samples."""
+    """Test measurements: table oscillations, a zero crossing of the wheel, three bad samples."""
     random, step = np.random.default_rng(0), np.arange(STEPS)
     speed = np.linspace(-3.0, 3.0, STEPS) + 0.2 * random.standard_normal(STEPS)
     attitude = 1e-3 * np.sin(0.3 * step)
@@ -173,12 +174,12 @@ def _loop(
 def compensator(
     controller: EstimatingCompensator, period: float, limits: Limits = None, on_bad: str = "hold"
 ) -> Target:
-    """Friction compensation with its Kalman filter.
+    """Flight module of friction compensation with a Kalman filter.
 
     Args:
-        controller: The compensator.
+        controller: Compensator.
         period: Control period, s.
-        limits: Of fields of the measurement, see `MeasurementGuard`.
+        limits: Limits of fields of the measurement, see `MeasurementGuard`.
         on_bad: Safe command in place of one from a rejected sample: "hold" or "zero".
     """
     title = "Friction compensation of a reaction wheel, its speed estimated by a Kalman filter"
@@ -188,7 +189,7 @@ def compensator(
 def controller(
     law: CurrentMode, period: float, limits: Limits = None, on_bad: str = "hold"
 ) -> Target:
-    """The attitude law alone; for the arguments see `compensator`."""
+    """Flight module of the attitude law alone; for the arguments see `compensator`."""
     title = "Attitude law of one axis, a current as its command"
     return _loop("controller", title, law, period, limits, on_bad)
 
@@ -196,14 +197,14 @@ def controller(
 def estimator(
     filter: FrictionScaleFilter, period: float, limits: Limits = None, on_bad: str = "hold"
 ) -> Target:
-    """Speed and health of a wheel from its current and tachometer.
+    """Flight module that estimates speed and friction level from current and tachometer.
 
     Args:
-        filter: The estimator.
-        period: Between its samples, s.
-        limits: Of `current` and `measured`, see `MeasurementGuard`.
-        on_bad: Current that a rejected one is replaced by: "hold" (the last accepted one) or
-            "zero". A rejected speed is left out.
+        filter: Estimator.
+        period: Sample period, s.
+        limits: Limits of `current` and `measured`, see `MeasurementGuard`.
+        on_bad: Current that replaces a rejected one: "hold" (the last accepted one) or "zero". A
+            rejected speed is ignored.
     """
     random = np.random.default_rng(0)
     inputs = {
@@ -234,7 +235,7 @@ def estimator(
 
 
 def wheel(model: Wheel, period: float) -> Target:
-    """The wheel itself, dry friction and all, to simulate with."""
+    """Flight module of the wheel itself with its dry friction, for simulation."""
     return _target(
         "wheel",
         {"wheel": model},
@@ -252,7 +253,7 @@ def wheel(model: Wheel, period: float) -> Target:
 def compensated_wheel(
     unit: CompensatedWheel, period: float, limits: Limits = None, on_bad: str = "hold"
 ) -> Target:
-    """The wheel and its compensator as one piece, to simulate with; see `compensator`."""
+    """Flight module of the wheel with its compensator, for simulation; see `compensator`."""
     guard = MeasurementGuard.of(unit.guard.sample, limits, on_bad)
     unit = unit if limits is None and on_bad == "hold" else replace(unit, guard=guard)
     measured = _measurements()
@@ -278,4 +279,4 @@ TARGETS: Mapping[str, Callable[..., Target]] = {
     "estimator": estimator,
     "wheel": wheel,
 }
-"""Name on the command line -> what makes the target."""
+"""Name on the command line -> function that creates the flight module."""

@@ -24,10 +24,10 @@ def base_exponents(unit: str) -> dict[str, int]:
     """Exponents of kg, m, s, A and rad in a unit like N·m·s/rad, kg·m² or rad/s².
 
     Raises:
-        ValueError: it is no such unit.
+        ValueError: The text is not such a unit.
     """
     total: Counter[str] = Counter()
-    # what stands behind the stroke is below it, in brackets or not
+    # all factors after the solidus are in the denominator, with or without brackets
     above, _, below = unit.partition("/")
     for sign, text in ((1, above), (-1, below.strip("()"))):
         for factor in filter(None, text.split("·")):
@@ -40,7 +40,7 @@ def base_exponents(unit: str) -> dict[str, int]:
 
 
 def unit_of(meaning: str) -> str:
-    """The unit at the end of a field's description, or ""."""
+    """Unit at the end of a field's description, or ""."""
     last = re.split(r"[,;:] | and ", meaning)[-1].strip().rstrip(".")
     try:
         return last if last and base_exponents(last) is not None else ""

@@ -1,4 +1,4 @@
-"""From bench records to a wheel with honest uncertainty."""
+"""Identification of wheel models from bench records, with uncertainty."""
 
 from gyrostat.identification.averaging import Effect
 from gyrostat.identification.batch import identify

@@ -1,4 +1,4 @@
-"""Automatic choice of the model: what the diagnosis finds is included, and nothing else."""
+"""Automatic model selection: include the effects that the diagnosis finds."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,11 +12,11 @@ from gyrostat.identification.signs import RESTORE, lost_sign
 from gyrostat.telemetry import Record
 
 AUTO = "auto"
-"""Name that stands for the automatic choice in place of a friction model."""
+"""Model name that requests automatic selection."""
 SIMPLEST = "viscous-coulomb"
-"""Where the choice starts."""
+"""First friction model."""
 MOST_STEPS = 6
-"""Effects that are included at most."""
+"""Largest number of included effects."""
 DIRECTIONAL = ("asymmetry", "viscous_asymmetry")
 COLUMNS = (
     "coulomb_drift",
@@ -24,18 +24,18 @@ COLUMNS = (
     "coulomb_over_temperature",
     "clipped_current",
 )
-"""Effects that join the fit as nuisances."""
+"""Effects that are included in the fit as nuisance parameters."""
 
 
 @dataclass(frozen=True)
 class _Choice:
-    """What a fit includes.
+    """Model choices of a fit.
 
     Attributes:
         model: Name of the friction model.
-        free: Names estimated beside the usual ones.
-        loss: Of a residual.
-        include: Effects that join the fit as nuisances.
+        free: Further estimated parameters.
+        loss: Loss function of a residual.
+        include: Effects included in the fit as nuisance parameters.
     """
 
     model: str = SIMPLEST
@@ -44,10 +44,10 @@ class _Choice:
     include: tuple[str, ...] = ()
 
     def with_finding(self, finding: Finding) -> "_Choice | None":
-        """The choice that includes a finding too; None where nothing more does.
+        """Choice that also includes a finding; None if no option includes it.
 
-        Of effects that cannot be told apart the first that this knows is taken, a current offset
-        before an asymmetry of friction: it has one parameter.
+        Of effects that cannot be distinguished the first known one is included. A current offset
+        is preferred to an asymmetry of friction, because it has only one parameter.
         """
         if "current_offset" in finding.names and "current_bias" not in self.free:
             return replace(self, free=(*self.free, "current_bias"))
@@ -64,7 +64,7 @@ class _Choice:
         return None
 
     def change(self, before: "_Choice") -> str:
-        """What this includes that a narrower choice did not."""
+        """Text of the difference from a narrower choice."""
         if self.free != before.free:
             return f"{self.free[-1]} estimated"
         if self.include != before.include:
@@ -73,7 +73,7 @@ class _Choice:
 
 
 def _restored(record: Record) -> Record:
-    """The record with a lost sign restored."""
+    """Record with a missing sign restored."""
     finding = lost_sign(record)
     if finding is None:
         return record
@@ -93,25 +93,25 @@ def identify_automatically(
 ) -> Fit:
     """Identify a wheel with the model that its records support.
 
-    Lost signs are restored; then the simplest friction model is fitted, and what the diagnosis
-    finds is included, the effect with most evidence first, until it finds nothing more that can be
-    included. A step that leads to no valid wheel is taken back.
+    Missing signs are restored. The simplest friction model is fitted. The effects that the diagnosis
+    finds are then included, the one with most evidence first, until no further effect can be
+    included. A step that leads to no valid wheel is undone.
 
     Args:
         identify: `gyrostat.identification.identify`.
-        records: of one wheel.
-        hold: as for `identify`; names that a model does not have are left out for it.
-        free: likewise.
-        prior: likewise.
-        start: likewise.
-        loss: as for `identify`.
-        options: further arguments of `identify`.
+        records: Records of one wheel.
+        hold: As for `identify`; names that a model does not have are ignored for it.
+        free: As `hold`.
+        prior: As `hold`.
+        start: As `hold`.
+        loss: As for `identify`.
+        options: Further arguments of `identify`.
 
     Returns:
-        The fit, with what was chosen in `choices`.
+        The fit, with the choices made in `choices`.
 
     Raises:
-        InputError: the records or the request cannot give an estimate.
+        InputError: The records or the request cannot give an estimate.
     """
     records = tuple(_restored(record) for record in records)
 

@@ -1,13 +1,12 @@
-"""Estimates and uncertainty averaged over what may act beside the friction model.
+"""Bayesian model averaging of estimates and uncertainty over effects outside the friction model.
 
 Every hypothesis is a choice of scale (zero: absent) for each nuisance and of level for each random
 torque. Linearised at the least-squares fit, each has a Gaussian posterior of the parameters and a
-closed-form evidence; the result is the mixture of all of them, weighted by evidence times prior
-(Bayesian model averaging: Hoeting et al. 1999, Statistical Science 14). Each candidate is present
-with a probability that is itself unknown and common to all, so that a record that shows one effect
-makes the others more likely, and one that shows none less (Scott and Berger 2010, Annals of
-Statistics 38). The prior of a present candidate is spread evenly over its scales, which are decades
-apart.
+closed-form evidence. The result is the mixture of all of them, weighted by evidence times prior
+(Hoeting et al. 1999, Statistical Science 14). Each candidate is present with a probability that is
+itself unknown and common to all. A record that shows one effect thus makes the others more likely,
+and a record without effects makes them less likely (Scott and Berger 2010, Annals of Statistics
+38). The prior of a present candidate is uniform over its scales, which are decades apart.
 """
 
 from collections.abc import Sequence
@@ -24,22 +23,22 @@ from gyrostat.identification.innovations import Innovations
 from gyrostat.identification.least_squares import Prior
 
 AT_THE_EDGE = 0.5
-"""Weight of the strongest torque noise (0.3 before the record is seen) from which stronger ones
-are considered."""
+"""Posterior weight of the strongest torque noise (0.3 a priori) above which stronger levels are
+considered."""
 
 
 @dataclass(frozen=True)
 class Effect:
-    """What the records say of one candidate effect.
+    """Posterior of one candidate effect.
 
     Attributes:
         name: Identifier in fit.json.
-        title: What a report calls it.
-        probability: Of its presence, after the record; before it 2/3.
-        value: Posterior mean of its size given its presence, in its unit; of several coefficients
-            the one largest in size.
+        title: Title in reports.
+        probability: Posterior probability of its presence; 2/3 a priori.
+        value: Posterior mean of its size if it is present, in `unit`; the largest in size of
+            several coefficients.
         sigma: Standard deviation of that coefficient; None for a random torque.
-        unit: Of value and sigma; "1" for shares.
+        unit: Unit of value and sigma; "1" for fractions.
     """
 
     name: str
@@ -50,7 +49,7 @@ class Effect:
     unit: str
 
     def to_dict(self) -> dict[str, object]:
-        """A row of the effects in fit.json."""
+        """Row of the effects in fit.json."""
         return {
             "name": self.name,
             "title": self.title,
@@ -67,11 +66,11 @@ class Average:
 
     Attributes:
         shift: Mean correction of the estimates, (n,), SI.
-        covariance: Of the estimates, (n, n), SI.
+        covariance: Covariance of the estimates, (n, n), SI.
         coefficients: Mean coefficients of all nuisances, (m,).
-        effects: What the records say of each candidate.
-        findings: Effects, averaged or not, that the diagnosis found.
-        scores: Tests of all candidates.
+        effects: Posterior of each candidate.
+        findings: Effects that the diagnosis found, averaged or not.
+        scores: Score tests of all candidates.
     """
 
     shift: Vector
@@ -93,18 +92,18 @@ def average(
     beside: Sequence[Nuisance] = (),
     names: Sequence[str] = (),
 ) -> Average:
-    """Average estimates over all hypotheses, and diagnose what the records show.
+    """Average estimates over all hypotheses, and diagnose the residuals.
 
     Args:
         segments: All records, linearised at the same fit.
-        effects: Candidates of definite shape.
+        effects: Deterministic candidates.
         prior: A-priori knowledge of the n estimated parameters.
-        x: (n,) estimates of the fit, SI.
-        scale: (n,) sizes that the parameters could have, SI.
-        beside: Further candidates, which are only diagnosed.
-        names: Of the estimated parameters; without them nothing is diagnosed.
-        stated: Whether the user stated the noise of the speed: then it is only raised where the
+        x: Estimates of the fit, (n,), SI.
+        scale: Plausible sizes of the parameters, (n,), SI.
+        stated: Whether the user stated the noise of the speed. It is then increased only if the
             residuals clearly exceed it.
+        beside: Further candidates, which are diagnosed but not averaged.
+        names: Names of the estimated parameters; without them there is no diagnosis.
     """
     rows = prior.rows() * scale
     known = (rows.T @ rows, -rows.T @ prior.residual(x))
@@ -147,7 +146,7 @@ def _weights(seen: Posteriors) -> Vector:
 def _found(
     seen: Posteriors, weight: Vector, effects: Sequence[Nuisance], count: int
 ) -> list[Effect]:
-    """What the mixture says of each nuisance, given its presence."""
+    """Posterior of each nuisance, given its presence."""
     found, first = [], count
     for place, effect in enumerate(effects):
         last = first + effect.columns[0].shape[1]
@@ -166,7 +165,7 @@ def _found(
 
 
 def _torques(seen: Posteriors, weight: Vector) -> list[Effect]:
-    """What the mixture says of the random torques, given their presence."""
+    """Posterior of the random torques, given their presence."""
     found = []
     for place, (name, title) in enumerate(TORQUES):
         level = seen.levels[:, place]

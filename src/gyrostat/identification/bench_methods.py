@@ -1,7 +1,7 @@
 """Inputs and results shared by the bench methods (steady, torque step, coast-down).
 
 Carrara and Kuga call these "deterministic methods", after Carrara and Milani (2007): each parameter
-has an experiment of its own that makes it stand out.
+has its own experiment, in which it dominates.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -29,17 +29,17 @@ def held_values(
     hold: Mapping[str, float | None] | None,
     allowed: Collection[str],
 ) -> dict[str, float]:
-    """Values that an experiment is told, name -> SI.
+    """Values given to a bench method, name -> SI.
 
     Args:
-        model: friction model.
-        inertia: kg·m², or None.
-        hold: name -> value, SI, or None for the default of the friction model.
-        allowed: names that `hold` may have.
+        model: Friction model.
+        inertia: Rotor inertia, kg·m², or None.
+        hold: Name -> value, SI, or None for the default of the friction model.
+        allowed: Names allowed in `hold`.
 
     Raises:
-        InputError: another name, no value where the model has no default, or a value that no wheel
-            has.
+        InputError: A name is not allowed, a value is missing and the model has no default, or no
+            wheel can have the value.
     """
     dimensions = wheel_dimensions(model)
     values = {} if inertia is None else {"inertia": float(inertia)}
@@ -59,10 +59,10 @@ def held_values(
 
 
 def required(held: Mapping[str, float], name: str, why: str) -> float:
-    """A value that an experiment cannot do without.
+    """Held value that a bench method needs.
 
     Raises:
-        InputError: it is not held; `why` says what it is needed for.
+        InputError: The value is not held; `why` says what it is needed for.
     """
     if name not in held:
         raise InputError(f"{name}: found none, expected a value to hold: {why}")
@@ -73,12 +73,12 @@ def relaxed_time(time: Vector, viscous: float) -> tuple[Vector, Vector]:
     """Time integral of exp(-b t/J), s, and its derivative with respect to b/J.
 
     Args:
-        time: (m,) s, of either sign.
-        viscous: b/J, 1/s; zero leaves the time itself.
+        time: Time of either sign, (m,), s.
+        viscous: b/J, 1/s; for zero the result is the time itself.
     """
     small = np.abs(viscous * time) < 1e-5
     rate = viscous if viscous != 0.0 else 1.0
-    # where the decay is not yet seen the closed form cancels: its series takes over
+    # for small decay the closed form suffers from cancellation: use its series
     value = np.where(small, time - 0.5 * viscous * time**2, -np.expm1(-rate * time) / rate)
     bend = np.where(small, -0.5 * time**2, (time * np.exp(-rate * time) - value) / rate)
     return value, bend
@@ -100,23 +100,23 @@ def result(
     warnings: Sequence[str] = (),
     **rest,
 ) -> Fit:
-    """The result of a dedicated experiment, which models no whole record.
+    """Result of a bench method, which does not model a whole record.
 
     Args:
-        model: friction model.
-        method: its name.
-        estimates: name -> value, SI.
-        held: name -> value that was not estimated, SI.
-        cures: name of an estimate -> what would show it better.
-        covariance: of the estimates, SI.
-        records: what was used.
-        speed_sigma: standard deviation of a measured speed, rad/s.
-        scatter: of the speeds about what was fitted.
-        reason: why the iteration did not converge; empty where it did.
-        serial_sigma: standard deviations that allow for correlated residuals; by default those of
+        model: Friction model.
+        method: Name of the method.
+        estimates: Name -> value, SI.
+        held: Name -> value that was not estimated, SI.
+        cures: Name of an estimate -> advice on how to improve it.
+        covariance: Covariance of the estimates, SI.
+        records: Records used.
+        speed_sigma: Standard deviation of a measured speed, rad/s.
+        scatter: Scatter of the speeds about the fit.
+        reason: Reason why the iteration did not converge; empty if it did.
+        serial_sigma: Standard deviations with correlated residuals; by default those of
             `covariance`.
-        warnings: of the method itself, after those that every fit may have.
-        rest: the other fields of `Fit`.
+        warnings: Warnings of the method, after those common to all fits.
+        rest: Other fields of `Fit`.
     """
     names = tuple(estimates)
     formal = np.sqrt(np.diag(covariance))

@@ -1,7 +1,7 @@
-"""Further effects that a record may show: columns of derivatives for the diagnosis.
+"""Candidate effects for the diagnosis: columns of derivatives of the speed.
 
-Like the nuisances of `gyrostat.identification.effects` each is linearised at a fit. They are tested
-after the fit and take part in it only where the user asks for them.
+Each is linearised at a fit, like the nuisances of `gyrostat.identification.effects`. They are
+tested after the fit and are included in it only if the user asks for them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,19 +15,19 @@ from gyrostat.telemetry import Record
 from gyrostat.wheel.friction.stribeck import DEFAULT_STRIBECK_SPEED
 
 SHARES = (0.01, 0.03, 0.1, 0.3)
-"""Prior sigmas of a torque, shares of the friction torque, where it joins the fit."""
+"""Prior sigmas of a torque included in the fit, fractions of the friction torque."""
 HARMONICS = (1, 2, 3, 4)
 """Multiples of the wheel's angle at which a torque ripple is sought."""
 WARMING = 1.0
-"""°C that the temperature must span within a record to be a candidate cause of drift."""
+"""Smallest temperature range in a record for temperature to be a candidate cause of drift, °C."""
 CLIPPED_RUNS = (2, 16)
-"""Stretches at the very same largest current, at least and at most, that may be clipped."""
+"""Smallest and largest number of intervals at the same largest current that may be clipped."""
 SUBSTEPS = 5
 """Points of a sample interval at which a narrow friction curve is averaged."""
 
 Shape = Callable[[Record, Linearisation], Matrix | None]
 """Record and its linearisation -> change of the speed at the end of each interval per unit of each
-coefficient, (N - 1, k); None where the record has nothing of the kind."""
+coefficient, (N - 1, k); None if the effect does not occur in the record."""
 
 
 def _share_of_time(record: Record) -> Vector:
@@ -37,7 +37,7 @@ def _share_of_time(record: Record) -> Vector:
 
 
 def _share_of_temperature(record: Record) -> Vector | None:
-    """Temperature in each interval, from -1 (coldest) to 1 (warmest); None where it is constant."""
+    """Temperature in each interval, from -1 (coldest) to 1 (warmest); None if it is constant."""
     if record.temperature is None or np.ptp(record.temperature) < WARMING:
         return None
     middle = 0.5 * (record.temperature[1:] + record.temperature[:-1])
@@ -45,17 +45,16 @@ def _share_of_temperature(record: Record) -> Vector | None:
 
 
 def _angle(record: Record, linear: Linearisation) -> Vector:
-    """Angle of the wheel at the samples, (N,) rad: the integral of its speed."""
+    """Angle of the wheel at the samples, (N,), rad: the integral of its speed."""
     speed = np.where(record.valid, record.speed, linear.speed)
     mean = 0.5 * (speed[1:] + speed[:-1])
     return np.concatenate([[0.0], np.cumsum(mean * np.diff(record.time))])
 
 
 def _clipped(current: Vector) -> Matrix | None:
-    """Current at its limit in each stretch where it stands there, (N - 1, stretches).
+    """Current in each run of samples at the largest current, (N - 1, runs).
 
-    None without a limit, a largest current that several stretches share to the last digit, or where
-    they are too many to tell apart.
+    None if there is no limit: all samples, only one run, or too many runs have this current.
     """
     at = np.abs(current) == np.max(np.abs(current))
     number = np.cumsum(np.diff(np.concatenate([[0], at.astype(int)])) == 1)
@@ -66,7 +65,7 @@ def _clipped(current: Vector) -> Matrix | None:
 
 
 class _Candidates:
-    """Makes the candidates of one fit."""
+    """Builder of the candidates for one fit."""
 
     def __init__(
         self,
@@ -85,7 +84,7 @@ class _Candidates:
         return linear.local[:, self.prediction.names.index(name)]
 
     def torque(self, linear: Linearisation, names: Sequence[str]) -> Vector:
-        """Change of the speed by the torque of some friction parameters in each interval."""
+        """Change of the speed in each interval by the torque of some friction parameters."""
         return np.sum([self.values[n] * self.local(linear, n) for n in names], axis=0)
 
     def per_torque(self, linear: Linearisation) -> Vector:
@@ -97,11 +96,11 @@ class _Candidates:
         """Add a candidate.
 
         Args:
-            name: identifier.
-            title: what a report calls it.
-            unit: of its coefficients.
-            shape: of its effect in a record.
-            each: whether every record has a coefficient of its own.
+            name: Identifier.
+            title: Title in reports.
+            unit: Unit of the coefficients.
+            shape: Function that gives the effect on the speed in a record.
+            each: Whether every record has its own coefficient.
         """
         pairs = list(zip(self.prediction.records, self.linear, strict=True))
         inputs = [shape(record, linear) for record, linear in pairs]
@@ -120,7 +119,7 @@ class _Candidates:
             self.asked.append((name, title, unit, blocks))
 
     def found(self) -> list[Nuisance]:
-        """The candidates added, their changes of the speed accumulated over each record."""
+        """Candidates added, with their changes of the speed accumulated over each record."""
         ends = np.cumsum([blocks[0].shape[1] for *_, blocks in self.asked])[:-1]
         split = []
         for k, linear in enumerate(self.linear):
@@ -135,11 +134,11 @@ class _Candidates:
 def candidates(
     prediction: SpeedPrediction, linear: Sequence[Linearisation], values: Mapping[str, float]
 ) -> list[Nuisance]:
-    """Effects that the diagnosis tests beside those that every fit allows for.
+    """Effects that the diagnosis tests in addition to those included in every fit.
 
     Args:
         prediction: Records and friction model.
-        linear: Of each record, at the fit.
+        linear: Linearisation of each record at the fit.
         values: Name -> value of all parameters, SI.
     """
     make = _Candidates(prediction, linear, values)
@@ -184,7 +183,7 @@ def candidates(
         def shape(record: Record, linear: Linearisation) -> Matrix:
             phase = order * _angle(record, linear)
             turned = np.diff(phase)
-            # mean over the interval of a wheel that turns at the mean speed in it
+            # mean over the interval at constant speed
             fading = np.sinc(turned / (2.0 * np.pi))
             middle = phase[:-1] + 0.5 * turned
             waves = np.column_stack([np.cos(middle), np.sin(middle)])

@@ -1,4 +1,4 @@
-"""Reject requests and records that no estimate can come from."""
+"""Refuse requests and records that cannot give an estimate."""
 
 from collections.abc import Collection, Sequence
 
@@ -10,23 +10,23 @@ from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import Friction
 
 SMALLEST_CURRENT = 1e-9
-"""A: below any drive's resolution."""
+"""Current below the resolution of any drive, A."""
 LARGEST_SIGNAL = 1e6
-"""A and rad/s: beyond any wheel, and far from where squares overflow."""
+"""Largest current, A, and speed, rad/s: above those of any wheel, and safe to square."""
 MOTION = 4.0
-"""Standard deviations of its noise beyond which a speed is motion."""
+"""Standard deviations of the noise above which a speed counts as motion."""
 
 
 def place(records: Sequence[Record]) -> str:
-    """The names of records, for a message."""
+    """Names of records, for a message."""
     return ", ".join(record.name for record in records)
 
 
 def as_records(records: Record | Sequence[Record]) -> tuple[Record, ...]:
-    """One record or several as a tuple.
+    """Convert one record or several to a tuple.
 
     Raises:
-        InputError: there is none.
+        InputError: There is no record.
     """
     every = (records,) if isinstance(records, Record) else tuple(records)
     if not every:
@@ -38,7 +38,7 @@ def check_sigma(speed_sigma: float | None) -> None:
     """Refuse a standard deviation of the speed, rad/s, that is not positive.
 
     Raises:
-        InputError: as said.
+        InputError: The value is not positive.
     """
     if speed_sigma is not None:
         require("speed sigma", speed_sigma, "rad/s", positive=True)
@@ -49,10 +49,10 @@ def _fault(records: Sequence[Record], text: str) -> InputError:
 
 
 def check_signals(records: Sequence[Record]) -> None:
-    """Refuse records without speeds, or with numbers that no wheel shows.
+    """Refuse records without speeds, or with impossible numbers.
 
     Raises:
-        InputError: a record has fewer than two speeds, or a current or speed is absurdly large.
+        InputError: A record has fewer than two speeds, or a current or speed is far too large.
     """
     for record in records:
         count = int(record.valid.sum())
@@ -69,18 +69,18 @@ def check_signals(records: Sequence[Record]) -> None:
 def check_excitation(
     records: Sequence[Record], model: type[Friction], free: Collection[str], noise: Sequence[float]
 ) -> None:
-    """Refuse records that cannot show the parameters asked for.
+    """Refuse records that cannot show the requested parameters.
 
     Args:
-        records: fitted together.
-        model: friction model.
-        free: names of the estimated parameters.
-        noise: standard deviation of the measured speed of each record, rad/s.
+        records: Records fitted together.
+        model: Friction model.
+        free: Names of the estimated parameters.
+        noise: Standard deviation of the measured speed of each record, rad/s.
 
     Raises:
-        InputError: too few samples, a current that is always zero or, with torques of friction
-            estimated as well, always the same in the sense of rotation, or a wheel that never
-            moves.
+        InputError: There are too few samples; the wheel never moves; the current is always zero; or
+            friction torques are also estimated and the current is constant relative to the sense
+            of rotation.
     """
     samples = sum(int(r.valid.sum()) for r in records)
     if samples <= len(free):

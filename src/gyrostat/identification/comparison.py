@@ -19,16 +19,18 @@ from gyrostat.wheel.friction import FRICTION_MODELS
 
 @dataclass(frozen=True)
 class Candidate:
-    """One friction model in a comparison.
+    """Friction model in a comparison.
 
     Attributes:
-        model: name of the friction model.
-        fit: of this model; None where the records or the request do not allow one.
-        aic: Akaike's information criterion, relative to the best of the comparison; None without a
-            valid fit, like the next two.
-        bic: Schwarz's, relative to the best.
-        held_out_rms: residual on the records held out, rad/s; None also without any.
-        failure: why there is no valid fit, or none of the records held out; empty otherwise.
+        model: Name of the friction model.
+        fit: Fit of this model; None if the records or the request do not allow one.
+        aic: Akaike information criterion, relative to the best of the comparison; None without a
+            valid fit, as for the next two.
+        bic: Bayesian (Schwarz) information criterion, relative to the best.
+        held_out_rms: Root mean square residual on the held-out records, rad/s; None also without
+            any.
+        failure: Reason why there is no valid fit or no residual on the held-out records; empty
+            otherwise.
     """
 
     model: str
@@ -39,7 +41,7 @@ class Candidate:
     failure: str = ""
 
     def to_dict(self) -> dict[str, object]:
-        """A row of the comparison in fit.json."""
+        """Row of the comparison in fit.json."""
         return {
             "model": self.model,
             "parameters": None if self.fit is None else len(self.fit.names),
@@ -69,26 +71,26 @@ def compare(
     """Fit candidate friction models to the same records and rank them by BIC.
 
     Args:
-        records: fitted together.
-        held_out: predicted by every candidate, never fitted.
-        models: names; all known ones by default.
-        known: a fit of one of the models with these very arguments, not to be made again where it
-            is plain least squares, as those that are compared.
-        hold: as for `identify`; like the next three, what a candidate does not have is left out
-            for it.
-        free: as for `identify`.
-        prior: as for `identify`.
-        start: as for `identify`.
-        loss: as for `identify`; the criteria rest on the same one.
-        current_hold: as for `identify`, also where records held out are predicted.
-        options: further arguments of `identify`, the same for all.
+        records: Records fitted together.
+        held_out: Records predicted by every candidate and never fitted.
+        models: Names of the models; by default all.
+        known: Fit of one of the models with the same arguments. It is reused if it is plain least
+            squares, as the fits of the comparison are.
+        hold: As for `identify`; here and in the next three, names that a candidate does not have
+            are ignored for it.
+        free: As for `identify`.
+        prior: As for `identify`.
+        start: As for `identify`.
+        loss: As for `identify`; the criteria use the same loss.
+        current_hold: As for `identify`; also used to predict held-out records.
+        options: Further arguments of `identify`, the same for all.
 
     Returns:
         The candidates, best BIC first, those without a valid fit last. The criteria take the noise
         of the best fit as known, which makes them comparable.
 
     Raises:
-        InputError: an unknown model or loss, or no record.
+        InputError: A model or loss is unknown, or there is no record.
     """
     records = as_records(records)
     chosen_loss = loss_named(loss)
@@ -138,7 +140,7 @@ def compare(
 
 
 def _deviance(fit: Fit, noise: Sequence[float], loss: Loss) -> float:
-    """Twice the loss of all residuals: what the fit itself made small."""
+    """Twice the loss of all residuals, which the fit minimises."""
     parts = zip(fit.records, fit.residuals, noise, strict=True)
     return 2.0 * sum(float(np.sum(loss.value(r[record.valid] / n))) for record, r, n in parts)
 

@@ -36,12 +36,12 @@ class _Estimate:
 
     Attributes:
         values: All parameters, (p,), SI.
-        covariance: Of the n estimated ones, (n, n), SI.
+        covariance: Covariance of the n estimated parameters, (n, n), SI.
         predicted: Modelled speed of each record with the effects found, rad/s.
-        linear: Of each record at these values, without effects.
-        effects: Found beside the model.
-        findings: Of the diagnosis.
-        scores: Of all candidates.
+        linear: Linearisation of each record at these values, without effects.
+        effects: Posteriors of effects outside the friction model.
+        findings: Findings of the diagnosis.
+        scores: Score tests of all candidates.
     """
 
     values: Vector
@@ -64,7 +64,7 @@ def _averaged(
     stated: bool,
     include: Collection[str],
 ) -> _Estimate:
-    """Average over the effects that may act beside the model; `plain` where that leads nowhere."""
+    """Average over effects outside the model; `plain` if the averaged estimate is not valid."""
     index = selection.index(prediction)
     everything = dict(zip(prediction.names, outcome.values.tolist(), strict=True))
     formal = dict(zip(selection.free, np.sqrt(np.diag(plain.covariance)).tolist(), strict=True))
@@ -120,7 +120,7 @@ def _averaged(
 
 
 def _widening(model, names: Sequence[str], honest: Matrix, formal: Matrix) -> dict[str, float]:
-    """Standard deviation of each effect over that in white noise alone; name -> factor."""
+    """Name -> standard deviation of its effect, relative to that in white noise alone."""
     found = {}
     for k, name in enumerate(names):
         contrast = np.eye(len(names))[k]
@@ -148,24 +148,24 @@ def conclude(
     tolerances: Mapping[str, float] | None = None,
     include: Collection[str] = (),
 ) -> Fit:
-    """Turn the end of a batch iteration into a result.
+    """Build the result from the end of a batch iteration.
 
     Args:
-        prediction: records and friction model.
-        selection: what was estimated.
-        outcome: of the iteration.
-        loss: of the residuals.
-        deterministic: what the records show without iteration.
-        speed_sigmas: noise that the residuals of each record were whitened with, rad/s.
-        noise: of each record, as its speed alone shows it, rad/s.
-        sigma_given: whether the user stated the noise.
-        white_noise: whether the friction model in white noise is taken for the whole truth.
-        tolerances: name -> one sigma, share, of what was given.
-        include: names of further effects to average over.
+        prediction: Records and friction model.
+        selection: Estimated parameters and a-priori knowledge.
+        outcome: End of the iteration.
+        loss: Loss of the residuals.
+        deterministic: Start values from the records alone.
+        speed_sigmas: Noise used to whiten the residuals of each record, rad/s.
+        noise: Noise of each record, estimated from its speed alone, rad/s.
+        sigma_given: Whether the user stated the noise.
+        white_noise: Whether the friction model in white noise is taken as complete.
+        tolerances: Name of a given quantity -> relative tolerance, one sigma.
+        include: Names of further effects to average over.
     """
     records, solution = prediction.records, outcome.solution
     linear = prediction.linearise(outcome.values)
-    assert linear is not None  # the solution was reached through admissible points
+    assert linear is not None  # the iteration visits admissible points only
     index = selection.index(prediction)
     formal = covariance(solution, loss, selection.prior)
     best = plain = _Estimate(
@@ -249,15 +249,15 @@ def conclude(
 
 
 def with_tolerances(fit: Fit, errors: Propagated, tolerances: Mapping[str, float]) -> Fit:
-    """Add what tolerances cause to the uncertainty of a fit.
+    """Add the effect of tolerances to the uncertainty of a fit.
 
-    An inertia with a tolerance joins the parameters, as given: its error and those of the estimates
-    are correlated, and whatever draws wheels from the fit needs both.
+    An inertia with a tolerance is added to the parameters, at its given value: its error is
+    correlated with those of the estimates, and wheels drawn from the fit need both.
 
     Args:
-        fit: without them.
-        errors: of the estimates, from the tolerances.
-        tolerances: name -> one sigma, share.
+        fit: Fit without tolerances.
+        errors: Errors of the estimates caused by the tolerances.
+        tolerances: Name -> relative tolerance, one sigma.
     """
     covariance, names = fit.covariance, fit.names
     if "inertia" not in tolerances or "inertia" not in fit.held:

@@ -1,11 +1,12 @@
-"""Diagnosis of a fit: which effects explain what its residuals show, by score tests.
+"""Diagnosis of a fit: find the effects that explain its residuals, by score tests.
 
-All candidates are linear in their coefficients at the fit, and one Kalman filter has whitened their
-columns under every level of random torque (`gyrostat.identification.innovations`). The deviance of
-any combination is then a small linear problem: nothing is fitted again (Rao 1948, score test).
-Effects enter one by one while the best one is significant over all candidates (Bonferroni); what
-turns out not to be is taken out at the end. An effect that would do nearly as well in the place of
-one that was found cannot be told from it: both are named together.
+All candidates are linear in their coefficients at the fit. One Kalman filter has whitened their
+columns for every level of random torque (`gyrostat.identification.innovations`). The deviance of
+any combination is then a small linear problem, and no fit is repeated (Rao 1948, score test).
+Effects are added one by one while the best one is significant over all candidates (Bonferroni).
+Effects that are no longer significant are removed at the end. An effect that explains the
+residuals nearly as well as one that was found cannot be distinguished from it: both are reported
+together.
 """
 
 import math
@@ -23,18 +24,18 @@ from gyrostat.identification.innovations import Innovations
 from gyrostat.identification.statistics import chi_square_tail
 
 FALSE_ALARMS = 0.04
-"""Share of records without any effect in which one is found, by Bonferroni's bound."""
+"""False-alarm rate: fraction of records without effects in which one is found (Bonferroni)."""
 INDISTINGUISHABLE = 6.0
-"""Difference of the Bayesian criterion below which two effects are named together (Kass and
-Raftery 1995: above it the evidence is strong)."""
+"""Difference of the BIC below which two effects are reported together (Kass and Raftery 1995:
+above it the evidence is strong)."""
 CATCH_ALL = 0.7
-"""Factor on the evidence of a random torque where it is compared with effects of definite shape: it
-can follow any of them, and a strong one that is not quite linear better than its own column."""
+"""Factor on the evidence of a random torque in comparisons with deterministic effects. It can
+follow any of them, and a strong, slightly nonlinear one better than the effect's own column can."""
 MOST_EFFECTS = 6
-"""Effects that are sought at most."""
+"""Largest number of effects."""
 ALIEN = 1e-6
-"""Share of a candidate's whitened column that must not be a combination of the parameters: below,
-the record cannot show the effect."""
+"""Smallest fraction of a candidate's whitened column that is independent of the parameters'
+columns; below it the record cannot show the effect."""
 
 TORQUES = (
     ("crossing_ripple", "torque ripple near zero speed, share of the dry friction"),
@@ -82,7 +83,7 @@ class _Problem:
         return float(deviance), solved, inverse
 
     def visible(self, effect: int) -> bool:
-        """Whether the columns of an effect are more than a combination of the parameters."""
+        """Whether an effect's columns are not a linear combination of the parameters' columns."""
         rows = 1 + np.arange(self.count)
         matrix = self.total[0][np.ix_(rows, rows)] + self.information
         for place in self.places[effect]:
@@ -93,13 +94,13 @@ class _Problem:
         return False
 
     def along(self, level: int, axis: int) -> list[int]:
-        """Levels that differ from one in the strength of one random torque alone, and have it."""
+        """Levels that differ from the given one only in one random torque, which is not zero."""
         other = 1 - axis
         same = self.levels[:, other] == self.levels[level, other]
         return np.flatnonzero(same & (self.levels[:, axis] > 0.0)).tolist()
 
     def without(self, level: int, axis: int) -> int:
-        """The level that lacks one random torque."""
+        """Level with one random torque set to zero."""
         other = 1 - axis
         same = self.levels[:, other] == self.levels[level, other]
         return int(np.flatnonzero(same & (self.levels[:, axis] == 0.0))[0])
@@ -107,7 +108,7 @@ class _Problem:
 
 @dataclass(frozen=True)
 class _State:
-    """Effects of definite shape and the level of random torque that have been taken in."""
+    """Deterministic effects and the level of random torque included so far."""
 
     level: int
     chosen: tuple[int, ...] = ()
@@ -117,7 +118,7 @@ _Key = tuple[str, int]
 
 
 def _keys(problem: _Problem) -> list[_Key]:
-    """All candidates: effects of definite shape that the record can show, and random torques."""
+    """All candidates: deterministic effects that the record can show, and random torques."""
     shapes = [("shape", k) for k in range(len(problem.effects)) if problem.visible(k)]
     return [*shapes, ("torque", 0), ("torque", 1)]
 
@@ -128,7 +129,7 @@ def _present(problem: _Problem, state: _State, key: _Key) -> bool:
 
 
 def _added(problem: _Problem, state: _State, key: _Key) -> _State:
-    """The state with a candidate, a random torque at its best level."""
+    """State with a candidate added; a random torque at its best level."""
     kind, place = key
     if kind == "shape":
         return _State(state.level, (*state.chosen, place))
@@ -144,23 +145,23 @@ def _removed(problem: _Problem, state: _State, key: _Key) -> _State:
 
 
 def _gain(problem: _Problem, before: _State, after: _State, key: _Key) -> tuple[float, float]:
-    """Fall of the Bayesian criterion and probability of so large a fall by chance."""
+    """Decrease of the BIC, and the probability of so large a decrease by chance."""
     fall = problem.solve(before.level, before.chosen)[0]
     fall -= problem.solve(after.level, after.chosen)[0]
     kind, place = key
     freedom = len(problem.places[place]) if kind == "shape" else 1
     chance = chi_square_tail(fall, freedom)
-    # a level is never negative: half of all records without random torque show none
+    # levels are nonnegative: in half of the records without random torque the estimate is zero
     return fall - freedom * math.log(problem.samples), 0.5 * chance if kind == "torque" else chance
 
 
 def _rank(gain: float, key: _Key) -> float:
-    """Fall of the Bayesian criterion for comparing effects: a random torque mimics all others."""
+    """Decrease of the BIC for ranking, penalised for random torques, which mimic all others."""
     return CATCH_ALL * gain if key[0] == "torque" and gain > 0.0 else gain
 
 
 def _select(problem: _Problem, keys: Sequence[_Key]) -> _State:
-    """Take effects in, best first, and those out that are not significant after all."""
+    """Add effects, best first, and remove those that are no longer significant."""
     limit = FALSE_ALARMS / len(keys)
     state = _State(int(np.flatnonzero(~problem.levels.any(axis=1))[0]))
     for _ in range(MOST_EFFECTS):
@@ -185,7 +186,7 @@ def _select(problem: _Problem, keys: Sequence[_Key]) -> _State:
 def _describe(
     problem: _Problem, state: _State, key: _Key, keys: Sequence[_Key], names, scale
 ) -> Finding:
-    """Size, evidence and consequences of an effect that was found, and what equals it."""
+    """Finding for an effect: size, evidence, consequences and equivalent effects."""
     before = _removed(problem, state, key)
     evidence, _ = _gain(problem, before, state, key)
     found = [(_rank(evidence, key), evidence, key)]
@@ -227,7 +228,7 @@ def _describe(
 
 
 def _scores(problem: _Problem, state: _State, keys: Sequence[_Key]) -> list[Score]:
-    """Tests of the candidates of definite shape; of those found, beside the others."""
+    """Score tests of the deterministic candidates; those found are tested given the others."""
     scores = []
     for kind, place in keys:
         if kind == "torque":
@@ -264,20 +265,21 @@ def diagnose(
     *,
     stated: bool,
 ) -> tuple[tuple[Finding, ...], tuple[Score, ...]]:
-    """Find the effects that explain what a fit leaves.
+    """Find the effects that explain the residuals of a fit.
 
     Args:
         found: Whitened columns of each record: residual, n parameters, all effects.
         levels: Levels of ripple and wandering torque, (g, 2).
-        effects: Candidates of definite shape, in the order of their columns.
-        prior: Information matrix of the whitened parameters, (n, n), and its pull on them, (n,).
-        names: Of the n estimated parameters.
-        scale: (n,) sizes that the parameters could have, SI.
+        effects: Deterministic candidates, in the order of their columns.
+        prior: Information matrix of the whitened parameters, (n, n), and the information vector,
+            (n,).
+        names: Names of the n estimated parameters.
+        scale: Plausible sizes of the parameters, (n,), SI.
         stated: Whether the user stated the noise of the speed.
 
     Returns:
-        Findings, the one with most evidence first; and the score test of every candidate of
-        definite shape that the record can show.
+        Findings, the one with most evidence first; and the score test of every deterministic
+        candidate that the record can show.
     """
     problem = _Problem(found, levels, effects, prior, stated)
     keys = _keys(problem)

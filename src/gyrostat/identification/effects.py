@@ -1,10 +1,10 @@
-"""Effects of real wheels and drives that the friction model leaves out.
+"""Effects of real wheels and drives outside the friction model.
 
-A friction model in white noise is never the whole truth: tachometers lag, lubricants warm up,
-bearings and motors have torque ripple. Each such effect is a candidate here, linearised at a fit.
-An effect with a definite shape is a column of derivatives with an unknown coefficient (`Nuisance`);
-a random torque is a process noise of the wheel's speed (`TorqueNoise`). The scale of every
-candidate comes from the wheel and the record, and spans decades: none is tuned to a wheel.
+A friction model in white noise is never complete: tachometers lag, lubricants warm up, bearings
+and motors have torque ripple. Each such effect is a candidate here, linearised at a fit. A
+deterministic effect is a column of derivatives with an unknown coefficient (`Nuisance`); a random
+torque is a process noise of the wheel's speed (`TorqueNoise`). The scales of every candidate are
+derived from the wheel and the record and span decades; none is tuned to a particular wheel.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,31 +20,31 @@ from gyrostat.telemetry import Record
 LAGS = (0.1, 0.3, 1.0)
 """Prior sigmas of a tachometer lag, in sample intervals."""
 SLOWEST_LAG = 0.1
-"""s: up to which the lags of a fast record are continued; tachometer filters reach this."""
+"""Largest lag considered in a fast record, s; tachometer filters reach this."""
 DRIFTS = (0.03, 0.1, 0.3)
-"""Prior sigmas of a viscous drift, share of the coefficient from mid-record to the end."""
+"""Prior sigmas of a viscous drift from mid-record to the end, fraction of the coefficient."""
 RIPPLES = (0.01, 0.03, 0.1)
-"""Levels of a torque noise, shares of the friction torque."""
+"""Levels of a torque noise, fractions of the friction torque."""
 STRONG_RIPPLES = (0.3, 1.0, 3.0)
-"""Further levels for records that the usual ones do not explain."""
+"""Further levels, for records that these do not explain."""
 COHERENCE = 1.0
-"""rad: angle over which the ripple at a zero crossing keeps its value."""
+"""Angle over which the ripple at a zero crossing is constant, rad."""
 WIDTH = 8
-"""Numbers of columns are rounded up to multiples of it."""
+"""The number of columns is rounded up to a multiple of this."""
 FIRST_WALK = 0.5
 """Initial sigma of a wandering torque, in units of its growth over the record."""
 
 
 @dataclass(frozen=True)
 class Nuisance:
-    """An effect with a definite shape and unknown coefficients.
+    """Deterministic effect with unknown coefficients.
 
     Attributes:
         name: Identifier in fit.json.
-        title: What a report calls it.
-        unit: Of its coefficients.
-        scales: Prior standard deviations considered, in this unit.
-        columns: For each record the derivative of the modelled speed at its samples with respect
+        title: Title in reports.
+        unit: Unit of the coefficients.
+        scales: Prior standard deviations considered, in `unit`.
+        columns: For each record, the derivative of the modelled speed at its samples with respect
             to each of the k coefficients, (N, k).
     """
 
@@ -89,7 +89,7 @@ def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
     """Response of the speed to a change of it within each sample interval, (N, k), rad/s.
 
     Args:
-        linear: Of the record.
+        linear: Linearisation of the record.
         inputs: Change of the speed at the end of each interval that arises in it, (N - 1, k).
     """
     count, width = inputs.shape
@@ -100,12 +100,12 @@ def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
 
 
 def spare(width: int) -> int:
-    """Columns of zeros to add to so many, so that few widths are ever compiled."""
+    """Number of zero columns to append, so that few different widths are compiled."""
     return -width % WIDTH
 
 
 def padded(values: Vector) -> Vector:
-    """Extend with zeros up to a rounded length, so that few lengths are ever compiled."""
+    """Append zeros up to a rounded length, so that few different lengths are compiled."""
     size = int(np.ceil(2.0 ** (np.ceil(4.0 * np.log2(max(len(values), 256))) / 4.0)))
     return np.pad(values, (0, size - len(values)))
 
@@ -133,7 +133,7 @@ def _viscous_drift(
     """Linear change of the viscous friction over each record, with zero mean."""
     shared = list(prediction.names)
     names = [n for n, d in prediction.model.dimensions().items() if d == "viscous"]
-    # an estimate near zero by chance is no scale
+    # an estimate that is near zero by chance gives no scale
     size = {n: abs(values[n]) + sigma.get(n, 0.0) for n in names}
     if not any(size.values()):
         return None
@@ -155,13 +155,13 @@ def nuisances(
     values: Mapping[str, float],
     sigma: Mapping[str, float],
 ) -> list[Nuisance]:
-    """Candidate effects of definite shape.
+    """Deterministic candidate effects.
 
     Args:
         prediction: Records and friction model.
-        linear: Of each record, at the fit.
+        linear: Linearisation of each record at the fit.
         values: Name -> value of all parameters, SI.
-        sigma: Name -> standard deviation of the estimated ones, SI.
+        sigma: Name -> standard deviation of the estimated parameters, SI.
     """
     drift = _viscous_drift(prediction, linear, values, sigma)
     return [_lag(prediction.records, linear), *([] if drift is None else [drift])]
@@ -170,16 +170,16 @@ def nuisances(
 def torque_noise(
     prediction: SpeedPrediction, record: Record, linear: Linearisation, values: Mapping[str, float]
 ) -> TorqueNoise:
-    """Random torque on the wheel of a record, at the level of its friction torque.
+    """Random torque on the wheel of a record, with its friction torque as unit level.
 
     Near zero speed the ripple over the wheel's angle acts long enough to change the speed; at high
     speed it averages out. Within a band of speeds that the wheel leaves after about `COHERENCE`,
-    the ripple is a white torque noise whose correlation time is the time in this band.
+    the ripple is a white torque noise with the time in this band as its correlation time.
 
     Args:
         prediction: Records and friction model.
         record: One of its records.
-        linear: Of this record, at the fit.
+        linear: Linearisation of this record at the fit.
         values: Name -> value of all parameters, SI.
     """
     names = [n for n, d in prediction.model.dimensions().items() if d == "torque"]

@@ -1,4 +1,4 @@
-"""Faults of measurement that show in the samples themselves: outliers, pulse counters, units."""
+"""Measurement faults visible in the samples: outliers, pulse counters, wrong units."""
 
 from collections.abc import Mapping, Sequence
 
@@ -13,27 +13,28 @@ from gyrostat.identification.statistics import NORMAL_MAD, quantum
 from gyrostat.telemetry import Record
 
 OUTLYING = 5.0
-"""Standard deviations of the noise from which a sample that stands out of its neighbours is an
-outlier: one in two million of normal noise."""
+"""Deviation from the neighbours, in standard deviations of the noise, above which a sample is an
+outlier: one in two million for normal noise."""
 NEIGHBOURS = 5
-"""Samples whose median a sample is compared with."""
+"""Number of samples with the median of which a sample is compared."""
 COARSE = 1.0
-"""Step of a quantised speed, over the scatter of the residuals, from which it is named."""
+"""Smallest step of a quantised speed that is reported, relative to the scatter of residuals."""
 WHOLE = 0.02
-"""Share by which the pulses a turn of a counter may differ from a whole number."""
+"""Largest relative deviation of a counter's pulses per revolution from an integer."""
 
 FASTEST = 1500.0
-"""rad/s: 14 000 rpm, beyond any ball-bearing reaction wheel."""
+"""Speed above that of any ball-bearing reaction wheel: 14 000 rpm, in rad/s."""
 LARGEST_CURRENT, SMALLEST_CURRENT = 50.0, 1e-3
-"""A: beyond any reaction wheel drive, and below what turns any."""
+"""Currents above that of any reaction wheel drive and below that which turns any wheel, A."""
 BACK_EMF = 60.0
-"""V: motors of reaction wheels run on 5 to 50 V, and must overcome their own back-EMF."""
+"""Largest back-EMF, V: wheel motors run on 5 to 50 V and must overcome their own back-EMF."""
 MOTOR_CONSTANTS = (5e-4, 0.14)
-"""N·m/A: from the smallest cubesat wheels to motors that a 28 V bus stops at 2000 rpm."""
+"""Motor constants, N·m/A: from the smallest CubeSat wheels to motors whose back-EMF reaches 28 V
+at 2000 rpm."""
 WEAKEST = 0.005
-"""N·m/A at 1e-3 kg·m²: a fourth of the usual motor constant of a flywheel of this inertia."""
+"""A quarter of the usual motor constant for a flywheel of 1e-3 kg·m², N·m/A."""
 GROWTH = 0.4
-"""Exponent with which the usual motor constant grows with the inertia of the flywheel."""
+"""Exponent of the usual motor constant as a power of the flywheel's inertia."""
 
 SPEED_FACTORS = {
     "rpm read as rad/s": RPM,
@@ -43,17 +44,17 @@ SPEED_FACTORS = {
     "deg/s read as rad/s": np.pi / 180.0,
     "rad/s read as deg/s": 180.0 / np.pi,
 }
-"""Slip of units -> true over recorded speed."""
+"""Wrong unit -> true divided by recorded speed."""
 CURRENT_FACTORS = {"mA read as A": 1e-3, "A read as mA": 1e3}
-"""Slip of units -> true over recorded current."""
+"""Wrong unit -> true divided by recorded current."""
 
 
 def outliers(record: Record, residual: Vector) -> Finding | None:
-    """Single speeds far from their neighbours.
+    """Find single speeds far from their neighbours.
 
     Args:
-        record: Of the samples.
-        residual: (N,) measured minus modelled speed, rad/s; NaN where missing.
+        record: Record of the samples.
+        residual: Measured minus modelled speed, (N,), rad/s; NaN where missing.
     """
     used = residual[record.valid]
     if len(used) < 4 * NEIGHBOURS:
@@ -62,7 +63,7 @@ def outliers(record: Record, residual: Vector) -> Finding | None:
     windows = np.lib.stride_tricks.sliding_window_view(padded, NEIGHBOURS)
     around = np.median(np.delete(windows, NEIGHBOURS // 2, axis=1), axis=1)
     apart = used - around
-    # the median of the neighbours is noisy too
+    # includes the noise of the neighbours' median
     level = NORMAL_MAD * float(np.median(np.abs(apart)))
     step = quantum(record.speed[record.valid]) or 0.0
     z = np.abs(apart) / max(level, step, np.finfo(float).tiny)
@@ -83,11 +84,11 @@ def outliers(record: Record, residual: Vector) -> Finding | None:
 
 
 def counter(record: Record, residual: Vector) -> Finding | None:
-    """A coarse step of the speed, as a pulse counter has.
+    """Find a coarse quantisation of the speed, as caused by a pulse counter.
 
     Args:
-        record: Of the samples.
-        residual: (N,) measured minus modelled speed, rad/s; NaN where missing.
+        record: Record of the samples.
+        residual: Measured minus modelled speed, (N,), rad/s; NaN where missing.
     """
     speeds = record.speed[record.valid]
     step = quantum(speeds)
@@ -114,13 +115,13 @@ def counter(record: Record, residual: Vector) -> Finding | None:
 def implausible(
     motor_constant: float | None, inertia: float | None, speed: float, current: float
 ) -> list[str]:
-    """Why no reaction wheel has these values; empty where one may.
+    """Reasons why no reaction wheel has these values; empty if one may have them.
 
     Args:
-        motor_constant: N·m/A, estimated; None where it was not.
-        inertia: kg·m², or None.
-        speed: Largest, rad/s.
-        current: Largest, A.
+        motor_constant: Estimated motor constant, N·m/A; None if it was not estimated.
+        inertia: Inertia, kg·m²; None if unknown.
+        speed: Largest speed, rad/s.
+        current: Largest current, A.
     """
     motor = abs(motor_constant or 0.0)
     found = []
@@ -147,12 +148,12 @@ def implausible(
 def wrong_units(
     parameters: Mapping[str, float], estimated: Sequence[str], records: Sequence[Record]
 ) -> Finding | None:
-    """Slips of units that would make an implausible wheel plausible.
+    """Find wrong units whose correction would make an implausible wheel plausible.
 
     Args:
-        parameters: Name -> value of estimated and held ones, SI.
-        estimated: Names of the estimated ones.
-        records: Of the fit.
+        parameters: Name -> value of estimated and held parameters, SI.
+        estimated: Names of the estimated parameters.
+        records: Records of the fit.
     """
     speed = max(float(np.nanmax(np.abs(r.speed))) for r in records)
     current = max(float(np.max(np.abs(r.current))) for r in records)
@@ -174,11 +175,11 @@ def wrong_units(
 
 
 def opposed_signs(motor_constant: float, sigma: float) -> Finding | None:
-    """A motor constant below zero: one of current and speed has the wrong sign.
+    """Finding for a negative motor constant: current or speed has the wrong sign.
 
     Args:
-        motor_constant: N·m/A.
-        sigma: Its standard deviation, N·m/A.
+        motor_constant: Motor constant, N·m/A.
+        sigma: Standard deviation of the motor constant, N·m/A.
     """
     if motor_constant >= -2.0 * sigma:
         return None
@@ -186,22 +187,22 @@ def opposed_signs(motor_constant: float, sigma: float) -> Finding | None:
 
 
 def certain(name: str, title: str) -> Finding:
-    """A finding that physics tells.
+    """Finding that follows from physics, without a statistic.
 
     Args:
         name: Identifier.
-        title: What a report calls it.
+        title: Title in reports.
     """
     return Finding((name,), (title,), 1.0, None, "1", None, None)
 
 
 def found_in(record: Record, residual: Vector, loss: Loss) -> list[Finding]:
-    """Faults of measurement that show in the samples of one record.
+    """Measurement faults visible in the samples of one record.
 
     Args:
-        record: Of the samples.
-        residual: (N,) measured minus modelled speed, rad/s; NaN where missing.
-        loss: Of the fit; a robust one forgives outliers, which are then no finding.
+        record: Record of the samples.
+        residual: Measured minus modelled speed, (N,), rad/s; NaN where missing.
+        loss: Loss of the fit; with a robust one, outliers are not reported.
     """
     seen = [lost_sign(record), counter(record, residual)]
     if isinstance(loss, Quadratic):

@@ -1,4 +1,4 @@
-"""What a diagnosis says: findings with their evidence, and what includes them."""
+"""Findings of a diagnosis, their evidence, and the options that include them in a fit."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -21,23 +21,23 @@ OPTIONS = {
     "opposed_signs": "turn the sign of one of the two columns",
     "quantum": "edge times or an encoder angle in place of counts",
 }
-"""Effect -> what includes it; `--model auto` for all others."""
+"""Effect -> option that includes it; `--model auto` for all others."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """An effect that the record shows, with those that cannot be told from it.
+    """Effect found in the records, with the effects that cannot be distinguished from it.
 
     Attributes:
         names: Identifiers, the most likely one first.
-        titles: What a report calls them.
-        value: Size of the first; of several coefficients the largest one.
-        sigma: Its standard deviation; None for a random torque.
-        unit: Of value and sigma; "1" for shares.
-        significance: Square root of the fall of the deviance, or of a statistic like it; None where
-            physics tells, not statistics.
-        evidence: Fall of the Bayesian criterion (BIC); None likewise.
-        shifts: Name -> change of the least-squares estimate by including it, SI.
+        titles: Titles in reports.
+        value: Size of the first effect; the largest one of several coefficients.
+        sigma: Standard deviation of the size; None for a random torque.
+        unit: Unit of value and sigma; "1" for fractions.
+        significance: Square root of the decrease of the deviance, or of a similar statistic; None
+            if the finding follows from physics and not from statistics.
+        evidence: Decrease of the Bayesian criterion (BIC); None in the same case.
+        shifts: Name -> change of the least-squares estimate if the effect is included, SI.
     """
 
     names: tuple[str, ...]
@@ -51,12 +51,12 @@ class Finding:
 
     @property
     def options(self) -> tuple[str, ...]:
-        """What includes the effects, each named once."""
+        """Options that include the effects in a fit, without duplicates."""
         every = [OPTIONS.get(name, "--model auto") for name in self.names]
         return tuple(dict.fromkeys(every))
 
     def to_dict(self) -> dict[str, object]:
-        """A row of the diagnosis in fit.json."""
+        """Row of the diagnosis in fit.json."""
         return {
             "names": list(self.names),
             "titles": list(self.titles),
@@ -72,15 +72,15 @@ class Finding:
 
 @dataclass(frozen=True)
 class Score:
-    """Score test of one candidate, beside what was found.
+    """Score test of one candidate, given the effects that were found.
 
     Attributes:
         name: Identifier.
-        title: What a report calls it.
-        value: Size that it would have; of several coefficients the most significant one.
-        sigma: Its standard deviation: what the record could show of it.
-        unit: Of value and sigma.
-        significance: Square root of the fall of the deviance by adding it.
+        title: Title in reports.
+        value: Size that it would have; the most significant one of several coefficients.
+        sigma: Standard deviation of the size, the resolution of the record.
+        unit: Unit of value and sigma.
+        significance: Square root of the decrease of the deviance if it is added.
     """
 
     name: str
@@ -92,7 +92,7 @@ class Score:
 
 
 def by_evidence(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Findings, those that physics tells first, then the one with most evidence."""
+    """Findings in order: those from physics first, then those with most evidence."""
 
     def rank(finding: Finding) -> float:
         return -math.inf if finding.evidence is None else -finding.evidence

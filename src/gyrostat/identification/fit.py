@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class FrictionPoints:
-    """Points of a friction curve, measured one by one.
+    """Measured points of a friction curve.
 
     Attributes:
-        speed: (m,) rad/s.
-        torque: (m,) friction torque with the sign of the speed, N·m.
-        sigma: (m,) standard deviations of the torque, N·m.
-        when: (m,) mean time of the samples as a share of the record; None where it means nothing.
+        speed: Wheel speed, (m,), rad/s.
+        torque: Friction torque with the sign of the speed, (m,), N·m.
+        sigma: Standard deviations of the torque, (m,), N·m.
+        when: Mean time of the samples as a fraction of the record, (m,); None if undefined.
     """
 
     speed: Vector
@@ -60,44 +60,44 @@ def _curve_and_slope(model: type[Friction], values, speeds):
 
 @dataclass(frozen=True, repr=False)
 class Fit:
-    """An identified wheel; `print` shows it as a table.
+    """Identified wheel; `print` shows it as a table.
 
     Attributes:
-        model: friction model.
+        model: Friction model.
         method: "batch", "steady", "torque-step" or "coast".
-        names: estimated parameters.
-        dimensions: name -> dimension, for estimated and held parameters.
-        values: (n,) estimates, SI.
-        covariance: (n, n), SI: with what correlated residuals, effects beside the model and stated
-            tolerances add.
-        noise_sigma: (n,) standard deviations that white noise of the speed alone would cause, SI.
-        least_squares: (n,) estimates of plain least squares, before effects beside the model were
-            taken into account, SI.
-        held: name -> value that was not estimated, SI.
-        observability: name -> whether and how clearly the records show the parameter.
-        converged: whether the iteration ended at a minimum.
-        iterations: corrections tried.
-        samples: speeds used.
-        crossings: sign changes of the modelled speed; of the measured one where none is modelled.
-        speed_sigma: standard deviation of the measured speed, rad/s: given, or from the residuals;
-            the mean square of those of all samples where the records differ.
-        speed_sigmas: the same for each record.
-        records: what was fitted.
-        predicted: modelled speed at the samples of each record, rad/s, with the effects found of
-            definite shape; empty where the method models no speed.
-        predicted_sigma: its standard deviation from the parameters alone, rad/s.
-        whiteness: tests of the residuals of the least-squares fit, without any such effect, for
-            independence; None with fewer than 10 samples, or where no speed was modelled.
-        warnings: what a reader should know before using the result.
-        friction_points: what a friction curve was fitted to; None for fits of the speed.
-        effects: what the records say of effects beside the friction model.
-        findings: effects that explain what the residuals of least squares show, best first.
-        scores: test of each candidate effect of definite shape.
-        tolerances: what stated tolerances add to `covariance`; None without any.
-        impossible: values that no wheel has, one sentence each.
-        choices: what an automatic choice of the model included; empty without one.
-        comparison: ranking of the friction models, best first, where it was asked for.
-        temperatures: trends of parameters over temperature, where the records show any.
+        names: Estimated parameters.
+        dimensions: Name -> dimension, for estimated and held parameters.
+        values: Estimates, (n,), SI.
+        covariance: Covariance of the estimates, (n, n), SI, including the contributions of
+            correlated residuals, effects outside the model and stated tolerances.
+        noise_sigma: Standard deviations caused by white noise of the speed alone, (n,), SI.
+        least_squares: Estimates of plain least squares, without effects outside the model, (n,),
+            SI.
+        held: Name -> value that was not estimated, SI.
+        observability: Name -> whether and how clearly the records show the parameter.
+        converged: Whether the iteration ended at a minimum.
+        iterations: Number of corrections tried.
+        samples: Number of speeds used.
+        crossings: Sign changes of the modelled speed; of the measured one if none is modelled.
+        speed_sigma: Standard deviation of the measured speed, given or from the residuals, rad/s;
+            the root mean square over all samples if the records differ.
+        speed_sigmas: Standard deviation of the measured speed of each record, rad/s.
+        records: Fitted records.
+        predicted: Modelled speed at the samples of each record, with the deterministic effects
+            found, rad/s; empty if the method models no speed.
+        predicted_sigma: Standard deviation of `predicted` from the parameters alone, rad/s.
+        whiteness: Independence tests of the residuals of the least-squares fit, without effects;
+            None with fewer than 10 samples, or if no speed was modelled.
+        warnings: Warnings, most serious first.
+        friction_points: Points that a friction curve was fitted to; None for fits of the speed.
+        effects: Posteriors of effects outside the friction model.
+        findings: Effects that explain the least-squares residuals, best first.
+        scores: Score test of each deterministic candidate effect.
+        tolerances: Contribution of stated tolerances to `covariance`; None without any.
+        impossible: Values that no wheel can have, one sentence each.
+        choices: Choices of an automatic model selection; empty without one.
+        comparison: Ranking of the friction models, best first, if requested.
+        temperatures: Trends of parameters over temperature, if the records show any.
     """
 
     model: type[Friction]
@@ -132,7 +132,7 @@ class Fit:
     temperatures: "tuple[TemperatureTrend, ...]" = ()
 
     def __repr__(self) -> str:
-        """The table that the command line prints."""
+        """Table that the command line prints."""
         return "\n".join(table(self))
 
     @property
@@ -142,7 +142,7 @@ class Fit:
 
     @property
     def variance_shares(self) -> dict[str, Vector]:
-        """Shares of record and tolerances in the variance of each estimate, name -> (n,)."""
+        """Fractions of record and tolerances in the variance of each estimate, name -> (n,)."""
         if self.tolerances is None:
             return {}
         parts = self.tolerances.roots**2 / np.diag(self.covariance)[:, None]
@@ -161,7 +161,7 @@ class Fit:
 
     @property
     def rms_speed(self) -> float | None:
-        """Root mean square of the residuals, rad/s; None where no speed was modelled."""
+        """Root mean square of the residuals, rad/s; None if no speed was modelled."""
         if not self.predicted:
             return None
         every = np.concatenate(self.residuals)
@@ -183,17 +183,17 @@ class Fit:
             )
 
     def wheel(self) -> Wheel:
-        """The identified wheel.
+        """Identified wheel.
 
         Raises:
-            InputError: a parameter of it was neither identified nor held.
+            InputError: A parameter of the wheel was neither identified nor held.
         """
         self._require(wheel_dimensions(self.model))
         return build_wheel(self.model, self.parameters)
 
     @property
     def metadata(self) -> dict[str, str]:
-        """What the records say of themselves (serial, date, operator, temperature), as one text."""
+        """Metadata of the records (serial, date, operator, temperature), as text."""
         names = dict.fromkeys(name for r in self.records for name in r.metadata)
         return {
             name: ", ".join(
@@ -203,12 +203,12 @@ class Fit:
         }
 
     def _temperature(self) -> dict[str, str]:
-        """Mean temperature of the records, to which the parameters belong, as text."""
+        """Mean temperature of the records, at which the parameters apply, as text."""
         means = [float(np.mean(r.temperature)) for r in self.records if r.temperature is not None]
         return {"temperature": f"{np.mean(means):.4g} °C"} if means else {}
 
     def wheel_model(self) -> WheelModel | None:
-        """What model.toml holds; None where the method does not identify the friction."""
+        """Content of model.toml; None if the method does not identify the friction."""
         known = [*wheel_dimensions(self.model)]
         values = {n: v for n, v in self.parameters.items() if n in known}
         if not set(self.model.dimensions()) <= set(values):
@@ -237,13 +237,13 @@ class Fit:
         """Friction torque over speed with its standard deviation.
 
         Args:
-            speed: (m,) rad/s, none of them zero.
+            speed: Wheel speeds, none of them zero, (m,), rad/s.
 
         Returns:
             Torque and its standard deviation, N·m, each (m,).
 
         Raises:
-            InputError: the friction was neither identified nor held.
+            InputError: The friction was neither identified nor held.
         """
         self._require(self.model.dimensions())
         names = list(self.model.dimensions())
@@ -258,5 +258,5 @@ class Fit:
         return np.asarray(curve), np.sqrt(variance)
 
     def to_dict(self) -> dict[str, object]:
-        """The content of fit.json."""
+        """Content of fit.json."""
         return content(self)

@@ -16,34 +16,34 @@ from gyrostat.identification.uncertainty import square_root
 from gyrostat.wheel.friction import Friction
 
 CLEAR_SUPPORT = 10.0
-"""Difference of the Bayesian criterion that is very strong evidence (Kass and Raftery 1995)."""
+"""Difference of the BIC that is very strong evidence (Kass and Raftery 1995)."""
 COMMON_SCATTER = 2 * MIN_SAMPLES
-"""Samples as which the scatter common to all plateaus counts in that of each: the scatter of a
-short plateau is itself uncertain, and would give it a chance weight."""
+"""Weight of the common scatter of all plateaus in that of each one, as a number of samples. The
+scatter of a short plateau is uncertain and would otherwise give it a random weight."""
 FINEST = 1e-6
-"""Smallest standard deviation of a torque, as a share of the largest torque."""
+"""Smallest standard deviation of a torque, relative to the largest torque."""
 WEAK = 10.0
-"""A-priori sigma, as a multiple of what the plateaus span, that keeps a silent parameter finite."""
+"""A-priori sigma, as a multiple of the plateaus' range; keeps unobservable parameters finite."""
 LOW_SPEEDS = 0.5
-"""Largest Stribeck speed, as a share of the fastest plateau: a curve that bends above it is no fall
-from the static level."""
+"""Largest Stribeck speed, relative to the fastest plateau: above it the bend is not a decrease from
+the static level."""
 NEAR_ENOUGH = 1.5
-"""Slowest plateau, in Stribeck speeds, from which the static level is not extrapolated."""
+"""Largest speed of the slowest plateau, in Stribeck speeds, that determines the static level."""
 STARTS = 6
-"""First values of a Stribeck speed that is estimated."""
+"""Number of start values of an estimated Stribeck speed."""
 
 
 @dataclass(frozen=True)
 class FrictionCurve:
-    """A friction curve fitted to points.
+    """Friction curve fitted to points.
 
     Attributes:
-        model: friction model.
-        names: estimated parameters.
-        values: all parameters of the model, name -> value, SI.
-        solution: of the estimated ones, whitened by `sigma`.
-        sigma: (k,) standard deviations of the torques, N·m.
-        freedom: points beyond the estimated parameters.
+        model: Friction model.
+        names: Estimated parameters.
+        values: Name -> value of all parameters of the model, SI.
+        solution: Solution for the estimated parameters, whitened by `sigma`.
+        sigma: Standard deviations of the torques, (k,), N·m.
+        freedom: Degrees of freedom: points minus estimated parameters.
     """
 
     model: type[Friction]
@@ -60,7 +60,7 @@ class FrictionCurve:
 
     @property
     def excess(self) -> float:
-        """How far the points scatter about the curve beyond their own uncertainty, at least 1."""
+        """Scatter of the points about the curve relative to their own uncertainty, at least 1."""
         return max(1.0, np.sqrt(self.misfit / self.freedom)) if self.freedom > 0 else 1.0
 
 
@@ -84,7 +84,7 @@ def _torques(
     model: type[Friction], values: Mapping[str, float], speed: Vector
 ) -> tuple[Vector, Matrix, Vector]:
     """Friction torques at some speeds, with their derivatives by parameters and by speed."""
-    # few lengths are ever compiled
+    # few lengths are compiled
     padded = np.pad(speed, (0, -len(speed) % 16), mode="edge")
     theta = jnp.array([values[n] for n in model.dimensions()])
     torque, by_theta, by_speed = (np.asarray(part) for part in _compiled(model)(theta, padded))
@@ -93,18 +93,18 @@ def _torques(
 
 
 def plateau_torques(plateaus: Sequence[Plateau], held: Mapping[str, float]) -> Vector:
-    """Friction torque at each plateau, (k,) N·m: that of the motor but for what the drift takes.
+    """Friction torque at each plateau, (k,), N·m: motor torque minus the torque of the drift.
 
     Args:
-        plateaus: k of them.
-        held: name -> value, SI, with motor_constant; without inertia the drift counts as none.
+        plateaus: Plateaus, k of them.
+        held: Name -> value, SI, with motor_constant; without inertia the drift is neglected.
     """
     current, drift = np.array([[p.current, p.drift] for p in plateaus]).T
     return held["motor_constant"] * current - held.get("inertia", 0.0) * drift
 
 
 def _own_sigma(plateaus: Sequence[Plateau], held: Mapping[str, float]) -> tuple[Vector, Vector]:
-    """Standard deviations of speeds, rad/s, and torques, N·m, that the plateaus' scatter gives."""
+    """Standard deviations of speeds, rad/s, and torques, N·m, from the scatter of the plateaus."""
     count = np.array([p.count for p in plateaus], dtype=float)
 
     def settled(own: Vector) -> Vector:
@@ -124,7 +124,7 @@ def _own_sigma(plateaus: Sequence[Plateau], held: Mapping[str, float]) -> tuple[
 def _starts(
     model: type[Friction], held: Mapping[str, float], speed: Vector, torque: Vector, sigma: Vector
 ) -> list[dict[str, float]]:
-    """First values of all parameters, SI: a straight line, and a range of Stribeck speeds."""
+    """Start values of all parameters, SI: a straight line, and a range of Stribeck speeds."""
     rows = np.column_stack([np.abs(speed), np.ones(len(speed))]) / sigma[:, None]
     viscous, coulomb = np.linalg.lstsq(rows, np.sign(speed) * torque / sigma, rcond=1e-8)[0]
     first = {k: float(v) for k, v in model.from_coulomb(viscous, coulomb).parameters().items()}
@@ -140,7 +140,7 @@ def _starts(
 def _fitted(
     model: type[Friction], held: Mapping[str, float], plateaus: Sequence[Plateau]
 ) -> FrictionCurve | None:
-    """Fit a friction curve to the plateaus; None where no start leads anywhere."""
+    """Fit a friction curve to the plateaus; None if no start succeeds."""
     speed = np.array([p.speed for p in plateaus])
     torque = plateau_torques(plateaus, held)
     speed_sigma, torque_sigma = _own_sigma(plateaus, held)
@@ -170,7 +170,7 @@ def _fitted(
     if not ended:
         return None
     start, solution = min(ended, key=lambda pair: pair[1].cost)
-    # where the curve is steep, an uncertain speed is an uncertain torque
+    # the uncertainty of the speed adds to that of the torque by the slope of the curve
     values = dict(start) | dict(zip(names, solution.x.tolist(), strict=True))
     steepness = _torques(model, values, speed)[2]
     sigma = np.maximum(np.hypot(torque_sigma, steepness * speed_sigma), least)
@@ -182,13 +182,13 @@ def _fitted(
 
 
 def bend_speeds(model: type[Friction], held: Mapping[str, float]) -> dict[str, float]:
-    """Default values of the speeds over which a curve bends, where they are not held."""
+    """Default values of characteristic speeds, such as the Stribeck speed, that are not held."""
     default = model.from_coulomb(0.0, 0.0).parameters()
     return {n: float(default[n]) for n in model.held_by_default if n not in held}
 
 
 def _bends(curve: FrictionCurve, held: Mapping[str, float], speed: Vector) -> bool:
-    """Whether the friction falls clearly from its static level, and at low speeds."""
+    """Whether the friction clearly decreases from its static level, at low speeds."""
     size = np.abs(speed)
     low = all(
         size.min() <= NEAR_ENOUGH * curve.values[n] and curve.values[n] <= LOW_SPEEDS * size.max()
@@ -207,10 +207,10 @@ def _bends(curve: FrictionCurve, held: Mapping[str, float], speed: Vector) -> bo
 def fit_curve(
     model: type[Friction], held: Mapping[str, float], plateaus: Sequence[Plateau]
 ) -> tuple[FrictionCurve | None, dict[str, float]]:
-    """Fit a friction curve, its bends held at their default where the plateaus do not show them.
+    """Fit a friction curve; characteristic speeds that are not observable are held at defaults.
 
     Returns:
-        The curve, or None where no start leads anywhere; and what was held after all.
+        The curve, or None if no start succeeds; and the values held in the end.
     """
     default = bend_speeds(model, held)
     if not default:
@@ -224,7 +224,7 @@ def fit_curve(
 
 
 def preferred(line: FrictionCurve, other: FrictionCurve, count: int) -> bool:
-    """Whether a richer curve is very clearly the better one by the Bayesian criterion."""
+    """Whether a curve with more parameters is very clearly better by the BIC."""
     gain = (line.misfit - other.misfit) / other.excess**2
     more = len(other.names) - len(line.names)
     return bool(gain - more * np.log(count) > CLEAR_SUPPORT)

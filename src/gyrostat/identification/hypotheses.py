@@ -1,4 +1,4 @@
-"""Hypotheses of what acts beside the friction model: their posteriors and their evidence."""
+"""Hypotheses on effects outside the friction model: their posteriors and evidence."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,10 +14,10 @@ from gyrostat.identification.innovations import Innovations, innovations
 from gyrostat.identification.prediction import Linearisation
 
 PRESENT, ABSENT = 0.5, 0.25
-"""Parameters of the Beta prior of the probability with which a candidate is present: 2/3 in the
-mean, since real wheels have most of them, and wide."""
+"""Parameters of the Beta prior of the probability of presence of a candidate. It is wide, with mean
+2/3, because real wheels have most of the effects."""
 CLEARLY_MORE = 3.0
-"""Standard deviations by which residuals must exceed a stated noise to overrule it."""
+"""Standard deviations by which residuals must exceed a stated noise to replace it."""
 
 
 @dataclass(frozen=True)
@@ -26,10 +26,10 @@ class Segment:
 
     Attributes:
         residual: Measured minus modelled speed, (N,), rad/s; NaN where missing.
-        rows: Derivative by the n estimated parameters, (N, n), SI.
-        linear: The whole linearisation.
+        rows: Derivative of the speed by the n estimated parameters, (N, n), SI.
+        linear: Linearisation over all parameters.
         noise: Random torque at level one.
-        sigma: Noise of the measured speed, rad/s: stated, or first guess.
+        sigma: Noise of the measured speed, stated or a first estimate, rad/s.
         weight: Weight of each sample under the loss of the fit, (N,).
     """
 
@@ -46,11 +46,11 @@ class Posteriors:
     """Posterior of every combination of scales (h of them) at every level of torque noise.
 
     Attributes:
-        mean: (h, n + m) whitened parameters and coefficients.
-        covariance: (h, n + m, n + m).
-        log_weight: (h,) evidence times prior.
-        scales: (h, effects) of each nuisance; zero: absent.
-        levels: (h, 2) of ripple and wandering torque.
+        mean: Whitened parameters and coefficients, (h, n + m).
+        covariance: Covariance of `mean`, (h, n + m, n + m).
+        log_weight: Logarithm of evidence times prior, (h,).
+        scales: Scale of each nuisance, (h, effects); zero: absent.
+        levels: Levels of ripple and wandering torque, (h, 2).
     """
 
     mean: Matrix
@@ -63,12 +63,12 @@ class Posteriors:
 def whitened(
     segments: Sequence[Segment], effects: Sequence[Nuisance], scale: Vector, levels: Matrix
 ) -> list[Innovations]:
-    """Whiten the residual and the derivatives of each record under each pair of levels.
+    """Whiten the residual and the derivatives of each record for each pair of levels.
 
     Args:
         segments: All records, linearised at the same fit.
-        effects: Candidates of definite shape.
-        scale: Sizes that the parameters could have, (n,), SI.
+        effects: Deterministic candidates.
+        scale: Plausible sizes of the parameters, (n,), SI.
         levels: Levels of ripple and wandering torque, (g, 2).
     """
     found = []
@@ -94,8 +94,8 @@ def variance_ratio(own: Innovations, freedom: int, stated: bool) -> Vector:
 
     Args:
         own: Whitened columns of the record.
-        freedom: Number of columns beside the residual.
-        stated: Whether the user stated the noise: then it is only raised where the errors clearly
+        freedom: Number of columns other than the residual.
+        stated: Whether the user stated the noise. It is then increased only if the errors clearly
             exceed it.
     """
     size = np.sqrt(np.maximum(np.diagonal(own.products, axis1=1, axis2=2), 1e-300))
@@ -122,8 +122,9 @@ def posteriors(
 
     Args:
         found: Whitened columns of each record.
-        effects: Candidates of definite shape.
-        prior: Information matrix of the whitened parameters, (n, n), and its pull on them, (n,).
+        effects: Deterministic candidates.
+        prior: Information matrix of the whitened parameters, (n, n), and the information vector,
+            (n,).
         levels: Levels of ripple and wandering torque, (g, 2).
         stated: Whether the user stated the noise of the speed.
     """
@@ -139,7 +140,7 @@ def posteriors(
     choices = choices.reshape(-1, len(effects))
     spread = np.ones((len(choices), size))
     spread[:, count:] = np.repeat(choices, widths, axis=1)
-    # in units of its prior sigma a coefficient that is absent has no column left
+    # in units of its prior sigma, the column of an absent coefficient is zero
     base = np.eye(size)
     base[:count, :count] = information
     spacing = np.array([len(effect.scales) for effect in effects])
@@ -148,7 +149,7 @@ def posteriors(
         matrix = spread[:, :, None] * products[1:, 1:] * spread[:, None, :] + base
         right = spread * products[1:, 0]
         right[:, :count] += pull
-        # parameters that the record shows very unlike well leave no digits otherwise
+        # normalise: otherwise very different precisions of the parameters cause rounding errors
         unit = np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
         outer = unit[:, :, None] * unit[:, None, :]
         root = np.linalg.cholesky(matrix / outer)
@@ -167,13 +168,13 @@ def posteriors(
 
 
 def _presence(present: NDArray[np.bool_]) -> Vector:
-    """Logarithm of the prior probability of patterns of presence, but for a constant.
+    """Logarithm of the prior probability of patterns of presence, up to a constant.
 
     Args:
-        present: (h, k) whether each of k candidates is present.
+        present: Whether each of k candidates is present, (h, k).
 
     Returns:
-        (h,): of each pattern, the common probability of presence integrated out.
+        Value for each pattern, (h,), with the common probability of presence integrated out.
     """
     count = present.shape[1]
     table = [lgamma(k + PRESENT) + lgamma(count - k + ABSENT) for k in range(count + 1)]

@@ -4,9 +4,9 @@ The speed error x of a wheel and a wandering torque u obey, from sample to sampl
     x' = f x + g u + v,   u' = u + w,   r = S theta + x + e,
 with the transition f and the gain g of each interval of the exact prediction. One filter serves
 all columns of [r, S] (its gains do not depend on the data), and many noise levels at once. The sums
-of squares and products of the whitened columns are all that a linear regression needs: with them
-the likelihood of every hypothesis has a closed form (Harvey 1989, "Forecasting, structural time
-series models and the Kalman filter", sections 3.4 and 3.7).
+of squares and products of the whitened columns are sufficient for a linear regression: they give
+the likelihood of every hypothesis in closed form (Harvey 1989, "Forecasting, structural time series
+models and the Kalman filter", sections 3.4 and 3.7).
 """
 
 from typing import NamedTuple
@@ -19,12 +19,12 @@ from gyrostat.identification.effects import TorqueNoise, padded, spare
 
 
 class Innovations(NamedTuple):
-    """Whitened columns of one record under each of g noise levels.
+    """Whitened columns of one record for each of g noise levels.
 
     Attributes:
         products: Sums of products of the whitened columns, (g, c, c).
         log_variance: Sum of the logarithms of the variances of the prediction errors, (g,).
-        samples: Number of them used.
+        samples: Number of samples used.
     """
 
     products: Vector
@@ -32,13 +32,13 @@ class Innovations(NamedTuple):
     samples: int
 
     def leading(self, count: int) -> "Innovations":
-        """The same for the first columns alone."""
+        """Innovations of the first columns only."""
         return self._replace(products=self.products[:, :count, :count])
 
 
 @jax.jit
 def _filter(columns, variance, transition, gain, crossing, walk, first, squared):
-    """Whiten columns (N, c) for g noise levels, whose squares are (g, 2)."""
+    """Whiten columns (N, c) for g noise levels; `squared` holds the squared levels, (g, 2)."""
     levels, count = squared.shape[0], columns.shape[1]
 
     def sample(carry, entry):
@@ -80,14 +80,14 @@ def innovations(
     """Whiten the columns of a record under random torques of several levels.
 
     Args:
-        columns: (N, c) residuals and derivatives of the speed; anything finite where a sample is
+        columns: Residuals and derivatives of the speed, (N, c); any finite value where a sample is
             missing.
-        variance: (N,) of the measured speed, in the squared unit of the columns; infinite where a
-            sample is missing.
-        transition: (N - 1,) derivative of the speed at the end of each interval by that at its
-            start.
-        noise: Random torque at level one, in SI.
-        levels: (g, 2) levels of the ripple at crossings and of the wandering torque.
+        variance: Variance of the measured speed, (N,), in the squared unit of the columns;
+            infinite where a sample is missing.
+        transition: Derivative of the speed at the end of each interval by that at its start,
+            (N - 1,).
+        noise: Random torque at level one, SI.
+        levels: Levels of the ripple at crossings and of the wandering torque, (g, 2).
     """
     fill, width = len(padded(variance)) - len(variance), columns.shape[1]
     products, logs = _filter(

@@ -18,13 +18,13 @@ from gyrostat.identification.loss import Loss
 Evaluation = tuple[Vector, Matrix]
 
 FIRST_DAMPING, DAMPING_STEP = 0.01, 30.0
-"""Share of the squared column norms that damps a correction after a full one has failed, and the
-factor by which it grows with every further failure and falls with success."""
+"""Damping of a correction after a full one has failed, as a fraction of the squared column norms,
+and the factor by which it grows with every further failure and falls with success."""
 KINK, CORNER = 0.1, 2.0
-"""Standard deviations. A sample that falls on a zero crossing, or a start from rest, puts a kink
-into the cost, on which the minimum may sit: damped corrections down to the first value that do not
-lower the cost have arrived, provided that the undamped one is below the second. Only that one tells
-an arrival from a failure: damping makes any correction small."""
+"""Convergence at a kink of the cost, in standard deviations. A sample at a zero crossing, or a
+start from rest, gives the cost a kink, which may be its minimum. The iteration has converged if
+damped corrections down to the first value do not lower the cost and the undamped one is below the
+second. The second test is needed because damping makes any correction small."""
 
 UNFINISHED = "the iterations ran out"
 WALL = "every smaller correction led to parameters that are not admissible"
@@ -33,13 +33,13 @@ STALLED = "no correction lowered the cost"
 
 @dataclass(frozen=True)
 class Prior:
-    """A-priori knowledge of parameters, or of differences between them, each independent.
+    """A-priori knowledge of parameters, or of differences between them, all independent.
 
     Attributes:
-        mean: (n,) in the units of the parameters.
-        sigma: (n,) standard deviations; infinite where nothing is known.
-        differences: place of a parameter -> place of the one that it is known relative to: its
-            sigma is then that of the difference, and so is its mean less the other's.
+        mean: Means in the units of the parameters, (n,).
+        sigma: Standard deviations, (n,); infinite if nothing is known.
+        differences: Index of a parameter -> index of its reference. The sigma of the parameter is
+            then that of the difference, the mean of which is the difference of the means.
     """
 
     mean: Vector
@@ -48,11 +48,11 @@ class Prior:
 
     @classmethod
     def unknown(cls, count: int) -> Self:
-        """No knowledge of so many parameters."""
+        """No a-priori knowledge of a number of parameters."""
         return cls(np.zeros(count), np.full(count, np.inf))
 
     def rows(self) -> Matrix:
-        """Whitened rows of what is known, (k, n)."""
+        """Whitened rows of the a-priori knowledge, (k, n)."""
         rows = np.diag(1.0 / self.sigma)
         for place, reference in self.differences.items():
             rows[place, reference] = -rows[place, place]
@@ -70,16 +70,16 @@ class Prior:
 
 @dataclass(frozen=True)
 class Solution:
-    """Where an iteration ended.
+    """Result of an iteration.
 
     Attributes:
-        x: (n,) parameters.
-        reason: why it did not converge; empty where it did.
-        iterations: corrections tried, rejected ones included.
-        cost: half the sum of the loss of measurements and a-priori.
-        residual: (m,) whitened measurement residuals, measured minus modelled.
-        jacobian: (m, n) of the whitened modelled measurements.
-        triangle: (n, n) upper triangular square root of the information matrix.
+        x: Parameters, (n,).
+        reason: Reason why the iteration did not converge; empty if it did.
+        iterations: Corrections tried, including rejected ones.
+        cost: Half the sum of the loss of measurements and a-priori.
+        residual: Whitened measurement residuals, measured minus modelled, (m,).
+        jacobian: Jacobian of the whitened modelled measurements, (m, n).
+        triangle: Upper triangular square root of the information matrix, (n, n).
     """
 
     x: Vector
@@ -92,7 +92,7 @@ class Solution:
 
     @property
     def converged(self) -> bool:
-        """Whether a full correction at the end was negligible against the uncertainty."""
+        """Whether the last full correction was negligible relative to the uncertainty."""
         return not self.reason
 
     def covariance(self) -> Matrix:
@@ -105,8 +105,8 @@ def triangularise(rows: Matrix, right: Vector) -> tuple[Matrix, Vector]:
     """Reduce a stacked system to its triangle by Householder QR, eq. (12).
 
     Args:
-        rows: (m, n) with m >= n.
-        right: (m,) right-hand side.
+        rows: Rows of the system, (m, n) with m >= n.
+        right: Right-hand side, (m,).
 
     Returns:
         The (n, n) upper triangle H_1 and the (n,) vector y_1.
@@ -147,21 +147,21 @@ def minimise(
     max_iterations: int = 50,
     on_iteration: Callable[[int, float], None] | None = None,
 ) -> Solution | None:
-    """Iterate Gauss-Newton corrections, damped only where a full one does not lower the cost.
+    """Iterate Gauss-Newton corrections, damped only if a full one does not lower the cost.
 
     Args:
-        evaluate: parameters (n,) -> whitened measurement residuals (m,), measured minus modelled,
-            and the whitened Jacobian (m, n) of the modelled measurements; None where the parameters
-            are not admissible. NaN rows are not allowed: leave missing measurements out.
-        start: (n,) first parameters.
-        prior: a-priori knowledge.
-        loss: of one whitened residual.
-        tolerance: the iteration ends when a correction is this small in standard deviations.
-        max_iterations: corrections tried at most.
-        on_iteration: called with the count and the cost after each correction.
+        evaluate: Function from parameters (n,) to whitened measurement residuals (m,), measured
+            minus modelled, and the whitened Jacobian (m, n) of the modelled measurements; None if
+            the parameters are not admissible. NaN rows are not allowed: omit missing measurements.
+        start: Start values, (n,).
+        prior: A-priori knowledge.
+        loss: Loss of one whitened residual.
+        tolerance: Size of a correction, in standard deviations, below which the iteration ends.
+        max_iterations: Largest number of corrections.
+        on_iteration: Function called with the count and the cost after each correction.
 
     Returns:
-        The solution, or None where the start itself is not admissible.
+        The solution; None if the start values are not admissible.
     """
     problem = _Problem(prior, loss)
     point = evaluate(start)
@@ -182,7 +182,7 @@ def minimise(
             trial = x + correction
             trial_point = evaluate(trial)
             trial_cost = np.inf if trial_point is None else problem.cost(trial, trial_point[0])
-            # near the optimum the cost moves by less than its rounding
+            # near the optimum the cost changes by less than its rounding error
             if trial_point is not None and trial_cost <= cost + 1e-12 * abs(cost) + 1e-12:
                 x, point, cost = trial, trial_point, trial_cost
                 reason = "" if in_sigmas < tolerance and damping == 0.0 else UNFINISHED

@@ -13,11 +13,11 @@ LossName = Literal["quadratic", "huber", "student"]
 
 
 class Loss(abc.ABC):
-    """A loss rho(r); its weight is rho'(r)/r, its curvature rho''(r)."""
+    """Loss function rho(r) with weight rho'(r)/r and curvature rho''(r)."""
 
     @abc.abstractmethod
     def value(self, residual: Vector) -> Vector:
-        """Rho of each whitened residual, (m,)."""
+        """Loss of each whitened residual, (m,)."""
 
     @abc.abstractmethod
     def weight(self, residual: Vector) -> Vector:
@@ -25,12 +25,12 @@ class Loss(abc.ABC):
 
     @abc.abstractmethod
     def curvature(self, residual: Vector) -> Vector:
-        """Second derivative of rho, (m,): what the uncertainty rests on."""
+        """Second derivative of rho, (m,), which determines the uncertainty."""
 
 
 @dataclass(frozen=True)
 class Quadratic(Loss):
-    """rho = r^2 / 2: normal noise."""
+    """Quadratic loss, rho = r^2 / 2, for normal noise."""
 
     def value(self, residual: Vector) -> Vector:
         """See `Loss.value`."""
@@ -47,7 +47,7 @@ class Quadratic(Loss):
 
 @dataclass(frozen=True)
 class Huber(Loss):
-    """Quadratic up to `knee` standard deviations, straight beyond (Huber 1964)."""
+    """Huber loss: quadratic up to `knee` standard deviations, linear beyond (Huber 1964)."""
 
     knee: float = 1.345
 
@@ -67,7 +67,7 @@ class Huber(Loss):
 
 @dataclass(frozen=True)
 class Student(Loss):
-    """Student's t with `freedom` degrees (Lange, Little and Taylor 1989)."""
+    """Loss of Student's t with `freedom` degrees (Lange, Little and Taylor 1989)."""
 
     freedom: float = 4.0
 
@@ -90,10 +90,10 @@ LOSSES: dict[str, Loss] = {"quadratic": Quadratic(), "huber": Huber(), "student"
 
 
 def loss_named(name: str) -> Loss:
-    """Look a loss up.
+    """Loss with a given name.
 
     Raises:
-        InputError: no loss has this name.
+        InputError: No loss has this name.
     """
     if name not in LOSSES:
         raise InputError(f"loss: found {name!r}, expected one of {', '.join(LOSSES)}")

@@ -15,7 +15,7 @@ WITHOUT_MODEL: dict[str, Callable[..., Fit]] = {
     "coast": identify_coast,
     "torque-step": identify_torque_step,
 }
-"""Experiments that know their friction model themselves."""
+"""Methods with a fixed friction model."""
 
 
 def identify_dedicated(
@@ -28,19 +28,20 @@ def identify_dedicated(
     speed_sigma: float | None,
     tolerance: Mapping[str, float] | None = None,
 ) -> Fit:
-    """Identify by one of the dedicated experiments.
+    """Identify by one of the bench methods.
 
     Args:
         method: "steady", "torque-step" or "coast".
-        records: of one wheel.
-        model: friction model, with "steady" only.
-        inertia: kg·m².
-        hold: name -> value, SI, or None for its default.
-        speed_sigma: standard deviation of the measured speed, rad/s.
-        tolerance: name -> one sigma, share, of what is given, as for `identify`.
+        records: Records of one wheel.
+        model: Friction model, only for "steady".
+        inertia: Rotor inertia, kg·m².
+        hold: Name -> value, SI, or None for its default.
+        speed_sigma: Standard deviation of the measured speed, rad/s.
+        tolerance: Name of a given quantity -> relative tolerance, one sigma, as for `identify`.
 
     Raises:
-        InputError: a model where the experiment has its own, and as the experiments say.
+        InputError: A friction model is given for a method with a fixed one, or the method itself
+            fails.
     """
     tolerances = check_tolerances(tolerance or {})
     if method not in WITHOUT_MODEL:
@@ -58,7 +59,7 @@ def identify_dedicated(
 
 
 def _tolerant(fit: Fit, tolerances: Mapping[str, float]) -> Fit:
-    """Add what tolerances cause to the uncertainty of a dedicated fit."""
+    """Add the effect of tolerances to the uncertainty of a fit by a bench method."""
     if not tolerances:
         return fit
     dimensions = [fit.dimensions[name] for name in fit.names]

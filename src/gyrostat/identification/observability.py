@@ -13,25 +13,25 @@ from gyrostat.identification.start_values import StartValues
 from gyrostat.wheel.friction import Friction
 
 CLEAR = 2.0
-"""Standard deviations by which an effect must differ from none to count as seen."""
+"""Smallest effect of an observable parameter, in standard deviations."""
 SILENT = 1e-6
 """A-priori information, relative to the weak one, that keeps every variance finite."""
 UNSEEN = 1e-10
-"""Singular value, relative to the largest, below which a direction shows nothing but rounding."""
+"""Singular value, relative to the largest, below which a direction holds only rounding errors."""
 DECIDED = 3.0
-"""Ratio of the sigmas without and with the a-priori from which it is the a-priori that decides."""
+"""Ratio of the sigmas without and with the a-priori, above which the a-priori dominates."""
 
 
 @dataclass(frozen=True)
 class Observability:
-    """How clearly the measurements alone show one parameter.
+    """Significance of one parameter from the measurements alone.
 
     Attributes:
-        observable: whether its effect exceeds `CLEAR` standard deviations.
-        significance: the effect over its standard deviation, from the measurements alone; negative
-            where a static torque lies below its Coulomb torque.
-        advice: what would show it; empty where it is observable.
-        given: whether it was stated with a tolerance, not estimated: nothing to observe.
+        observable: Whether its effect exceeds `CLEAR` standard deviations.
+        significance: Effect divided by its standard deviation, from the measurements alone;
+            negative if a static torque lies below its Coulomb torque.
+        advice: Advice on how to make it observable; empty if it is observable.
+        given: Whether it was given with a tolerance and not estimated.
     """
 
     observable: bool
@@ -49,22 +49,22 @@ def judge(
     sizes: Mapping[str, float] | None = None,
     widening: Mapping[str, float] | None = None,
 ) -> dict[str, Observability]:
-    """Judge each estimate by its effect over its standard deviation.
+    """Observability of each estimate from its effect divided by its standard deviation.
 
-    A static torque is judged by its difference from the Coulomb torque, everything else against
-    zero, unless `sizes` says otherwise.
+    The effect of a static torque is its difference from the Coulomb torque; that of any other
+    parameter is its value, unless `sizes` gives another.
 
     Args:
-        model: friction model.
-        values: name -> value of estimated and held parameters, SI.
-        names: of the n estimates.
-        root: (n, k) square root of their covariance, SI.
-        cure: name and significance -> what would show it better.
-        sizes: name -> effect to take in place of the value, SI.
-        widening: name -> factor on the standard deviation of its effect, 1 by default.
+        model: Friction model.
+        values: Name -> value of estimated and held parameters, SI.
+        names: Names of the n estimates.
+        root: Square root of their covariance, (n, k), SI.
+        cure: Function from name and significance to advice.
+        sizes: Name -> effect that replaces the value, SI.
+        widening: Name -> factor on the standard deviation of its effect, 1 by default.
 
     Returns:
-        Name -> verdict.
+        Name -> observability.
     """
     judged = {}
     for k, name in enumerate(names):
@@ -87,8 +87,8 @@ def judge(
 
 
 def _root(jacobian: Matrix, scale: Vector) -> Matrix:
-    """Square root of the covariance of n parameters without their a-priori, (n, n)."""
-    # not from the normal equations: they square the condition
+    """Square root of the covariance of n parameters without a-priori, (n, n)."""
+    # not from the normal equations, which square the condition number
     _, seen, directions = np.linalg.svd(jacobian * scale, full_matrices=False)
     seen = np.where(seen > UNSEEN * seen.max(initial=0.0), seen, 0.0)
     return scale[:, None] * directions.T / np.hypot(seen, SILENT)
@@ -97,8 +97,8 @@ def _root(jacobian: Matrix, scale: Vector) -> Matrix:
 def _measured_root(solution: Solution, selection: Selection, informed: Vector) -> Matrix:
     """Square root of the covariance of the parameters without their a-priori, (n, n).
 
-    An inertia known beforehand only sets the scale of all torques: what the record shows of the
-    others is judged at the inertia given.
+    A-priori knowledge of the inertia only sets the scale of all torques. The observability of the
+    other parameters is evaluated at the given inertia.
     """
     root = _root(solution.jacobian, selection.scale)
     if "inertia" not in selection.free:
@@ -126,21 +126,21 @@ def observability(
     crossings: int,
     widening: Mapping[str, float],
 ) -> dict[str, Observability]:
-    """Judge every estimated parameter by the measurements alone.
+    """Observability of every estimated parameter from the measurements alone.
 
-    An initial speed or a current bias is judged by its sigma against the level of the signal.
+    An initial speed or a current bias is compared with the level of the signal.
 
     Args:
-        prediction: records and friction model.
-        selection: what was estimated.
-        values: name -> value of all parameters, SI.
-        solution: of the estimated parameters.
-        deterministic: levels of the signals.
-        crossings: zero crossings in the records.
-        widening: name -> standard deviation of its effect over that in white noise alone.
+        prediction: Records and friction model.
+        selection: Estimated parameters.
+        values: Name -> value of all parameters, SI.
+        solution: Solution for the estimated parameters.
+        deterministic: Levels of the signals.
+        crossings: Number of zero crossings in the records.
+        widening: Name -> standard deviation of its effect, relative to that in white noise alone.
 
     Returns:
-        Name -> verdict.
+        Name -> observability.
     """
     informed = np.sqrt(np.diag(solution.covariance()))
     root = _measured_root(solution, selection, informed)

@@ -1,4 +1,4 @@
-"""Parameters that a request names: their dimensions, and values that no wheel has."""
+"""Validation of parameter names and values given by the user."""
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.units import SI_UNIT
@@ -9,15 +9,15 @@ from gyrostat.wheel.friction import Friction
 
 
 def parameter_dimension(model: type[Friction], name: str, where: str) -> str:
-    """Dimension of a parameter that a request names, before there is a prediction.
+    """Dimension of a parameter named by the user, before there is a prediction.
 
     Args:
-        model: friction model.
-        name: of the parameter.
-        where: what names it, for the message.
+        model: Friction model.
+        name: Name of the parameter.
+        where: Option that names it, for the message.
 
     Raises:
-        InputError: no parameter has this name.
+        InputError: No parameter has this name.
     """
     known = {**wheel_dimensions(model), "current_bias": "current", "initial_speed": "speed"}
     known |= {slope: f"{dimension}_per_temperature" for dimension, slope in SLOPES.items()}
@@ -28,16 +28,16 @@ def parameter_dimension(model: type[Friction], name: str, where: str) -> str:
 
 
 def check_parameter(model: type[Friction], name: str, value: float, where: str) -> None:
-    """Refuse a value that no wheel has, before anything is computed with it.
+    """Refuse a value that no wheel can have.
 
     Args:
-        model: friction model.
-        name: of the parameter.
-        value: SI.
-        where: what gives it, for the message.
+        model: Friction model.
+        name: Name of the parameter.
+        value: Value, SI.
+        where: Option that gives the value, for the message.
 
     Raises:
-        InputError: it is of no physical magnitude or of the wrong sign.
+        InputError: The value is not of a physical magnitude or has the wrong sign.
     """
     dimension = parameter_dimension(model, name, where)
     unit = SI_UNIT[dimension]

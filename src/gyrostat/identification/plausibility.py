@@ -1,4 +1,4 @@
-"""Warnings about a fit from statistics and from the physics of wheels."""
+"""Warnings about a fit, from statistics and from the physics of wheels."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,24 +8,26 @@ from gyrostat.identification.findings import Finding, by_evidence
 from gyrostat.identification.fit import Fit
 
 STATED = (0.8, 1.25)
-"""Scatter over the stated noise between which the two agree."""
+"""Range of the ratio of scatter to stated noise in which the two agree."""
 UNEXPLAINED = 1.5
-"""Scatter over the noise that a record itself shows from which something is wrong."""
+"""Ratio of scatter to the noise estimated from the record, above which a warning is given."""
 
 
 MOVED, MOST_MOVED = 0.5, 3
-"""Standard deviations of noise from which a change of an estimate is told, and of how many."""
+"""Smallest change of an estimate that is reported, in standard deviations by noise, and how many
+are reported."""
 
 
 @dataclass(frozen=True)
 class Scatter:
-    """How far the speeds of a record lie from what was fitted to them.
+    """Scatter of the speeds of a record about the fit.
 
     Attributes:
-        name: of the record.
-        level: standard deviation of the distance, rad/s, outliers apart that a loss forgives.
-        stated: noise that the user stated, rad/s, or None.
-        noise: that the speeds alone show, rad/s; None where the method does not tell.
+        name: Name of the record.
+        level: Standard deviation of the residuals, rad/s, without outliers that a robust loss
+            discounts.
+        stated: Noise stated by the user, rad/s, or None.
+        noise: Noise estimated from the speeds alone, rad/s; None if the method gives none.
     """
 
     name: str
@@ -35,10 +37,10 @@ class Scatter:
 
 
 def impossible(fit: Fit) -> list[str]:
-    """Estimates that no wheel has, beyond what their sigma allows.
+    """Messages about estimates that no wheel can have, beyond the uncertainty.
 
     Args:
-        fit: the result.
+        fit: Result of the identification.
     """
     found = []
     for name, value, sigma in zip(fit.names, fit.values, fit.sigma, strict=True):
@@ -77,7 +79,7 @@ def _scatter_warnings(scatter: Sequence[Scatter]) -> list[str]:
 
 
 def _sentence(fit: Fit, finding: Finding) -> str:
-    """What a finding says, what it does to the parameters, and what includes it."""
+    """Message of a finding: effect, changes of the parameters, and option that includes it."""
     size = ""
     if finding.sigma is not None:
         factor, unit = (100.0, " %") if finding.unit == "1" else (1.0, f" {finding.unit}")
@@ -100,7 +102,7 @@ def _sentence(fit: Fit, finding: Finding) -> str:
 
 
 def _correlation_warning(fit: Fit) -> str:
-    """What correlated residuals mean."""
+    """Warning about correlated residuals."""
     assert fit.whiteness is not None
     worst = fit.whiteness.worst_block
     scale = f", most clearly in means of {worst[0]} samples" if worst else ""
@@ -115,12 +117,12 @@ def _correlation_warning(fit: Fit) -> str:
 
 
 def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]:
-    """List what a reader should know, most serious first.
+    """List the warnings about a fit, most serious first.
 
     Args:
-        fit: the result.
-        reason: why the iteration did not converge; empty where it did.
-        scatter: of the records about the fit.
+        fit: Result of the identification.
+        reason: Reason why the iteration did not converge; empty if it did.
+        scatter: Scatter of each record about the fit.
     """
     warnings = []
     if reason:
@@ -135,7 +137,7 @@ def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]
             f"validate with the same drive, hold it there (validate --hold current_bias={bias:.6g})"
         )
     warnings += [o.advice for o in fit.observability.values() if o.advice]
-    # errors of an angle alternate in its differences
+    # differences of an angle have alternating errors
     differences = all(r.averaged for r in fit.records)
     if fit.whiteness is not None and not fit.whiteness.white and not differences:
         warnings.append(_correlation_warning(fit))
@@ -150,16 +152,16 @@ def judged(
     faults: Sequence[Finding] = (),
     warnings: Sequence[str] = (),
 ) -> Fit:
-    """A fit with its diagnosis, its warnings, and what makes it impossible.
+    """Fit with its diagnosis, warnings and impossible values added.
 
     Args:
-        fit: the result, with the findings of the residuals.
-        reason: why the iteration did not converge; empty where it did.
-        scatter: of the records about the fit.
-        faults: of measurement, as the samples show them.
-        warnings: further ones.
+        fit: Result of the identification, with the findings of the residuals.
+        reason: Reason why the iteration did not converge; empty if it did.
+        scatter: Scatter of each record about the fit.
+        faults: Measurement faults found in the samples.
+        warnings: Further warnings.
     """
-    # not every dedicated method knows the motor
+    # some bench methods have no motor constant
     motor = fit.parameters.get("motor_constant", 0.0)
     estimated = "motor_constant" in fit.names
     sigma = fit.sigma[fit.names.index("motor_constant")] if estimated else 0.0

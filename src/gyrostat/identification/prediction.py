@@ -22,14 +22,14 @@ from gyrostat.wheel.response import advance, sample_intervals
 CurrentHold = Literal["zero-order", "linear"]
 
 BLOCKED_SHARE = 0.2
-"""Share of the moving samples in which a model may rest before it counts as stuck."""
+"""Largest fraction of the moving samples at which a model may rest before it counts as stuck."""
 
 
 def friction_model(name: str) -> type[Friction]:
-    """Look a friction model up.
+    """Friction model with a given name.
 
     Raises:
-        InputError: no model has this name.
+        InputError: No model has this name.
     """
     if name not in FRICTION_MODELS:
         raise InputError(f"model: found {name!r}, expected one of {', '.join(FRICTION_MODELS)}")
@@ -37,12 +37,12 @@ def friction_model(name: str) -> type[Friction]:
 
 
 def wheel_dimensions(model: type[Friction]) -> dict[str, str]:
-    """Names of the parameters of a wheel with this friction -> dimension, in order."""
+    """Parameters of a wheel with this friction: name -> dimension, in order."""
     return {"motor_constant": "motor_constant", "inertia": "inertia", **model.dimensions()}
 
 
 def build_wheel(model: type[Friction], values: Mapping[str, float]) -> Wheel:
-    """Make a wheel from named parameters, SI; names that are not the wheel's are left aside."""
+    """Wheel from named parameters, SI; other names are ignored."""
     return Wheel(
         inertia=values["inertia"],
         motor_constant=values["motor_constant"],
@@ -51,15 +51,15 @@ def build_wheel(model: type[Friction], values: Mapping[str, float]) -> Wheel:
 
 
 class Linearisation(NamedTuple):
-    """A modelled speed and its derivatives, over the record and over each sample interval.
+    """Modelled speed and its derivatives, over the record and over each sample interval.
 
     Attributes:
-        speed: At the samples, (N,), rad/s.
+        speed: Speed at the samples, (N,), rad/s.
         jacobian: Derivative with respect to all n parameters of the prediction, (N, n), SI.
         transition: Derivative of the speed at the end of each interval with respect to that at its
             start, (N - 1,).
         local: Derivative of the speed at the end of each interval with respect to the shared
-            parameters as they act in this interval alone, (N - 1, s), SI.
+            parameters, if they change in this interval alone, (N - 1, s), SI.
         averaged: Whether speed and jacobian are means over the interval before each sample.
     """
 
@@ -71,7 +71,7 @@ class Linearisation(NamedTuple):
 
 
 def over_intervals(values: Matrix) -> Matrix:
-    """Means over the interval before each sample of what is given at the samples, (N, ...)."""
+    """Means over the interval before each sample of values at the samples, (N, ...)."""
     return np.concatenate([values[:1], 0.5 * (values[1:] + values[:-1])])
 
 
@@ -79,8 +79,8 @@ def over_intervals(values: Matrix) -> Matrix:
 def _compiled(model: type[Friction], hold: CurrentHold):
     """Compile theta -> speeds and their derivatives, for theta = wheel parameters, bias, w(0).
 
-    Where a sample restarts, the speed is the one given for it, and the last derivative is that by
-    this speed.
+    At a sample that starts a segment, the speed is the given initial one, and the last derivative
+    is that with respect to this speed.
 
     The derivatives of each interval are chained: S_{k+1} = (dw_{k+1}/dw_k) S_k + dw_{k+1}/dtheta.
     """
@@ -88,7 +88,7 @@ def _compiled(model: type[Friction], hold: CurrentHold):
 
     def respond(theta, time, current, restart, first):
         duration, slope = sample_intervals(time, current, hold)
-        # what happens in a gap is not known
+        # the motion in a gap is unknown
         duration = jnp.where(restart[1:], 0.0, duration)
 
         def interval(carry, sample):
@@ -122,34 +122,34 @@ def _compiled(model: type[Friction], hold: CurrentHold):
 
 
 def _padded(values: Vector) -> Vector:
-    """Repeat the last value up to a rounded length, so that few lengths are ever compiled.
+    """Repeat the last value up to a rounded length, so that few lengths are compiled.
 
-    The repeated times make intervals of zero length, which cost nothing.
+    The repeated times give intervals of zero length, which cost nothing.
     """
     size = int(np.ceil(2.0 ** (np.ceil(4.0 * np.log2(max(len(values), 256))) / 4.0)))
     return np.pad(values, (0, size - len(values)), mode="edge")
 
 
 class SpeedPrediction:
-    """The speeds that a wheel would have shown in some records.
+    """Prediction of the wheel speed in some records.
+
+    Viscous and dry friction have temperature coefficients as further parameters if the records
+    differ in temperature.
 
     Attributes:
-        names: every parameter in order: the wheel's, current_bias, then one initial speed a record,
-            and one for every further segment of the records.
-        dimensions: name -> dimension.
-        initial_speeds: names of these speeds.
-
-    Where the records differ in temperature, viscous and dry friction change with it, by parameters
-    of their own.
+        names: All parameters in order: those of the wheel, current_bias, then one initial speed for
+            each record and one for each further segment of the records.
+        dimensions: Name -> dimension.
+        initial_speeds: Names of the initial speeds.
     """
 
     def __init__(self, records: Sequence[Record], model: type[Friction], hold: CurrentHold) -> None:
         """Prepare the records for one friction model.
 
         Args:
-            records: at least one.
-            model: friction model.
-            hold: how the current runs between samples.
+            records: Records, at least one.
+            model: Friction model.
+            hold: Interpolation of the current between samples.
         """
         self.records = tuple(records)
         self.model = model
@@ -190,21 +190,21 @@ class SpeedPrediction:
             restart += len(further)
 
     def admissible(self, values: Vector) -> bool:
-        """Whether a wheel can have these parameters at all: finite, inertia and scales positive."""
+        """Whether a wheel can have these parameters: finite values, positive inertia and scales."""
         positive = [n for n in ("inertia", *self.model.held_by_default) if n in self.names]
         return bool(np.all(np.isfinite(values))) and all(
             values[self.names.index(n)] > 0.0 for n in positive
         )
 
     def linearise(self, values: Vector) -> list[Linearisation] | None:
-        """Predict every record, with the derivatives of each sample interval.
+        """Predict every record, with the derivatives over each sample interval.
 
         Args:
-            values: (n,) parameters in the order of `names`, SI.
+            values: Parameters in the order of `names`, (n,), SI.
 
         Returns:
-            One linearisation a record; None where the parameters are not admissible or the friction
-            curve cannot be resolved.
+            One linearisation for each record; None if the parameters are not admissible or the
+            friction curve cannot be resolved.
         """
         if not self.admissible(values):
             return None
@@ -243,21 +243,21 @@ class SpeedPrediction:
         """Predict every record.
 
         Args:
-            values: (n,) parameters in the order of `names`, SI.
+            values: Parameters in the order of `names`, (n,), SI.
 
         Returns:
-            For each record the speed at its samples, rad/s, and the Jacobian (samples, n); None
-            where the parameters are not admissible or the friction curve cannot be resolved.
+            For each record the speed at its samples, rad/s, and the Jacobian (samples, n); None if
+            the parameters are not admissible or the friction curve cannot be resolved.
         """
         found = self.linearise(values)
         return None if found is None else [(each.speed, each.jacobian) for each in found]
 
     def stuck(self, predicted: Sequence[tuple[Vector, Matrix]], noise: Sequence[float]) -> bool:
-        """Whether the model rests where the wheel is seen turning: no gradient leads out of that.
+        """Whether the model rests while the measured wheel turns; no gradient leads out of that.
 
         Args:
-            predicted: from a call of this object.
-            noise: standard deviation of the measured speed of each record, rad/s.
+            predicted: Result of a call of this object.
+            noise: Standard deviation of the measured speed of each record, rad/s.
         """
         turning = resting = 0
         for record, (speed, _), level in zip(self.records, predicted, noise, strict=True):

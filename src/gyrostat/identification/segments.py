@@ -17,20 +17,20 @@ FINEST = 1e-9
 """Smallest level of the whitened residuals."""
 
 Model = Callable[[int, Vector, Vector], tuple[Vector, Matrix]]
-"""Place of a stretch, (c,) common and (p,) own parameters -> modelled speed, (m,) rad/s, and its
-derivatives, (m, c + p)."""
+"""Index of a segment, common parameters, (c,), and its own, (p,) -> modelled speed, (m,), rad/s,
+and its derivatives, (m, c + p)."""
 
 
 @dataclass(frozen=True)
 class StretchFit:
-    """Common parameters of stretches of speed.
+    """Fit of common parameters to several segments of speed.
 
     Attributes:
-        solution: of all parameters, common ones first.
-        covariance: of the common ones, (c, c).
-        serial_sigma: their standard deviations that allow for correlated residuals, (c,).
-        speed_sigma: standard deviation of a speed, rad/s: as given, or from the residuals.
-        rms: of the residuals, rad/s.
+        solution: Solution for all parameters, common ones first.
+        covariance: Covariance of the common parameters, (c, c).
+        serial_sigma: Standard deviations of the common parameters with correlated residuals, (c,).
+        speed_sigma: Standard deviation of a speed, as given or from the residuals, rad/s.
+        rms: Root mean square of the residuals, rad/s.
     """
 
     solution: Solution
@@ -42,14 +42,14 @@ class StretchFit:
     def outcome(
         self, scale: float, places: list[int], stated: float | None, noise: float, name: str
     ) -> dict[str, Any]:
-        """What a result says of some common parameters.
+        """Fields of a result for some common parameters.
 
         Args:
-            scale: unit of the parameters, SI.
-            places: of the parameters among the common ones.
-            stated: noise that the user stated, rad/s, or None.
-            noise: that the records show, rad/s.
-            name: of the records.
+            scale: Unit of the parameters, SI.
+            places: Indices of the parameters among the common ones.
+            stated: Noise stated by the user, rad/s, or None.
+            noise: Noise estimated from the records, rad/s.
+            name: Name of the records.
         """
         return {
             "reason": self.solution.reason,
@@ -71,15 +71,16 @@ def fit_stretches(
     speed_sigma: float | None,
     noise: float,
 ) -> StretchFit:
-    """Fit a model of the speed to all stretches at once by nonlinear least squares.
+    """Fit a model of the speed to all segments together by nonlinear least squares.
 
     Args:
-        speeds: measured, (m,) rad/s each.
-        model: of the speed in one stretch; every value of its parameters is admissible.
-        common: (c,) first values of what all stretches share.
-        own: (p,) first values of what each has for itself.
-        speed_sigma: standard deviation of a measured speed, rad/s, otherwise from the residuals.
-        noise: of the speed, as the records show it, rad/s.
+        speeds: Measured speed of each segment, (m,), rad/s.
+        model: Model of the speed in one segment; all values of its parameters are admissible.
+        common: Start values of the common parameters, (c,).
+        own: Start values of each segment's own parameters, (p,).
+        speed_sigma: Standard deviation of a measured speed, rad/s; None to estimate it from the
+            residuals.
+        noise: Noise of the speed estimated from the records, rad/s.
     """
     level = max(float(np.max(np.abs(speed))) for speed in speeds)
     sigma = speed_sigma or max(noise, NUMERICAL_NOISE * level)

@@ -15,24 +15,24 @@ from gyrostat.identification.prediction import SpeedPrediction
 from gyrostat.identification.start_values import StartValues
 
 SMALLEST_INERTIA, LARGEST_INERTIA = 1e-12, 1e6
-"""kg·m²: beyond any rotor; a number outside is a slip of units."""
+"""Range of the inertia of rotors, kg·m²; a value outside has the wrong unit."""
 WEAK = 10.0
-"""A-priori sigma, as a multiple of the start value, of a parameter about which nothing is said: it
-keeps the problem regular where the record is silent and moves nothing where it is not."""
+"""A-priori sigma, as a multiple of the start value, of a parameter without a-priori knowledge. It
+keeps the problem regular if the record does not show the parameter and is negligible otherwise."""
 
 
 @dataclass(frozen=True)
 class Selection:
-    """The estimation problem in terms of parameter names.
+    """Estimated parameters, start values and a-priori knowledge, by name.
 
     Attributes:
-        free: names that are estimated, in the order of the prediction.
-        values: (n,) held values and starts of all parameters of the prediction.
-        fallback: the same with the records' own starts in place of the user's.
-        prior: of the free parameters.
-        told: free names whose start the user gave.
-        scale: (free,) weak a-priori sigmas, whatever the user knows: the size that each parameter
-            could have.
+        free: Names of the estimated parameters, in the order of the prediction.
+        values: Held values and start values of all parameters of the prediction, (n,).
+        fallback: The same with start values from the records instead of the user's.
+        prior: A-priori knowledge of the free parameters.
+        told: Free names with a start value from the user.
+        scale: Weak a-priori sigmas, (free,): plausible sizes of the parameters, independent of the
+            user's a-priori knowledge.
     """
 
     free: tuple[str, ...]
@@ -43,7 +43,7 @@ class Selection:
     scale: Vector
 
     def index(self, prediction: SpeedPrediction) -> list[int]:
-        """Places of the free parameters among all of the prediction."""
+        """Indices of the free parameters among all of the prediction."""
         return [prediction.names.index(name) for name in self.free]
 
 
@@ -62,7 +62,7 @@ def _free_names(
     prior: Collection[str],
     start: Collection[str],
 ) -> tuple[str, ...]:
-    """Names to estimate: the usual ones, those asked for, and those known beforehand."""
+    """Names to estimate: the default ones, the requested ones and those with a-priori knowledge."""
     for asked, what in ((free, "free"), (prior, "with an a-priori")):
         both = sorted(set(hold) & set(asked))
         if both:
@@ -81,7 +81,7 @@ def _free_names(
 def _held_values(
     prediction: SpeedPrediction, hold: Mapping[str, float | None], inertia: float | None
 ) -> dict[str, float]:
-    """Values that are told: name -> SI; a default is only taken where one is documented."""
+    """Held values given by the user: name -> SI; a default is used only if it is documented."""
     told = {} if inertia is None else {"inertia": inertia}
     default = {"current_bias", *prediction.model.held_by_default, *told}
     for name, value in hold.items():
@@ -104,10 +104,13 @@ def _check_scale(
     prior: Collection[str],
     held: Mapping[str, float],
 ) -> None:
-    """Currents and speeds give torques only relative to the inertia: one of them must be known."""
+    """Refuse a request without a torque scale.
+
+    Currents and speeds give torques only relative to the inertia: one of them must be known.
+    """
     torques = [n for n, d in prediction.model.dimensions().items() if d in ("torque", "viscous")]
     scale = {"inertia", "motor_constant", *torques}
-    # a torque of zero stays zero at every scale
+    # a torque of zero does not fix the scale
     known = {name for name in scale - set(free) if held.get(name) != 0.0}
     if not known and not scale & set(prior):
         raise InputError(
@@ -138,20 +141,20 @@ def select(
     prior: Mapping[str, tuple[float, float]],
     start: Mapping[str, float],
 ) -> Selection:
-    """Decide what is estimated.
+    """Select the estimated parameters.
 
     Args:
-        prediction: the records and the friction model.
-        deterministic: start values from the records alone.
-        inertia: kg·m², held unless "inertia" is in `free`.
-        hold: name -> held value, SI, or None for the default.
-        free: names estimated in addition to the default ones.
-        prior: name -> a-priori mean and sigma, SI; names that are estimated as well.
-        start: name -> first value, SI; otherwise the a-priori mean, otherwise `deterministic`.
+        prediction: Records and friction model.
+        deterministic: Start values from the records alone.
+        inertia: Inertia, kg·m², held unless "inertia" is in `free`.
+        hold: Name -> held value, SI, or None for the default.
+        free: Names estimated in addition to the default ones.
+        prior: Name -> a-priori mean and sigma, SI; these are also estimated.
+        start: Name -> start value, SI; otherwise the a-priori mean, otherwise `deterministic`.
 
     Raises:
-        InputError: unknown names, values that no wheel can have, requests that contradict each
-            other, no inertia, or a torque scale that is left entirely free.
+        InputError: Names are unknown, values are impossible for a wheel, requests contradict each
+            other, the inertia is missing, or no torque scale is known.
     """
     for what, names in (("hold", hold), ("free", free), ("prior", prior), ("start", start)):
         _known(names, prediction, what)
@@ -181,7 +184,7 @@ def select(
         scale.append(WEAK * max(abs(own[name]), size))
         reference = prediction.model.vanishing_at.get(name)
         if reference is not None and name not in prior:
-            # where nothing shows it, it has no effect: it stays with its reference
+            # without information in the record it has no effect, and equals its reference
             mean[name] = mean[reference]
             if reference in names:
                 differences[place] = names.index(reference)

@@ -1,7 +1,8 @@
-"""Lost and opposed signs of current and speed, told from the equation of motion alone.
+"""Detect and restore missing or opposed signs of current and speed, by the equation of motion.
 
 Over windows of a record the change of the speed is a linear function of the integrals of current,
-speed and sense of rotation. Where it clearly fits better with a sign restored, the sign was lost.
+speed and sense of rotation. If the fit is clearly better with a sign restored, the record holds
+only the magnitude.
 """
 
 from dataclasses import replace
@@ -14,23 +15,23 @@ from gyrostat.identification.statistics import noise_level
 from gyrostat.telemetry import Record
 
 WINDOWS = 150
-"""Windows into which a record is cut."""
+"""Number of windows of a record."""
 FEWEST_WINDOWS = 12
-"""Windows below which nothing is judged."""
+"""Smallest number of windows for a decision."""
 CLEARLY_BETTER = 0.5
-"""Misfit with a sign restored, over that as recorded, below which the sign was lost."""
+"""Ratio of the misfits with the sign restored and as recorded, below which it is restored."""
 TOUCHES = 0.03
-"""Share of the largest speed, or `CLEAR` noises, below which a speed touches zero."""
+"""Fraction of the largest speed, or `CLEAR` times the noise, below which a speed touches zero."""
 CLEAR = 4.0
-"""Standard deviations of the noise beyond which a speed has a sign."""
+"""Standard deviations of the noise above which a speed has a definite sign."""
 SMOOTHED = 5
-"""Samples of the running mean that a sense of rotation is taken from."""
+"""Number of samples of the running mean that gives the sense of rotation."""
 MISSING = 0.5
-"""Share of speeds around a sample below which it may hide a touch of zero."""
+"""Fraction of valid speeds around a sample, below which an unseen zero speed is possible."""
 ROUNDS = 5
-"""Rounds in which the sign of a current is refined."""
+"""Number of iterations that refine the sign of a current."""
 BOTH_WAYS = 0.05
-"""Share of samples that must have the rarer sign for a signal to have both."""
+"""Smallest fraction of samples with the rarer sign in a signal of both signs."""
 
 TITLES = {
     "unsigned_speed": "speed without sign",
@@ -44,12 +45,12 @@ def _smooth(values: Vector) -> Vector:
 
 
 def _filled(record: Record) -> Vector:
-    """Speed with missing samples bridged by straight lines, (N,)."""
+    """Speed with missing samples interpolated linearly, (N,)."""
     return np.interp(record.time, record.time[record.valid], record.speed[record.valid])
 
 
 def _regression(time: Vector, current: Vector, speed: Vector) -> tuple[Vector, float]:
-    """Equation of motion over windows: k_m/J, b/J and c/J, and the sum of squares that is left."""
+    """Equation of motion over windows: k_m/J, b/J and c/J, and the residual sum of squares."""
     edges = np.unique(np.linspace(0, len(time) - 1, WINDOWS + 1).astype(int))
     smooth = _smooth(speed)
 
@@ -71,22 +72,22 @@ def _both_ways(values: Vector, clear: float) -> bool:
 def signed_speed(record: Record) -> Record | None:
     """Restore the sign of a speed that was recorded as a magnitude.
 
-    Between two touches of zero the wheel keeps its sense: that in which current and change of the
-    magnitude agree.
+    Between two zero speeds the sense of rotation is constant: the one for which current and change
+    of speed agree.
 
     Args:
-        record: With a speed that is never clearly negative.
+        record: Record with a speed that is never clearly negative.
 
     Returns:
-        A copy with the sign restored; None where the speed never touches zero.
+        A copy with the sign restored; None if the speed never touches zero.
     """
     size: Vector = np.abs(_filled(record))
     level = max(TOUCHES * float(size.max()), CLEAR * noise_level(size))
-    # where the speed is missing for long it may have touched zero: tachometers fail at low speed
+    # long runs of missing speeds may include zero: tachometers fail at low speed
     low = (_smooth(size) < level) | (_smooth(record.valid.astype(np.float64)) < MISSING)
     if not low.any() or low.all():
         return None
-    # a touch is where a stretch of low speed is lowest
+    # a zero is assumed at the minimum of each run of low speeds
     edges = np.flatnonzero(np.diff(np.concatenate([[False], low, [False]]).astype(int)))
     cuts = [int(a + np.argmin(size[a:b])) for a, b in edges.reshape(-1, 2)]
     parts = np.split(np.arange(len(size)), [c for c in cuts if 0 < c < len(size) - 1])
@@ -102,13 +103,13 @@ def signed_speed(record: Record) -> Record | None:
 
 
 def signed_current(record: Record) -> Record:
-    """Give a current that was recorded as a magnitude the sign of the setpoint.
+    """Restore the sign of a current that was recorded as a magnitude.
 
-    Without a setpoint its sign is that of the motor torque, as the equation of motion has it: from
-    the acceleration at first, then with the friction found so.
+    The sign is that of the setpoint. Without a setpoint it is that of the motor torque in the
+    equation of motion: at first from the acceleration, then with the friction estimated from that.
 
     Args:
-        record: With a current that is never negative.
+        record: Record with a current that is never negative.
     """
     size, source = np.abs(record.current), "setpoint"
     if record.setpoint is not None and np.any(record.setpoint):
@@ -129,22 +130,22 @@ def signed_current(record: Record) -> Record:
 
 
 RESTORE = {"unsigned_speed": signed_speed, "unsigned_current": signed_current}
-"""Finding -> what restores the sign that a record has lost."""
+"""Finding -> function that restores the missing sign of a record."""
 
 
 def lost_sign(record: Record) -> Finding | None:
-    """Find out whether current or speed of a record have lost their sign.
+    """Test whether current or speed of a record was recorded as a magnitude.
 
     Args:
-        record: As measured.
+        record: Record as measured.
 
     Returns:
-        The finding; None where it has not.
+        The finding; None if both have their signs.
     """
     speed = _filled(record)
     noise = CLEAR * noise_level(record.speed[record.valid])
     clear = max(noise, TOUCHES * float(np.max(np.abs(speed))))
-    # a smooth signal: the sign of single noisy samples at rest tells nothing
+    # smoothed, because the sign of single noisy samples at rest is random
     turns_both_ways = _both_ways(_smooth(speed), clear)
     pulls_both_ways = _both_ways(record.current, 0.0)
     if turns_both_ways == pulls_both_ways or len(record.time) < FEWEST_WINDOWS:

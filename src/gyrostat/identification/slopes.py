@@ -1,4 +1,4 @@
-"""Change of the friction with the temperature of several records, as part of one model."""
+"""Temperature dependence of the friction, from records at different temperatures."""
 
 from collections.abc import Sequence
 
@@ -9,19 +9,19 @@ from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import Friction
 
 DISTINCT = 2.0
-"""°C that the mean temperatures of records must span before a trend is worth asking for."""
+"""Smallest range of the records' mean temperatures for which a trend is estimated, °C."""
 SLOPES = {"viscous": "viscous_per_degC", "torque": "dry_per_degC"}
-"""Dimension of friction parameters -> name of their common change with temperature."""
+"""Dimension of friction parameters -> name of their common temperature coefficient."""
 
 
 def temperature_offsets(records: Sequence[Record]) -> tuple[float, ...]:
-    """Mean temperature of each record less that of all, °C.
+    """Mean temperature of each record minus the mean of all records, °C.
 
     Args:
-        records: Of one wheel.
+        records: Records of one wheel.
 
     Returns:
-        One value a record; empty where the temperatures are not known or lie within `DISTINCT`.
+        One value for each record; empty if the temperatures are unknown or lie within `DISTINCT`.
     """
     means = [None if r.temperature is None else float(np.mean(r.temperature)) for r in records]
     known = [t for t in means if t is not None]
@@ -31,22 +31,22 @@ def temperature_offsets(records: Sequence[Record]) -> tuple[float, ...]:
 
 
 def slope_dimensions(model: type[Friction]) -> dict[str, str]:
-    """Names of the changes with temperature that a friction model has -> dimension.
+    """Temperature coefficients of a friction model: name -> dimension.
 
     Args:
-        model: friction model.
+        model: Friction model.
     """
     own = dict.fromkeys(model.dimensions().values())
     return {SLOPES[d]: f"{d}_per_temperature" for d in own if d in SLOPES}
 
 
 def at_temperature(model: type[Friction], names: Sequence[str], offset: float) -> Matrix:
-    """Map of all parameters of a prediction to those at another temperature, (n, n).
+    """Matrix that maps the parameters of a prediction to those at another temperature, (n, n).
 
     Args:
-        model: friction model.
-        names: of the parameters; without changes with temperature the map changes nothing.
-        offset: temperature less that of the parameters, °C.
+        model: Friction model.
+        names: Names of the parameters; without temperature coefficients the map is the identity.
+        offset: Temperature minus that of the parameters, °C.
     """
     change = np.eye(len(names))
     for name, dimension in model.dimensions().items():

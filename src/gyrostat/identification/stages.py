@@ -1,8 +1,9 @@
 """Two-stage iteration of a batch identification from one start.
 
-First viscous and Coulomb friction with T_s = c, which has no trap to fall into; then everything.
-A trial in which the modelled wheel rests while the real one turns is refused: from there no
-gradient leads back. The final fit has no bound: an estimate T_s < c is legitimate noise.
+The first stage estimates viscous and Coulomb friction with T_s = c, where the iteration cannot get
+trapped. The second stage estimates everything. A trial step is refused if the modelled wheel rests
+while the real one turns, because from there the gradient does not lead back. The final fit has no
+bounds: an estimate T_s < c is legitimate noise.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,24 +22,24 @@ from gyrostat.wheel.friction import Friction
 Progress = Callable[[str, int, float], None]
 
 STAGE_TOLERANCE = 50.0
-"""Standard deviations: the first stage only has to come this close."""
+"""Tolerance of the first stage, in standard deviations."""
 
 
 class Measurements:
     """Whitened residuals of all records as a function of all parameters."""
 
     def __init__(self, prediction: SpeedPrediction, sigmas: Sequence[float]) -> None:
-        """Whiten.
+        """Prepare whitening.
 
         Args:
-            prediction: of the records.
-            sigmas: standard deviation of the measured speed of each record, rad/s.
+            prediction: Prediction of the records.
+            sigmas: Standard deviation of the measured speed of each record, rad/s.
         """
         self.prediction = prediction
         self.sigmas = tuple(sigmas)
 
     def __call__(self, values: Vector) -> Evaluation | None:
-        """Whitened residuals (m,) and Jacobian (m, n), or None where the modelled wheel sticks."""
+        """Whitened residuals (m,) and Jacobian (m, n); None if the modelled wheel sticks."""
         predicted = self.prediction(values)
         if predicted is None or self.prediction.stuck(predicted, self.sigmas):
             return None
@@ -48,11 +49,11 @@ class Measurements:
         return np.concatenate(residual), np.vstack(jacobian)
 
     def along(self, base: Vector, index: list[int]) -> Callable[[Vector], Evaluation | None]:
-        """The same as a function of some parameters.
+        """Whitened residuals as a function of some parameters only.
 
         Args:
-            base: (n,) all parameters.
-            index: places of those that vary.
+            base: All parameters, (n,).
+            index: Indices of the varied parameters.
         """
 
         def evaluate(x: Vector) -> Evaluation | None:
@@ -64,18 +65,18 @@ class Measurements:
         return evaluate
 
     def by_record(self, residual: Vector) -> list[Vector]:
-        """Split stacked residuals, (m,), into those of each record."""
+        """Split stacked residuals, (m,), by record."""
         counts = [int(r.valid.sum()) for r in self.prediction.records]
         return np.split(residual, np.cumsum(counts)[:-1])
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Where the stages ended.
+    """End of the stages.
 
     Attributes:
-        values: (n,) all parameters of the prediction, SI.
-        solution: of the free ones.
+        values: All parameters of the prediction, (n,), SI.
+        solution: Solution for the free parameters.
     """
 
     values: Vector
@@ -121,13 +122,13 @@ class _CoulombStage:
         return self.offset + self.map @ reduced
 
     def final_start(self, reduced: Vector) -> Vector:
-        """All parameters to go on from: held ones as held, free ones as this stage left them."""
+        """Start of the second stage: held parameters unchanged, free ones from this stage."""
         held = np.array([name not in self.selection.free for name in self.prediction.names])
         return np.where(held, self.selection.values, self.values(reduced))
 
 
 def _rises_at_rest(selection: Selection, prediction: SpeedPrediction) -> bool:
-    """Whether the user gave a static torque above the Coulomb torque, as that of a wheel is."""
+    """Whether the user gave a static torque above the Coulomb torque."""
     value = dict(zip(prediction.names, selection.values, strict=True))
     vanishing = prediction.model.vanishing_at.items()
     return any(n in selection.told and value[n] > value[other] for n, other in vanishing)
@@ -140,17 +141,17 @@ def run_stages(
     max_iterations: int,
     on_progress: Progress | None,
 ) -> Outcome | None:
-    """Run both stages, or the last one alone from a static torque that the user gave.
+    """Run both stages, or only the second one if the user gave a static torque.
 
     Args:
-        selection: what is estimated, from where.
-        measure: whitened residuals.
-        loss: of one of them.
-        max_iterations: corrections at most, both stages together.
-        on_progress: called with the stage, the count and the cost after each correction.
+        selection: Estimated parameters and start values.
+        measure: Whitened residuals.
+        loss: Loss of one residual.
+        max_iterations: Largest number of corrections in both stages together.
+        on_progress: Function called with the stage, the count and the cost after each correction.
 
     Returns:
-        Their end, or None from a start in which the modelled wheel sticks.
+        The outcome; None if the modelled wheel sticks at the start values.
     """
 
     def report(stage: str):
@@ -158,7 +159,7 @@ def run_stages(
 
     final = report("all parameters")
     if _rises_at_rest(selection, measure.prediction):
-        # the first stage would throw the user's static torque away
+        # the first stage would discard the user's static torque
         return refine(selection, measure, selection.values, loss, max_iterations, 0, final)
     stage = _CoulombStage(measure.prediction, selection)
 
@@ -190,19 +191,19 @@ def refine(
     before: int,
     on_iteration: Callable[[int, float], None] | None = None,
 ) -> Outcome | None:
-    """Iterate all free parameters.
+    """Iterate over all free parameters.
 
     Args:
-        selection: what is estimated.
-        measure: whitened residuals.
-        values: (n,) all parameters, SI, to go on from.
-        loss: of one residual.
-        max_iterations: corrections at most, those before included.
-        before: corrections that led here.
-        on_iteration: called with the count and the cost after each correction.
+        selection: Estimated parameters.
+        measure: Whitened residuals.
+        values: Start values of all parameters, (n,), SI.
+        loss: Loss of one residual.
+        max_iterations: Largest number of corrections, including earlier ones.
+        before: Number of earlier corrections.
+        on_iteration: Function called with the count and the cost after each correction.
 
     Returns:
-        The end, or None from a start in which the modelled wheel sticks.
+        The outcome; None if the modelled wheel sticks at the start values.
     """
     index = selection.index(measure.prediction)
     solution = minimise(

@@ -1,7 +1,7 @@
 """Start values from the integrated equation of motion, which is linear.
 
 w(t) - w(0) = (k_m/J) int I - (b/J) int w - (c/J) int sgn(w). This needs no derivative of the noisy
-speed and no start values of its own, and no simulated wheel that could stick.
+speed, no other start values, and no simulated wheel that could stick.
 """
 
 from collections.abc import Mapping, Sequence

@@ -82,7 +82,7 @@ def temperature_trends(
 
     Args:
         records: Records of one wheel.
-        on_left_out: Called with a message for each record that gives no valid fit by itself.
+        on_left_out: Function called with a message for each record without a valid fit of its own.
         options: Arguments of `identify` for all records together.
 
     Returns:

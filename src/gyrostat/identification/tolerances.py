@@ -1,8 +1,8 @@
-"""Tolerances of what is given with a record: inertia, scales of current and speed, clock.
+"""Tolerances of the values given with a record: inertia, scales of current and speed, clock.
 
-The record cannot tell these errors from the parameters: they are propagated by the sensitivities of
-the fit and never estimated (consider parameters: Schmidt 1966; Tapley, Schutz and Born 2004,
-"Statistical orbit determination", section 6.2).
+The record cannot distinguish these errors from the parameters. They are propagated by the
+sensitivities of the fit and never estimated (consider parameters: Schmidt 1966; Tapley, Schutz and
+Born 2004, "Statistical orbit determination", section 6.2).
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,18 +15,18 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.prediction import Linearisation, SpeedPrediction
 
 TOLERANCES = ("inertia", "current_scale", "speed_scale", "clock")
-"""Quantities with a tolerance; each error is a share: true value over given value, minus one."""
+"""Quantities with a tolerance. Each error is relative: true value over given value, minus one."""
 
 LARGEST = 0.5
-"""Largest tolerance, one sigma as a share, for which linear propagation makes sense."""
+"""Largest relative tolerance, one sigma, for which linear propagation is valid."""
 
 
 @dataclass(frozen=True)
 class Propagated:
-    """Errors of the estimates that tolerances cause.
+    """Errors of the estimates caused by tolerances.
 
     Attributes:
-        names: Of the tolerances, k of them.
+        names: Names of the k tolerances.
         roots: True value minus estimate for an error of one sigma of each tolerance, (n, k), SI.
     """
 
@@ -34,19 +34,19 @@ class Propagated:
     roots: Matrix
 
     def covariance(self) -> Matrix:
-        """What they add to the covariance of the estimates, (n, n)."""
+        """Contribution to the covariance of the estimates, (n, n)."""
         return self.roots @ self.roots.T
 
 
 def check_tolerances(tolerances: Mapping[str, float], free: Sequence[str] = ()) -> dict[str, float]:
-    """Refuse tolerances that cannot be propagated, and leave out those of zero.
+    """Refuse tolerances that cannot be propagated, and omit those of zero.
 
     Args:
-        tolerances: Name -> one sigma, share.
+        tolerances: Name -> relative tolerance, one sigma.
         free: Names of estimated parameters.
 
     Raises:
-        InputError: An unknown name, a value out of range, or an inertia that is estimated.
+        InputError: A name is unknown, a value is out of range, or the inertia is estimated.
     """
     for name, sigma in tolerances.items():
         if name not in TOLERANCES:
@@ -67,7 +67,7 @@ def check_tolerances(tolerances: Mapping[str, float], free: Sequence[str] = ()) 
 def _column(
     name: str, prediction: SpeedPrediction, linear: Linearisation, values: Vector
 ) -> Vector:
-    """Change of a modelled speed for a relative error of what was given, (N,), rad/s."""
+    """Change of a modelled speed per relative error of a given quantity, (N,), rad/s."""
     places = {n: k for k, n in enumerate(prediction.names)}
 
     def scaled(parameter: str) -> Vector:
@@ -76,11 +76,11 @@ def _column(
     if name == "inertia":
         return scaled("inertia")
     if name == "current_scale":
-        # the motor sees the scaled current, the bias is added after it
+        # the scale applies to the recorded current, the bias is added afterwards
         return scaled("motor_constant") - scaled("current_bias")
     if name == "speed_scale":
         return -linear.speed
-    # a longer interval is a smaller inertia
+    # a longer interval has the effect of a smaller inertia
     return -scaled("inertia")
 
 
@@ -96,12 +96,12 @@ def propagate(
     """Propagate tolerances to the estimates of a least-squares fit.
 
     Args:
-        tolerances: Name -> one sigma, share.
+        tolerances: Name -> relative tolerance, one sigma.
         prediction: Records and friction model.
-        linear: Of each record, at the fit.
+        linear: Linearisation of each record at the fit.
         values: All parameters of the prediction, (p,), SI.
         sigmas: Noise of the measured speed of each record, rad/s.
-        index: Places of the n estimated parameters.
+        index: Indices of the n estimated parameters.
         information: Information matrix of the a-priori knowledge, (n, n).
     """
     names = tuple(tolerances)
@@ -115,7 +115,7 @@ def propagate(
     values_, vectors = np.linalg.eigh(information / np.outer(size, size))
     known = np.sqrt(np.maximum(values_, 0.0))[:, None] * vectors.T
     system = np.vstack([stacked / size, known])
-    # the true parameters make up for the error in what was given
+    # the true parameters compensate for the error of the given quantity
     target = -np.vstack([*right, np.zeros((len(size), len(names)))])
     roots = np.linalg.lstsq(system, target, rcond=1e-12)[0] / size[:, None]
     return Propagated(names, roots)
@@ -140,18 +140,18 @@ DEDICATED: dict[str, dict[str, dict[str, float]]] = {
         },
     },
 }
-"""Method -> dimension of an estimate -> exponents with which it scales with what is given."""
+"""Method -> dimension of an estimate -> its exponents as a power law of the given quantities."""
 
 
 def propagate_dedicated(
     tolerances: Mapping[str, float], method: str, dimensions: Sequence[str], values: Vector
 ) -> Propagated:
-    """Propagate tolerances to the estimates of a dedicated experiment, by its scaling law.
+    """Propagate tolerances to the estimates of a bench method, by its scaling law.
 
     Args:
-        tolerances: Name -> one sigma, share.
+        tolerances: Name -> relative tolerance, one sigma.
         method: Key of `DEDICATED`.
-        dimensions: Of the n estimates.
+        dimensions: Dimensions of the n estimates.
         values: Estimates, (n,), SI.
     """
     law = DEDICATED[method]

@@ -1,8 +1,8 @@
-"""Measured points of a friction curve: what the motor torque has left after acceleration.
+"""Measured points of a friction curve by inverse dynamics: k_m I - J dw/dt.
 
-Within a short window of constant current the speed is nearly a straight line; its slope is the
-acceleration, and friction is k_m I - J dw/dt (inverse dynamics). Windows are pooled in bins of
-speed. No model of friction takes part.
+Within a short window of constant current the speed is nearly a straight line, the slope of which
+is the acceleration. Friction is the motor torque minus the torque of acceleration. Windows are
+pooled in bins of speed. No friction model is used.
 """
 
 from dataclasses import dataclass
@@ -14,13 +14,13 @@ from gyrostat.identification.fit import Fit, FrictionPoints
 from gyrostat.telemetry import Record
 
 WINDOW, WINDOWS = 12, 300
-"""Samples of a window at least, and windows of a long record at most."""
+"""Smallest number of samples in a window, and largest number of windows in a record."""
 BINS = 14
 """Bins of speed on each side of zero."""
 FEWEST = 3
-"""Windows that a bin must hold."""
+"""Smallest number of windows in a bin."""
 STEADY = 0.02
-"""Spread of the current within a window, as a share of its largest, up to which it is constant."""
+"""Largest range of the current in a window, relative to its maximum, that counts as constant."""
 
 
 def _windows(record: Record, noise: float) -> Matrix:
@@ -30,7 +30,7 @@ def _windows(record: Record, noise: float) -> Matrix:
         [np.arange(part.start, part.stop - length + 1, length) for part in record.segments]
     )
     places = starts[:, None].astype(int) + np.arange(length)
-    # the current of the last sample acts after the window
+    # the current of the last sample acts only after the window
     current = record.current[places][:, :-1]
     steady = np.ptp(current, axis=1) <= STEADY * np.max(np.abs(record.current))
     usable = steady & record.valid[places].all(axis=1)
@@ -39,20 +39,20 @@ def _windows(record: Record, noise: float) -> Matrix:
     centred = time - time.mean(axis=1, keepdims=True)
     slope = np.sum(centred * speed, axis=1) / np.sum(centred**2, axis=1)
     mean = speed.mean(axis=1)
-    # neither rest nor a change of sense inside
+    # exclude rest and changes of the sense of rotation
     moves = np.abs(mean) > 0.5 * np.abs(slope) * np.ptp(time, axis=1) + 2.0 * noise
     when = (time[:, 0] - record.time[0]) / np.ptp(record.time)
     return np.column_stack([mean, current.mean(axis=1), slope, when])[moves]
 
 
 def torque_points(fit: Fit) -> FrictionPoints | None:
-    """Friction torque over speed, as the records of a fit measure it.
+    """Friction torque over speed, measured from the records of a fit.
 
     Args:
-        fit: with motor constant and inertia.
+        fit: Fit with motor constant and inertia.
 
     Returns:
-        Points with the standard errors of their means; None where the records show too little.
+        Points with the standard errors of their means; None if the records give too few.
     """
     known = fit.parameters
     if not {"motor_constant", "inertia"} <= set(known):
@@ -73,13 +73,13 @@ def _all_windows(fit: Fit) -> Matrix:
 
 @dataclass(frozen=True)
 class Regression:
-    """One parameter by linear regression on torque, beside the fit of the speed.
+    """Estimate of one parameter by linear regression on torque, for comparison with the fit.
 
     Attributes:
-        name: Of the parameter.
-        value: By regression, SI.
-        sigma: Its standard deviation from the scatter about the regression, SI.
-        disagreement: Difference from the fit, in standard deviations of both.
+        name: Name of the parameter.
+        value: Estimate by regression, SI.
+        sigma: Standard deviation from the scatter about the regression, SI.
+        disagreement: Difference from the fit, in combined standard deviations.
     """
 
     name: str
@@ -95,11 +95,11 @@ def torque_regression(fit: Fit) -> list[Regression]:
     the integration of the model over the record.
 
     Args:
-        fit: of a model with one viscous coefficient and one Coulomb torque.
+        fit: Fit of a model with one viscous coefficient and one Coulomb torque.
 
     Returns:
         One row for each of motor constant, viscous and Coulomb friction that the fit estimates;
-        empty where the records or the model do not allow it.
+        empty if the records or the model do not allow it.
     """
     names = ("motor_constant", "viscous", "coulomb")
     known = fit.parameters

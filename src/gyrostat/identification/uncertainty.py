@@ -11,16 +11,16 @@ from gyrostat.identification.loss import Loss, Quadratic
 from gyrostat.identification.statistics import NORMAL_MAD, correlation_length, serial_meat
 
 FEW = 30
-"""Samples below which a record does not show a noise of its own."""
+"""Smallest number of samples from which the noise of a single record is estimated."""
 
 
 def residual_levels(parts: Sequence[Vector], parameters: int, loss: Loss) -> list[float]:
-    """Level of the residuals of each record; under a robust loss that of all but the outliers.
+    """Level of the residuals of each record; with a robust loss, without outliers.
 
     Args:
-        parts: residuals of each record, all of one unit.
-        parameters: estimated from them.
-        loss: that the estimate made small.
+        parts: Residuals of each record, all in one unit.
+        parameters: Number of parameters estimated from them.
+        loss: Loss that the estimate minimises.
     """
     total = sum(len(part) for part in parts)
     share = max(1.0 - parameters / total, 1.0 / total)
@@ -38,7 +38,7 @@ def _bread(solution: Solution, loss: Loss, prior: Prior) -> Matrix:
     """Inverse curvature of the cost, (n, n)."""
     rows = solution.jacobian
     curvature = rows.T @ (loss.curvature(solution.residual)[:, None] * rows) + prior.information()
-    # parameters of unlike size leave no digits otherwise
+    # normalise: otherwise different sizes of the parameters cause rounding errors
     size = np.sqrt(np.maximum(np.diag(solution.triangle.T @ solution.triangle), 1e-300))
     return np.linalg.inv(curvature / np.outer(size, size)) / np.outer(size, size)
 
@@ -54,18 +54,18 @@ def covariance(solution: Solution, loss: Loss, prior: Prior) -> Matrix:
 
 
 def square_root(covariance: Matrix) -> Matrix:
-    """A matrix, (n, n), whose product with its own transpose is a covariance, singular or not."""
+    """Square root, (n, n), of a covariance: root times its transpose; may be singular."""
     size = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
     power, directions = np.linalg.eigh(covariance / np.outer(size, size))
     return size[:, None] * directions * np.sqrt(np.maximum(power, 0.0))
 
 
 def widened(covariance: Matrix, sigma: Vector) -> Matrix:
-    """Covariance with no standard deviation below a given one, its correlations kept, (n, n).
+    """Covariance with a lower bound on the standard deviations and its correlations kept, (n, n).
 
     Args:
-        covariance: (n, n).
-        sigma: (n,) smallest standard deviations.
+        covariance: Covariance, (n, n).
+        sigma: Smallest standard deviations, (n,).
     """
     own = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
     factor = np.maximum(1.0, sigma / own)
@@ -75,17 +75,17 @@ def widened(covariance: Matrix, sigma: Vector) -> Matrix:
 def serial_sigma(
     solution: Solution, loss: Loss, prior: Prior, counts: Sequence[int], sigma: Vector
 ) -> Vector:
-    """Standard deviations that allow for residuals correlated in time, (n,).
+    """Standard deviations with residuals correlated in time, (n,).
 
-    Never below those for independent residuals: over a short series the correlation is itself a
-    guess, and a parameter that few samples show would seem all but known.
+    They are never below those for independent residuals. Over a short series the correlation itself
+    is uncertain, and a parameter that few samples show would otherwise seem almost exact.
 
     Args:
-        solution: of the least-squares problem.
-        loss: of its residuals.
-        prior: of its parameters.
-        counts: numbers of residuals in each stretch of time, in order.
-        sigma: (n,) standard deviations for independent residuals.
+        solution: Solution of the least-squares problem.
+        loss: Loss of the residuals.
+        prior: A-priori knowledge of the parameters.
+        counts: Number of residuals in each segment of time, in order.
+        sigma: Standard deviations for independent residuals, (n,).
     """
     rows, residual = solution.jacobian, solution.residual
     bread = _bread(solution, loss, prior)

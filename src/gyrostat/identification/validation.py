@@ -1,4 +1,4 @@
-"""Prediction of an independent record by a known wheel."""
+"""Validation of a known wheel on an independent record."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,40 +22,41 @@ from gyrostat.telemetry import Record, cut
 from gyrostat.wheel.friction import Friction
 
 NEAR_CROSSING = 2.0
-"""s on either side of a zero crossing that count as near it."""
+"""Time on either side of a zero crossing that counts as near it, s."""
 ENOUGH = 0.8
-"""Share of the samples inside the 95 % prediction interval from which a model holds. The errors of
-the parameters are common to all samples: a right model has 95 % inside in the mean, and clearly
-fewer in one record of twenty."""
+"""Smallest fraction of the samples inside the 95 % prediction interval for a valid model. The
+errors of the parameters are common to all samples: a correct model has 95 % inside on average, and
+clearly fewer in one record of twenty."""
 INTERVAL = 1.959964
 """Standard deviations of a 95 % interval."""
 FIRST_SPEEDS = 5
-"""Speeds that tell where the initial one lies."""
+"""Number of speeds that give the range of the initial speed."""
 REACH = 5.0
-"""Standard deviations, beyond the range of the first speeds, within which the initial one is taken:
-one further away would only hide how bad a wheel is."""
+"""Standard deviations by which the initial speed may lie outside the range of the first speeds. A
+larger value would only hide a bad model."""
 
 
 @dataclass(frozen=True)
 class Validation:
-    """Residuals of a record under a fixed wheel.
+    """Residuals of a record for a fixed wheel model.
 
     Attributes:
-        record: the record.
-        predicted: modelled speed at its samples, rad/s.
-        initial_speed: at the first sample, rad/s, estimated from the record.
-        rms_speed: root mean square residual, rad/s.
-        mean: residual, rad/s.
-        largest: residual in size, rad/s.
-        rms_near_crossings: within `NEAR_CROSSING` of a sign change, rad/s; None without any.
-        noise: level of the tachometer noise seen in the record itself, rad/s.
-        samples: speeds used.
-        crossings: sign changes of the modelled speed.
-        whiteness: of the residuals.
-        converged: whether the initial speed was found.
-        predicted_sigma: standard deviation of the modelled speed from the uncertain parameters,
-            rad/s, (N,).
-        inside: share of the speeds within the 95 % prediction interval (parameters and noise).
+        record: Predicted record.
+        predicted: Modelled speed at its samples, rad/s.
+        initial_speed: Speed at the first sample, estimated from the record, rad/s.
+        rms_speed: Root mean square residual, rad/s.
+        mean: Mean residual, rad/s.
+        largest: Largest residual in magnitude, rad/s.
+        rms_near_crossings: Root mean square residual within `NEAR_CROSSING` of a sign change,
+            rad/s; None without any.
+        noise: Tachometer noise estimated from the record itself, rad/s.
+        samples: Number of speeds used.
+        crossings: Sign changes of the modelled speed.
+        whiteness: Independence tests of the residuals.
+        converged: Whether the initial speed was found.
+        predicted_sigma: Standard deviation of the modelled speed from the uncertain parameters,
+            (N,), rad/s.
+        inside: Fraction of the speeds within the 95 % prediction interval (parameters and noise).
     """
 
     record: Record
@@ -80,7 +81,7 @@ class Validation:
 
     @property
     def verdict(self) -> str:
-        """The judgement in one sentence."""
+        """Result of the validation in one sentence."""
         told = "holds" if self.holds else "FAILS"
         return (
             f"the model {told}: {100.0 * self.inside:.1f} % of the samples lie inside the 95 % "
@@ -88,7 +89,7 @@ class Validation:
         )
 
     def to_dict(self) -> dict[str, object]:
-        """The content of validation.json."""
+        """Content of validation.json."""
         return {
             "record": self.record.name,
             "converged": self.converged,
@@ -111,9 +112,9 @@ class Validation:
 def _best_prediction(
     prediction: SpeedPrediction, values: Mapping[str, float], noise: float
 ) -> tuple[float, Linearisation, bool]:
-    """Initial speed that suits a record best, the speed that follows, and whether it was found.
+    """Initial speed that fits a record best, the resulting speed, and whether it was found.
 
-    Every segment of the record has one; the first is returned, with the linearisation.
+    Every segment of the record has its own initial speed; that of the first one is returned.
     """
     record = prediction.records[0]
     told = {"current_bias": 0.0, **values}
@@ -128,7 +129,7 @@ def _best_prediction(
     reach = REACH * sigma + np.array([np.ptp(own[:FIRST_SPEEDS]) for own in speeds])
 
     def evaluate(x: Vector) -> Evaluation | None:
-        # a wheel that sticks is a bad model, and its residuals shall say how bad
+        # a model that sticks is not refused: its residuals show how bad it is
         predicted = prediction(np.append(base, x))
         if predicted is None:
             return None
@@ -136,7 +137,7 @@ def _best_prediction(
         residual = (record.speed - speed)[record.valid]
         return residual / sigma, rows[record.valid, len(base) :] / sigma
 
-    # keeps the problem regular where the wheel rests and nothing shows how it started
+    # keeps the problem regular if the wheel rests and the initial speed has no effect
     weak = Prior(first, reach)
     solution = minimise(evaluate, weak.mean, weak, Quadratic())
     unlike = f"{record.name}: found no speed that this wheel could have had, expected finite "
@@ -147,7 +148,7 @@ def _best_prediction(
     predicted = prediction.linearise(np.append(base, initial))
     if predicted is None:
         raise InputError(unlike)
-    # one parameter between two ends has its minimum there, or where no correction lowers the cost
+    # the bounded minimum lies at a bound, or where no correction lowers the cost
     found = solution.reason != UNFINISHED or np.any(initial != solution.x)
     return float(initial[0]), predicted[0], bool(found)
 
@@ -159,8 +160,8 @@ def _spread(
 ) -> Vector:
     """Standard deviation of the modelled speed from the uncertain parameters, (N,), rad/s.
 
-    The initial speeds are found anew for every choice of the parameters: what they make up for is
-    taken out.
+    The initial speeds are refitted for every choice of the parameters; the part of the spread that
+    they compensate is removed.
     """
     record = prediction.records[0]
     if covariance is None:
@@ -181,18 +182,18 @@ def validate(
     current_hold: CurrentHold = "zero-order",
     covariance: tuple[Sequence[str], Matrix] | None = None,
 ) -> Validation:
-    """Predict a record with a known wheel; only the speed at its first sample is estimated.
+    """Predict a record with a known wheel; only the initial speed of each segment is estimated.
 
     Args:
-        model: friction model.
-        values: all parameters of the wheel, SI; current_bias, A, where the drive has one.
-        record: not used to find them.
-        current_hold: the current between samples.
-        covariance: names of identified parameters and the covariance of their errors, (n, n), SI;
-            None: all values are exact.
+        model: Friction model.
+        values: All parameters of the wheel, SI; and current_bias, A, if the drive has one.
+        record: Record that was not used to identify the wheel.
+        current_hold: Interpolation of the current between samples.
+        covariance: Names of identified parameters and the covariance of their errors, (n, n), SI;
+            None if all values are exact.
 
     Raises:
-        InputError: a parameter is missing, or the record cannot be predicted.
+        InputError: A parameter is missing, or the record cannot be predicted.
     """
     record = cut(record)
     check_signals([record])

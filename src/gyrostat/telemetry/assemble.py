@@ -17,24 +17,24 @@ _HOW_TO_MARK = (
     "--missing drop leaves such rows out)"
 )
 WRAPPED = 0.45
-"""Turns between two samples from which the sense of an angle within one turn is uncertain."""
+"""Turns between two samples above which the sense of rotation of a wrapped angle is uncertain."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """The columns of a file that have a role, with the values as stored in the file."""
+    """Columns of a file that have a role, with the values as stored in the file."""
 
     file: Path
     chosen: Mapping[str, Chosen]
     values: Mapping[str, NDArray[np.float64]]
-    """Role -> (N,) numbers in the unit of the file; NaN if the cell is empty."""
+    """Role -> numbers in the unit of the file, (N,); NaN if the cell is empty."""
     empty: Mapping[str, NDArray[np.bool_]]
-    """Role -> (N,) whether the cell is empty."""
+    """Role -> whether the cell is empty, (N,)."""
     rows: NDArray[np.int64]
-    """(N,) row number of each sample in the file, for messages."""
+    """Row number of each sample in the file, (N,), for messages."""
     notes: tuple[str, ...] = ()
     metadata: Mapping[str, str] = field(default_factory=dict)
-    """What comments of the file say of the record."""
+    """Metadata of the record from comments of the file."""
 
 
 def assemble(measured: Measured, unsigned_current: bool, drop: bool = False) -> Record:
@@ -102,12 +102,12 @@ def assemble(measured: Measured, unsigned_current: bool, drop: bool = False) -> 
 
 
 def _motion(measured: Measured) -> str:
-    """The role that shows the motion: speed or angle."""
+    """Role that measures the motion: speed or angle."""
     return "angle" if "angle" in measured.values else "speed"
 
 
 def _dropped(measured: Measured) -> Measured:
-    """Leave rows without time or current out, and mark or hold what else is not finite."""
+    """Drop rows without time or current, and mark or hold other values that are not finite."""
     values = {role: series.copy() for role, series in measured.values.items()}
     empty = {role: gaps.copy() for role, gaps in measured.empty.items()}
     moves = _motion(measured)
@@ -143,7 +143,7 @@ def _differences(
     time: NDArray[np.float64],
     missing: NDArray[np.bool_],
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Mean speed over the interval before each sample, rad/s, and where it is missing, (N,)."""
+    """Mean speed over the interval before each sample, rad/s, and whether it is missing, (N,)."""
     turned = np.diff(np.where(missing, 0.0, angle))
     known = ~(missing[1:] | missing[:-1])
     turn = 2.0 * np.pi
@@ -160,7 +160,7 @@ def _differences(
 
 
 def _missing(measured: Measured) -> NDArray[np.bool_]:
-    """Flag of each sample whose speed is missing, (N,)."""
+    """Whether the speed of each sample is missing, (N,)."""
     missing = measured.empty[_motion(measured)].copy()
     if "valid" in measured.values:
         valid = measured.values["valid"]
@@ -172,7 +172,7 @@ def _missing(measured: Measured) -> NDArray[np.bool_]:
 def _in_si(
     measured: Measured, role: str, missing: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], int]:
-    """One column in SI, with empty cells of missing samples filled; and how many were filled."""
+    """Column in SI, with empty cells of missing samples filled; and the number of filled cells."""
     values, empty = measured.values[role], measured.empty[role]
     with np.errstate(over="ignore"):
         converted = measured.chosen[role].unit.to_si(values)
@@ -210,7 +210,7 @@ def _require_increasing_time(measured: Measured, time: NDArray[np.float64]) -> N
 def _direction(
     measured: Measured, speed: NDArray[np.float64], setpoint: NDArray[np.float64] | None
 ) -> tuple[NDArray[np.float64], str]:
-    """Sign of the current, (N,), 0 where unknown; and a note that names its source."""
+    """Sign of the current, (N,), 0 if unknown; and a note that names its source."""
     of_speed = np.sign(np.nan_to_num(speed))
     name = measured.chosen["speed"].name
     if setpoint is None:
@@ -225,7 +225,7 @@ def _direction(
 def _held_direction(sign: NDArray[np.float64]) -> NDArray[np.float64]:
     """Replace zeros by the last nonzero sign before them, or the first after; +1 if all are zero.
 
-    A sign of zero would erase a current that really flowed, for example before breakaway.
+    A sign of zero would remove a current that actually flowed, for example before breakaway.
     """
     known = np.flatnonzero(sign)
     if not known.size:

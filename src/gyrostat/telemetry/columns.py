@@ -31,7 +31,7 @@ ROLES = {
         Role("time", ("time", "t"), "time", required=True),
         Role("current", ("current", "i"), "current", required=True),
         Role("speed", ("speed", "omega", "ω", "velocity", "w"), "speed", required=True),
-        # in place of the speed
+        # alternative to the speed
         Role("angle", ("angle", "position", "encoder"), "angle"),
         Role("temperature", ("temperature", "temp"), "temperature"),
         # Only the sign of a setpoint without unit is used.
@@ -83,10 +83,10 @@ def choose_columns(
     """Find the column and the unit of each role.
 
     Args:
-        header: the columns of the file.
-        columns: role -> column name, for the roles that are not to be found by their usual names.
-        units: role -> unit, which overrules the header.
-        motion: whether the file measures speed or angle.
+        header: The columns of the file.
+        columns: Role -> column name, for roles that are not found by their usual names.
+        units: Role -> unit, which takes precedence over the header.
+        motion: Whether the file measures speed or angle.
 
     Returns:
         Role -> column, for the roles that the file provides.
@@ -117,7 +117,7 @@ def choose_columns(
 def _motion(
     header: Header, found: Mapping[str, tuple[Column, str]], claimed: Mapping[int, str]
 ) -> str:
-    """Which of speed and angle the file measures: as named, else the speed where there is one."""
+    """Role that the file measures, speed or angle: as named by the caller, otherwise the speed."""
     named = [role for role in ("speed", "angle") if role in found]
     if len(named) == 2:
         raise fault(header.file, "columns named for speed and for angle", "one of the two")
@@ -130,7 +130,7 @@ def _motion(
 
 
 def _by_role(file: Path, option: str, given: Mapping[str, str] | None) -> dict[str, str]:
-    """The caller's mapping, with 'direction' replaced by 'setpoint'. Unknown roles are refused."""
+    """Mapping of the caller, with 'direction' replaced by 'setpoint'. Unknown roles are refused."""
     roles = [role for role in ROLES if option != "units" or ROLES[role].dimension]
     result: dict[str, str] = {}
     for key, value in (given or {}).items():
@@ -206,7 +206,7 @@ def _absent(header: Header, expected: str, wanted: str, dimension: str | None) -
 
 
 def _only(header: Header, role: str, hits: list[tuple[Column, str]]) -> tuple[Column, str]:
-    """The only column among the matches (its long and its short name may both match)."""
+    """Only column among the matches (its long and its short name may both match)."""
     if len({column.index for column, _ in hits}) == 1:
         return hits[0]
     names = [name for _, name in hits]

@@ -1,4 +1,4 @@
-"""Cut a record where it says nothing: gaps, a frozen tachometer, a clipped current."""
+"""Split a record at unusable intervals: gaps, a frozen tachometer, a clipped current."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -9,23 +9,24 @@ from numpy.typing import NDArray
 from gyrostat.telemetry.record import Record
 
 GAP = 10.0
-"""Usual sample intervals beyond which the current between two samples is unknown."""
+"""Largest interval between two samples that is not a gap, in usual sample intervals."""
 VARYING = 0.05
-"""Largest share of exact repetitions in a signal that varies from sample to sample."""
+"""Largest fraction of exact repetitions in a signal that varies from sample to sample."""
 FROZEN = 8
-"""Exact repetitions in a row from which a tachometer that otherwise varies is frozen."""
+"""Smallest number of successive repetitions by which a varying tachometer counts as frozen."""
 DROPPED = 3
-"""Zeros in a row, between speeds far from zero, from which a tachometer has dropped out."""
+"""Smallest number of zeros between speeds far from zero that count as a tachometer dropout."""
 FAR = 10.0
-"""Standard deviations of the noise that are far from zero."""
+"""Speed that counts as far from zero, in standard deviations of the noise."""
 CLIPPED, CLIPPED_RUNS = 3, 2
-"""Samples at the largest current in a row, and stretches of them, from which it is clipped."""
+"""Smallest number of successive samples at the largest current, and smallest number of such runs,
+for a clipped current."""
 LEAST = 1e-9
-"""Noise, as a share of the largest speed, below which a speed repeats by computation."""
+"""Noise, relative to the largest speed, below which repeated speeds are due to rounding."""
 
 
 def _runs(at: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and one past last index of each stretch of True."""
+    """First index and index after the last of each run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(int)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
@@ -34,14 +35,14 @@ def scatter(values: NDArray[np.float64]) -> float:
     """Standard deviation of the noise on a smooth signal, from its second differences.
 
     Args:
-        values: (N,) samples.
+        values: Samples, (N,).
     """
     second = np.abs(np.diff(values, 2))
     return 1.4826 * float(np.median(second)) / np.sqrt(6.0) if len(second) else 0.0
 
 
 def _frozen(record: Record) -> NDArray[np.bool_]:
-    """(N,) whether the speed only repeats the one before it, in a tachometer that has frozen."""
+    """Whether the speed only repeats the previous one because the tachometer is frozen, (N,)."""
     places = np.flatnonzero(record.valid)
     speed = record.speed[places]
     frozen = np.zeros(len(record.time), dtype=bool)
@@ -67,7 +68,7 @@ def _frozen(record: Record) -> NDArray[np.bool_]:
 
 
 def _clipped(current: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(N,) whether the current stands at the limit of what measures it."""
+    """Whether the current is at the limit of its measurement, (N,)."""
     at = np.abs(current) == np.max(np.abs(current))
     runs = [(a, b) for a, b in _runs(at) if b - a >= CLIPPED]
     rest = ~at & (current != 0.0)
@@ -81,17 +82,18 @@ def _clipped(current: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def cut(record: Record) -> Record:
-    """Cut a record into segments wherever its current or speed cannot be known.
+    """Split a record into segments wherever its current or speed is unknown.
 
-    A gap of more than `GAP` usual sample intervals and a stretch of clipped current end a segment:
-    the speed after them has a start of its own. Speeds of a frozen tachometer are marked missing.
-    Samples of segments with fewer than two speeds are left out.
+    A gap of more than `GAP` usual sample intervals and an interval of clipped current end a
+    segment: the speed after it has its own initial value. Speeds of a frozen tachometer are marked
+    missing. Samples of segments with fewer than two speeds are omitted.
 
     Args:
-        record: As read.
+        record: Record as read.
 
     Returns:
-        The record with `restart` and with remarks on what was done; itself where it was cut before.
+        The record with `restart` and with notes on the changes; the same record if it was split
+        before.
     """
     if record.restart is not None:
         return record
@@ -118,7 +120,7 @@ def cut(record: Record) -> Record:
     restart = np.concatenate([[False], gaps | clipped[:-1]])
     valid = record.valid & ~frozen
     if record.averaged:
-        # a mean over an interval that the segment does not contain
+        # this mean covers an interval outside the segment
         valid &= ~restart
     kept = np.ones(len(restart), dtype=bool)
     starts = [0, *np.flatnonzero(restart).tolist(), len(restart)]
@@ -127,7 +129,7 @@ def cut(record: Record) -> Record:
             kept[first:last] = False
     if kept.sum() < 2:
         return record
-    # what follows a segment that is left out starts anew all the same
+    # the samples after an omitted segment also start a new segment
     fresh = np.concatenate([[False], ~kept[:-1]]) | restart
     fields = {
         name: None if (series := getattr(record, name)) is None else series[kept]

@@ -1,4 +1,4 @@
-"""Speed from the times of a tachometer's edges instead of their counts."""
+"""Speed from the times of a tachometer's edges, as an alternative to their counts."""
 
 import os
 from pathlib import Path
@@ -11,17 +11,17 @@ from gyrostat.telemetry.fault import counted, fault
 from gyrostat.telemetry.record import Record
 
 LONGEST = 2.5
-"""Usual sample intervals between two edges beyond which the angle in between is unknown."""
+"""Largest time between two edges for a known angle in between, in usual sample intervals."""
 
 
 def read_edges(path: str | os.PathLike[str]) -> NDArray[np.float64]:
-    """Read the times of a tachometer's edges, one a line, s; a header line may stand above.
+    """Read the times of a tachometer's edges, s, one per line; a header line is allowed.
 
     Args:
-        path: text file.
+        path: Text file.
 
     Raises:
-        InputError: the file cannot be read, or a line is no number.
+        InputError: The file cannot be read, or a line is not a number.
     """
     file = Path(path)
     try:
@@ -44,22 +44,23 @@ def read_edges(path: str | os.PathLike[str]) -> NDArray[np.float64]:
 def angle_at(
     name: str, time: NDArray[np.float64], edges: NDArray[np.float64], pulses: int
 ) -> NDArray[np.float64]:
-    """Angle that a wheel has turned, in whatever sense, at some times, from a train of edges.
+    """Absolute angle turned by a wheel at some times, from a train of edges.
 
-    The angle is exact at every edge; between edges it follows a monotone cubic (Fritsch and Carlson
+    The angle is exact at every edge. Between edges it follows a monotone cubic (Fritsch and Carlson
     1980).
 
     Args:
-        name: of the record, for messages.
-        time: (N,) s.
-        edges: (E,) s, increasing.
-        pulses: edges a turn.
+        name: Name of the record, for messages.
+        time: Times, (N,), s.
+        edges: Increasing times of the edges, (E,), s.
+        pulses: Edges per revolution.
 
     Returns:
-        (N,) rad; NaN where the nearest edges lie more than `LONGEST` sample intervals apart.
+        Angles, (N,), rad; NaN if the nearest edges are more than `LONGEST` sample intervals apart.
 
     Raises:
-        InputError: fewer than three edges, edges that do not increase, or no pulses.
+        InputError: There are fewer than three edges, edges do not increase, or `pulses` is not
+            positive.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -93,19 +94,19 @@ def record_of_edges(
 ) -> Record:
     """Build a record from sampled current and the times of a tachometer's edges.
 
-    Differences of the angle are mean speeds over the sample intervals. One train of edges has no
-    sense of rotation: the speed is a magnitude (see `gyrostat.identification.signs`).
+    Differences of the angle are mean speeds over the sample intervals. One train of edges does not
+    give the sense of rotation: the speed is a magnitude (see `gyrostat.identification.signs`).
 
     Args:
-        name: of the record.
-        time: (N,) s, of the currents.
-        current: (N,) A.
-        edges: (E,) s, increasing.
-        pulses: edges a turn.
-        setpoint: (N,) commanded speed or direction, or None.
+        name: Name of the record.
+        time: Times of the currents, (N,), s.
+        current: Motor current, (N,), A.
+        edges: Increasing times of the edges, (E,), s.
+        pulses: Edges per revolution.
+        setpoint: Commanded speed or direction, (N,), or None.
 
     Raises:
-        InputError: as `angle_at`.
+        InputError: As for `angle_at`.
     """
     angle = angle_at(name, time, edges, pulses)
     speed = np.concatenate([[np.nan], np.diff(angle) / np.diff(time)])

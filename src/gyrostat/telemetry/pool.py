@@ -1,4 +1,4 @@
-"""Pool the samples of a dense record, where nothing is lost by it."""
+"""Pool the samples of a dense record, if no information is lost."""
 
 from dataclasses import replace
 
@@ -9,11 +9,11 @@ from gyrostat.telemetry.cuts import scatter
 from gyrostat.telemetry.record import Record
 
 MANY = 50_000
-"""Samples up to which a record is taken as it is."""
+"""Largest number of samples of a record that is not pooled."""
 ENOUGH = 25_000
-"""Means that a pooled record keeps at least."""
+"""Smallest number of means in a pooled record."""
 BLOCKS = 1000
-"""Blocks whose mean speeds show the accelerations through the noise."""
+"""Number of blocks whose mean speeds give the accelerations."""
 STILL = 0.2
 """Largest change of the speed over a pooled interval, in standard deviations of its noise."""
 FAST = 0.99
@@ -21,7 +21,7 @@ FAST = 0.99
 
 
 def _largest_pool(record: Record) -> int:
-    """Samples that may be pooled into one; 1 for none."""
+    """Largest number of samples that may be pooled into one; 1 for no pooling."""
     if record.time.size <= MANY:
         return 1
     speed = record.speed[record.valid]
@@ -43,15 +43,15 @@ def _means(values: NDArray[np.float64], size: int) -> NDArray[np.float64]:
 def pool(record: Record) -> tuple[Record, int]:
     """Replace a dense record by means over intervals in which the speed hardly changes.
 
-    Within an interval the mean of the current acts as the current does, and the mean of the speed
-    is compared with the mean of the model. Samples at the end of a segment that fill no interval
-    are left out.
+    Within an interval, the mean of the current has the same effect as the current, and the mean of
+    the speed is compared with the mean of the model. Samples at the end of a segment that do not
+    fill an interval are omitted.
 
     Args:
-        record: Cut at its gaps.
+        record: Record split at its gaps.
 
     Returns:
-        The record, or means of it; and the number of samples in one.
+        The record, or means of it; and the number of samples per mean.
     """
     size = _largest_pool(record)
     if size == 1:

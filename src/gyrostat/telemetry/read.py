@@ -47,19 +47,19 @@ def read_record(
     empty cell of another column repeats its previous value; elsewhere it is an error.
 
     Args:
-        path: file with the suffix .csv, .txt, .tsv, .dat, .parquet or .mat.
-        columns: role -> column name. Roles are time, current, speed or in its place angle, and
-            where wanted temperature, setpoint (or direction) and valid. A role that is not given
-            is found by its name.
-        units: role -> unit, which overrules the header; "rev/4096" for the counts of an encoder.
-        unsigned_current: the current is a magnitude: its sign is that of the setpoint, or of the
-            speed where there is no setpoint or it is 0. Where that is 0 too, the sign before holds.
-        missing: "drop" leaves rows without a finite time or current out and marks speeds missing
-            that are not finite (NaN, 'NA', an empty cell); "refuse" makes errors of them.
-        edges: file with the times of a tachometer's edges, one a line, s, on the clock of the
+        path: File with the suffix .csv, .txt, .tsv, .dat, .parquet or .mat.
+        columns: Role -> column name. Roles are time, current, speed (or angle instead), and
+            optionally temperature, setpoint (or direction) and valid. A role that is not given is
+            found by its name.
+        units: Role -> unit, which takes precedence over the header; "rev/4096" for encoder counts.
+        unsigned_current: Whether the current is a magnitude. Its sign is that of the setpoint, or
+            of the speed if there is no setpoint or it is 0; if both are 0, the previous sign.
+        missing: "drop" omits rows without a finite time or current and marks speeds that are not
+            finite (NaN, 'NA', an empty cell) as missing; "refuse" raises an error for them.
+        edges: File with the times of a tachometer's edges, s, one per line, on the clock of the
             record; the record then needs no speed.
-        pulses: edges a turn.
-        max_samples: more samples than that are refused, and no more than that are read.
+        pulses: Edges per revolution.
+        max_samples: Largest number of samples; a longer file is refused.
 
     Returns:
         The record in SI units, named after the file. `notes` lists what the reader changed.
@@ -88,7 +88,7 @@ def read_record(
 
 
 def _with_edges(measured: Measured, edges: str | os.PathLike[str], pulses: int) -> Measured:
-    """Columns of a file with the angle that its tachometer's edges give."""
+    """Columns of a file with the angle from its tachometer's edges added."""
     time = measured.chosen["time"].unit.to_si(measured.values["time"])
     angle = angle_at(measured.file.name, time, read_edges(edges), pulses)
     return replace(

@@ -13,26 +13,25 @@ from gyrostat.telemetry.fault import counted
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Motor current and wheel speed over time, as measured, neither resampled nor smoothed.
+    """Measured motor current and wheel speed over time, neither resampled nor smoothed.
 
     Arrays are copied, made read-only and checked when a record is built.
 
     Attributes:
-        name: what to call the record in messages and reports.
-        time: (N,) s, strictly increasing, N >= 2; any start and spacing.
-        current: (N,) A, signed.
-        speed: (N,) rad/s, NaN exactly where the sample is missing.
-        valid: (N,) bool, False where the speed sample is missing.
-        temperature: (N,) °C, or None.
-        setpoint: (N,) commanded speed in rad/s, or only its direction where it came without a
-            unit; or None.
-        notes: what the reader did to the data, one remark each.
-        restart: (N,) bool, True where what happened since the sample before is unknown: a segment
-            with a start of its own begins there; None where the record was not searched for gaps
-            (`gyrostat.telemetry.cut`).
-        averaged: whether the speed is the mean over the interval before each sample, as differences
-            of an angle and counts of pulses are.
-        metadata: what the file says of the record: serial, date, operator, temperature.
+        name: Name of the record in messages and reports.
+        time: Time, strictly increasing with any start and spacing, (N,) with N >= 2, s.
+        current: Motor current with sign, (N,), A.
+        speed: Wheel speed, (N,), rad/s; NaN exactly where the sample is missing.
+        valid: Whether the speed sample is present, (N,), bool.
+        temperature: Temperature, (N,), °C, or None.
+        setpoint: Commanded speed, (N,), rad/s, or only its direction if it has no unit; or None.
+        notes: Changes that the reader made to the data, one note each.
+        restart: Whether a segment with its own initial speed begins at the sample, because the
+            motion since the previous sample is unknown, (N,), bool; None if the record was not
+            searched for gaps (`gyrostat.telemetry.cut`).
+        averaged: Whether the speed is the mean over the interval before each sample, as for
+            differences of an angle and counts of pulses.
+        metadata: Metadata from the file: serial, date, operator, temperature.
 
     Raises:
         InputError: An array violates one of these conditions.
@@ -73,7 +72,7 @@ class Record:
 
     @property
     def segments(self) -> list[slice]:
-        """Stretches of samples without a gap, in order."""
+        """Index ranges of the segments, in order; there is no gap within a segment."""
         starts = [] if self.restart is None else np.flatnonzero(self.restart[1:]) + 1
         edges = [0, *(int(k) for k in starts), self.time.size]
         return [slice(a, b) for a, b in pairwise(edges)]
@@ -84,9 +83,9 @@ class Record:
         """Copy of the record with corrected sensor scales.
 
         Args:
-            current_scale: True current over measured current.
-            speed_scale: True speed over measured speed.
-            clock: True time over recorded time.
+            current_scale: True current divided by measured current.
+            speed_scale: True speed divided by measured speed.
+            clock: True time divided by recorded time.
         """
         factors = {"current": current_scale, "speed": speed_scale, "time": clock}
         changed = {name: factor for name, factor in factors.items() if factor != 1.0}

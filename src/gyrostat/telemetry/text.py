@@ -80,7 +80,7 @@ def read_text(
 
 
 def _metadata(comments: Iterable[str]) -> dict[str, str]:
-    """What comments before the header say of the record: 'serial: RW-7', 'date = 2026-03-01'."""
+    """Metadata from comments before the header, such as 'serial: RW-7' and 'date = 2026-03-01'."""
     found = {}
     for text in comments:
         said = re.match(r"\s*#+\s*([\w /]+?)\s*[:=]\s*(.+?)\s*$", text)
@@ -113,7 +113,7 @@ def _lines(file: Path, stream: BinaryIO) -> Iterator[_Line]:
 
 
 def _from_header(lines: Iterator[_Line], comments: list[str]) -> Iterator[_Line]:
-    """The lines without the comments before the header, which are collected."""
+    """Lines without the comments before the header, which are collected."""
     for line in lines:
         if not line[1].lstrip().startswith("#"):
             yield line
@@ -150,7 +150,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _delimiter(texts: list[str]) -> str:
-    """The delimiter whose rows match the header best and contain the most numbers."""
+    """Delimiter whose rows match the header best and contain the most numbers."""
 
     def score(delimiter: str) -> tuple[float, float, int]:
         header, *rows = (_cells(text, delimiter) for text in texts)
@@ -243,7 +243,7 @@ class _Numbers:
 
 
 def _fitted(header: Header, rows: Iterable[_Row], trailing: bool) -> Iterator[_Row]:
-    """The rows that are not empty, checked against the width of the header.
+    """Rows that are not empty, checked against the width of the header.
 
     A row may end with superfluous delimiters. If the header ends with one, every row must, because
     an empty last cell could otherwise not be distinguished from a missing one.

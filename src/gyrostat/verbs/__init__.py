@@ -1,8 +1,8 @@
-"""The verbs of the command line as functions: same options, same files, results as objects.
+"""Verbs of the command line as functions, with the same options and files.
 
-Quantities are numbers in SI units or text with a unit ("5 rpm"). A function writes files where
-`out` says, and none without it; `campaign` alone needs a folder and names one itself. Each gives
-every line for a person to `say`, which drops it by default.
+Quantities are numbers in SI units or text with a unit ("5 rpm"). A function writes files to `out`,
+and none if it is None; only `campaign` needs a folder, for which it has a default name. Each
+function passes messages for the user to `say`, which drops them by default.
 """
 
 from gyrostat.verbs.cache import cache

@@ -1,4 +1,4 @@
-"""Arguments of the verbs: numbers in SI units, text with units, mappings, paths or objects."""
+"""Conversion of the verbs' arguments: numbers, text with units, mappings, paths or objects."""
 
 import sys
 from collections.abc import Callable, Iterable, Mapping
@@ -10,20 +10,20 @@ if TYPE_CHECKING:
     from gyrostat.core.types import Vector
 
 Say = Callable[[str], None]
-"""Takes a line of text for a person."""
+"""Function that receives a message for the user."""
 Quantity = float | str
-"""A number in SI units, or text with a unit such as "5 rpm"."""
+"""Number in SI units, or text with a unit such as "5 rpm"."""
 Named = Mapping[str, Any] | str | Iterable[str] | None
 """Values by name: a mapping, or text NAME=VALUE,NAME=VALUE in one or several pieces."""
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 def silent(line: str) -> None:
-    """Drop a line."""
+    """Drop a message; the default of `say`."""
 
 
 def to_stderr(line: str) -> None:
-    """Print a line on stderr, control characters replaced."""
+    """Print a message on stderr, with control characters replaced."""
     print(printable(line), file=sys.stderr, flush=True)
 
 
@@ -31,12 +31,12 @@ def in_si(value: Quantity, dimension: str, where: str) -> float:
     """Convert a quantity to SI.
 
     Args:
-        value: number in SI units, or text.
-        dimension: key of `gyrostat.core.units.SI_UNIT`.
-        where: name for the message.
+        value: Number in SI units, or text.
+        dimension: Key of `gyrostat.core.units.SI_UNIT`.
+        where: Name for the message.
 
     Raises:
-        InputError: no number, not finite, or an unknown unit.
+        InputError: The value is not a finite number, or its unit is unknown.
     """
     from gyrostat.core.units import parse_quantity
 
@@ -58,10 +58,10 @@ def parts_of(value: Quantity | Iterable[Quantity]) -> list[Quantity]:
 def quantities(
     value: Quantity | Iterable[Quantity] | None, dimension: str, where: str
 ) -> list[float]:
-    """Convert one or several quantities to SI: numbers, or text with commas between.
+    """Convert one or several quantities to SI: numbers, or text separated by commas.
 
     Raises:
-        InputError: as `in_si`.
+        InputError: As for `in_si`.
     """
     parts = [] if value is None or not _is_given(value) else parts_of(value)
     return [in_si(p.strip() if isinstance(p, str) else p, dimension, where) for p in parts]
@@ -73,16 +73,16 @@ def numbers(
     """Convert a fixed number of values to SI.
 
     Args:
-        value: numbers, or text with commas between.
-        count: number of values.
-        dimension: key of `gyrostat.core.units.SI_UNIT`; None for plain numbers.
-        where: name for the message.
+        value: Numbers, or text separated by commas.
+        count: Number of values.
+        dimension: Key of `gyrostat.core.units.SI_UNIT`; None for plain numbers.
+        where: Name for the message.
 
     Returns:
-        (count,) values.
+        Values, (count,).
 
     Raises:
-        InputError: another number of values, or no numbers.
+        InputError: The number of values differs from `count`, or a value is not a number.
     """
     import numpy as np
 
@@ -98,10 +98,10 @@ def numbers(
 
 
 def whole_numbers(value: str | Iterable[int], where: str) -> list[int]:
-    """Convert whole numbers: a sequence, or text with commas between.
+    """Convert integers: a sequence, or text separated by commas.
 
     Raises:
-        InputError: a part is no whole number.
+        InputError: A part is not an integer.
     """
     if not isinstance(value, str):
         return list(value)
@@ -117,7 +117,7 @@ def direction(value: str | Iterable[float], where: str) -> "Vector":
     """Convert a direction to a unit vector (3,): three numbers of any length, or x, -y, ....
 
     Raises:
-        InputError: no direction.
+        InputError: The value is not a direction.
     """
     import numpy as np
 
@@ -131,18 +131,18 @@ def direction(value: str | Iterable[float], where: str) -> "Vector":
 
 
 def one_attitude(what: str, options: Mapping[str, Any]) -> "Vector | None":
-    """Convert the one attitude that is given among several options to a quaternion (4,).
+    """Convert the one attitude given among several options to a quaternion (4,).
 
     Args:
-        what: meaning of the attitude, for the message.
-        options: option -> its value; a name with "euler" in it means 3-1-3 angles, one with
+        what: Meaning of the attitude, for the message.
+        options: Option -> its value; a name with "euler" in it means 3-1-3 angles, one with
             "boresight" no attitude.
 
     Returns:
-        Unit quaternion, scalar first; None for an option that is no attitude.
+        Unit quaternion, scalar first; None for an option that is not an attitude.
 
     Raises:
-        InputError: none is given, or several are.
+        InputError: None or several are given.
     """
     import numpy as np
 
@@ -162,15 +162,15 @@ def one_attitude(what: str, options: Mapping[str, Any]) -> "Vector | None":
 
 
 def named(values: Named, where: str, *, bare: bool = False) -> dict[str, Any]:
-    """Split values by name.
+    """Split named values.
 
     Args:
-        values: a mapping, or texts.
-        where: option, for the message.
-        bare: whether a NAME may stand without a value, which then is None.
+        values: Mapping, or texts NAME=VALUE.
+        where: Option, for the message.
+        bare: Whether a NAME without a value is allowed; its value is None.
 
     Raises:
-        InputError: a part has no name, no value or a name that came before.
+        InputError: A part has no name or no value, or a name is repeated.
     """
     if values is None or isinstance(values, Mapping):
         return {str(name): value for name, value in (values or {}).items()}
@@ -189,10 +189,10 @@ def named(values: Named, where: str, *, bare: bool = False) -> dict[str, Any]:
 
 
 def one_of(value: str, known: Iterable[str], where: str) -> str:
-    """Check a word.
+    """Check that a value is one of the allowed ones.
 
     Raises:
-        InputError: it is none of the known ones.
+        InputError: The value is not allowed.
     """
     if value not in [*known]:
         raise InputError(f"{where}: found {value!r}, expected one of {', '.join(known)}")
@@ -200,7 +200,7 @@ def one_of(value: str, known: Iterable[str], where: str) -> str:
 
 
 def _is_given(value: Any) -> bool:
-    """Whether an option has a value, which may be the number 0."""
+    """Whether an option has a value; the number 0 is a value."""
     if value is None or isinstance(value, bool):
         return bool(value)
     return not hasattr(value, "__len__") or len(value) > 0
@@ -210,12 +210,12 @@ def refuse_given(options: Mapping[str, object], where: str, expected: str) -> No
     """Refuse options that would have no effect.
 
     Args:
-        options: name -> value that the user gave, empty where none was given.
-        where: what has no use for them.
-        expected: what has.
+        options: Name -> value given by the user, empty if none was given.
+        where: Option with which they have no effect.
+        expected: Options with which they have an effect.
 
     Raises:
-        InputError: one was given.
+        InputError: An option was given.
     """
     given = [option for option, value in options.items() if _is_given(value)]
     if given:

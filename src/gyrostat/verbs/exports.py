@@ -34,13 +34,13 @@ NEEDED = {
     "estimator": ("--speed-sigma", "--scale-drift"),
     "wheel": (),
 }
-"""What is exported -> options that its design needs."""
+"""Part to design -> required options."""
 TAKEN = {
     "compensated-wheel": ("--current-limit", "--delay"),
     "compensator": ("--current-limit", "--delay"),
     "controller": ("--current-limit",),
 }
-"""What is exported -> further options that its design takes."""
+"""Part to design -> optional options."""
 
 
 def export(
@@ -66,39 +66,39 @@ def export(
 ) -> tuple[Path, ...]:
     """Write flight code in C, a unit or module for other simulators, or a data sheet.
 
-    A part that is ready, such as an `EstimatingCompensator`, is exported as it is. From a wheel,
-    its model or an identification, `what` and the options of its design make one.
+    A complete part, such as an `EstimatingCompensator`, is exported as it is. For a wheel, its
+    model or an identification, the part is designed from `what` and the options.
 
-    Every input of the emitted code is validated: finite, within its range and its rate limit.
+    The emitted code validates every input: finite, within its range and its rate limit.
 
     Args:
-        model: part, wheel, wheel model, identification, or path of model.toml.
-        out: folder for the files.
+        model: Part, wheel, wheel model, identification, or path of model.toml.
+        out: Folder for the files.
         to: "c" for flight, "fmu" (co-simulation unit, FMI 2.0), "basilisk" (Python module) or
             "json" (data sheet).
-        what: with "c" and "fmu", unless the part says it: "compensated-wheel", "compensator",
-            "controller", "estimator" or "wheel".
-        precision: real numbers in C: "double" or "float".
-        period: control period, s.
-        gains: (3,) gains of the attitude law, N·m/rad, N·m/(rad·s), N·m·s/rad.
-        table_inertia: inertia of what the wheel turns, without its rotor, kg·m².
-        speed_sigma: standard deviation of a tachometer sample, rad/s.
-        current_limit: limit of the motor current, A.
-        delay: control periods from a sample to its command.
-        scale_drift: drift of the friction level for the estimator, 1/√s.
-        range_: accepted values of inputs: field -> (lower, upper).
-        rate_limit: largest accepted change of inputs: field -> SI unit per second.
-        on_bad: command in place of one from a rejected sample: "hold" (last accepted) or "zero".
-        force: whether to replace files that gyrostat did not write, and to take a wheel that is
+        what: Part to design, with "c" and "fmu" unless `model` is a part: "compensated-wheel",
+            "compensator", "controller", "estimator" or "wheel".
+        precision: Precision of real numbers in C: "double" or "float".
+        period: Control period, s.
+        gains: Gains of the attitude law, (3,), N·m/rad, N·m/(rad·s), N·m·s/rad.
+        table_inertia: Inertia of the body that the wheel turns, without the rotor, kg·m².
+        speed_sigma: Standard deviation of a tachometer sample, rad/s.
+        current_limit: Limit of the motor current, A.
+        delay: Delay from a sample to its command, control periods.
+        scale_drift: Drift of the friction level assumed by the estimator, 1/√s.
+        range_: Accepted values of inputs: field -> (lower, upper).
+        rate_limit: Largest accepted change of inputs: field -> SI unit per second.
+        on_bad: Command in place of one from a rejected sample: "hold" (last accepted) or "zero".
+        force: Whether to replace files that gyrostat did not write, and to take a wheel that is
             marked as impossible.
-        say: called with each line for a person.
-        command: text that the README of the C code names as its origin.
+        say: Function that receives each message for the user.
+        command: Text that the README of the C code names as its origin.
 
     Returns:
         The files written.
 
     Raises:
-        InputError: a part, model or option that cannot be used, or files in the way.
+        InputError: A part, model or option cannot be used, or existing files would be replaced.
     """
     from gyrostat.core.files import check_writable
     from gyrostat.core.outputs import new_files
@@ -158,7 +158,7 @@ def _name(model: Any) -> str:
 
 
 def _what(model: Any, kind: str | None, what: str | None) -> str | None:
-    """What is exported: as the part says, or the option."""
+    """Kind of part to export: that of the part, or the option."""
     if kind is not None and what not in (None, kind):
         raise InputError(f"--what {what}: found {_name(model)}, expected {kind}, or no --what")
     return kind or what
@@ -172,7 +172,7 @@ def _target(
     limits: Any,
     on_bad: str,
 ) -> Any:
-    """Flight module of a part, or of the one that a wheel model and the options describe."""
+    """Flight module of a part, or of a part designed from a wheel model and the options."""
     from gyrostat.core.validation import check_parts, require_period
     from gyrostat.exports import TARGETS, part_kind
 
@@ -196,7 +196,7 @@ def _target(
 
 
 def _designed(wheel: "Wheel", what: str, period: float, given: dict[str, Any]) -> Any:
-    """The part that the options describe: option -> value, or None where it is not given."""
+    """Part designed from the options: option -> value, or None if it is not given."""
     from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
     from gyrostat.core.validation import LARGEST, check_parts, require
     from gyrostat.estimation import FrictionScaleFilter

@@ -41,28 +41,29 @@ def feasible(
     say: Say = silent,
     command: str = "gyrostat.feasible",
 ) -> "Holdable":
-    """Find which attitudes a spacecraft can still hold at rest after wheel failures.
+    """Find the attitudes that a spacecraft can still hold at rest after wheel failures.
 
-    One of `target`, `euler`, or `boresight` with `towards` says what is wanted.
+    The target is given by one of `target`, `euler`, or `boresight` with `towards`.
 
     Args:
-        spacecraft: content or path of spacecraft.toml, or a spacecraft, whose wheels are named
+        spacecraft: Content or path of spacecraft.toml, or a spacecraft, whose wheels are named
             "0", "1" and so on.
-        momentum: (3,) total angular momentum, inertial axes, N·m·s.
-        out: folder for holdable.json and report.html; None writes no file.
-        failed: wheel -> momentum that it still has, N·m·s, or speed with a unit; None or "seized":
-            none.
-        target: wanted attitude, quaternion (4,), scalar first.
-        euler: wanted attitude, 3-1-3 angles (3,), rad.
-        boresight: body direction, (3,) or "x", "-z", ....
-        towards: wanted inertial direction (3,) of the boresight, at any rotation about it.
-        tolerance: pointing tolerance for the dwell time, rad.
-        force: whether to replace files that gyrostat did not write.
-        say: called with each line for a person.
-        command: text that the report names as its origin.
+        momentum: Total angular momentum in inertial axes, (3,), N·m·s.
+        out: Folder for holdable.json and report.html; None writes no file.
+        failed: Wheel -> its remaining momentum, N·m·s, or speed with a unit; zero for None or
+            "seized".
+        target: Wanted attitude, quaternion (4,), scalar first.
+        euler: Wanted attitude, 3-1-3 angles (3,), rad.
+        boresight: Direction in body axes, (3,) or "x", "-z", ....
+        towards: Wanted direction of the boresight in inertial axes, (3,); the roll is free.
+        tolerance: Pointing tolerance for the dwell time, rad.
+        force: Whether to replace files that gyrostat did not write.
+        say: Function that receives each message for the user.
+        command: Text that the report names as its origin.
 
     Raises:
-        InputError: a spacecraft, wheel or direction that cannot be used, or files in the way.
+        InputError: A spacecraft, wheel or direction cannot be used, or existing files would be
+            replaced.
     """
     import numpy as np
 
@@ -133,27 +134,28 @@ def recover(
     """Simulate the flight to the nearest feasible attitude after wheel failures.
 
     Args:
-        spacecraft: content or path of spacecraft.toml, or a spacecraft, whose wheels are named
+        spacecraft: Content or path of spacecraft.toml, or a spacecraft, whose wheels are named
             "0", "1" and so on.
-        failed: wheel -> "seized", "frozen" (no torque, constant momentum) or "rundown:TIME".
-        wheels: momentum of every wheel at the failure, N·m·s, or speed with a unit.
-        out: folder for recover.json, run.nc and report.html; None writes no file.
-        attitude: attitude at the failure, quaternion (4,), scalar first; or
-        attitude_euler: the same as 3-1-3 angles (3,), rad.
-        rate: body rate at the failure, body axes, (3,), rad/s.
-        target: wanted attitude, quaternion (4,), scalar first; or
-        euler: the same as 3-1-3 angles (3,), rad.
-        duration: duration of the flight, s.
-        period: control period, s.
-        force: whether to replace files that gyrostat did not write.
-        say: called with each line for a person.
-        command: text that the report names as its origin.
+        failed: Wheel -> "seized", "frozen" (no torque, constant momentum) or "rundown:TIME".
+        wheels: Momentum of every wheel at the failure, N·m·s, or speed with a unit.
+        out: Folder for recover.json, run.nc and report.html; None writes no file.
+        attitude: Attitude at the failure, quaternion (4,), scalar first; or
+        attitude_euler: The same as 3-1-3 angles (3,), rad.
+        rate: Body rate at the failure, body axes, (3,), rad/s.
+        target: Wanted attitude, quaternion (4,), scalar first; or
+        euler: The same as 3-1-3 angles (3,), rad.
+        duration: Duration of the flight, s.
+        period: Control period, s.
+        force: Whether to replace files that gyrostat did not write.
+        say: Function that receives each message for the user.
+        command: Text that the report names as its origin.
 
     Returns:
-        The recovery; `settle` is None where the spacecraft did not settle, and `reason` says why.
+        The recovery; `settle` is None if the spacecraft did not settle, and `reason` says why.
 
     Raises:
-        InputError: a spacecraft, wheel or state that cannot be used, or files in the way.
+        InputError: A spacecraft, wheel or state cannot be used, or existing files would be
+            replaced.
     """
     import numpy as np
 
@@ -195,7 +197,7 @@ def recover(
 
 
 def _spacecraft(spacecraft: "SpacecraftFile | Spacecraft | str | Path") -> "SpacecraftFile":
-    """Read spacecraft.toml; number the wheels of a spacecraft that gives them no names."""
+    """Read spacecraft.toml; the wheels of a spacecraft object are named by their numbers."""
     from gyrostat.spacecraft import Spacecraft, SpacecraftFile, read_spacecraft
 
     if isinstance(spacecraft, Spacecraft):
@@ -206,12 +208,12 @@ def _spacecraft(spacecraft: "SpacecraftFile | Spacecraft | str | Path") -> "Spac
 
 
 def _source(spacecraft: object) -> str:
-    """The path of a spacecraft without a name, for a message."""
+    """Path of a spacecraft, or its type if it has none, for a message."""
     return str(spacecraft) if isinstance(spacecraft, str | Path) else "the spacecraft"
 
 
 def _momenta(failed: Named, file: "SpacecraftFile") -> dict[int, float]:
-    """Momenta of the failed wheels: number of the wheel -> N·m·s."""
+    """Number of each failed wheel -> its momentum, N·m·s."""
     import numpy as np
 
     from gyrostat.wheel.array import LIMIT_TOLERANCE
@@ -235,7 +237,7 @@ def _momenta(failed: Named, file: "SpacecraftFile") -> dict[int, float]:
 
 
 def _momentum(value: Quantity, where: str, inertia: float) -> float:
-    """Momentum, N·m·s, from a momentum or from a speed with its unit."""
+    """Momentum, N·m·s, from a momentum or a speed with its unit."""
     try:
         return in_si(value, "momentum", where)
     except InputError as error:
@@ -246,7 +248,7 @@ def _momentum(value: Quantity, where: str, inertia: float) -> float:
 
 
 def _turned(attitude: "Vector | None", body: "Vector") -> "Vector | None":
-    """A body direction in inertial axes."""
+    """Direction in inertial axes, from body axes."""
     from scipy.spatial.transform import Rotation
 
     if attitude is None:
@@ -255,7 +257,7 @@ def _turned(attitude: "Vector | None", body: "Vector") -> "Vector | None":
 
 
 def _losses(failed: Named, file: "SpacecraftFile") -> "dict[int, Loss]":
-    """Number of each failed wheel -> how it failed."""
+    """Number of each failed wheel -> kind of failure."""
     from gyrostat.failures import Loss
 
     found: dict[int, Loss] = {}

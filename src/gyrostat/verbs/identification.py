@@ -1,4 +1,4 @@
-"""Verb `identify`: from bench records to a wheel."""
+"""Verb `identify`: identify a wheel from bench records."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -66,43 +66,44 @@ def identify(
     """Identify a wheel from bench records.
 
     Args:
-        records: records of one wheel, or paths of CSV, Parquet or MATLAB files.
-        out: folder for fit.json, model.toml and report.html; None writes no file.
-        inertia: inertia of rotor and flywheel, kg·m²; text may give a tolerance of one standard
+        records: Records of one wheel, or paths of CSV, Parquet or MATLAB files.
+        out: Folder for fit.json, model.toml and report.html; None writes no file.
+        inertia: Inertia of rotor and flywheel, kg·m²; text may give a tolerance of one standard
             deviation: "1.5e-3 +- 1 %".
-        current_scale: true over measured current: "+- 1 %" or "1.01 +- 0.5 %".
-        speed_scale: true over measured speed, likewise.
-        clock: true over recorded time, likewise.
-        model: friction model, by default "stribeck"; "auto": the simplest one, with the effects
+        current_scale: True divided by measured current: "+- 1 %" or "1.01 +- 0.5 %".
+        speed_scale: True divided by measured speed, in the same form.
+        clock: True divided by recorded time, in the same form.
+        model: Friction model, by default "stribeck"; "auto": the simplest one, with the effects
             that the diagnosis finds.
         method: "batch", "steady", "torque-step" or "coast".
-        hold: parameters that are held: name -> value, or None for the default.
-        free: parameters that are estimated as well.
-        prior: a-priori knowledge: name -> (mean, standard deviation).
-        start: name -> value to start from.
-        speed_sigma: standard deviation of the measured speed, rad/s; one, or one for each record.
+        hold: Parameters that are not estimated: name -> value, or None for the default.
+        free: Further parameters to estimate.
+        prior: A-priori knowledge: name -> (mean, standard deviation).
+        start: Start values: name -> value.
+        speed_sigma: Standard deviation of the measured speed, rad/s; one, or one for each record.
         loss: "quadratic" (default), "huber" or "student".
-        current_hold: current between samples: "zero-order" (default) or "linear".
-        compare: whether to rank the other friction models too.
-        held_out: records for the ranking only, which are never fitted.
-        columns: role -> column, such as {"current": "m1cur"}.
-        units: role -> unit, where the file has none.
-        unsigned_current: whether the current has no sign; it is taken from setpoint or speed.
-        unsigned_speed: whether the speed has no sign; it changes where the speed touches zero.
-        missing: cells without a number: "refuse" makes an error of them, "drop" leaves their rows
-            out.
-        edges: file with the times of a tachometer's edges, s, in place of a speed.
-        pulses: edges a turn, with `edges`.
-        force: whether to replace files that gyrostat did not write.
-        say: called with each line for a person.
-        command: text that the report names as its origin.
+        current_hold: Current between samples: "zero-order" (default) or "linear".
+        compare: Whether to rank the other friction models too.
+        held_out: Records used only for the ranking, never for the fit.
+        columns: Role -> column, such as {"current": "m1cur"}.
+        units: Role -> unit, where the file has none.
+        unsigned_current: Whether the current is a magnitude; the sign is taken from setpoint or
+            speed.
+        unsigned_speed: Whether the speed is a magnitude; the sign changes where it touches zero.
+        missing: Treatment of cells without a number: "refuse" raises an error, "drop" omits their
+            rows.
+        edges: File with the times of a tachometer's edges, s, in place of a speed.
+        pulses: Edges per revolution, with `edges`.
+        force: Whether to replace files that gyrostat did not write.
+        say: Function that receives each message for the user.
+        command: Text that the report names as its origin.
 
     Returns:
-        The fit: `print` shows it as a table, `wheel()` gives the wheel. It is a valid result if it
-        has `converged` and nothing of it is `impossible`.
+        The fit: `print` shows it as a table, `wheel()` gives the wheel. The result is valid if it
+        has `converged` and nothing in it is `impossible`.
 
     Raises:
-        InputError: a record or option that cannot be used, or files in the way.
+        InputError: A record or option cannot be used, or existing files would be replaced.
     """
     from gyrostat import identification as stage
     from gyrostat.core.outputs import check_outputs
@@ -112,7 +113,7 @@ def identify(
     if out is not None:
         check_outputs(Path(out), FILES, by="identify", force=force)
     name = model or "stribeck"
-    named_model = "stribeck" if name == "auto" else name  # the names of its parameters
+    named_model = "stribeck" if name == "auto" else name  # gives the parameter names
     one_of(method, METHODS, "--method")
     one_of(current_hold or HOLDS[0], HOLDS, "--current-hold")
     value, tolerance = inertia_and_tolerance(inertia)

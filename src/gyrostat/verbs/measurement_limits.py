@@ -17,20 +17,20 @@ FIELDS = {
     "estimator": {"current": "current", "measured": "speed"},
     "wheel": {},
 }
-"""What is exported -> its measured fields and their dimensions."""
+"""Exported part -> its measured fields and their dimensions."""
 
 
 def measurement_limits(what: str, ranges: Named, rates: Named) -> "dict[str, FieldLimits]":
-    """Convert the limits of the inputs of what is exported.
+    """Convert the limits of the inputs of an exported part.
 
     Args:
-        what: key of `FIELDS`.
-        ranges: field -> (lower, upper), or texts FIELD=LOWER:UPPER.
-        rates: field -> largest rate of change, SI unit per second, or texts FIELD=VALUE.
+        what: Key of `FIELDS`.
+        ranges: Field -> (lower, upper), or texts FIELD=LOWER:UPPER.
+        rates: Field -> largest rate of change, SI unit per second, or texts FIELD=VALUE.
 
     Raises:
-        InputError: a field is another one or named twice, a text has another form, a range is
-            empty, a rate is not above 0.
+        InputError: A field is unknown or named twice, a text has another form, a range is empty,
+            or a rate is not positive.
     """
     from gyrostat.control import FieldLimits
     from gyrostat.core.validation import require

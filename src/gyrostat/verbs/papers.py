@@ -1,4 +1,4 @@
-"""Verb `reproduce`: rebuild a paper and judge its claims."""
+"""Verb `reproduce`: reproduce a paper and test its claims."""
 
 import json
 from pathlib import Path
@@ -19,18 +19,18 @@ def reproduce(
     say: Say = silent,
     command: str = "gyrostat.reproduce",
 ) -> "Reproduction":
-    """Rebuild a paper's experiments and judge each of its claims.
+    """Reproduce a paper's experiments and test each of its claims.
 
     Args:
         paper: "carrara-kuga", "moreira-lopes-kuga", "carvalho-fenili" or "endo-sekiguchi-nonaka".
-        out: folder for claims.json and report.html; None writes no file.
-        quick: whether to use fewer seeds.
-        force: whether to replace files that gyrostat did not write.
-        say: called with each line for a person.
-        command: text that the page names as its origin.
+        out: Folder for claims.json and report.html; None writes no file.
+        quick: Whether to use fewer seeds.
+        force: Whether to replace files that gyrostat did not write.
+        say: Function that receives each message for the user.
+        command: Text that the page names as its origin.
 
     Raises:
-        InputError: an unknown paper, or files in the way.
+        InputError: The paper is unknown, or existing files would be replaced.
     """
     from gyrostat.core.outputs import check_outputs, new_files
     from gyrostat.papers import paper_named

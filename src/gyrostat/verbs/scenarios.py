@@ -30,30 +30,31 @@ def simulate(
     """Simulate one run of a scenario with its nominal values.
 
     Args:
-        scenario: scenario, or path of scenario.toml.
+        scenario: Scenario, or path of scenario.toml.
         out: netCDF file RUN.nc for the histories, and RUN.html beside it; None writes no file.
-        seed: seed of the noise.
+        seed: Seed of the noise.
         device: "cpu", or "gpu" where JAX sees one.
         engine: "native" (compiled C), "jax", or "auto": native if there is a C compiler.
-        force: whether to replace files that gyrostat did not write, and to take wheels that are
+        force: Whether to replace files that gyrostat did not write, and to take wheels that are
             marked as impossible.
-        say: called with each line for a person.
-        command: text that the page names as its origin.
+        say: Function that receives each message for the user.
+        command: Text that the page names as its origin.
 
     Returns:
         Histories over `time`: state, measurements, commands and `error` (pointing error, rad), with
-        units. `status` is 0 where the run came to its end; attributes: `scenario`, `ended` (s) and
+        units. `status` is 0 if the run reached its end; attributes: `scenario`, `ended` (s) and
         every metric.
 
     Raises:
-        InputError: a scenario, device or engine that cannot be used, or files in the way.
+        InputError: A scenario, device or engine cannot be used, or existing files would be
+            replaced.
     """
     from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
     from gyrostat.campaigns.schema import metric_units
     from gyrostat.core.outputs import check_outputs
     from gyrostat.core.validation import check_seed
 
-    check_seed(seed)  # before anything is compiled
+    check_seed(seed)  # check before compiling
     path = None if out is None else Path(out)
     if path is not None:
         if path.suffix != ".nc":
@@ -98,34 +99,34 @@ def campaign(
     say: Say = silent,
     command: str = "gyrostat.campaign",
 ) -> "xr.Dataset":
-    """Simulate a scenario many times, each run with its own draws; resume where it was stopped.
+    """Simulate a scenario many times, each run with its own draws; resume an interrupted campaign.
 
     Args:
-        scenario: scenario with dispersions, or path of scenario.toml.
-        runs: number of runs.
-        out: folder of the campaign. None: a folder in the current one, named after scenario, runs
-            and seed, as "cubesat-1000-runs-seed-1"; a line says so, on stderr without `say`.
-        seed: seed of all draws.
-        workers: worker processes; None: one for each core.
-        scheduler: address of a Dask scheduler, in place of local processes.
+        scenario: Scenario with dispersions, or path of scenario.toml.
+        runs: Number of runs.
+        out: Folder of the campaign. None: a folder in the current one, named after scenario, runs
+            and seed, as "cubesat-1000-runs-seed-1"; reported to `say`, or on stderr without it.
+        seed: Seed of all draws.
+        workers: Worker processes; None: one for each core.
+        scheduler: Address of a Dask scheduler, which replaces the local processes.
         device: "cpu", or "gpu" where JAX sees one.
         engine: "native" (compiled C), "jax", or "auto": native if there is a C compiler.
-        block: runs in a block; results do not depend on it.
-        keep: numbers of runs whose histories are kept.
-        worst: number of worst runs whose histories are kept too.
-        worst_by: metric that ranks them; None: the last percentile of the error.
-        force: whether to begin beside files that gyrostat did not write, which are renamed
-            NAME.changed, and to take wheels that are marked as impossible.
-        on_progress: called with the runs done and the runs in all.
-        say: called with each line for a person.
-        command: text that the report names as its origin.
+        block: Runs in a block; results do not depend on it.
+        keep: Numbers of runs whose histories are kept.
+        worst: Number of worst runs whose histories are kept too.
+        worst_by: Metric that ranks them; None: the last percentile of the error.
+        force: Whether to start although the folder has files that gyrostat did not write, which
+            are renamed NAME.changed, and to accept wheels that are marked as impossible.
+        on_progress: Function called with the number of runs done and the total number.
+        say: Function that receives each message for the user.
+        command: Text that the report names as its origin.
 
     Returns:
-        As `campaign_runs` reads it: one value a run of every drawn parameter and metric. The folder
-        also has report.html, report.json and the histories of the worst runs.
+        The dataset that `campaign_runs` reads: every drawn parameter and metric, one value per
+        run. The folder also has report.html, report.json and the histories of the worst runs.
 
     Raises:
-        InputError: a scenario without dispersions, another campaign in the folder, or options that
+        InputError: The scenario has no dispersions, the folder has another campaign, or options
             cannot be used.
     """
     from gyrostat.campaigns import campaign_runs, cluster, run_campaign
@@ -145,7 +146,7 @@ def campaign(
     folder = Path(_folder_name(found.name, runs, seed) if out is None else out)
     if out is None:
         check_writable(folder)
-        # one line that nobody has to ask for
+        # the chosen folder is always reported
         (to_stderr if say is silent else say)(f"the campaign's files go to the folder {folder}")
     run_campaign(
         found,
@@ -174,17 +175,17 @@ def replay(
     """Simulate one run of a campaign again, bit for bit; write its history and its page.
 
     Args:
-        folder: folder of a finished campaign; the files are runs/run_NNNNNN.nc and .html in it.
-        run: number of the run.
-        say: called with each line for a person.
-        command: text that the page names as its origin.
+        folder: Folder of a finished campaign; the files are runs/run_NNNNNN.nc and .html in it.
+        run: Number of the run.
+        say: Function that receives each message for the user.
+        command: Text that the page names as its origin.
 
     Returns:
         Histories over `time`, as `simulate` returns them.
 
     Raises:
-        InputError: no finished campaign, no such run, or software or hardware that gives other
-            numbers than those of the table.
+        InputError: There is no finished campaign or no such run, or this software or hardware gives
+            other numbers than those of the table.
     """
     import xarray as xr
 
@@ -212,15 +213,15 @@ def report(
     """Write report.html and report.json of a finished campaign into its folder.
 
     Args:
-        folder: folder of a finished campaign.
-        say: called with each line for a person.
-        command: text that the page names as its origin.
+        folder: Folder of a finished campaign.
+        say: Function that receives each message for the user.
+        command: Text that the page names as its origin.
 
     Returns:
         The content of report.json, SI units.
 
     Raises:
-        InputError: no finished campaign is there, or the folder cannot be written.
+        InputError: There is no finished campaign, or the folder cannot be written.
     """
     from gyrostat.reports.campaign import write_campaign
 
@@ -228,14 +229,14 @@ def report(
 
 
 def _scenario(scenario: "Scenario | str | Path", *, force: bool) -> "Scenario":
-    """Read scenario.toml; pass a scenario on."""
+    """Read scenario.toml; return a scenario object unchanged."""
     from gyrostat.campaigns.scenario_file import read_scenario
 
     return read_scenario(scenario, force=force) if isinstance(scenario, str | Path) else scenario
 
 
 def _folder_name(name: str, runs: int, seed: int) -> str:
-    """Folder of a campaign that is not told another one."""
+    """Default name of a campaign's folder."""
     plain = re.sub(r"\W+", "-", name).strip("-") or "campaign"
     return f"{plain}-{runs}-runs-seed-{seed}"
 

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from gyrostat.wheel import Wheel, WheelModel
 
 HOLDS = ("zero-order", "linear")
-"""How the current runs between samples."""
+"""Interpolation of the current between samples."""
 MISSING = ("refuse", "drop")
-"""What is done with cells that hold no finite number."""
+"""Treatment of cells without a finite number."""
 
 
 def load_records(
@@ -26,18 +26,18 @@ def load_records(
     unsigned_speed: bool = False,
     **reading: Any,
 ) -> "list[Record]":
-    """Read the records that are given as paths, cut them at gaps, and say what was changed.
+    """Read the records given as paths, split them at gaps, and report all changes.
 
     Args:
-        records: one or several records or paths.
-        say: called with each note.
+        records: One or several records or paths.
+        say: Function that receives each note.
         missing: "refuse" or "drop"; see `gyrostat.telemetry.read_record`.
-        unsigned_speed: whether the speed has no sign; it changes where the speed touches zero.
-        reading: further options of `gyrostat.telemetry.read_record`; columns and units also as
+        unsigned_speed: Whether the speed is a magnitude; the sign changes where it touches zero.
+        reading: Further options of `gyrostat.telemetry.read_record`; columns and units also as
             text.
 
     Raises:
-        InputError: a file cannot be read, or a speed without sign never touches zero.
+        InputError: A file cannot be read, or an unsigned speed never touches zero.
     """
     from gyrostat.telemetry import Record, cut, read_record
 
@@ -74,12 +74,12 @@ def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
     """Read a wheel model, or make it from a wheel or an identification.
 
     Args:
-        model: path of model.toml, or an object.
-        force: whether to take a wheel that its identification marked as impossible.
+        model: Path of model.toml, or an object.
+        force: Whether to accept a wheel that its identification marked as impossible.
 
     Raises:
-        InputError: the file cannot be read, the identification gives no wheel, or the wheel has
-            bristle friction, which no model file has.
+        InputError: The file cannot be read, the identification gives no wheel, or the wheel has
+            bristle friction, which a model file cannot hold.
     """
     from gyrostat.identification import Fit
     from gyrostat.wheel import Wheel, WheelModel, read_model
@@ -111,12 +111,12 @@ def parameters_in_si(values: Mapping[str, Any], model: str, where: str) -> dict[
     """Convert values of named wheel parameters to SI.
 
     Args:
-        values: name -> number, text or None, which stays.
-        model: friction model, which gives the dimension of each name.
-        where: option, for the message.
+        values: Name -> number, text or None, which is kept.
+        model: Friction model, which gives the dimension of each name.
+        where: Option, for the message.
 
     Raises:
-        InputError: an unknown name, no number, or an unknown unit.
+        InputError: A name or unit is unknown, or a value is not a number.
     """
     return {
         name: None if value is None else _parameter_in_si(value, name, model, where)
@@ -136,11 +136,11 @@ def priors(values: Named, model: str) -> dict[str, tuple[float, float]]:
     """Convert a-priori means and standard deviations of wheel parameters to SI.
 
     Args:
-        values: name -> (mean, sigma), or text NAME=MEAN:SIGMA.
-        model: friction model, which gives the dimension of each name.
+        values: Name -> (mean, sigma), or text NAME=MEAN:SIGMA.
+        model: Friction model, which gives the dimension of each name.
 
     Raises:
-        InputError: an unknown name, no two numbers, or an unknown unit.
+        InputError: A name or unit is unknown, or a value does not have two numbers.
     """
     found = {}
     for name, value in named(values, "--prior").items():
@@ -153,7 +153,7 @@ def priors(values: Named, model: str) -> dict[str, tuple[float, float]]:
 
 
 def inertia_and_tolerance(value: Quantity | None) -> tuple[float | None, dict[str, float]]:
-    """Convert an inertia to kg·m², and its tolerance to a share where one is given."""
+    """Convert an inertia to kg·m², and its tolerance, if given, to a relative one."""
     from gyrostat.core.units import parse_uncertain
 
     if not isinstance(value, str):
@@ -169,13 +169,13 @@ def inertia_and_tolerance(value: Quantity | None) -> tuple[float | None, dict[st
 def factors_and_tolerances(
     options: Mapping[str, Quantity | None],
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Convert factors on recorded signals, and their tolerances to shares where they are given.
+    """Convert factors on recorded signals, and their tolerances, if given, to relative ones.
 
     Args:
-        options: name of an option with underscores -> number, text, or None.
+        options: Name of an option with underscores -> number, text, or None.
 
     Raises:
-        InputError: a factor that is not positive.
+        InputError: A factor is not positive.
     """
     from gyrostat.core.units import parse_uncertain
 

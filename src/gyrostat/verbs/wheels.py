@@ -43,27 +43,27 @@ def validate(
     """Predict an independent record with a known wheel.
 
     Args:
-        model: wheel, its model, an identification, or path of model.toml.
-        record: record that the model was not fitted to, or its path.
-        out: folder for validation.json and validation.html; None writes no file.
+        model: Wheel, its model, an identification, or path of model.toml.
+        record: Record that the model was not fitted to, or its path.
+        out: Folder for validation.json and validation.html; None writes no file.
         hold: {"current_bias": value}, offset of the drive, A.
-        current_hold: current between samples: "zero-order" or "linear".
-        columns: role -> column of the file.
-        units: role -> unit, where the file has none.
-        unsigned_current: whether the current has no sign.
-        unsigned_speed: whether the speed has no sign; it changes where the speed touches zero.
-        missing: cells without a number: "refuse" makes an error of them, "drop" leaves their rows
-            out.
-        force: whether to replace files that gyrostat did not write.
-        say: called with each line for a person.
-        command: text that the page names as its origin.
+        current_hold: Current between samples: "zero-order" or "linear".
+        columns: Role -> column of the file.
+        units: Role -> unit, where the file has none.
+        unsigned_current: Whether the current is a magnitude.
+        unsigned_speed: Whether the speed is a magnitude; the sign changes where it touches zero.
+        missing: Treatment of cells without a number: "refuse" raises an error, "drop" omits their
+            rows.
+        force: Whether to replace files that gyrostat did not write.
+        say: Function that receives each message for the user.
+        command: Text that the page names as its origin.
 
     Returns:
-        Residuals, the share of samples inside the prediction interval and the verdict `holds`; a
-        valid result if it has `converged`.
+        Residuals, the fraction of samples inside the prediction interval and the verdict `holds`.
+        The result is valid if it has `converged`.
 
     Raises:
-        InputError: a model or record that cannot be used, or files in the way.
+        InputError: A model or record cannot be used, or existing files would be replaced.
     """
     from gyrostat.core.outputs import check_outputs, new_files
     from gyrostat.core.units import RPM
@@ -74,7 +74,7 @@ def validate(
         names = ("validation.html", "validation.json")
         check_outputs(Path(out), names, by="validate", force=force)
     one_of(current_hold, HOLDS, "--current-hold")
-    # a prediction is what shows whether a wheel marked as impossible is one
+    # accept a wheel marked as impossible: validation is the test of it
     known = wheel_model(model, force=True)
     known.wheel()
     values = {**known.values, **_drive(hold, known.friction.name)}
@@ -130,29 +130,29 @@ def bench(
     force: bool = False,
     say: Say = silent,
 ) -> "Record":
-    """Simulate the record that a test bench would have taken of a known wheel.
+    """Simulate the bench record of a known wheel.
 
     Args:
-        model: wheel, its model, an identification, or path of model.toml.
-        out: file for the record, .csv or .parquet; None writes no file.
+        model: Wheel, its model, an identification, or path of model.toml.
+        out: File for the record, .csv or .parquet; None writes no file.
         profile: "steps", "sines" or "ramps".
-        duration: duration of the record, s.
-        rate: samples per second, Hz.
-        low: smallest current amplitude, A.
-        high: largest current amplitude, A.
-        period: period of one step, cycle or ramp, s.
-        initial_speed: wheel speed at the first sample, rad/s.
-        speed_sigma: standard deviation of the tachometer noise, rad/s.
-        speed_quantum: step of the tachometer, rad/s.
-        jitter: jitter of the sample times, share of the interval.
-        dropouts: share of missing speeds.
-        seed: seed of currents and noise.
-        force: whether to replace a file that gyrostat did not write, and to take a wheel that its
+        duration: Duration of the record, s.
+        rate: Samples per second, Hz.
+        low: Smallest current amplitude, A.
+        high: Largest current amplitude, A.
+        period: Period of one step, cycle or ramp, s.
+        initial_speed: Wheel speed at the first sample, rad/s.
+        speed_sigma: Standard deviation of the tachometer noise, rad/s.
+        speed_quantum: Step of the tachometer, rad/s.
+        jitter: Jitter of the sample times, fraction of the interval.
+        dropouts: Fraction of missing speeds.
+        seed: Seed of currents and noise.
+        force: Whether to replace a file that gyrostat did not write, and to accept a wheel that its
             identification marked as impossible.
-        say: called with each line for a person.
+        say: Function that receives each message for the user.
 
     Raises:
-        InputError: a wheel or option that cannot be used, or a file in the way.
+        InputError: A wheel or option cannot be used, or an existing file would be replaced.
     """
     from gyrostat.core.files import check_writable
     from gyrostat.core.outputs import new_files
@@ -193,7 +193,7 @@ def bench(
 
 
 def _drive(hold: Named, model: str) -> dict[str, float]:
-    """Offset of the drive, A, which no model file holds."""
+    """Current offset of the drive, A, which is not part of a model file."""
     given = parameters_in_si(named(hold, "--hold", bare=True), model, "--hold")
     for name, value in given.items():
         if name != "current_bias":

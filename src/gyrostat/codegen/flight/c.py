@@ -32,21 +32,21 @@ class _Root:
 
 
 def emit(name: str, entries: Sequence[Entry], precision: Precision = "double") -> Module:
-    """Emit functions as C99 that needs nothing but math.h.
+    """Emit functions as C99 that needs only math.h.
 
     Args:
-        name: of the module.
-        entries: its functions.
-        precision: of real numbers.
+        name: Name of the module.
+        entries: Entry points.
+        precision: Precision of real numbers.
 
     Returns:
-        The module; emitted again from the same functions it is the same, byte by byte. Every entry
-        returns 0, or 1 where a loop has reached the bound of its passes.
+        The module. The same functions give the same module, byte by byte. Every entry returns 0,
+        or 1 if a loop has reached its largest number of passes.
 
     Raises:
-        InputError: an entry has a side effect, an unbounded loop, a shape that depends on data, an
-            array of more than `scope.LARGEST` elements or a primitive that does not belong in
-            flight code; the message names the line of Python.
+        InputError: An entry has a side effect, an unbounded loop, a shape that depends on data, an
+            array of more than `scope.LARGEST` elements or a primitive that flight code does not
+            support; the message names the line of Python.
     """
     dialect, structs, lowering = Dialect(precision), Structs(), Lowering()
     roots = [_lowered(entry, structs, lowering) for entry in entries]
@@ -89,7 +89,7 @@ _MEMORY = "#include <string.h>\n"
 
 
 def _lowered(entry: Entry, structs: Structs, lowering: Lowering) -> _Root:
-    """An entry as a function of scalars, which are fields of structs."""
+    """Entry as a function of scalars, which are fields of structs."""
     for name in (entry.name, *entry.arguments, *entry.results):
         if identifier(name) != name:
             raise InputError(f"{entry.name}: found the name {name!r}, expected a free name of C")
@@ -127,7 +127,7 @@ def _lowered(entry: Entry, structs: Structs, lowering: Lowering) -> _Root:
 
 
 def _scalars(name: str, content: Leaf | Struct | None, is_set: bool, tree: Any) -> list[Scalars]:
-    """Texts of C for the leaves of an argument, in JAX's order."""
+    """C expressions for the leaves of an argument, in JAX's order."""
     empty = [np.empty(leaf.shape, dtype=object) for leaf in jax.tree.leaves(tree)]
     if content is None:
         return empty
@@ -137,7 +137,7 @@ def _scalars(name: str, content: Leaf | Struct | None, is_set: bool, tree: Any) 
 
 
 def _inner(function: Function, dialect: Dialect, reserved: set[str], helpers: set[str]) -> str:
-    """Text of a function that the module keeps to itself."""
+    """C text of an internal function of the module."""
     writer = Writer(dialect, reserved)
     stops = may_stop_early(function)
     parameters = [
@@ -169,7 +169,7 @@ def _out(result: Operand) -> str:
 
 
 def _entry(root: _Root, dialect: Dialect, reserved: set[str], helpers: set[str]) -> str:
-    """Text of a function that others call."""
+    """C text of an entry point."""
     names = {port.name for port in root.ports}
     writer = Writer(dialect, reserved | names)
     stops = may_stop_early(root.function)
@@ -185,7 +185,7 @@ def _entry(root: _Root, dialect: Dialect, reserved: set[str], helpers: set[str])
         writer.line(text)
     lines += ["", *writer.taken_lines()]
     read = re.sub(r"/\*.*?\*/", "", "\n".join(lines), flags=re.DOTALL)
-    # not the member of another argument that has the same name
+    # ignore a member of another argument with the same name
     unread = [p.name for p in root.ports if not re.search(rf"(?<![.>])\b{p.name}\b", read)]
     lines += [f"    (void){name};" for name in unread]
     lines.append("    return status;" if stops else "    return 0;")

@@ -1,4 +1,4 @@
-"""C expressions for operations, with the fewest brackets."""
+"""C expressions for operations, with brackets only where they are needed."""
 
 import math
 import re
@@ -13,20 +13,22 @@ FLOAT_LARGEST = 3.4028234663852886e38
 
 @dataclass(frozen=True)
 class Text:
-    """An expression and how strongly it holds together, from `CHOICE` to `WORD`."""
+    """Expression and its operator precedence, from `CHOICE` (lowest) to `WORD` (highest)."""
 
     text: str
     strength: int
 
     def beside(self, own: int = 8) -> str:
-        """The text, in brackets unless it is a word, a signed one or of the operation's own kind.
+        """Expression as an operand, in brackets if needed.
 
-        No reader and no coding rule then needs the order in which C takes operators.
+        A word, a signed word and an operation of the same precedence as its reader need no
+        brackets. All others get brackets, so that neither readers nor coding rules depend on C's
+        precedence.
         """
         return self.text if self.strength >= UNARY or self.strength == own else f"({self.text})"
 
     def word(self) -> str:
-        """The text, in brackets unless it is a word."""
+        """Expression, in brackets unless it is a single word."""
         return self.text if self.strength == WORD else f"({self.text})"
 
 
@@ -43,7 +45,7 @@ _BINARY = (
 )
 _SIGNS = {"neg": "-", "not": "!", "bits_not": "~"}
 OF_INTEGERS = {name: f"bits_{name}" for name in ("and", "or", "xor", "not")}
-"""Operation -> what it is called on whole numbers, bit by bit."""
+"""Operation on logical values -> bitwise operation on integers."""
 HELPERS = {
     "max": (
         "largest",
@@ -107,8 +109,8 @@ HELPERS = {
         "    return ((by < 0) || (by > 63)) ? 0 : (int64_t)((uint64_t)a >> by);\n}}\n",
     ),
 }
-"""Operation -> name and text of a function that the file has where it is used. NaN stays NaN; whole
-numbers are divided, and made of real ones, as by XLA: nothing is undefined."""
+"""Operation -> name and text of a helper function, which is emitted if it is used. NaN propagates.
+Integer division and conversion from real numbers follow XLA and have no undefined behaviour."""
 
 
 @dataclass(frozen=True)
@@ -116,13 +118,13 @@ class Dialect:
     """C with one type for real numbers.
 
     Attributes:
-        real: "double" or "float".
+        real: Type of real numbers, "double" or "float".
     """
 
     real: str = "double"
 
     def helper(self, operation: str) -> str:
-        """Text of the function that stands for an operation."""
+        """C text of the function that implements an operation."""
         values = {"zero": 0.0, "one": 1.0, "limit": 2.0**63}
         texts = {name: self.number(Number("real", value)).text for name, value in values.items()}
         texts |= {"bits": "uint64_t", "exponent": "UINT64_C(0x7ff0000000000000)"}
@@ -131,15 +133,15 @@ class Dialect:
         return HELPERS[operation][1].format(t=self.real, **texts)
 
     def type_of(self, kind: Kind) -> str:
-        """Type of C for a kind of number."""
+        """C type for a kind of number."""
         return {"real": self.real, "integer": "int64_t", "logical": "bool"}[kind]
 
     def number(self, number: Number) -> Text:
-        """A constant."""
+        """Constant as an expression."""
         value = number.value
         if number.kind == "logical":
             return Text("true" if value else "false", WORD)
-        if number.kind == "integer" and value == -(2**63):  # C has no literal for it
+        if number.kind == "integer" and value == -(2**63):  # C has no such literal
             return Text("INT64_MIN", WORD)
         if number.kind == "integer":
             return Text(str(value), WORD if value >= 0 else UNARY)
@@ -153,16 +155,16 @@ class Dialect:
         return Text(f"-{text}", UNARY) if math.copysign(1.0, value) < 0 else Text(text, WORD)
 
     def operation(self, name: str, operands: Sequence[Text]) -> Text:
-        """An operation on expressions."""
+        """Operation on expressions."""
         for table, strength in _BINARY:
             if name in table:
                 left, right = operands
-                # tests are not chained
+                # comparisons are not chained
                 first = left.beside(WORD if strength == TEST else strength)
                 return Text(f"{first} {table[name]} {right.beside()}", strength)
         if name == "select":
             test, yes, no = (operand.beside() for operand in operands)
-            # plain numbers are of type int, which the other one may not be
+            # literals have type int, which the other operand may not have
             yes, no = (re.sub(r"^-?\d+$", r"INT64_C(\g<0>)", text) for text in (yes, no))
             return Text(f"{test} ? {yes} : {no}", CHOICE)
         if name in _SIGNS:

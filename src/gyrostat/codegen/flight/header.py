@@ -14,14 +14,14 @@ from gyrostat.codegen.flight.write import WIDTH
 
 
 def declaration(content: Leaf | Struct, name: str, dialect: Dialect) -> str:
-    """Declaration of a variable, without a semicolon."""
+    """C declaration of a variable, without a semicolon."""
     if isinstance(content, Struct):
         return f"{content.name} {name}"
     return dialect.type_of(content.kind) + f" {name}" + "".join(f"[{n}]" for n in content.shape)
 
 
 def prototype(entry: str, ports: Sequence[Port], dialect: Dialect) -> str:
-    """How an entry is declared."""
+    """C prototype of an entry point."""
     parameters = []
     for port in ports:
         by_value = isinstance(port.content, Leaf) and not (port.content.shape or port.set)
@@ -32,7 +32,7 @@ def prototype(entry: str, ports: Sequence[Port], dialect: Dialect) -> str:
 
 
 def wrapped(text: str) -> str:
-    """Lines of C that are not too long."""
+    """Wrap lines of C that are too long."""
     return "\n".join(textwrap.wrap(text, WIDTH, subsequent_indent="    "))
 
 
@@ -43,14 +43,14 @@ def header(
     entries: Sequence[tuple[Entry, Sequence[Port]]],
     dialect: Dialect,
 ) -> str:
-    """Text of a header.
+    """Text of the header file.
 
     Args:
-        name: of the module.
-        structs: all, each after those that it holds.
-        enums: Name -> enumeration that members of structs take their values from.
-        entries: with their arguments in C.
-        dialect: type of real numbers.
+        name: Name of the module.
+        structs: Structs, each after those that it contains.
+        enums: Name -> enumeration used for values of struct members.
+        entries: Entry points with their arguments in C.
+        dialect: Type of real numbers.
     """
     guard = f"GYROSTAT_{name.upper()}_H"
     lines = [
@@ -82,7 +82,7 @@ def header(
 
 
 def _enum(name: str, enum: type[IntEnum]) -> list[str]:
-    """An enumeration, its constants named NAME_MEMBER."""
+    """C text of an enumeration, with constants named NAME_MEMBER."""
     meanings = documented(enum)
     first = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).upper()
     meaning = (inspect.getdoc(enum) or "").partition("\n")[0]

@@ -32,11 +32,11 @@ FUNCTIONS = frozenset(
         *("status", "main", "printf", "memcpy"),
     }
 )
-"""Names that the emitted code uses itself, so that no variable may take them."""
+"""Names reserved by the emitted code, not available for variables."""
 
 
 def identifier(name: str) -> str:
-    """A name of C: Python's own, but for a word of the language, which gets an underscore."""
+    """C identifier of a Python name; a reserved word of C gets an underscore."""
     made = re.sub(r"[^0-9A-Za-z_]+", "_", name)
     if not made or made[0].isdigit():
         made = f"item_{made}"
@@ -44,7 +44,7 @@ def identifier(name: str) -> str:
 
 
 def free_name(wanted: str, taken: set[str]) -> str:
-    """The name, or with the first number behind it that makes it new."""
+    """Unused name: the wanted one, or that with the smallest number that makes it unique."""
     name, number = wanted, 2
     while name in taken:
         name, number = f"{wanted}_{number}", number + 1
@@ -52,7 +52,7 @@ def free_name(wanted: str, taken: set[str]) -> str:
 
 
 def comment(text: str) -> str:
-    """A text that cannot end a comment of C, begin one or continue its line."""
-    for pair in ("*/", "/*", "??"):  # two question marks begin a trigraph
+    """Text made safe for a comment in C: it cannot end or begin a comment or continue its line."""
+    for pair in ("*/", "/*", "??"):  # ?? begins a trigraph
         text = text.replace(pair, f"{pair[0]} {pair[1]}")
     return text.replace("\\", "/").strip()

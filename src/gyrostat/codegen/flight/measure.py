@@ -1,4 +1,4 @@
-"""Code size, stack use and single-precision error of emitted C, as compiled here."""
+"""Code size, stack use and single-precision error of emitted C, from the local compiler."""
 
 import re
 import shutil
@@ -10,19 +10,20 @@ from pathlib import Path
 from gyrostat.codegen.simd import compiler, run_compiler
 
 FLAGS = "-std=c99 -ffp-contract=off"
-"""Without which the results may differ from Python's in their last digits."""
+"""Flags without which results may differ from Python in the last digits."""
 OPTIMISATION = "-Os"
 
 
 @dataclass(frozen=True)
 class Compiled:
-    """What a compiler made.
+    """Measurements of a compiled module.
 
     Attributes:
-        compiler: its first line about itself.
-        code: bytes of instructions and constants; None where `size` is not there to tell.
-        stack: function -> bytes of its own stack; empty where the compiler does not tell.
-        errors: output -> largest error of the test run over the output's largest value.
+        compiler: First line of the compiler's version text.
+        code: Size of instructions and constants, bytes; None if the tool `size` is missing.
+        stack: Function -> size of its own stack frame, bytes; empty if the compiler does not
+            report it.
+        errors: Output -> largest error in the test run, relative to the output's largest value.
     """
 
     compiler: str
@@ -32,14 +33,14 @@ class Compiled:
 
 
 def measure(files: Mapping[str, str], name: str) -> Compiled | None:
-    """Compile a module and run its test program, in a folder that goes away.
+    """Compile a module and run its test program, in a temporary folder.
 
     Args:
-        files: name -> text.
-        name: of the module.
+        files: File name -> text.
+        name: Name of the module.
 
     Returns:
-        None where there is no compiler, or it refuses.
+        The measurements; None if there is no compiler or it fails.
     """
     program = compiler()
     if program is None:
@@ -58,7 +59,7 @@ def measure(files: Mapping[str, str], name: str) -> Compiled | None:
             return None
         if run(*program, *flags, f"{name}.o", f"{name}_test.c", "-lm", "-o", "test") is None:
             return None
-        # it ends with 1 where an output is not as in Python: its numbers are wanted all the same
+        # exit status 1 means that an output differs from Python: its numbers are still used
         told = run_compiler([str(Path(folder) / "test"), "errors"]).stdout
         lines = (line.rpartition(" ") for line in told.splitlines())
         sizes = run("size", "-A", f"{name}.o") if shutil.which("size") else None
@@ -73,6 +74,6 @@ def measure(files: Mapping[str, str], name: str) -> Compiled | None:
 
 
 def _stack(text: str) -> dict[str, int]:
-    """Function -> bytes, from what the compiler wrote."""
+    """Function -> stack use in bytes, from the compiler's report."""
     found = (re.match(r"\S+:(\w+)\S*\t(\d+)\t", line) for line in text.splitlines())
     return {match[1]: int(match[2]) for match in found if match}

@@ -12,13 +12,14 @@ Precision = Literal["double", "float"]
 
 @dataclass(frozen=True)
 class Entry:
-    """A function that other C code calls.
+    """Function that other C code can call.
 
     Attributes:
-        name: in C.
-        function: of trees of numbers, without side effects.
-        arguments: name in C -> an example; the first ones in order are those of `function`.
-        results: names of what it returns. A result with the name of an argument takes its place.
+        name: Name in C.
+        function: Function of trees of numbers, without side effects.
+        arguments: Name in C -> example value. The first ones, in order, are the arguments of
+            `function`.
+        results: Names of the results. A result with the name of an argument overwrites it.
     """
 
     name: str
@@ -29,13 +30,13 @@ class Entry:
 
 @dataclass(frozen=True)
 class Port:
-    """An argument of an entry in C.
+    """Argument of an entry in C.
 
     Attributes:
-        name: in C.
-        content: a struct is passed by its address, a number by value, or by address to be set.
-        given: whether C reads it.
-        set: whether C writes it.
+        name: Name in C.
+        content: Type. A struct is passed by address, a number by value, or by address if C sets it.
+        given: Whether C reads it.
+        set: Whether C writes it.
     """
 
     name: str
@@ -46,15 +47,15 @@ class Port:
 
 @dataclass(frozen=True)
 class Module:
-    """Emitted C.
+    """Emitted C module.
 
     Attributes:
-        name: of the files.
-        header: text of NAME.h.
-        source: text of NAME.c.
-        structs: all, each after those that it holds.
-        ports: entry -> its arguments in C.
-        functions: the program, for `effort`; the entries come last.
+        name: Base name of the files.
+        header: Text of NAME.h.
+        source: Text of NAME.c.
+        structs: Structs, each after those that it contains.
+        ports: Entry -> its arguments in C.
+        functions: Functions of the program, for the operation count; the entries come last.
     """
 
     name: str
@@ -66,17 +67,17 @@ class Module:
 
 
 def by_address(port: Port) -> bool:
-    """Whether an argument is passed by its address: a struct, and a number that C sets."""
+    """Whether an argument is passed by address: a struct, or a number that C sets."""
     return isinstance(port.content, Struct) or (not port.content.shape and port.set)
 
 
 def call(module: Module, entry: str, place: str = "") -> str:
-    """A call of an entry, each argument of a variable of its name, as an expression.
+    """C expression that calls an entry, with variables named after its arguments.
 
     Args:
-        module: Of the entry.
-        entry: Its name.
-        place: How C gets to the variables, "values->" for members of a struct.
+        module: Module with the entry.
+        entry: Name of the entry.
+        place: Prefix of the variables, such as "values->" for members of a struct.
     """
     given = (f"{'&' if by_address(p) else ''}{place}{p.name}" for p in module.ports[entry])
     return f"{entry}({', '.join(given)})"

@@ -1,4 +1,4 @@
-"""Results of an entry on their way to the places that its caller gave."""
+"""Assignments of an entry's results to the caller's variables."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,19 +8,19 @@ from gyrostat.codegen.flight.expressions import Text
 from gyrostat.codegen.program import Assign, Block, Branch, Name, Operand, Table, statements
 
 Move = tuple[str, str, str]
-"""Place of C, the text of its new value, and the type of C."""
+"""C variable, expression of its new value, and its C type."""
 
 
 def moves(wanted: Iterable[Move], free: Callable[[str], str]) -> list[str]:
-    """Assignments as if all were made at once.
+    """Assignments equivalent to one simultaneous assignment.
 
     Args:
-        wanted: Places and their values.
-        free: Gives a name of C that is not taken.
+        wanted: Destinations and their values.
+        free: Function that gives an unused C name.
 
     Returns:
-        Lines: copies of what would be read after it has been set, then the assignments. A place
-        that keeps its value gets none.
+        Lines of C: copies of values that would be overwritten before they are read, then the
+        assignments. A destination that keeps its value gets none.
     """
     changed = [move for move in wanted if move[0] != move[1]]
     set_places = {place for place, _, _ in changed}
@@ -37,14 +37,14 @@ def moves(wanted: Iterable[Move], free: Callable[[str], str]) -> list[str]:
 
 @dataclass(frozen=True)
 class LastBranch:
-    """A branch whose blocks set the places of an entry's results themselves.
+    """Final branch of an entry, the blocks of which assign the entry's results directly.
 
-    That spares a variable for each. The targets of the branch are nothing but results.
+    This saves a local variable for each result. All targets of the branch are results.
 
     Attributes:
-        branch: The last one of the entry's body.
-        places: Target -> its places.
-        read: Operands that are read after it.
+        branch: Last branch of the entry's body.
+        places: Target -> its destinations.
+        read: Operands that are read after the branch.
     """
 
     branch: Branch
@@ -52,7 +52,7 @@ class LastBranch:
     read: tuple[Operand, ...]
 
     def safe(self, texts: Mapping[Name | Table, Text]) -> bool:
-        """Whether nothing that is read later has a text that reads from an argument."""
+        """Whether no operand that is read later has an expression that reads an argument."""
         return not any(
             isinstance(o, Name) and (o.fixed or (o in texts and "->" in texts[o].text))
             for o in self.read
@@ -64,12 +64,12 @@ def last_branch(
     results: Sequence[Operand],
     places: Sequence[str],
 ) -> LastBranch | None:
-    """The last branch of an entry, if its blocks may set the results; None otherwise.
+    """Last branch of an entry, if its blocks may assign the results; None otherwise.
 
     Args:
-        body: Of the entry.
-        results: Of the entry.
-        places: For each of them.
+        body: Body of the entry.
+        results: Results of the entry.
+        places: Destination of each result.
     """
     number = max((k for k, each in enumerate(body) if isinstance(each, Branch)), default=None)
     if number is None:

@@ -20,11 +20,12 @@ _FREE = ("element", "to_real", "to_integer")
 
 
 def operations(function: Function, *, one_pass: bool = False) -> Counter[str]:
-    """Operations of one call by class.
+    """Operation count of one call, by class.
 
     Args:
-        function: of an emitted module.
-        one_pass: whether a loop that may end early is counted once, else with all its passes.
+        function: Function of an emitted module.
+        one_pass: Whether a loop that may end early is counted as one pass; otherwise with all its
+            passes.
     """
     return _of(function.body, one_pass)
 
@@ -43,7 +44,7 @@ def _of(block: Block, one_pass: bool) -> Counter[str]:
             case Branch(blocks=blocks):
                 most: Counter[str] = Counter()
                 for inner in blocks:
-                    most |= _of(inner, one_pass)  # the larger number of each class
+                    most |= _of(inner, one_pass)  # largest count of each class
                 total += most
             case Call(function=function):
                 total += _of(function.body, one_pass)

@@ -21,7 +21,7 @@ from gyrostat.core.units import SI_UNIT
 
 @dataclass(frozen=True)
 class Leaf:
-    """A number or an array of numbers."""
+    """Number or array of numbers."""
 
     kind: Kind
     shape: tuple[int, ...]
@@ -29,12 +29,12 @@ class Leaf:
 
 @dataclass(frozen=True)
 class Member:
-    """A field of a struct.
+    """Field of a struct.
 
     Attributes:
-        name: in C.
-        content: what it holds.
-        meaning: in Python's words, with its unit; "" where nothing is said.
+        name: Name in C.
+        content: Type of the field.
+        meaning: Description from the Python docstring, with the unit; "" if there is none.
     """
 
     name: str
@@ -44,7 +44,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Struct:
-    """A struct, named after the Python class."""
+    """Struct named after the Python class."""
 
     name: str
     members: tuple[Member, ...]
@@ -52,11 +52,11 @@ class Struct:
 
 
 class Structs:
-    """The structs of a set of functions, in the order in which C must see them.
+    """Structs of a set of functions, in the order in which C must see them.
 
     Attributes:
-        every: The structs.
-        enums: Name -> enumeration that a member of a struct takes its values from.
+        every: Structs.
+        enums: Name -> enumeration used for values of struct members.
     """
 
     def __init__(self) -> None:
@@ -64,14 +64,14 @@ class Structs:
         self.enums: dict[str, type[IntEnum]] = {}
 
     def of(self, tree: Any, name: str) -> Leaf | Struct | None:
-        """The content of a tree; None where there is no number in it.
+        """C type of a tree; None if it contains no numbers.
 
         Args:
-            tree: of equinox modules, named tuples, tuples, lists, dicts and numbers.
-            name: of the struct where its class has none, as a tuple has not.
+            tree: Tree of equinox modules, named tuples, tuples, lists, dicts and numbers.
+            name: Name of the struct if its class has none, as for a tuple.
 
         Raises:
-            InputError: something else is in it.
+            InputError: The tree contains anything else.
         """
         if not any(np.size(leaf) for leaf in jax.tree.leaves(tree)):
             return None
@@ -103,12 +103,12 @@ class Structs:
 
 
 def scalars(content: Leaf | Struct, path: str, pointer: bool = True) -> list[Scalars]:
-    """Texts of C for the numbers of a content, one array for each leaf, in JAX's order.
+    """C expressions for the numbers of a type, one array for each leaf, in JAX's order.
 
     Args:
-        content: as `Structs.of` gives it.
-        path: how C gets there.
-        pointer: whether `path` is a pointer to a struct.
+        content: Type, as returned by `Structs.of`.
+        path: C expression for the variable.
+        pointer: Whether `path` is a pointer to a struct.
     """
     if isinstance(content, Leaf):
         made = np.empty(content.shape, dtype=object)
@@ -129,7 +129,7 @@ def _is_node(tree: Any) -> bool:
 
 
 def _fields(tree: Any) -> list[tuple[str, Any, Any]]:
-    """Name, value and metadata of everything that JAX looks into, in its order."""
+    """Name, value and metadata of each field that JAX flattens, in its order."""
     if isinstance(tree, dict):
         return [(str(key), tree[key], {}) for key in sorted(tree)]
     if hasattr(tree, "_fields"):
@@ -156,7 +156,7 @@ def _leaf(tree: Any, name: str) -> Leaf:
 
 
 def _compiled_in(tree: Any) -> str:
-    """What is no number of the struct but part of the program."""
+    """Sentence that lists the static fields, which are compiled in and not struct members."""
     fixed = [
         f"{f.name} = {getattr(tree, f.name)!r}"
         for f in (dataclasses.fields(tree) if dataclasses.is_dataclass(tree) else ())
@@ -167,7 +167,7 @@ def _compiled_in(tree: Any) -> str:
 
 
 def documented(kind: type) -> dict[str, str]:
-    """Field -> what the docstring of a class says about it under Attributes."""
+    """Field -> its description in the Attributes section of a class's docstring."""
     found: dict[str, str] = {}
     _, _, text = (inspect.getdoc(kind) or "").partition("Attributes:\n")
     name = ""

@@ -1,4 +1,4 @@
-"""Write the C text of a program of scalars."""
+"""Write a program of scalars as C."""
 
 import textwrap
 from collections import Counter
@@ -28,21 +28,21 @@ from gyrostat.codegen.source import NOWHERE, Source
 
 WIDTH = 100
 LONGEST = 70
-"""Letters of an expression that another may take in."""
+"""Largest length of an expression that may be inlined in another."""
 
 
 def _takes_in(reader: Statement, statement: Assign, made: Text) -> bool:
-    """Whether a statement may hold the expression of another in place of its name."""
+    """Whether a statement may contain the expression of another instead of its name."""
     if reader.source != statement.source or len(made.text) > LONGEST:
         return False
-    # what a choice chooses from is read best as names
+    # the alternatives of a conditional expression are most readable as names
     if isinstance(reader, Assign) and reader.operation == "select":
         return made.strength == WORD or reader.operands[0] is statement.target
     return True
 
 
 def may_stop_early(function: Function) -> bool:
-    """Whether a loop in it, or in what it calls, has a test that its bound may end."""
+    """Whether a loop in a function or its callees has a test that its bound may cut short."""
     return any(
         (isinstance(statement, Loop) and statement.goes_on is not None)
         or (isinstance(statement, Call) and may_stop_early(statement.function))
@@ -51,11 +51,11 @@ def may_stop_early(function: Function) -> bool:
 
 
 class Writer:
-    """Writes the body of one function.
+    """Writer for the body of one function.
 
     Attributes:
-        helpers: operations met whose functions the file must have.
-        done: places of an entry that its body sets.
+        helpers: Operations that need a helper function in the file.
+        done: Destinations of an entry's results that its body assigns.
     """
 
     def __init__(self, dialect: Dialect, reserved: set[str]) -> None:
@@ -71,19 +71,19 @@ class Writer:
         self._source: Source = NOWHERE
 
     def name(self, name: Name | Table, hint: str) -> str:
-        """Give a name of C to a scalar or a table."""
+        """Assign a C name to a scalar or a table."""
         place = "".join(f"_{k}" for k in name.place) if isinstance(name, Name) else ""
         self._texts[name] = Text(self.free((hint or "value") + place), WORD)
         return self._texts[name].text
 
     def free(self, hint: str) -> str:
-        """A name of C that is not taken."""
+        """Unused C name."""
         text = free_name(identifier(hint), self._taken)
         self._taken.add(text)
         return text
 
     def text(self, operand: Operand) -> Text:
-        """An operand as an expression."""
+        """C expression of an operand."""
         if isinstance(operand, Number):
             return self._dialect.number(operand)
         if operand.fixed:
@@ -91,7 +91,7 @@ class Writer:
         return self._texts[operand]
 
     def line(self, text: str) -> None:
-        """Add a line of C, wrapped where it is long."""
+        """Add a line of C, wrapped if it is long."""
         indent = "    " * self._depth
         self._lines += textwrap.wrap(
             text,
@@ -103,12 +103,12 @@ class Writer:
         )
 
     def body(self, block: Block, results: list[Operand], places: Sequence[str] = ()) -> list[str]:
-        """The lines of a function's block, whose results other lines will read.
+        """Lines of a function's block, the results of which other lines will read.
 
         Args:
-            block: Of the function.
-            results: Of it.
-            places: Of an entry's results; the lines set those that are `done`.
+            block: Block of the function.
+            results: Results of the function.
+            places: Destinations of an entry's results; those that the lines assign are in `done`.
         """
         self._last = last_branch(block, results, places) if places else None
         self._count(block)
@@ -117,7 +117,7 @@ class Writer:
         return self.taken_lines()
 
     def taken_lines(self) -> list[str]:
-        """The lines that were written since they were last taken."""
+        """Lines written since the last call; clears them."""
         lines, self._lines = self._lines, []
         return lines
 
@@ -132,7 +132,7 @@ class Writer:
             self._uses.update(operand for operand in read if isinstance(operand, Name))
 
     def _block(self, block: Block, results: list[Operand]) -> None:
-        """Write a block; what leaves it by `results` gets a name."""
+        """Write a block; its results get names."""
         readers = {
             operand: statement
             for statement in block
@@ -157,7 +157,7 @@ class Writer:
                 self._statement(statement)
 
     def _hint(self, statement: Assign, following: Block) -> str:
-        """What the Python line names, for its last operation; a part of it for the others."""
+        """Name for a value: that on its Python line for the last operation, a part for others."""
         hint = statement.target.hint or "value"
         for later in following:
             if later.source != statement.source:

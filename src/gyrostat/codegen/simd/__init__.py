@@ -1,6 +1,6 @@
-"""Runs side by side in compiled C: what JAX traces of one run, at the speed of vector instructions.
+"""Batches of runs in compiled C: one run traced by JAX, executed in each SIMD lane.
 
-`gyrostat.codegen.simd.batch` has what compiles and calls; it needs JAX, which this package does not
+`gyrostat.codegen.simd.batch` compiles and calls the code. It needs JAX, which this package does not
 load.
 """
 

@@ -17,33 +17,33 @@ _FOLDED: dict[str, Callable[..., Any]] = {
 
 
 class Known(Protocol):
-    """What a program has computed so far."""
+    """Operations that a program has computed so far."""
 
     def made(self, operand: Operand) -> Assign | None:
-        """The statement that an operand comes from, if one has computed it."""
+        """Statement that computes an operand; None if there is none."""
         ...
 
     def value(self, of: Assign, operation: str, *operands: Operand) -> Operand:
-        """What an operation gives, on behalf of a statement."""
+        """Result of an operation that replaces a statement or a part of it."""
         ...
 
     def is_exact(self, of: Assign) -> bool:
-        """Whether what a statement gives must not move by a rounding."""
+        """Whether the result of a statement must not change by rounding."""
         ...
 
     def reciprocal(self, of: Assign, divisor: Operand) -> Operand | None:
-        """One over a divisor, where that is less work than to divide."""
+        """Reciprocal of a divisor, if a product is cheaper than the division; None otherwise."""
         ...
 
 
 def simpler(known: Known, of: Assign, operation: str, operands: Sequence[Operand]):
-    """A constant, an operand or a simpler operation for one; None where it is simple already.
+    """Constant, operand or simpler operation that replaces an operation; None if there is none.
 
     Args:
-        known: the program so far.
-        of: on behalf of which the operation is computed.
-        operation: name.
-        operands: of it.
+        known: Operations computed so far.
+        of: Statement that contains the operation.
+        operation: Name of the operation.
+        operands: Operands of the operation.
     """
     if all(isinstance(operand, Number) for operand in operands):
         folded = _folded(operation, of.target.kind, operands)
@@ -54,7 +54,7 @@ def simpler(known: Known, of: Assign, operation: str, operands: Sequence[Operand
 
 
 def key(operand: Operand) -> tuple[str, str]:
-    """What tells an operand from others, in an order."""
+    """Sortable key that identifies an operand."""
     if isinstance(operand, Number):
         return (operand.kind, repr(operand.value))
     return ("name", f"{id(operand):x}")
@@ -76,12 +76,12 @@ def _is(operand: Operand, value: int) -> bool:
 
 
 def _is_normal(value: float) -> bool:
-    """Whether a number is neither zero, in lanes, nor endless."""
+    """Whether a number is finite and neither zero nor subnormal, which SIMD lanes take as zero."""
     return sys.float_info.min <= abs(value) < math.inf
 
 
 def _negated(known: Known, operand: Operand) -> Operand | None:
-    """What an operand is the negative of."""
+    """Operand x if the given operand is -x; None otherwise."""
     made = known.made(operand)
     return made.operands[0] if made is not None and made.operation == "neg" else None
 
@@ -124,7 +124,7 @@ def _mul(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
             return known.value(of, "neg", known.value(of, "mul", negated, other))
         made = known.made(other)
         if kind == "real" and isinstance(one, Number) and made and made.operation == "mul":
-            inner, rest = made.operands  # where a constant comes first
+            inner, rest = made.operands  # a constant operand comes first
             if isinstance(inner, Number) and not known.is_exact(of):
                 both = inner.value * one.value
                 if _is_normal(both):
@@ -181,7 +181,7 @@ def _min(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
 
 
 def _beside(a: Operand, b: Operand, value: float) -> Operand | None:
-    """What stands beside a constant."""
+    """Other operand if one of the two is the constant `value`; None otherwise."""
     return next((other for one, other in ((a, b), (b, a)) if one == Number("real", value)), None)
 
 

@@ -24,11 +24,11 @@ Words = NDArray[np.uint64]
 
 @dataclass(frozen=True)
 class Lanes:
-    """A compiled function, for as many runs as are given.
+    """Compiled function that computes any number of runs.
 
     Attributes:
-        text: of its C module.
-        width: lanes that are carried together.
+        text: Text of its C module.
+        width: Number of SIMD lanes.
     """
 
     text: str
@@ -44,16 +44,17 @@ class Lanes:
         """Compute all runs.
 
         Args:
-            arguments: as those of the function; what a run has of its own has a leading axis.
-            asked: runs whose rows on demand are wanted.
-            threads: that share the work.
+            arguments: Arguments of the function; those that differ between runs have a leading
+                axis.
+            asked: Runs for which the rows on demand are returned.
+            threads: Number of threads.
 
         Returns:
-            The results with a leading axis of runs; in rows on demand, of the runs asked for.
+            The results with a leading axis of runs; rows on demand only for the runs in `asked`.
 
         Raises:
-            InputError: arguments of other shapes or types than it was compiled for, of several
-                numbers of runs, or a run asked for that is none of them.
+            InputError: The arguments have other shapes or types than those compiled for, or
+                different numbers of runs; or a run in `asked` does not exist.
         """
         leaves = jax.tree.leaves(arguments)
         split: tuple[list[Words], list[Words]] = ([], [])
@@ -68,7 +69,7 @@ class Lanes:
         groups = -(-runs // self.width)
         shared = np.concatenate([np.zeros(0, np.uint64), *(word.ravel() for word in split[False])])
         own = np.concatenate([w.reshape(runs, int(np.prod(w.shape[1:]))) for w in split[True]], 1)
-        # lanes without a run fly the last one again
+        # unused lanes repeat the last run
         own = own[np.minimum(np.arange(groups * self.width), runs - 1)]
         own = own.reshape(groups, self.width, own.shape[1]).swapaxes(1, 2).copy()
         wanted = sorted({run // self.width for run in asked})
@@ -96,7 +97,7 @@ class Lanes:
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a result lies among a run's words of some memory."""
+    """Position of a result in one of the output buffers of a run."""
 
     memory: str
     start: int
@@ -116,19 +117,20 @@ def lanes(
     on_demand: Any = False,
     more_flags: tuple[str, ...] = (),
 ) -> Lanes:
-    """Compile a function of one run for many.
+    """Compile a function of one run for many runs.
 
     Args:
-        function: of trees of arrays, to a tree of arrays; for `jax.jit` too.
-        own: for each argument whether each run has one of its own, with a leading axis.
-        arguments: examples, for shapes alone.
-        on_demand: a tree, or the beginning of one, as the function returns: whether the rows of a
-            scan of more than `wide.LONGEST` passes are given for the runs that are asked for alone.
-        more_flags: for the compiler.
+        function: Function of trees of arrays that returns a tree of arrays; also accepted by
+            `jax.jit`.
+        own: For each argument, whether it differs between runs and has a leading axis.
+        arguments: Example arguments; only their shapes and types are used.
+        on_demand: Tree, or prefix of a tree, of the results: whether the rows of a scan of more
+            than `batch_scope.LONGEST` passes are returned only for the runs asked for.
+        more_flags: Further flags for the compiler.
 
     Raises:
-        InputError: there is no compiler, or the function has something that lanes do not know; the
-            message names the line of Python.
+        InputError: There is no compiler, or the function contains an operation that SIMD code does
+            not support; the message names the line of Python.
     """
     flags = [bool(o) for o, tree in zip(own, arguments, strict=True) for _ in jax.tree.leaves(tree)]
     single = [
@@ -203,7 +205,7 @@ def _named(shape: Any) -> NDArray[Any]:
 
 
 def _words(leaf: Any, shape: tuple[int, ...], dtype: Any, *, own: bool) -> Words:
-    """Numbers as words of 64 bits: a logical one as a mask, the two words of a key as one."""
+    """Numbers as 64-bit words: logical values as masks, the two words of a random key as one."""
     found = leaf if hasattr(leaf, "dtype") else np.asarray(leaf)
     key = jnp.issubdtype(found.dtype, jax.dtypes.prng_key)
     fits = found.dtype == dtype or not (key or np.bool_ in (found.dtype, dtype))

@@ -13,20 +13,20 @@ from gyrostat.core.jax64 import jax, jnp
 
 LARGEST = 4096
 LONGEST = 64
-"""Passes of a scan whose rows are scalars of the program."""
+"""Largest number of passes of a scan whose rows are scalars of the program."""
 NARROW = {np.dtype(np.uint32): "to_word", np.dtype(np.int32): "to_half"}
-"""What keeps numbers of 32 bits within them."""
+"""Operations that keep 32-bit numbers within their range."""
 
 
 def batch_kind(dtype: Any) -> Kind | None:
-    """The kind of number of an array type; a random key of Threefry is 64 bits."""
+    """Kind of number of an array type; a random key of Threefry is 64 bits."""
     if dtype in (np.uint32, np.uint64) or str(dtype) == "key<fry>":
         return "bits"
     return kind_of(dtype)
 
 
 def numbers(array: Any) -> NDArray[Any]:
-    """An array of numbers; of a random key's two words one of 64 bits."""
+    """Array of numbers; the two words of a random key become one of 64 bits."""
     if jnp.issubdtype(getattr(array, "dtype", np.float64), jax.dtypes.prng_key):
         pair = np.asarray(jax.random.key_data(array)).astype(np.uint64)
         return (pair[..., 0] << np.uint64(32)) | pair[..., 1]
@@ -34,9 +34,9 @@ def numbers(array: Any) -> NDArray[Any]:
 
 
 def _drawn(build: Builder, keys: Scalars) -> Scalars:
-    """Words of a key's stream, one for each element: 64 bits, or a key.
+    """Words of a key's random stream, one for each element: 64 bits, or a new key.
 
-    Threefry-2x32 of the element's number, as JAX draws with `jax_threefry_partitionable`.
+    Threefry-2x32 of the element's index, as JAX draws with `jax_threefry_partitionable`.
     """
     if (
         build.params.get("bit_width", 64) != 64
@@ -52,7 +52,7 @@ def _drawn(build: Builder, keys: Scalars) -> Scalars:
 
 
 def _seeded(build: Builder, seed: Scalars) -> Scalars:
-    """The key of a seed: its 64 bits."""
+    """Key of a seed: the 64 bits of the seed."""
     size = 8 * build.equation.invars[0].aval.dtype.itemsize
     if all(isinstance(operand, Number) for operand in seed.flat):
         return one_by_one(seed.shape, lambda s: Number("bits", int(s.value) % 2**size), seed)
@@ -74,7 +74,7 @@ BATCH = Scope(
         "bitcast_convert_type": _bitcast,
         "erf_inv": lambda build, array: build.apply("erf_inv", array),
         "random_bits": _drawn,
-        # the key of number n is word n of the stream
+        # key n is word n of the stream
         "random_fold_in": lambda build, *given: build.apply("threefry", *given),
         "random_seed": _seeded,
         "random_split": _drawn,
@@ -86,4 +86,4 @@ BATCH = Scope(
     narrow=NARROW,
     longest=LONGEST,
 )
-"""The scope of a campaign."""
+"""Scope of batches."""

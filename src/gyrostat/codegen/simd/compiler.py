@@ -1,4 +1,4 @@
-"""The user's C compiler and a cache of compiled libraries."""
+"""C compiler of the machine, and a cache of compiled libraries."""
 
 import ctypes
 import hashlib
@@ -16,21 +16,21 @@ from subprocess import CompletedProcess
 from gyrostat.core.cache import Cache, private_cache, temporary_cache
 from gyrostat.core.errors import InputError
 
-# One program treats all lanes alike, so a product and a sum may be one instruction; but nothing is
-# taken for finite, and no sum is put in another order.
+# All lanes run the same instructions, so that a product and a sum may be fused into one. Values may
+# be infinite or NaN, and sums are not reordered.
 FLAGS = (
     *("-std=gnu11", "-O2", "-march=native", "-fPIC", "-shared"),
     *("-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-Wno-psabi"),
 )
 FAST = ("-ffast-math",)
-"""More flags, for a benchmark: NaN and infinity are then taken for impossible. Before GCC 13 the
-whole process takes subnormal numbers for 0 once such a library is loaded."""
+"""Further flags for a benchmark: the compiler may then assume that NaN and infinity do not occur.
+With GCC before 13, loading such a library makes the whole process treat subnormal numbers as 0."""
 
 
 def compiler() -> tuple[str, ...] | None:
-    """Words of a command that starts with the C compiler.
+    """Command line that starts with the C compiler; None if there is none.
 
-    What `CC` names, which may have flags, or cc, gcc or clang; None where there is none.
+    The compiler is the one named by `CC`, which may include flags, otherwise cc, gcc or clang.
     """
     named = os.environ.get("CC", "")
     wanted = [(named,), named.split()] if named.split() else [("cc",), ("gcc",), ("clang",)]
@@ -42,10 +42,10 @@ def compiler() -> tuple[str, ...] | None:
 
 
 def required() -> tuple[str, ...]:
-    """See `compiler`.
+    """Command line of the compiler; see `compiler`.
 
     Raises:
-        InputError: there is none.
+        InputError: There is no compiler.
     """
     found = compiler()
     if found is None:
@@ -54,10 +54,10 @@ def required() -> tuple[str, ...]:
 
 
 def compiler_version() -> str:
-    """First line of what the compiler says of itself, and its flags; "none" without one.
+    """First line of the compiler's version text, and its flags; "none" without a compiler.
 
     Raises:
-        InputError: it does not run.
+        InputError: The compiler does not run.
     """
     found = compiler()
     return "none" if found is None else _version(found)
@@ -70,7 +70,7 @@ def _version(command: tuple[str, ...]) -> str:
 
 
 def instructions() -> str:
-    """The vector instructions that code is compiled for."""
+    """Vector instruction set that code is compiled for."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -83,12 +83,12 @@ def instructions() -> str:
 
 
 def header() -> str:
-    """Text of the header that lanes need."""
+    """Text of the header file `lanes.h`."""
     return files("gyrostat.codegen.simd").joinpath("lanes.h").read_text(encoding="utf-8")
 
 
 def library(text: str, more: tuple[str, ...] = ()) -> ctypes.CDLL:
-    """Compile and load a C module, once in a process.
+    """Compile and load a C module, once per process.
 
     Args:
         text: Source of the module.
@@ -107,7 +107,7 @@ _loaded: dict[str, ctypes.CDLL] = {}
 
 
 def compiled(text: str, more: tuple[str, ...] = ()) -> bytes:
-    """Content of the shared library of a C module: from the cache, or compiled and kept there.
+    """Shared library of a C module, as bytes: from the cache, or compiled and added to it.
 
     Args:
         text: Source of the module.
@@ -126,11 +126,11 @@ def compiled(text: str, more: tuple[str, ...] = ()) -> bytes:
 
 
 def run_compiler(command: Sequence[str], folder: Path | None = None) -> CompletedProcess[str]:
-    """Run a command that ends, with all that it has started, when this process ends.
+    """Run a command that is ended, with its child processes, when this process ends.
 
     Args:
         command: Program and arguments.
-        folder: Where it runs, and has its temporary files; None for here and the usual place.
+        folder: Working folder, also for temporary files; None for the current and default ones.
     """
     environment = {**os.environ, **({"TMPDIR": str(folder)} if folder else {})}
     read, write = os.pipe()
@@ -151,7 +151,7 @@ def run_compiler(command: Sequence[str], folder: Path | None = None) -> Complete
         try:
             output, error = process.communicate()
         except BaseException:
-            os.close(write)  # ends the group
+            os.close(write)  # ends the process group
             write = -1
             process.wait()
             raise
@@ -162,8 +162,9 @@ def run_compiler(command: Sequence[str], folder: Path | None = None) -> Complete
     return CompletedProcess(command, process.returncode, output, error)
 
 
-# A compiler starts others, which the death of a parent would not reach. A process group of its own
-# is killed when the pipe closes whose other end this process alone holds.
+# A compiler starts child processes, which survive the death of their parent. They are therefore put
+# in a process group. Only this process holds the write end of a pipe; when it closes, the group is
+# killed.
 _GUARD = (
     'exec 3<&0 </dev/null; (read _ <&3; kill -9 0) >/dev/null 2>&1 & "$@" 3<&-; code=$?; '
     "kill $!; exit $code"
@@ -193,7 +194,7 @@ def _compile(cache: Cache, text: str, command: tuple[str, ...]) -> bytes:
             files = ("-o", "made.so", "program.c", "-lm")
             try:
                 _run([*command, *files, "-fopenmp"], place)
-            except InputError:  # not every compiler has it; then there is one thread
+            except InputError:  # without support in the compiler, one thread is used
                 _run([*command, *files], place)
             return (place / "made.so").read_bytes()
     except OSError as error:
@@ -203,9 +204,9 @@ def _compile(cache: Cache, text: str, command: tuple[str, ...]) -> bytes:
 
 
 def _load(content: bytes, compiler: str) -> ctypes.CDLL:
-    """Load a library from a file written just now, so that it is what was verified.
+    """Load a library from a file just written, so that exactly the verified bytes are loaded.
 
-    The file goes at once; the loaded library stays. The folder of the cache may forbid execution.
+    The file is deleted at once; the library stays loaded. The cache folder may forbid execution.
     """
     reason: OSError | str = "no private folder"
     for find in (private_cache, temporary_cache):

@@ -1,15 +1,15 @@
-/* Numbers of several runs side by side, and the functions that a program of them needs.
+/* SIMD vector types and mathematical functions for programs with one run in each lane.
 
-   A lane is one run. Real numbers, integers and bits are vectors of 64-bit elements; a logical
-   value is a mask: a bit for each lane where the processor has registers of them, else 0 or -1 in
-   each lane. Every function treats every lane alike, whatever the others hold, so that a run's
-   numbers do not depend on its neighbours.
+   Real numbers, integers and bits are vectors of 64-bit elements. A logical value is a mask: one
+   bit for each lane if the processor has mask registers, otherwise 0 or -1 in each lane. The
+   result of a function in one lane does not depend on the values in the other lanes, so that the
+   results of a run do not depend on its neighbours.
 
-   What is too small to be a normal number is zero on x86-64, as it is in XLA.
+   Subnormal numbers are zero on x86-64, as they are in XLA.
 
-   Errors against the exact value over all arguments tried by the tests, in units of the last
-   place: exp 1, expm1 2, tanh 3, log 1, log1p 2, sin and cos 1 (below 8e5; beyond, the library's),
-   atan2, asin and acos 3, erf_inv 1e-15 relative. */
+   Largest errors against the exact value, over all arguments in the tests, in units in the last
+   place: exp 1, expm1 2, tanh 3, log 1, log1p 2, sin and cos 1 (below 8e5; above it, those of the
+   C library), atan2, asin and acos 3. For erf_inv: 1e-15 relative. */
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -26,12 +26,12 @@ typedef double real __attribute__((vector_size(8 * LANES)));
 typedef int64_t integer __attribute__((vector_size(8 * LANES)));
 typedef uint64_t bits __attribute__((vector_size(8 * LANES)));
 typedef uint32_t words __attribute__((vector_size(4 * LANES)));
-/* as above, where memory is not aligned */
+/* the same types for unaligned memory */
 typedef double real_memory __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
 typedef int64_t integer_memory __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
 typedef uint64_t bits_memory __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
 
-/* a number too small to be a normal one would take a hundred times as long */
+/* arithmetic with subnormal numbers would take a hundred times as long */
 #ifdef __SSE2__
 #include <immintrin.h>
 #define WITHOUT_SUBNORMALS(program)                                                               \
@@ -47,7 +47,7 @@ typedef uint64_t bits_memory __attribute__((vector_size(8 * LANES), aligned(8), 
 
 #define FUNCTION static inline __attribute__((unused, always_inline))
 #define SELDOM(test) __builtin_expect(test, 0)
-/* what is long stays a function: a program calls it from hundreds of places */
+/* long functions are not inlined: a program calls them from hundreds of places */
 #define LONG_FUNCTION static __attribute__((unused, noinline))
 
 FUNCTION real all_real(double x) { real r; EACH r[lane] = x; return r; }
@@ -133,7 +133,7 @@ FUNCTION bits select_bits(mask m, bits yes, bits no)
 {
     return (bits)select_integer(m, (integer)yes, (integer)no);
 }
-/* comparisons with one number, and what is not a number */
+/* comparisons with a constant, and the test for NaN */
 #define BELOW(x, number) lt_real(x, all_real(number))
 #define ABOVE(x, number) gt_real(x, all_real(number))
 #define IS(x, number) eq_real(x, all_real(number))
@@ -144,7 +144,7 @@ FUNCTION real real_of_bits(bits x) { return __builtin_convertvector(x, real); }
 FUNCTION real real_of_mask(mask m) { return select_real(m, all_real(1.0), all_real(0.0)); }
 FUNCTION integer integer_of_mask(mask m) { return select_integer(m, all_integer(1), all_integer(0)); }
 FUNCTION mask mask_of_integer(integer x) { return ne_integer(x, all_integer(0)); }
-/* towards zero; NaN becomes 0 and what is too large the largest, as in XLA */
+/* rounds towards zero; NaN becomes 0 and values out of range saturate, as in XLA */
 FUNCTION integer integer_of_real(real x)
 {
     const mask high = ge_real(x, all_real(0x1p63)), low = BELOW(x, -0x1p63);
@@ -157,7 +157,7 @@ FUNCTION int64_t one_integer_of_real(double x)
 {
     return x != x ? 0 : x >= 0x1p63 ? INT64_MAX : x < -0x1p63 ? INT64_MIN : (int64_t)x;
 }
-/* the same from 0 on, beyond 2^63 too */
+/* the same for unsigned results, up to 2^64 */
 FUNCTION bits bits_of_real(real x)
 {
     const mask high = ge_real(x, all_real(0x1p63));
@@ -170,7 +170,7 @@ FUNCTION uint64_t one_bits_of_real(double x)
     return x >= 0x1p63 ? (uint64_t)one_integer_of_real(x - 0x1p63) ^ (1ull << 63)
         : x > 0.0 ? (uint64_t)x : 0;
 }
-/* the 64 bits of a number as those of another kind */
+/* reinterpret the 64 bits of a number as another type */
 #define ONE_AS(type, number)                                                                      \
     ({                                                                                            \
         const __typeof__(number) before = (number);                                               \
@@ -179,11 +179,12 @@ FUNCTION uint64_t one_bits_of_real(double x)
         after;                                                                                    \
     })
 
-/* the bits of a number, moved; from 64 on none is left, as in XLA */
+/* logical shifts; a shift by 64 or more gives 0, as in XLA */
 FUNCTION uint64_t one_shift_left(uint64_t x, uint64_t by) { return by < 64 ? x << by : 0; }
 FUNCTION uint64_t one_shift_right(uint64_t x, uint64_t by) { return by < 64 ? x >> by : 0; }
 
-/* whole numbers divided: towards zero, by 0 all bits and the dividend remain, as in XLA */
+/* integer division, rounded towards zero; division by 0 gives a quotient with all bits set and the
+   dividend as remainder, as in XLA */
 FUNCTION int64_t one_quotient_integer(int64_t a, int64_t b)
 {
     return b == 0 ? -1 : b == -1 ? (int64_t)(0 - (uint64_t)a) : a / b;
@@ -203,7 +204,7 @@ DIVIDED(remainder, integer)
 DIVIDED(quotient, bits)
 DIVIDED(remainder, bits)
 
-/* NaN stays NaN; first beside a number that is none */
+/* minimum and maximum that propagate NaN; first those with a constant that is not NaN */
 #if LANES == 8
 FUNCTION real at_least(double a, real b) { return (real)_mm512_max_pd((__m512d)all_real(a), (__m512d)b); }
 FUNCTION real at_most(double a, real b) { return (real)_mm512_min_pd((__m512d)all_real(a), (__m512d)b); }
@@ -225,7 +226,7 @@ FUNCTION real sign_real(real x)
 FUNCTION double one_sign_real(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : x; }
 FUNCTION real sqrt_real(real x) { real r; EACH r[lane] = sqrt(x[lane]); return r; }
 #if LANES == 8
-/* neither NaN, quiet or not, nor infinite */
+/* neither NaN (quiet or signalling) nor infinite */
 FUNCTION mask finite_real(real x) { return not_mask(_mm512_fpclass_pd_mask((__m512d)x, 0x99)); }
 #define ROUNDED(way) (real)_mm512_roundscale_pd((__m512d)x, (way) | _MM_FROUND_NO_EXC)
 FUNCTION real floor_real(real x) { return ROUNDED(_MM_FROUND_TO_NEG_INF); }
@@ -238,7 +239,7 @@ FUNCTION real ceil_real(real x) { real r; EACH r[lane] = ceil(x[lane]); return r
 FUNCTION real rint_real(real x) { real r; EACH r[lane] = rint(x[lane]); return r; }
 #endif
 
-/* lane by lane through the library: rare in a step */
+/* one lane after the other through the C library: rarely used */
 #define LANE_BY_LANE(name)                                                                        \
     LONG_FUNCTION real name##_real(real x) { real r; EACH r[lane] = name(x[lane]); return r; }
 #define LANE_BY_LANE_2(name)                                                                      \
@@ -263,7 +264,7 @@ LANE_BY_LANE(cbrt)
 LANE_BY_LANE_2(pow)
 LANE_BY_LANE_2(fmod)
 
-/* a whole number below 2^51: added to 1.5 * 2^52, it stands in the last bits */
+/* an integer-valued real below 2^51 as an integer: in 1.5 * 2^52 + number, it is the last bits */
 FUNCTION integer integer_near(real number)
 {
     return (integer)(number + 0x1.8p52) - (integer)all_real(0x1.8p52);
@@ -274,16 +275,16 @@ FUNCTION integer integer_near(real number)
 #else
 #define ALL(x) {x, x, x, x}
 #endif
-/* 1 / n! from 2 on. Weak, so that the compiler takes them from here: it would else make them anew
-   wherever it needs them, and keep them on the stack. */
+/* 1 / n! from n = 2 on. Weak, so that the compiler reads them from memory: otherwise it would
+   rebuild them at each use and keep them on the stack. */
 const real shares[] __attribute__((weak, visibility("hidden"))) = {
     ALL(1.0 / 2.0), ALL(1.0 / 6.0), ALL(1.0 / 24.0), ALL(1.0 / 120.0), ALL(1.0 / 720.0),
     ALL(1.0 / 5040.0), ALL(1.0 / 40320.0), ALL(1.0 / 362880.0), ALL(1.0 / 3628800.0),
     ALL(1.0 / 39916800.0), ALL(1.0 / 479001600.0), ALL(1.0 / 6227020800.0),
 };
 
-/* exp(r) - 1 for |r| <= ln(2)/2, by Taylor's series to r^13 / 13!, its terms in pairs so that few
-   wait for others */
+/* exp(r) - 1 for |r| <= ln(2)/2, by the Taylor series up to r^13 / 13!, with terms in pairs to
+   shorten the chain of dependent operations */
 FUNCTION real expm1_near_zero(real r)
 {
     const real r2 = r * r, r4 = r2 * r2;
@@ -293,7 +294,8 @@ FUNCTION real expm1_near_zero(real r)
     return r + r2 * (low + r4 * (middle + r4 * high));
 }
 
-/* x less a whole number of ln(2), which is in two parts, the first of 32 bits: exact times it */
+/* x - number ln(2); ln(2) is split in two parts, the first of 32 bits so that its product with
+   number is exact */
 FUNCTION real rest_of_ln2(real x, real number)
 {
     return (x - number * 0.6931471803691238) - number * 1.9082149292705877e-10;
@@ -301,7 +303,7 @@ FUNCTION real rest_of_ln2(real x, real number)
 
 FUNCTION real power_of_two(integer k) { return (real)((k + 1023) << 52); }
 
-/* short enough to stand wherever it is called: a call would keep everything else in memory */
+/* short enough to be inlined: a call would spill the registers to memory */
 FUNCTION real exp_real(real x)
 {
     x = at_least(-760.0, at_most(720.0, x));
@@ -310,7 +312,7 @@ FUNCTION real exp_real(real x)
 #if LANES == 8
     return (real)_mm512_scalef_pd((__m512d)p, (__m512d)number);
 #else
-    /* in two steps: a subnormal result is rounded once, an infinite one is reached */
+    /* two factors: a subnormal result is rounded once, and overflow gives infinity */
     const integer k = integer_near(number), half = k >> 1;
     return p * power_of_two(half) * power_of_two(k - half);
 #endif
@@ -359,7 +361,7 @@ LONG_FUNCTION real log_real(real x)
     p = p * z + 2.0 / 7.0;
     p = p * z + 2.0 / 5.0;
     p = p * z + 2.0 / 3.0;
-    /* 2 s = f - s f, so that the rounding of s counts little */
+    /* 2 s = f - s f, which reduces the effect of the rounding of s */
     const real rest = s * (z * p - f);
     real made = number * 0.6931471803691238 + (f + (rest + number * 1.9082149292705877e-10));
     made = select_real(IS(x, INFINITY), x, made);
@@ -385,7 +387,7 @@ FUNCTION real quartered(real x, integer *n)
         - number * 2.0222662487959506e-21;
 }
 
-/* Taylor's series on |r| <= pi/4, to r^17 and r^18 */
+/* Taylor series for |r| <= pi/4, up to r^17 and r^18 */
 FUNCTION real sin_near_zero(real r)
 {
     const real z = r * r;
@@ -409,7 +411,7 @@ FUNCTION real cos_near_zero(real r)
     p = p * z + 1.0 / 40320.0;
     p = p * z - 1.0 / 720.0;
     p = p * z + 1.0 / 24.0;
-    /* 1 - z/2 with what its rounding loses */
+    /* 1 - z/2, compensated for its rounding error */
     const real half = 0.5 * z, near = 1.0 - half;
     return near + (((1.0 - near) - half) + z * z * p);
 }
@@ -438,7 +440,7 @@ LONG_FUNCTION real cos_real(real x)
     return result;
 }
 
-/* atan(q)/q - 1 over q^2 for |q| <= tan(pi/8): interpolated at Chebyshev's points, 5e-18 */
+/* (atan(q)/q - 1)/q^2 for |q| <= tan(pi/8), interpolated at Chebyshev points; error 5e-18 */
 FUNCTION real atan_near_zero(real q)
 {
     const real z = q * q;
@@ -464,7 +466,7 @@ LONG_FUNCTION real atan2_real(real y, real x)
     const mask endless = IS(high, INFINITY), both = and_mask(endless, IS(low, INFINITY));
     low = select_real(both, all_real(1.0), select_real(endless, all_real(0.0), low));
     high = select_real(endless, all_real(1.0), high);
-    /* away from the ends of the range of numbers */
+    /* scale to avoid overflow and underflow */
     const real smaller = select_real(ABOVE(high, 0x1p500), all_real(0x1p-500), all_real(1.0));
     const real scale = select_real(BELOW(high, 0x1p-500), all_real(0x1p500), smaller);
     low *= scale;

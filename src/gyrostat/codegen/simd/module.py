@@ -1,4 +1,4 @@
-"""C module for SIMD lanes from a function of scalars."""
+"""C module for SIMD lanes, from a function of scalars."""
 
 from collections.abc import Sequence
 
@@ -37,15 +37,16 @@ def module(
 ) -> str:
     """Text of the C module of a function.
 
-    Its `fly_all` takes 64-bit words: those that all runs share; `own`, (groups, words, lanes);
-    gives `made`, alike; gives the function's rows, table after table, (groups, size, lanes):
-    those of `every` group; and those of the groups that are `asked` for, whose `place` is from 0.
+    The arguments of its `fly_all` are 64-bit words. Inputs are `shared`, the same for all runs,
+    and `own`, (groups, words, lanes). Outputs are the results `made`, in the layout of `own`, and
+    the function's rows, table after table, (groups, size, lanes): in `every` for all groups, in
+    `asked` only for those groups that have a `place` in it, 0 or above.
 
     Args:
-        function: a root: its results and rows are what is made.
-        shared: its parameters that are the same for all runs.
-        own: its other parameters.
-        on_demand: for each of its rows whether it is given where it is asked for alone.
+        function: Root function, the results and rows of which are computed.
+        shared: Parameters that are the same for all runs.
+        own: Other parameters.
+        on_demand: For each row of the function, whether it is returned only when asked for.
     """
     writer = Writer(made_from(function, own))
     writer.parameters(shared, own)

@@ -1,35 +1,35 @@
-"""C expressions for operations on one number and on one number in each lane."""
+"""C expressions for operations on one number and on a vector with one number in each lane."""
 
 from collections.abc import Sequence
 
 from gyrostat.codegen.program import Kind, Number, Operand
 
 VECTOR = {"real": "real", "integer": "integer", "logical": "mask", "bits": "bits"}
-"""Kind of number -> type of C for one in each lane; a function's name ends with it."""
+"""Kind of number -> C type of a vector of lanes, which is also the suffix of function names."""
 ONE = {"real": "double", "integer": "int64_t", "logical": "bool", "bits": "uint64_t"}
-"""Kind of number -> type of C for one."""
+"""Kind of number -> C type of a single number."""
 
 INFIX = {
     **{"add": "+", "sub": "-", "mul": "*", "div": "/", "shift_left": "<<"},
     **{"and": "&", "or": "|", "xor": "^"},
 }
-"""Operations that C has signs for, on lanes too."""
+"""Operations with a C operator, which also works on lanes."""
 _COMPARED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
 BOUND = {"max": "at_least", "min": "at_most"}
-"""Operations that are simpler beside a constant."""
+"""Operations with a simpler function if one operand is a constant."""
 _OWN_FOR_ONE = frozenset({"max", "min", "sign", "quotient", "remainder"})
 _WITHOUT_LIBRARY = frozenset({"erf_inv", "threefry"})
-"""Functions that C has for lanes only."""
+"""Functions implemented only for lanes."""
 
 
 def number(constant: Number) -> str:
-    """A constant."""
+    """Constant as a C literal."""
     value = constant.value
     if constant.kind == "logical":
         return "true" if value else "false"
     if constant.kind == "bits":
         return f"UINT64_C({int(value)})"
-    if constant.kind == "integer" and value == -(2**63):  # C has no literal for it
+    if constant.kind == "integer" and value == -(2**63):  # C has no such literal
         return "INT64_MIN"
     if constant.kind == "integer":
         return f"INT64_C({int(value)})"
@@ -41,7 +41,7 @@ def number(constant: Number) -> str:
 
 
 def converted(operation: str, kind: Kind, text: str) -> str | None:
-    """A conversion of lanes; None for another operation."""
+    """Type conversion of lanes; None for another operation."""
     target = operation.removeprefix("to_")
     if operation.startswith("as_"):
         return f"({VECTOR[operation[3:]]}){text}"  # pyright: ignore[reportArgumentType]
@@ -61,7 +61,7 @@ def converted(operation: str, kind: Kind, text: str) -> str | None:
 
 
 def on_one(operation: str, operands: Sequence[Operand], texts: list[str]) -> str:
-    """An operation on single numbers."""
+    """Operation on single numbers."""
     kind = operands[0].kind
     if operation in ("shift_left", "shift_right"):
         return f"({ONE[kind]})one_{operation}({', '.join(texts)})"

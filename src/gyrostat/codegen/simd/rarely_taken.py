@@ -1,8 +1,8 @@
-"""Rarely taken branches: values needed by few lanes are computed only when one needs them.
+"""Rarely taken branches: compute values that few lanes need only if a lane needs them.
 
-A select computes both of its sides. Where its test asks whether two real numbers are equal, as a
-wheel's speed and zero, few lanes take the one side: all that leads to it alone becomes a branch,
-which is skipped where no lane takes it.
+A select computes both alternatives. If its test asks whether two real numbers are equal, such as a
+wheel's speed and zero, few lanes take one of them. Everything that only this alternative needs
+becomes a branch, which is skipped if no lane takes it.
 """
 
 from collections.abc import Container, Iterable, Mapping
@@ -24,13 +24,13 @@ from gyrostat.codegen.program import (
 _CHEAP = frozenset({"add", "sub", "mul", "neg", "abs", "max", "min", "sign", "select", "finite"})
 _CHEAP |= frozenset({"lt", "le", "gt", "ge", "eq", "ne", "and", "or", "xor", "not"})
 _DEAR = 10
-"""What another operation costs, in cheap ones."""
+"""Cost of an expensive operation, in cheap operations."""
 _LEAST = 12
-"""Operations that a branch must save to be worth its test."""
+"""Smallest number of operations saved for which a branch is made."""
 
 
 def branch_rarely_taken(function: Function) -> None:
-    """Move into branches, in place, what few lanes need."""
+    """Move rarely needed values into branches, in place."""
     moving = _Moving(function)
     function.body = moving.block(function.body)
 
@@ -42,19 +42,19 @@ class _Moving:
         self._uses, self._results = uses(function), set(function.results)
 
     def block(self, block: Block) -> Block:
-        """A block with branches in it."""
+        """Block with rarely taken branches inserted."""
         for statement in block:
             if isinstance(statement, Loop):
                 statement.body = self.block(statement.body)
             elif isinstance(statement, Branch):
                 statement.blocks = [self.block(inner) for inner in statement.blocks]
-        # the last first: what leads to it may hold others
+        # from last to first: the operands of a select may contain other selects
         for selects in reversed(self._groups(block)):
             block = self._without(block, selects)
         return block
 
     def _groups(self, block: Block) -> list[dict[Name, Assign]]:
-        """Selects with a rarely taken side, those of one operation on arrays together."""
+        """Selects with a rarely taken alternative, grouped by their array operation."""
         found: dict[int, dict[Name, Assign]] = {}
         for statement in block:
             if (
@@ -76,10 +76,10 @@ class _Moving:
         return made.operation == "eq" and made.operands[0].kind == "real"
 
     def _without(self, block: Block, selects: Mapping[Name, Assign]) -> Block:
-        """A block with a branch that computes what only the rarely taken sides of selects need."""
+        """Block with the statements that only rarely taken alternatives need in a branch."""
         places = {s.target: place for place, s in enumerate(block) if isinstance(s, Assign)}
         selects = {target: s for target, s in selects.items() if target in places}
-        if not selects:  # they have moved with another
+        if not selects:  # moved together with another group
             return block
         first = min(places[target] for target in selects)
         sides = dict.fromkeys(s.operands[1] for s in selects.values())
@@ -117,7 +117,7 @@ class _Moving:
         sides: Container[Operand],
         taken: set[Name | Table],
     ) -> bool:
-        """Whether only the rarely taken sides of selects depend on a statement."""
+        """Whether a statement is used only by the rarely taken alternatives of selects."""
         target = statement.target
         users = self._uses.get(target, set())
         if not users or target in self._results or not users <= taken:

@@ -1,10 +1,12 @@
 """Remove redundant arithmetic from a program for SIMD lanes.
 
-What is computed twice is computed once, products with constant zeros and ones go, divisions by
-constants and by what does not change in a loop become products. Results may move by roundings, but
-not where a quotient is made whole, unless a loop has carried it there; comparisons may see them.
-What is multiplied by a constant zero no longer spreads its NaN or infinity, a zero may have another
-sign, and divisors beyond 2^1022 count as infinite.
+Common subexpressions are computed once. Products with constant zeros and ones are removed.
+Divisions by constants and by loop invariants become products.
+
+Results may change by rounding, which comparisons may reflect. A quotient that is then rounded to an
+integer does not change, unless a loop carries it to the rounding. A product with a constant zero no
+longer propagates NaN or infinity, the sign of a zero may change, and divisors beyond 2^1022 count
+as infinite.
 """
 
 from collections import Counter
@@ -36,7 +38,7 @@ _COMMUTATIVE = frozenset({"add", "mul", "and", "or", "xor"})
 
 
 def simplify(function: Function) -> None:
-    """Simplify a function without calls, in place; what it no longer needs is still in it."""
+    """Simplify a function without calls, in place; statements that become unused remain."""
     assigned = [s for s in statements(function.body) if isinstance(s, Assign)]
     divided_by = Counter(s.operands[1] for s in assigned if s.operation == "div")
     values = _Values(divided_by, _exact(function))
@@ -45,21 +47,21 @@ def simplify(function: Function) -> None:
 
 
 def _exact(function: Function) -> set[Name | Table]:
-    """What is made whole: there the last bit of a quotient decides, as in floor(t / step)."""
+    """Values that are rounded to integers: the last bit of a quotient may change floor(t / s)."""
     steps, made_whole = Dependencies([function]).of, []
     for statement in statements(function.body):
         match statement:
             case Assign(target, operation, operands) if operation not in _ARITHMETIC:
                 del steps[target]
                 made_whole += operands if operation in _WHOLE else ()
-            case Loop(carried=carried):  # else all that a loop computes would be exact
+            case Loop(carried=carried):  # otherwise all values of a loop would be exact
                 for each in carried:
                     del steps[each.name]
     return reached(made_whole, steps)
 
 
 class _Scope:
-    """A block under way: what it has computed so far, and whether it is a loop's."""
+    """Block in progress: its results so far, and whether it belongs to a loop."""
 
     def __init__(self, *, loops: bool = False) -> None:
         self.made: Block = []
@@ -77,11 +79,11 @@ class _Values:
         self._filled: dict[Table, tuple[Operand, ...]] = {}
 
     def block(self, block: Block) -> Block:
-        """A block that is no loop's."""
+        """Block that belongs to no loop."""
         return self._blocks([block], [], loops=False)[0]
 
     def _blocks(self, blocks: Sequence[Block], names: Sequence[Name], *, loops: bool):
-        """Blocks of which the later may read what the earlier have made; `names` are new there."""
+        """Blocks in sequence; each may read the results of earlier ones; `names` are new."""
         scope = _Scope(loops=loops)
         self._scopes.append(scope)
         self._depth.update(dict.fromkeys(names, len(self._scopes)))
@@ -95,7 +97,7 @@ class _Values:
         return found
 
     def known_as(self, operands: Sequence[Operand]) -> list[Operand]:
-        """What stands for each operand."""
+        """Operands with each one replaced by an equal value computed earlier."""
         return [self._same.get(o, o) if isinstance(o, Name) else o for o in operands]
 
     def _one(self, operand: Operand) -> Operand:
@@ -154,7 +156,7 @@ class _Values:
         branch.blocks = [self.block(block) for block in branch.blocks]
         branch.values = [self.known_as(values) for values in branch.values]
         for target, *values in zip(branch.targets, *branch.values, strict=True):
-            # what all blocks give and none has made
+            # all blocks give the same value, computed outside the branch
             outside = self._depth.get(values[0], 1) <= len(self._scopes)
             if outside and len({key(value) for value in values}) == 1:
                 self._same[target] = values[0]
@@ -173,7 +175,7 @@ class _Values:
         self._add(assign, assign.target)
 
     def value(self, of: Assign, operation: str, *operands: Operand) -> Operand:
-        """What an operation gives: a constant, something known, or a new name."""
+        """Result of an operation: a constant, a value computed earlier, or a new name."""
         found = simpler(self, of, operation, operands)
         return self._computed(of, operation, operands) if found is None else found
 
@@ -186,7 +188,7 @@ class _Values:
         return self._assigned.get(operand)
 
     def reciprocal(self, of: Assign, divisor: Operand) -> Operand | None:
-        """See `Known.reciprocal`: of what does not change in a loop, or divides more than once."""
+        """See `Known.reciprocal`: for a loop invariant, or a divisor of several divisions."""
         depth = self._depth.get(divisor, 1)
         if any(scope.loops for scope in self._scopes[depth:]):
             scope = self._scopes[depth - 1]
@@ -199,7 +201,7 @@ class _Values:
     def _computed(
         self, of: Assign, operation: str, operands: Sequence[Operand], scope: _Scope | None = None
     ) -> Name:
-        """The name of an operation on operands, computed here or already known."""
+        """Name of an operation's result, computed here or already known."""
         keys = [key(operand) for operand in operands]
         if operation in _COMMUTATIVE:
             keys.sort()
@@ -212,7 +214,7 @@ class _Values:
             if each is scope:
                 break
         scope = scope or self._scopes[-1]
-        # the first to be computed keeps its name
+        # the first result keeps its name
         name = of.target
         if name in self._assigned or operation != of.operation:
             name = Name(of.target.kind, of.target.hint, of.target.group, of.target.place)

@@ -1,7 +1,8 @@
 """Write C in which each scalar of a program is a vector with one run in each lane.
 
-What does not depend on a run stays one number. A branch whose lanes differ does both of its
-blocks and selects; a loop goes on while any lane does and changes only those.
+Values that are the same for all runs remain single numbers. A branch on which the lanes differ
+executes both blocks and selects the results. A loop continues while any lane does, and changes only
+the values of those lanes.
 """
 
 from collections.abc import Sequence
@@ -23,7 +24,7 @@ from gyrostat.codegen.simd.operations import BOUND, INFIX, ONE, VECTOR, converte
 
 
 class Writer:
-    """Writes the body of a function; `lines` are those so far."""
+    """Writer for the body of one function; `lines` are the lines so far."""
 
     def __init__(self, varying: set[Name | Table]) -> None:
         self.lines: list[str] = []
@@ -34,7 +35,7 @@ class Writer:
         self._active: str | None = None
 
     def parameters(self, shared: Sequence[Name], own: Sequence[Name]) -> None:
-        """Declare what all runs share, and what each has of its own."""
+        """Declare the parameters shared by all runs, and those that differ between runs."""
         for place, name in enumerate(shared):
             word = f"shared[{place}]"
             if name.kind == "real":
@@ -52,7 +53,7 @@ class Writer:
             self._store("made", str(place), result)
 
     def block(self, block: Block, kept: dict[Table, list[tuple[str, int]]]) -> None:
-        """Write statements; kept tables lie where they are told to."""
+        """Write statements; `kept` gives the memory and position of each kept table."""
         self._kept = kept
         self._block(block)
 
@@ -77,19 +78,19 @@ class Writer:
         self._line(f"{const}{self._type(name)} {self._new(name)} = {value};")
 
     def _text(self, operand: Operand) -> str:
-        """An operand as it is: one number or lanes."""
+        """C expression of an operand, as one number or as lanes."""
         if isinstance(operand, Name):
             return self._texts[operand]
         return number(operand)
 
     def _lanes(self, operand: Operand) -> str:
-        """An operand in lanes."""
+        """C expression of an operand as lanes; a single number is broadcast."""
         if isinstance(operand, Name) and operand in self._varying:
             return self._texts[operand]
         return f"all_{VECTOR[operand.kind]}({self._text(operand)})"
 
     def _for(self, thing: Name | Table, operand: Operand) -> str:
-        """An operand as a name or table needs it."""
+        """C expression of an operand for a name or table: lanes if that varies between runs."""
         return self._lanes(operand) if thing in self._varying else self._text(operand)
 
     def _is_one(self, *operands: Operand) -> bool:
@@ -136,7 +137,7 @@ class Writer:
             made = ", ".join(self._lanes(operand) for operand in operands)
             return f"select_{VECTOR[target.kind]}({made})"
         if operation in INFIX and operands[0].kind != "logical":
-            # a number beside lanes counts for each of them
+            # C broadcasts a number that is combined with lanes
             return f" {INFIX[operation]} ".join(self._text(operand) for operand in operands)
         if operation in BOUND and target.kind == "real":
             for one, other in (operands, operands[::-1]):
@@ -215,7 +216,7 @@ class Writer:
             self._line(text)
 
     def _branch(self, branch: Branch) -> None:
-        # what the first empty block gives needs no test
+        # the values of the first empty block are the defaults and need no test
         empty = next((k for k, block in enumerate(branch.blocks) if not block), None)
         for k, target in enumerate(branch.targets):
             text = "{0}" if empty is None else self._for(target, branch.values[empty][k])
@@ -248,7 +249,7 @@ class Writer:
             self._line("}")
 
     def _case(self, index: Operand, case: int, last: int) -> str:
-        """Test of C for one of several blocks."""
+        """C test that selects one of several blocks."""
         text, one = self._text(index), self._is_one(index)
         if index.kind == "logical":
             return text if case else f"{'!' if one else 'not_mask'}({text})"

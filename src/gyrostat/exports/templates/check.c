@@ -1,4 +1,4 @@
-/* @title@: @steps@ steps against the results of Python. */
+/* @title@: @steps@ steps compared with the results of Python. */
 #include "@name@.h"
 
 #include <math.h>
@@ -26,7 +26,7 @@ int main(int arguments, char **argument)
         };
         for (int n = 0; n < @count@; ++n) {
             const double error = fabs(seen[n] - expected[k][n]) / scale[0][n];
-            if (!(error <= worst[n])) { worst[n] = error; } /* NaN is the worst */
+            if (!(error <= worst[n])) { worst[n] = error; } /* NaN counts as the worst */
         }
     }
     for (int n = 0; n < @count@; ++n) {

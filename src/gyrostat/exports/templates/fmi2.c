@@ -1,5 +1,5 @@
-/* FMI 2.0 for co-simulation around @name@.c. Here, unlike there, memory is asked for: an instance
-   and the states that are saved of it, by the functions that the simulator gives. */
+/* FMI 2.0 for co-simulation around @name@.c. Unlike @name@.c, this file allocates memory, for
+   instances and their saved states, with the functions provided by the simulator. */
 #include "@name@.h"
 
 #include <limits.h>
@@ -232,7 +232,7 @@ EXPORTED Status fmi2DeSerializeFMUstate(void *c, const char bytes[], size_t size
     return FINE;
 }
 
-/* What the standard asks for and this unit has no use for. */
+/* Functions that the standard requires and this unit does not need. */
 
 #define REFERENCES void *c, const unsigned int r[], size_t n
 EXPORTED Status fmi2GetString(REFERENCES, const char *v[])
@@ -252,7 +252,7 @@ EXPORTED Status fmi2GetStatus(void *c, int kind, Status *v)
 EXPORTED Status fmi2GetRealStatus(void *c, int kind, double *v)
 {
     if (kind != 2) { return DISCARD; }
-    *v = own(c)->values.time; /* of the last step that was done */
+    *v = own(c)->values.time; /* end of the last completed step */
     return FINE;
 }
 EXPORTED Status fmi2GetIntegerStatus(void *c, int kind, int *v)
