@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gyrostat.campaigns.description import Campaign, DamagedError
-from gyrostat.campaigns.executors import Opener, carry_out, processes
+from gyrostat.campaigns.executors import Opener, carry_out, kept_open, processes
 from gyrostat.campaigns.fingerprint import FLAGS, engine_record, refuse_other, use_engine
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.schema import metric_units
@@ -22,6 +22,9 @@ AT_ONCE = 8
 """Number of runs that are replayed together; their histories are in memory at the same time."""
 ELSEWHERE = 128
 """Assumed number of workers of an executor if it is not given."""
+FEW_PERIODS = 4_000_000
+"""Control periods of all runs up to which one worker of the native engine simulates a campaign: it
+takes a few seconds, less than another worker needs to start."""
 MOST_RUNS = 2**32
 """Largest number of runs; the random generator uses run numbers of 32 bits."""
 
@@ -112,7 +115,8 @@ def run_campaign(
         engine: "native", "jax", or "auto". When a campaign is resumed, "auto" is its engine;
             otherwise see `chosen_engine`.
         opener: Opens the executor; None for processes on this machine.
-        workers: Number of workers; None for one per core, `ELSEWHERE` for another executor.
+        workers: Number of workers; None for one per core, one for a small campaign of the native
+            engine (`FEW_PERIODS`), and `ELSEWHERE` for another executor.
         block: Number of runs in a block; the results do not depend on it.
         keep: Indices of runs whose histories are kept.
         worst: Number of worst runs whose histories are kept in addition.
@@ -164,15 +168,17 @@ def run_campaign(
         asked = Campaign(scenario.text(), scenario.digest(), seed, runs, block, record)
         campaign = store.begin(asked, force=force)
         refuse_other(campaign.engine, str(out))
-        count = workers or (len(os.sched_getaffinity(0)) if opener is None else ELSEWHERE)
-        opener = opener or processes(count)
+        few = engine == "native" and runs * scenario.count <= FEW_PERIODS
+        cores = 1 if few else len(os.sched_getaffinity(0))
+        count = workers or (cores if opener is None else ELSEWHERE)
         damaged = store.check(campaign)
-        _fly_blocks(store, campaign, opener, 2 * count + 2, on_progress, say, fly_job)
-        store.merge(campaign)
-        wanted = {*keep, *worst_runs(store, worst, worst_by), *damaged}
-        missing = sorted(wanted - store.histories(campaign))
-        if missing:
-            replay(store, campaign, missing, opener, fly_job=fly_job)
+        with kept_open(opener or processes(count)) as pool:
+            _fly_blocks(store, campaign, pool, 2 * count + 2, on_progress, say, fly_job)
+            store.merge(campaign)
+            wanted = {*keep, *worst_runs(store, worst, worst_by), *damaged}
+            missing = sorted(wanted - store.histories(campaign))
+            if missing:
+                replay(store, campaign, missing, pool, fly_job=fly_job)
     return store.table
 
 

@@ -153,6 +153,38 @@ def cluster(address: str) -> Opener:
     return opened
 
 
+@contextlib.contextmanager
+def kept_open(opener: Opener) -> Iterator[Opener]:
+    """Create an opener that gives the same executor again until it fails.
+
+    A new worker imports the package and traces the scenario again, which takes seconds.
+
+    Args:
+        opener: Opens an executor.
+    """
+    stack, pools = contextlib.ExitStack(), []
+
+    @contextlib.contextmanager
+    def opened() -> Iterator[Executor]:
+        nonlocal stack
+        if not pools:
+            pools.append(stack.enter_context(opener()))
+        try:
+            yield pools[0]
+        except BaseException as error:
+            failed, stack = stack, contextlib.ExitStack()
+            pools.clear()
+            failed.__exit__(type(error), error, error.__traceback__)
+            raise
+
+    try:
+        yield opened
+    except BaseException as error:
+        stack.__exit__(type(error), error, error.__traceback__)
+        raise
+    stack.close()
+
+
 def carry_out(
     jobs: Iterable[Any],
     work: Callable[[Any], Any],

@@ -22,7 +22,10 @@ Engine = Annotated[
     typer.Option(help="native (compiled C), jax, or auto: native where there is a C compiler."),
 ]
 Workers = Annotated[
-    int | None, typer.Option(min=1, max=1024, help="Processes; by default one a core.")
+    int | None,
+    typer.Option(
+        min=1, max=1024, help="Processes; by default one a core, and one for a small campaign."
+    ),
 ]
 Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler that has workers.")

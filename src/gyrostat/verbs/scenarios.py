@@ -107,7 +107,7 @@ def campaign(
         out: Folder of the campaign. None: a folder in the current one, named after scenario, runs
             and seed, as "cubesat-1000-runs-seed-1"; reported to `say`, or on stderr without it.
         seed: Seed of all draws.
-        workers: Worker processes; None: one for each core.
+        workers: Number of worker processes; None: one for each core, or one for a small campaign.
         scheduler: Address of a Dask scheduler, which replaces the local processes.
         device: "cpu", or "gpu" where JAX sees one.
         engine: "native" (compiled C), "jax", or "auto": native if there is a C compiler.
