@@ -1,11 +1,14 @@
-"""Executors that stay open between the parts of a campaign."""
+"""Executors: one that stays open, and workers whose parent is killed."""
 
 import contextlib
+import multiprocessing.spawn
+import os
+import subprocess
 from concurrent.futures import BrokenExecutor
 
 import pytest
 
-from gyrostat.campaigns.executors import kept_open
+from gyrostat.campaigns.executors import _Worker, kept_open
 
 
 @pytest.fixture
@@ -57,3 +60,20 @@ def test_ctrl_c_reaches_the_executor_between_two_parts(opener):
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert opener.events[1:] == [("failed", 0, KeyboardInterrupt)]
+
+
+def test_a_worker_whose_parent_is_killed_before_it_sends_anything_is_silent(monkeypatch):
+    commands = []
+    read, write = os.pipe()
+    os.close(write)  # as the death of the parent does
+
+    def launched(process):
+        commands.append(multiprocessing.spawn.get_command_line(tracker_fd=read, pipe_handle=read))
+        raise InterruptedError
+
+    monkeypatch.setattr(_Worker, "_Popen", staticmethod(launched))
+    with pytest.raises(InterruptedError):
+        _Worker(target=print).start()
+    done = subprocess.run(commands[0], pass_fds=[read], capture_output=True, text=True)
+    os.close(read)
+    assert (done.stdout, done.stderr) == ("", "")

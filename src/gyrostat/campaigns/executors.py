@@ -38,7 +38,7 @@ class _Worker(SpawnProcess):
         """Start the process."""
         spawn: Any = multiprocessing.spawn
         with _STARTING:
-            prepare = spawn.get_preparation_data
+            prepare, command_line = spawn.get_preparation_data, spawn.get_command_line
 
             def without_main(name: str) -> dict[str, Any]:
                 data = prepare(name)
@@ -46,11 +46,16 @@ class _Worker(SpawnProcess):
                     data = {k: v for k, v in data.items() if not k.startswith("init_main")}
                 return data
 
-            spawn.get_preparation_data = without_main
+            def quiet(**options: Any) -> list[str]:
+                # a parent that is killed now sends nothing, which would print a traceback
+                *before, program, flag = command_line(**options)
+                return [*before, f"try:\n  {program}\nexcept EOFError:\n  pass", flag]
+
+            spawn.get_preparation_data, spawn.get_command_line = without_main, quiet
             try:
                 super().start()
             finally:
-                spawn.get_preparation_data = prepare
+                spawn.get_preparation_data, spawn.get_command_line = prepare, command_line
 
 
 class _WorkerContext(SpawnContext):
