@@ -17,7 +17,6 @@ from gyrostat.papers.carvalho_fenili.torque_driven import (
 )
 from gyrostat.papers.reproduction import Run
 from gyrostat.simulation import simulate
-from gyrostat.spacecraft import Gyrostat, WheelFailures
 
 pytestmark = pytest.mark.optimised
 CASES = ("none", "Mx", "My", "Mz", "MxMy", "MxMz", "MyMz")
@@ -137,9 +136,15 @@ def judged(flown):
 
 
 @pytest.fixture(scope="module")
-def onset():
+def healthy(quick):
+    """Runs up to the failure on healthy wheels by law, without and with limits."""
+    return quick("carvalho-fenili").run.once(recoveries.before_failure)
+
+
+@pytest.fixture(scope="module")
+def onset(healthy):
     """State at the failure under LQR on wheels with limits."""
-    return recoveries.at_failure(laws()["lqr"])[1]
+    return recoveries.at_failure(healthy["lqr"])[1]
 
 
 @pytest.fixture(scope="module")
@@ -228,9 +233,14 @@ def test_sdre_freezes_rates_too_and_ends_where_halved_steps_end(flown):
     assert dependent["MyMz"].valid_until == pytest.approx(192.71, abs=0.02)
 
 
-def test_on_wheels_one_failure_leaves_rest_possible(flown):
+def test_on_wheels_one_failure_leaves_rest_possible(flown, healthy):
     # on wheels nothing is taken from the body's momentum
-    run = recoveries.fly_on_wheels(laws()["sdre"], [recoveries.failing("Mx")], 200.0)
+    state, _ = recoveries.at_failure(healthy["sdre"])
+    # pieces as long as the runs before the failure, and as many runs: the same compiled program
+    law, plants = [recoveries.EitherLaw(np.array(True))] * 4, [recoveries.failing("Mx", 0.0)] * 4
+    for _ in range(12):
+        run = recoveries.fly_on_wheels(law, plants, 15.0, each=True, begin=state)
+        state, _ = recoveries.at_failure(run)
     rate = np.linalg.norm(run.rate.values[0, -1])
     assert rate < 1e-3 < np.linalg.norm(flown["sdre"]["Mx"].frozen_rate())
 
@@ -297,11 +307,8 @@ def test_every_recovery_settles_or_says_why(recovered):
         assert slow > quick + 200.0
 
 
-def test_the_limits_act_before_the_failure(onset):
-    healthy = [
-        Gyrostat(craft, WheelFailures.none(3)) for craft in (recoveries.CRAFT, recoveries.LIMITED)
-    ]
-    run = recoveries.fly_on_wheels(laws()["lqr"], healthy, 15.0)
+def test_the_limits_act_before_the_failure(healthy, onset):
+    run = healthy["lqr"]
     before = run.isel(run=1, time=slice(None, 150))
     # the gain on theta is 1 N·m/rad, and theta is off by pi/2 - 0.8 with a rate of 0.04 rad/s
     assert np.max(np.abs(before.torque)) > 0.5

@@ -192,5 +192,5 @@ def test_a_quick_run_agrees_with_closed_forms(quick):
     assert ours["no_mec_known_momentum.error_10000s_deg"] < 0.003
     assert ours["frit.identity_residual"] < 1e-9
     why = run.rows["abstract.fluctuating_error_suppressed"]["why"]
-    held, others = map(int, re.search(r"in (\d+) of (\d+) others", why).groups())
+    held, others = map(int, re.search(r"in (\d+) of (\d+) other starts", why).groups())
     assert held < others / 2

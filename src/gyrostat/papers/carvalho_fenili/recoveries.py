@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import numpy as np
+from jaxtyping import Array, Bool
 
 from gyrostat.core import rotations
-from gyrostat.core.arrays import Scalar
+from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import EulerAngles
 from gyrostat.failures import Loss, Recovery, plan_recovery, recover
@@ -95,6 +96,22 @@ class WheelsOnAngles(eqx.Module):
         return (phi, psi), WheelTorqueCommand(-self.law(state))
 
 
+class EitherLaw(eqx.Module):
+    """Either law of the paper, so that a batch of runs can have both in one compiled program.
+
+    Attributes:
+        dependent: Whether SDRE commands, otherwise LQR.
+    """
+
+    dependent: Bool[Array, ""] | np.ndarray
+
+    def __call__(self, state: EulerState) -> Vector3:
+        """Commanded torque, N·m."""
+        # made here: the weights of SDRE must have no axis of runs
+        both = laws()
+        return jnp.where(self.dependent, both["sdre"](state), both["lqr"](state))
+
+
 def start() -> GyrostatState:
     """Initial state of Table 2, with wheels at rest."""
     return Gyrostat(CRAFT).start(
@@ -103,28 +120,38 @@ def start() -> GyrostatState:
     )
 
 
-def failing(case: str) -> Gyrostat:
-    """Spacecraft without limits whose wheels lose their torque at the failure of a case."""
+def failing(case: str, time: float = setup.FAILURE) -> Gyrostat:
+    """Spacecraft without limits whose wheels of a case lose their torque at a time, s."""
     failures = WheelFailures.none(3)
     for wheel in setup.CASES[case]:
-        failures = failures.torque_lost(wheel, setup.FAILURE)
+        failures = failures.torque_lost(wheel, time)
     return Gyrostat(CRAFT, failures)
 
 
-def fly_on_wheels(law: Any, plants: list[Gyrostat], duration: float) -> "xr.Dataset":
-    """Simulate the state of Table 2 with wheels, one run for each plant.
+def fly_on_wheels(
+    law: Any,
+    plants: list[Gyrostat],
+    duration: float,
+    *,
+    each: bool = False,
+    begin: GyrostatState | None = None,
+) -> "xr.Dataset":
+    """Simulate the body with wheels, one run for each plant.
 
     Args:
         law: Function from state to body torque, (3,), N·m.
         plants: Spacecraft.
         duration: Duration, s.
+        each: Whether `law` is a list with one law for each plant.
+        begin: Initial state; None for that of Table 2.
     """
     every: Any = stack(plants)
+    controller: Any = stack([WheelsOnAngles(one) for one in law]) if each else WheelsOnAngles(law)
     return simulate(
         every,
-        WheelsOnAngles(law),
+        controller,
         SpacecraftSensor(Gyrostat(CRAFT)),
-        start=start(),
+        start=start() if begin is None else begin,
         duration=duration,
         control_period=PERIOD,
         runs=len(plants),
@@ -169,10 +196,20 @@ def without_limits(state: GyrostatState) -> Mapping[str, str]:
     return found
 
 
-def at_failure(law: Any) -> tuple[GyrostatState, GyrostatState]:
-    """States with healthy wheels at the time of the failure, without and with limits, for a law."""
+def before_failure(run: Run) -> "Mapping[str, xr.Dataset]":
+    """Runs with healthy wheels up to the time of the failure, by law: run 0 without limits, 1 with.
+
+    Both laws are in one batch, because compiling takes longer than simulating.
+    """
+    run.say("healthy wheels until the failure, by each law")
+    chosen = [EitherLaw(np.array(law == "sdre")) for law in setup.LAWS for _ in range(2)]
     healthy = [Gyrostat(craft, WheelFailures.none(3)) for craft in (CRAFT, LIMITED)]
-    flown = fly_on_wheels(law, healthy, setup.FAILURE)
+    flown = fly_on_wheels(chosen, 2 * healthy, setup.FAILURE, each=True)
+    return {law: flown.isel(run=slice(2 * k, 2 * k + 2)) for k, law in enumerate(setup.LAWS)}
+
+
+def at_failure(flown: "xr.Dataset") -> tuple[GyrostatState, GyrostatState]:
+    """States at the end of the runs of a law, without and with limits; see `before_failure`."""
     last = [flown[name].values[:, -1] for name in GyrostatState._fields[:3]]
     free, limited = (GyrostatState(*(jnp.asarray(x[k]) for x in last)) for k in range(2))
     return free, limited
@@ -182,9 +219,9 @@ def without_rest(run: Run) -> Part:
     """Failures after which the body does not come to rest."""
     values: dict[str, Value] = {}
     facts: dict[str, Any] = {"recover": {}, "free": {}}
-    for law, function in laws().items():
+    for law, flown in run.once(before_failure).items():
         run.say(f"recovery after each failure under {law.upper()}")
-        free, limited = at_failure(function)
+        free, limited = at_failure(flown)
         found = recovered(limited, WITHOUT_REST)
         facts["recover"][law], facts["free"][law] = found, without_limits(free)
         for case, kinds in found.items():
@@ -200,7 +237,8 @@ def every_recovery(run: Run) -> Part:
     """All recoveries, and the end of one run with wheels and without recovery."""
     run.say("every recovery")
     cases = {case: LOSSES for case, failed in setup.CASES.items() if failed}
-    found = {law: recovered(at_failure(one)[1], cases) for law, one in laws().items()}
+    healthy = run.once(before_failure)
+    found = {law: recovered(at_failure(one)[1], cases) for law, one in healthy.items()}
     flown = fly_on_wheels(laws()["lqr"], [failing("MxMy")], setup.DURATION)
     attitude = jnp.asarray(flown.attitude.values[0, -1])
     error = float(rotations.error_angle(attitude, jnp.asarray(TARGET)))
