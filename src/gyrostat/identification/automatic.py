@@ -93,9 +93,9 @@ def identify_automatically(
 ) -> Fit:
     """Identify a wheel with the model that its records support.
 
-    Missing signs are restored. The simplest friction model is fitted. The effects that the diagnosis
-    finds are then included, the one with most evidence first, until no further effect can be
-    included. A step that leads to no valid wheel is undone.
+    Missing signs are restored. The simplest friction model is fitted. The effects that the
+    diagnosis finds are then included, the one with most evidence first, until no further effect can
+    be included. A step that leads to no valid wheel is undone.
 
     Args:
         identify: `gyrostat.identification.identify`.
