@@ -336,7 +336,7 @@ def test_a_wheel_that_cannot_exist_exits_1_and_is_refused_without_force(run, tmp
     assert "motor constant" in err.replace("_", " ")
 
 
-def test_tolerances_on_the_command_line(run, tmp_path):
+def test_tolerances_on_the_command_line(run, fitted, tmp_path):
     """One per cent of inertia is one per cent of the Coulomb torque, and all of it is given."""
     words = ("identify", EXAMPLE, "--speed-sigma", "5rpm", "--json")
     tolerant = ("--inertia", "1.5e-3 +- 1 %", "--current-scale", "1.02 ± 0.5 %")
@@ -348,8 +348,7 @@ def test_tolerances_on_the_command_line(run, tmp_path):
     assert shares["inertia"] / shares["current_scale"] == pytest.approx(4.0, rel=0.01)
     assert sum(shares.values()) == pytest.approx(1.0)
     assert found["inertia"] == {**found["inertia"], "given": True, "sigma": pytest.approx(1.5e-5)}
-    plain = run(*words, "--inertia", "1.5e-3", "--out", tmp_path / "plain")[1]
-    motor = json.loads(plain)["parameters"]["motor_constant"]["value"]
+    motor = json.loads(fitted[1].stdout)["parameters"]["motor_constant"]["value"]
     assert found["motor_constant"]["value"] == pytest.approx(motor / 1.02, rel=1e-6)
 
 

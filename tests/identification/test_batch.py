@@ -13,6 +13,9 @@ from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel, speed_response
 from gyrostat.wheel.friction import Stribeck
 
+# A hundred fits with few programs: they run longer than they compile.
+pytestmark = pytest.mark.optimised
+
 INERTIA = 1.5e-3
 TRUE = {"viscous": 4.83e-6, "coulomb": 0.8795e-3, "static": 0.9055e-3, "stribeck_speed": 0.4189}
 PAPER_START = {

@@ -12,6 +12,7 @@ from gyrostat.wheel.friction import Stribeck, ViscousCoulomb
 SAMPLES = 64
 
 
+@pytest.mark.optimised  # thousands of runs take longer than one program takes to compile
 @pytest.mark.parametrize("hold", ["zero-order", "linear"])
 def test_thousands_of_wheels_under_vmap_equal_the_single_runs(hold):
     """2000 random wheels and currents; inertia 1, so speeds are of the order of 1 to 10."""

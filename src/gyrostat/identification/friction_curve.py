@@ -86,7 +86,8 @@ def _torques(
     """Friction torques at some speeds, with their derivatives by parameters and by speed."""
     # few lengths are compiled
     padded = np.pad(speed, (0, -len(speed) % 16), mode="edge")
-    theta = jnp.array([values[n] for n in model.dimensions()])
+    # numpy: jnp.array takes longer for a list than the compiled function
+    theta = np.array([values[n] for n in model.dimensions()], dtype=float)
     torque, by_theta, by_speed = (np.asarray(part) for part in _compiled(model)(theta, padded))
     count = len(speed)
     return torque[:count], by_theta[:count], by_speed[:count]

@@ -13,6 +13,8 @@ LINE_PARAMETERS = 4
 """Parameters of one line in the Bayesian criterion: level, slope, scatter and end."""
 LONGEST_SEARCH = 3000
 """Largest number of points in the search; longer records are reduced by averaging neighbours."""
+ROWS = 16
+"""Number of line ends whose costs are computed in one call."""
 JUMP_SAMPLES = 5
 """Number of samples on either side from which a jump between two lines is computed."""
 CLEAR_MOTION = 5.0
@@ -34,18 +36,21 @@ class Line:
     scatter: float
 
 
-def _line_costs(sums: Matrix, last: int, floor: float) -> Vector:
-    """Minus twice the log-likelihood of one line over the points first..last-1, for every first.
+def _line_costs(sums: Matrix, start: int, stop: int, floor: float) -> Matrix:
+    """Minus twice the log-likelihood of one line over the points first..last-1, for many of them.
 
     Args:
         sums: Cumulative sums of 1, t, t², w, t w and w², (6, n + 1).
-        last: Index after the last point.
+        start: First index after the last point.
+        stop: Index after the largest index after the last point.
         floor: Smallest scatter that is distinguished, rad/s.
 
     Returns:
-        Costs, (last,), without common constants.
+        Costs, (stop - start, stop - 1), for every last and first, without common constants; of no
+        meaning unless first < last.
     """
-    count, t, tt, w, tw, ww = sums[:, last, None] - sums[:, :last]
+    count, t, tt, w, tw, ww = sums[:, start:stop, None] - sums[:, None, : stop - 1]
+    count = np.maximum(count, 1.0)
     spread_t = tt - t * t / count
     along = tw - t * w / count
     slope_part = np.divide(along**2, spread_t, out=np.zeros_like(along), where=spread_t > 0.0)
@@ -66,10 +71,13 @@ def _cuts(time: Vector, speed: Vector, floor: float) -> list[int]:
     penalty = LINE_PARAMETERS * np.log(size)
     best = np.zeros(size + 1)
     origin = np.zeros(size + 1, dtype=int)
-    for last in range(1, size + 1):
-        totals = best[:last] + _line_costs(sums, last, floor) + penalty
-        origin[last] = int(np.argmin(totals))
-        best[last] = totals[origin[last]]
+    for start in range(1, size + 1, ROWS):
+        stop = min(start + ROWS, size + 1)
+        costs = _line_costs(sums, start, stop, floor)
+        for last in range(start, stop):
+            totals = best[:last] + costs[last - start, :last] + penalty
+            origin[last] = int(totals.argmin())
+            best[last] = totals[origin[last]]
     ends = [size]
     while ends[-1] > 0:
         ends.append(int(origin[ends[-1]]))

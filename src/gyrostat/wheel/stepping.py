@@ -168,7 +168,8 @@ def _travel(contact: BearingEquation, motion: Motion, direction, start, remainin
         deepest = jax.lax.stop_gradient(height(flow(high), high)[0])
         there = flow(time)._replace(speed=jnp.zeros_like(end.speed))
         stops = _Travel(there, time, jnp.array(False), jnp.array(True))
-        return jax.tree.map(lambda a, b: jnp.where(deepest <= 0.0, a, b), stops, go_on(None))
+        reaches = past_zero | (deepest <= 0.0)
+        return jax.tree.map(lambda a, b: jnp.where(reaches, a, b), stops, go_on(None))
 
     return jax.lax.cond(past_zero | dips, locate, go_on, None), rising
 
