@@ -115,7 +115,7 @@ def identify_automatically(
     """
     records = tuple(_restored(record) for record in records)
 
-    def fitted(choice: _Choice, records: Sequence[Record]) -> Fit:
+    def fitted(choice: _Choice) -> Fit:
         known = SpeedPrediction(records, friction_model(choice.model), "zero-order").names
         return identify(
             records,
@@ -129,22 +129,22 @@ def identify_automatically(
             **options,
         )
 
-    def attempt(choice: _Choice, records: Sequence[Record]) -> Fit | None:
+    def attempt(choice: _Choice) -> Fit | None:
         try:
-            fit = fitted(choice, records)
+            fit = fitted(choice)
         except InputError:
             return None
         return fit if fit.converged else None
 
     choice, causes = _Choice(loss=loss), []
-    fit, refused = fitted(choice, records), set()
+    fit, refused = fitted(choice), set()
     for _ in range(MOST_STEPS):
         trials = [(f, choice.with_finding(f)) for f in fit.findings if f.names[0] not in refused]
         step = next(((f, c) for f, c in trials if c is not None), None)
         if step is None:
             break
         finding, wider = step
-        richer = attempt(wider, records)
+        richer = attempt(wider)
         if richer is None or (richer.impossible and not fit.impossible):
             refused.add(finding.names[0])
             continue

@@ -12,8 +12,9 @@ from gyrostat.identification.bench_methods import held_values, relaxed_time, req
 from gyrostat.identification.checks import as_records, check_sigma, check_signals, place
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.segments import fit_stretches
-from gyrostat.identification.statistics import NORMAL_MAD, noise_level, quantum
+from gyrostat.identification.statistics import noise_level, quantum
 from gyrostat.telemetry import Record
+from gyrostat.telemetry.signals import runs, scatter
 from gyrostat.wheel.friction import ViscousCoulomb
 
 MIN_SAMPLES = 10
@@ -67,13 +68,11 @@ def coasting_speed(
 
 def _switched_off(record: Record) -> list[NDArray[np.intp]]:
     """Intervals, as sample indices, in which the current is zero within noise and quantisation."""
-    second = np.abs(np.diff(record.current, 2))
-    noise = NORMAL_MAD * float(np.median(second)) / np.sqrt(6.0) if len(second) else 0.0
+    noise = scatter(record.current)
     least = NO_CURRENT * float(np.max(np.abs(record.current)))
     level = max(least, ZERO * noise, 0.6 * (quantum(record.current) or 0.0))
     off = np.abs(record.current) <= level
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], off, [False]]).astype(int)))
-    stretches = [np.arange(first, last) for first, last in edges.reshape(-1, 2)]
+    stretches = [np.arange(first, last) for first, last in runs(off)]
     # a small current may be hidden by the noise of single samples, but not in the mean
     return [
         s

@@ -9,8 +9,9 @@ from gyrostat.core.units import RPM
 from gyrostat.identification.findings import Finding
 from gyrostat.identification.loss import Loss, Quadratic
 from gyrostat.identification.signs import lost_sign
-from gyrostat.identification.statistics import NORMAL_MAD, quantum
+from gyrostat.identification.statistics import quantum
 from gyrostat.telemetry import Record
+from gyrostat.telemetry.signals import NORMAL_MAD
 
 OUTLYING = 5.0
 """Deviation from the neighbours, in standard deviations of the noise, above which a sample is an

@@ -2,14 +2,11 @@
 
 import abc
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
-
-LossName = Literal["quadratic", "huber", "student"]
 
 
 class Loss(abc.ABC):

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from gyrostat.core.types import Vector
 from gyrostat.identification.lines import Line, fastest_acceleration, straight_lines
-from gyrostat.identification.statistics import NORMAL_MAD, correlation_length, quantum, serial_meat
+from gyrostat.identification.statistics import correlation_length, quantum, serial_meat
 from gyrostat.telemetry import Record
+from gyrostat.telemetry.signals import scatter
 
 MIN_SAMPLES = 16
 """Smallest number of speed samples in a plateau; with fewer, their scatter is unknown."""
@@ -71,12 +72,7 @@ def _noise(speed: Vector) -> float:
 
     From second differences over several strides; their median is insensitive to motion.
     """
-    levels = []
-    for stride in (1, MIN_SAMPLES // 2, MIN_SAMPLES):
-        second = np.diff(speed[::stride], 2)
-        if len(second) > 0:
-            levels.append(NORMAL_MAD * float(np.median(np.abs(second))) / np.sqrt(6.0))
-    return max(levels, default=0.0)
+    return max(scatter(speed[::stride]) for stride in (1, MIN_SAMPLES // 2, MIN_SAMPLES))
 
 
 def _hidden(misfit: Vector, step: float | None) -> float:

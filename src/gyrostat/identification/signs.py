@@ -13,6 +13,7 @@ from gyrostat.core.types import Vector
 from gyrostat.identification.findings import Finding
 from gyrostat.identification.statistics import noise_level
 from gyrostat.telemetry import Record
+from gyrostat.telemetry.signals import runs
 
 WINDOWS = 150
 """Number of windows of a record."""
@@ -88,8 +89,7 @@ def signed_speed(record: Record) -> Record | None:
     if not low.any() or low.all():
         return None
     # a zero is assumed at the minimum of each run of low speeds
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], low, [False]]).astype(int)))
-    cuts = [int(a + np.argmin(size[a:b])) for a, b in edges.reshape(-1, 2)]
+    cuts = [int(a + np.argmin(size[a:b])) for a, b in runs(low)]
     parts = np.split(np.arange(len(size)), [c for c in cuts if 0 < c < len(size) - 1])
     smooth, sense = _smooth(size), np.ones(len(size))
     for part in parts:

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.telemetry.signals import scatter
 
-NORMAL_MAD = 1.482602218505602
-"""Standard deviation of a normal variable over its median absolute deviation."""
 NUMERICAL_NOISE = 1e-6
 """Of a modelled speed, as a share of its level: no record is taken to be more exact."""
 
@@ -195,11 +194,9 @@ def noise_level(speed: Vector) -> float:
     Args:
         speed: (m,) samples, rad/s.
     """
-    second = np.diff(speed, 2)
-    if len(second) == 0:
+    if len(speed) < 3:
         return 0.0
-    median = NORMAL_MAD * float(np.median(np.abs(second)))
-    return (median if median > 0.0 else float(np.std(second))) / np.sqrt(6.0)
+    return scatter(speed) or float(np.std(np.diff(speed, 2))) / np.sqrt(6.0)
 
 
 def quantum(values: Vector) -> float | None:

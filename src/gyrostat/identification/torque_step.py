@@ -12,8 +12,9 @@ from gyrostat.identification.bench_methods import held_values, relaxed_time, req
 from gyrostat.identification.checks import as_records, check_sigma, check_signals, place
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.segments import fit_stretches
-from gyrostat.identification.statistics import NORMAL_MAD, noise_level
+from gyrostat.identification.statistics import noise_level
 from gyrostat.telemetry import Record
+from gyrostat.telemetry.signals import NORMAL_MAD
 from gyrostat.wheel.friction import ViscousCoulomb
 
 MIN_SAMPLES = 5

@@ -8,7 +8,8 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.least_squares import Prior, Solution
 from gyrostat.identification.loss import Loss, Quadratic
-from gyrostat.identification.statistics import NORMAL_MAD, correlation_length, serial_meat
+from gyrostat.identification.statistics import correlation_length, serial_meat
+from gyrostat.telemetry.signals import NORMAL_MAD
 
 FEW = 30
 """Smallest number of samples from which the noise of a single record is estimated."""

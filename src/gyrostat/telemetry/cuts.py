@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.telemetry.record import Record
+from gyrostat.telemetry.signals import runs, scatter
 
 GAP = 10.0
 """Largest interval between two samples that is not a gap, in usual sample intervals."""
@@ -25,22 +26,6 @@ LEAST = 1e-9
 """Noise, relative to the largest speed, below which repeated speeds are due to rounding."""
 
 
-def _runs(at: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First index and index after the last of each run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(int)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
-
-
-def scatter(values: NDArray[np.float64]) -> float:
-    """Standard deviation of the noise on a smooth signal, from its second differences.
-
-    Args:
-        values: Samples, (N,).
-    """
-    second = np.abs(np.diff(values, 2))
-    return 1.4826 * float(np.median(second)) / np.sqrt(6.0) if len(second) else 0.0
-
-
 def _frozen(record: Record) -> NDArray[np.bool_]:
     """Whether the speed only repeats the previous one because the tachometer is frozen, (N,)."""
     places = np.flatnonzero(record.valid)
@@ -52,15 +37,15 @@ def _frozen(record: Record) -> NDArray[np.bool_]:
     if noise <= LEAST * float(np.max(np.abs(speed))):
         return frozen
     repeats = np.concatenate([[False], speed[1:] == speed[:-1]])
-    runs = [(a, b) for a, b in _runs(repeats) if b - a >= FROZEN]
+    long = [(a, b) for a, b in runs(repeats) if b - a >= FROZEN]
     usual = repeats & (speed != 0.0)
-    for first, last in runs:
+    for first, last in long:
         usual[first:last] = False
     if np.mean(usual) < VARYING:
-        for first, last in runs:
+        for first, last in long:
             if speed[first] != 0.0:
                 frozen[places[first:last]] = True
-    for first, last in _runs(speed == 0.0):
+    for first, last in runs(speed == 0.0):
         inside = first > 0 and last < len(speed) and last - first >= DROPPED
         if inside and min(abs(speed[first - 1]), abs(speed[last])) > FAR * noise:
             frozen[places[first:last]] = True
@@ -70,13 +55,13 @@ def _frozen(record: Record) -> NDArray[np.bool_]:
 def _clipped(current: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Whether the current is at the limit of its measurement, (N,)."""
     at = np.abs(current) == np.max(np.abs(current))
-    runs = [(a, b) for a, b in _runs(at) if b - a >= CLIPPED]
+    long = [(a, b) for a, b in runs(at) if b - a >= CLIPPED]
     rest = ~at & (current != 0.0)
     repeats = np.concatenate([[False], current[1:] == current[:-1]])
     varies = rest.sum() > FROZEN and np.mean(repeats[rest]) < VARYING
     clipped = np.zeros(len(current), dtype=bool)
-    if varies and len(runs) >= CLIPPED_RUNS:
-        for first, last in runs:
+    if varies and len(long) >= CLIPPED_RUNS:
+        for first, last in long:
             clipped[first:last] = True
     return clipped
 
@@ -100,14 +85,14 @@ def cut(record: Record) -> Record:
     notes = list(record.notes)
     frozen = _frozen(record)
     if frozen.any():
-        count = len(_runs(frozen))
+        count = len(runs(frozen))
         notes.append(f"tachometer frozen: {int(frozen.sum())} samples masked ({count} stretches)")
     clipped = _clipped(record.current)
     if clipped.any():
         level = float(np.max(np.abs(record.current)))
         notes.append(
             f"current clipped at {level:.4g} A: cut at {int(clipped.sum())} samples "
-            f"({len(_runs(clipped))} stretches)"
+            f"({len(runs(clipped))} stretches)"
         )
     steps = np.diff(record.time)
     usual = float(np.median(steps))

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.telemetry.cuts import scatter
 from gyrostat.telemetry.record import Record
+from gyrostat.telemetry.signals import scatter
 
 MANY = 50_000
 """Largest number of samples of a record that is not pooled."""

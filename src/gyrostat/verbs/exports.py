@@ -139,7 +139,7 @@ def export(
         limits = measurement_limits(one_of(what, NEEDED, "--what"), range_, rate_limit)
         if what == "wheel":
             refuse_given({"--on-bad": on_bad == "zero"}, f"--what {what}", "another --what")
-        target = _target(model if content is None else content, what, period, given, limits, on_bad)
+        target = _target(model, content, what, period, given, limits, on_bad)
         if to == "c":
             texts = files(target, precision, f"Made by `{command}`.")  # pyright: ignore[reportArgumentType]
     names = [*texts] if target is None or to == "c" else [f"{target.name}.fmu"]
@@ -165,20 +165,20 @@ def _what(model: Any, kind: str | None, what: str | None) -> str | None:
 
 
 def _target(
-    source: Any,
+    part: Any,
+    model: "WheelModel | None",
     what: str,
     period_given: Quantity,
     given: dict[str, Any],
     limits: Any,
     on_bad: str,
 ) -> Any:
-    """Flight module of a part, or of a part designed from a wheel model and the options."""
+    """Flight module of a part, or of one designed from a wheel model and the options."""
     from gyrostat.core.validation import check_parts, require_period
-    from gyrostat.exports import TARGETS, part_kind
+    from gyrostat.exports import TARGETS
 
-    ready = part_kind(source) is not None
-    if ready:
-        refuse_given(given, _name(source), "a wheel or its model")
+    if model is None:
+        refuse_given(given, _name(part), "a wheel or its model")
     else:
         known = (*NEEDED[what], *TAKEN.get(what, ()))
         for option in NEEDED[what]:
@@ -188,7 +188,8 @@ def _target(
         refuse_given(others, f"--what {what}", "what flies being another")
     period = in_si(period_given, "time", "--period")
     require_period("--period", period)
-    part = source if ready else _designed(source.wheel(), what, period, given)
+    if model is not None:
+        part = _designed(model.wheel(), what, period, given)
     if what == "wheel":
         return TARGETS[what](part, period)
     check_parts(part)

@@ -1,6 +1,6 @@
 """Verbs on failed wheels: which attitudes remain feasible, and the flight to one."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -169,7 +169,8 @@ def recover(
         check_outputs(Path(out), FILES, by="recover", force=force)
     file = _spacecraft(spacecraft)
     wanted = one_attitude("what to hold", {"--target": target, "--euler": euler})
-    losses = _losses(failed, file)
+    given = named(failed, "--failed", bare=True)
+    losses = _losses(given, file)
     now = one_attitude(
         "attitude at the failure", {"--attitude": attitude, "--attitude-euler": attitude_euler}
     )
@@ -178,7 +179,7 @@ def recover(
     )
     if not all(np.all(np.isfinite(part)) for part in start if part is not None):
         raise InputError("--attitude, --rate, --wheels: found no finite state, expected numbers")
-    lost = ", ".join(f"{k}={how}" for k, how in named(failed, "--failed", bare=True).items())
+    lost = ", ".join(f"{name}={how}" for name, how in given.items())
     say(f"flying {file.name or _source(spacecraft)} from the failure of {lost}")
     found = simulate(
         file.spacecraft,
@@ -256,12 +257,12 @@ def _turned(attitude: "Vector | None", body: "Vector") -> "Vector | None":
     return Rotation.from_quat(attitude, scalar_first=True).apply(body)
 
 
-def _losses(failed: Named, file: "SpacecraftFile") -> "dict[int, Loss]":
+def _losses(failed: Mapping[str, str | None], file: "SpacecraftFile") -> "dict[int, Loss]":
     """Number of each failed wheel -> kind of failure."""
     from gyrostat.failures import Loss
 
     found: dict[int, Loss] = {}
-    for name, value in named(failed, "--failed", bare=True).items():
+    for name, value in failed.items():
         number = file.wheel_number(name, "--failed")
         kind, _, constant = (value or "").partition(":")
         if kind == "rundown" and constant:

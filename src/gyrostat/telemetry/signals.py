@@ -1,0 +1,29 @@
+"""Noise and runs of sampled signals."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+NORMAL_MAD = 1.482602218505602
+"""Standard deviation of a normal variable over its median absolute deviation."""
+
+
+def scatter(values: NDArray[np.float64]) -> float:
+    """Standard deviation of the noise on a smooth signal, from its second differences.
+
+    The median makes it insensitive to steps.
+
+    Args:
+        values: Samples, (N,).
+    """
+    second = np.abs(np.diff(values, 2))
+    return NORMAL_MAD * float(np.median(second)) / np.sqrt(6.0) if len(second) else 0.0
+
+
+def runs(at: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First index and index after the last of each run of True.
+
+    Args:
+        at: Flags, (N,).
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(int)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
