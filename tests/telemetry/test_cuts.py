@@ -1,12 +1,14 @@
 """Gaps, frozen tachometers and clipped currents: what is cut, and what is left as it is."""
 
 import dataclasses
+import os
 
 import numpy as np
 import pytest
 
 from gyrostat.core.errors import InputError
 from gyrostat.telemetry import Record, cut, pool, read_record, record_of_edges
+from gyrostat.telemetry.edges import read_edges
 
 RATE = 10.0
 
@@ -129,6 +131,19 @@ def test_a_file_of_edges_takes_the_place_of_a_speed(tmp_path):
     assert found.averaged
     speed = 2.0 * np.pi / 6.0 / 0.02
     np.testing.assert_allclose(found.speed[found.valid], speed, rtol=1e-9)
+
+
+@pytest.mark.parametrize("last", ["inf", "nan"])
+def test_an_edge_without_a_time_is_refused_by_its_row(tmp_path, last):
+    (tmp_path / "edges.txt").write_text(f"time_s\n0.0\n0.1\n0.2\n{last}\n")
+    with pytest.raises(InputError, match=f"row 5: found '{last}', expected a finite time in s"):
+        read_edges(tmp_path / "edges.txt")
+
+
+def test_a_pipe_with_edges_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "edges")
+    with pytest.raises(InputError, match="found a pipe or device, expected edge times"):
+        read_edges(tmp_path / "edges")
 
 
 @pytest.mark.parametrize(

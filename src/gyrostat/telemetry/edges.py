@@ -1,5 +1,6 @@
 """Speed from the times of a tachometer's edges, as an alternative to their counts."""
 
+import math
 import os
 from pathlib import Path
 
@@ -7,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.toml_file import read_text
 from gyrostat.telemetry.fault import counted, fault
 from gyrostat.telemetry.record import Record
 
+LARGEST_FILE = 1_000_000_000
+"""Largest file of edge times, bytes."""
 LONGEST = 2.5
 """Largest time between two edges for a known angle in between, in usual sample intervals."""
 
@@ -21,23 +25,25 @@ def read_edges(path: str | os.PathLike[str]) -> NDArray[np.float64]:
         path: Text file.
 
     Raises:
-        InputError: The file cannot be read, or a line is not a number.
+        InputError: The file is not a regular file or cannot be read, or a line is not a finite
+            number.
     """
     file = Path(path)
-    try:
-        lines = file.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise fault(file, f"an unreadable file ({error})", "edge times, one a line") from None
     times = []
-    for row, line in enumerate(lines, 1):
-        text = line.strip().rstrip(",;")
-        if not text or text.startswith("#"):
+    text = read_text(file, "edge times, one a line", LARGEST_FILE)
+    for row, line in enumerate(text.splitlines(), 1):
+        cell = line.strip().rstrip(",;")
+        if not cell or cell.startswith("#"):
             continue
         try:
-            times.append(float(text))
+            time = float(cell)
         except ValueError:
             if times or row > 1:
-                raise fault(file, repr(text[:40]), "a time in s", row) from None
+                raise fault(file, repr(cell[:40]), "a time in s", row) from None
+            continue
+        if not math.isfinite(time):
+            raise fault(file, repr(cell[:40]), "a finite time in s", row)
+        times.append(time)
     return np.array(times)
 
 
