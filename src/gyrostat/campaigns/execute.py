@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -45,13 +46,16 @@ class Job(NamedTuple):
     block: int
 
 
+_scenario = lru_cache(maxsize=8)(Scenario.from_text)
+
+
 def work(job: Job) -> Any:
     """Simulate the runs of a job in a worker; returns `gyrostat.campaigns.engine.Flown`."""
     use_engine(job.campaign.engine)
     from gyrostat.campaigns.engine import fly
 
     campaign, engine = job.campaign, job.campaign.engine["engine"]
-    scenario = Scenario.from_text(campaign.scenario)
+    scenario = _scenario(campaign.scenario)
     return fly(scenario, campaign.seed, job.runs, keep=job.keep, engine=engine)
 
 
