@@ -120,8 +120,8 @@ def scenario(folder):
 def small(scenario, folder, tmp_path_factory):
     """Its campaign, flown; the worker that has the compiled program; how to fly more with it."""
     from gyrostat.campaigns import Campaign, Job, Store, run_campaign
-    from gyrostat.campaigns.execute import work
     from gyrostat.campaigns.fingerprint import FLAGS, engine_record
+    from gyrostat.campaigns.jobs import work
     from gyrostat.codegen.simd import compiler
 
     out = tmp_path_factory.mktemp("campaign")

@@ -1,8 +1,9 @@
 """Monte Carlo campaigns: simulation of a scenario with dispersed parameters."""
 
 from gyrostat.campaigns.description import Campaign
-from gyrostat.campaigns.execute import Job, replay, run_campaign, worst_runs
+from gyrostat.campaigns.execute import replay, run_campaign, worst_runs
 from gyrostat.campaigns.executors import cluster, processes
+from gyrostat.campaigns.jobs import Job
 from gyrostat.campaigns.runs import campaign_runs
 from gyrostat.campaigns.scenario import Dispersion, Event, Scenario
 from gyrostat.campaigns.store import Store

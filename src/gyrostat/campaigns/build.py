@@ -12,6 +12,7 @@ from gyrostat.campaigns.phases import Phases
 from gyrostat.campaigns.scenario import AXES, INERTIA, Event, Scenario
 from gyrostat.campaigns.schema import WHEEL_IS_LOST
 from gyrostat.campaigns.sensing import Values, guarded, options_of, with_faults
+from gyrostat.campaigns.structure import Structure, notified, structure_of
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -55,35 +56,39 @@ class Plans(NamedTuple):
     Attributes:
         controllers: Design of the controller for each phase.
         targets: Target attitude of each phase, (phases, 4), scalar first.
+        attitude: Initial attitude before its error, (4,), scalar first.
         known: Nominal spacecraft, the model of the controller.
+        sensors: Nominal options of the sensors, the model of the estimator.
     """
 
     controllers: tuple[Any, ...]
     targets: np.ndarray
+    attitude: np.ndarray
     known: Spacecraft
+    sensors: dict[str, np.ndarray]
 
 
-def _each(scenario: Scenario, values: Values, name: str) -> Any:
+def _each(structure: Structure, values: Values, name: str) -> Any:
     """Values of one key for all wheels, (wheels,)."""
-    return jnp.stack([jnp.asarray(values[f"wheel.{w}.{name}"]) for w in scenario.wheels])
+    return jnp.stack([jnp.asarray(values[f"wheel.{w}.{name}"]) for w in structure.wheels])
 
 
-def _has(scenario: Scenario, name: str) -> bool:
+def _has(structure: Structure, name: str) -> bool:
     """Whether the scenario has the optional section with this wheel key."""
-    return f"wheel.{scenario.wheels[0]}.{name}" in scenario.values
+    return f"wheel.{structure.wheels[0]}.{name}" in structure.keys
 
 
-def spacecraft_of(scenario: Scenario, values: Values) -> Spacecraft:
+def spacecraft_of(structure: Structure, values: Values) -> Spacecraft:
     """Spacecraft with the given values."""
     xx, yy, zz, xy, xz, yz = (values[f"body.inertia.{end}"] for end in INERTIA)
     rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 
     def each(name: str) -> Any:
-        return _each(scenario, values, name)
+        return _each(structure, values, name)
 
-    model = FRICTION_MODELS[scenario.friction]
+    model = FRICTION_MODELS[structure.friction]
     wheels = WheelArray(
-        axes=jnp.asarray(scenario.axes).T,
+        axes=jnp.asarray(structure.axes).T,
         inertia=each("inertia"),
         torque_limit=each("torque_limit"),
         momentum_limit=each("momentum_limit"),
@@ -94,17 +99,17 @@ def spacecraft_of(scenario: Scenario, values: Values) -> Spacecraft:
     )
 
 
-def _failures(scenario: Scenario, values: Values) -> WheelFailures | None:
-    befallen = [e for e in scenario.events if e.wheel is not None and e.kind != "friction_step"]
-    if not befallen:
+def _failures(structure: Structure, values: Values) -> WheelFailures | None:
+    failing = [e for e in structure.events if e.wheel is not None and e.kind != "friction_step"]
+    if not failing:
         return None
-    failures = WheelFailures.none(len(scenario.wheels))
-    for event in befallen:
+    failures = WheelFailures.none(len(structure.wheels))
+    for event in failing:
         own = options_of(values, f"event.{event.name}")
         seized, share = event.kind == "seized", own.get("torque_share", 1.0)
         if event.kind in WHEEL_IS_LOST:
             share = 0.0
-        index = jnp.arange(len(scenario.wheels)) == event.wheel
+        index = jnp.arange(len(structure.wheels)) == event.wheel
         changed = WheelFailures(
             time=own["time"],
             torque_share=share,
@@ -119,15 +124,15 @@ def _failures(scenario: Scenario, values: Values) -> WheelFailures | None:
     return failures
 
 
-def _friction_steps(scenario: Scenario, values: Values, before: Friction) -> FrictionSteps | None:
-    stepping = [event for event in scenario.events if event.kind == "friction_step"]
+def _friction_steps(structure: Structure, values: Values, before: Friction) -> FrictionSteps | None:
+    stepping = [event for event in structure.events if event.kind == "friction_step"]
     if not stepping:
         return None
-    time, dimensions = jnp.full(len(scenario.wheels), jnp.inf), before.dimensions()
+    time, dimensions = jnp.full(len(structure.wheels), jnp.inf), before.dimensions()
     after = before.parameters()
     for event in stepping:
         own = options_of(values, f"event.{event.name}")
-        index = jnp.arange(len(scenario.wheels)) == event.wheel
+        index = jnp.arange(len(structure.wheels)) == event.wheel
         time = jnp.where(index, own["time"], time)
         for name, dimension in dimensions.items():
             # the factor scales friction torques and drag, not the speeds of the friction curve
@@ -137,26 +142,15 @@ def _friction_steps(scenario: Scenario, values: Values, before: Friction) -> Fri
     return FrictionSteps(time, type(before)(**after))
 
 
-def _turning_points(scenario: Scenario) -> list[Event]:
-    """Slews and wheel failures, in the nominal order of their notification."""
-    found = [e for e in scenario.events if e.kind == "slew" or e.kind in WHEEL_IS_LOST]
-    return sorted(found, key=lambda event: _told(event, scenario.values))
-
-
-def phases_of(scenario: Scenario) -> list[Event]:
+def phases_of(structure: Structure) -> list[Event]:
     """Events that start a new phase with another controller design, in nominal order."""
-    is_told = CONTROLLERS[scenario.controller].losses == NOTIFIED
-    return [e for e in _turning_points(scenario) if is_told or e.kind == "slew"]
+    is_notified = CONTROLLERS[structure.controller].losses == NOTIFIED
+    return [e for e in structure.turning_points if is_notified or e.kind == "slew"]
 
 
-def _told(event: Event, values: Values) -> Any:
-    own = f"event.{event.name}"
-    return values[f"{own}.time"] + values.get(f"{own}.detected_after", 0.0)
-
-
-def phase_starts(scenario: Scenario, values: Values) -> list[Scalar]:
+def phase_starts(structure: Structure, values: Values) -> list[Scalar]:
     """Start time of each phase, s."""
-    return [0.0, *(_told(event, values) for event in phases_of(scenario))]
+    return [0.0, *(notified(event, values) for event in phases_of(structure))]
 
 
 def plan(scenario: Scenario) -> Plans:
@@ -165,18 +159,20 @@ def plan(scenario: Scenario) -> Plans:
     Raises:
         InputError: The working wheels do not suffice in a phase.
     """
-    known = spacecraft_of(scenario, scenario.values)
+    structure = structure_of(scenario)
+    known = spacecraft_of(structure, scenario.values)
     chosen = CONTROLLERS[scenario.controller]
     count = len(scenario.wheels)
     left, seized = np.ones(count, bool), np.zeros(count, bool)
     target, found, targets = scenario.target, [], []
-    for event in (None, *_turning_points(scenario)):
+    slews = {event.name: event.target for event in scenario.events}
+    for event in (None, *structure.turning_points):
         wheel = None if event is None else event.wheel
         if event is not None and wheel is not None and chosen.losses != IGNORED:
             left[wheel] = False
             seized[wheel] |= event.kind == "seized"
-        if event is not None and event.target is not None:
-            target = event.target
+        if event is not None:
+            target = slews[event.name] or target
         rank = np.linalg.matrix_rank(np.asarray(scenario.axes) * left[:, None], tol=1e-6)
         # a controller that ignores failures validates its wheels itself
         if rank < 3 and chosen.losses != IGNORED:
@@ -198,60 +194,67 @@ def plan(scenario: Scenario) -> Plans:
         made = chosen.plan(case)
         found.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), made))
         targets.append(target)
-    return Plans(tuple(found), np.array(targets), known)
+    sensors = options_of(scenario.values, "sensors")
+    return Plans(
+        tuple(found),
+        np.array(targets),
+        np.array(scenario.attitude),
+        known,
+        {name: np.asarray(value) for name, value in sensors.items()},
+    )
 
 
-def _plant(scenario: Scenario, values: Values, options: Values) -> tuple[Any, Any]:
+def _plant(structure: Structure, values: Values, options: Values, attitude: Any) -> Any:
     """Spacecraft with environment, and its initial state."""
-    own = ENVIRONMENTS[scenario.environment].make(options_of(values, "environment"))
+    own = ENVIRONMENTS[structure.environment].make(options_of(values, "environment"))
     if "external_torque_limit" in options:
         own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
-    craft = spacecraft_of(scenario, values)
-    own["friction_steps"] = _friction_steps(scenario, values, craft.wheels.friction)
-    plant: Any = Gyrostat(craft, _failures(scenario, values), **own)
+    craft = spacecraft_of(structure, values)
+    own["friction_steps"] = _friction_steps(structure, values, craft.wheels.friction)
+    plant: Any = Gyrostat(craft, _failures(structure, values), **own)
     error = stacked(values, "start.attitude_error")
     motion = {
-        "attitude": product(jnp.asarray(scenario.attitude), from_rotation_vector(error)),
+        "attitude": product(jnp.asarray(attitude), from_rotation_vector(error)),
         "rate": stacked(values, "start.rate"),
-        "wheel_speed": _each(scenario, values, "speed"),
+        "wheel_speed": _each(structure, values, "speed"),
     }
-    if _has(scenario, "static_imbalance"):
-        position = [_each(scenario, values, f"position.{axis}") for axis in AXES]
+    if _has(structure, "static_imbalance"):
+        position = [_each(structure, values, f"position.{axis}") for axis in AXES]
         imbalance = Imbalance(
-            _each(scenario, values, "static_imbalance"),
-            _each(scenario, values, "dynamic_imbalance"),
+            _each(structure, values, "static_imbalance"),
+            _each(structure, values, "dynamic_imbalance"),
             jnp.stack(position),
         )
         plant = ImbalancedGyrostat(plant, imbalance)
-        motion["wheel_angle"] = _each(scenario, values, "angle")
-    if _has(scenario, "motor_constant"):
+        motion["wheel_angle"] = _each(structure, values, "angle")
+    if _has(structure, "motor_constant"):
         names = [field.name for field in fields(Driver)]
         # the torque limit is that of the wheel, not of the driver
-        numbers = {n: _each(scenario, values, n) for n in names if n != "torque_limit"}
-        plant = DrivenGyrostat(plant, Driver(**numbers), _each(scenario, values, "motor_constant"))
+        numbers = {n: _each(structure, values, n) for n in names if n != "torque_limit"}
+        plant = DrivenGyrostat(plant, Driver(**numbers), _each(structure, values, "motor_constant"))
     return plant, plant.start(**motion)
 
 
-def build(scenario: Scenario, values: Values, plans: Plans) -> Setup:
+def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     """Build the parts of a run from its values; pure, for `jit` and `vmap` over the values."""
     options = options_of(values, "controller")
-    plant, start = _plant(scenario, values, options)
+    plant, start = _plant(structure, values, options, plans.attitude)
     made = [
-        CONTROLLERS[scenario.controller].make(plan, options, start.momentum)
+        CONTROLLERS[structure.controller].make(plan, options, start.momentum)
         for plan in plans.controllers
     ]
-    starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(scenario, values)])
+    starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(structure, values)])
     joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
-    controller = COMPENSATORS[scenario.compensator].make(
+    controller = COMPENSATORS[structure.compensator].make(
         options_of(values, "compensator"),
         Phases(starts, joined),
         plans.known,
-        scenario.command_delay,
+        structure.command_delay,
     )
-    controller = ESTIMATORS[scenario.estimator].make(
-        options_of(values, "estimator"), controller, options_of(scenario.values, "sensors")
+    controller = ESTIMATORS[structure.estimator].make(
+        options_of(values, "estimator"), controller, plans.sensors
     )
-    sensor = SENSORS[scenario.sensors].make(options_of(values, "sensors"), plant, plans.known)
-    sensor = with_faults(scenario, values, sensor)
-    controller = guarded(scenario, values, controller, sensor, start)
+    sensor = SENSORS[structure.sensors].make(options_of(values, "sensors"), plant, plans.known)
+    sensor = with_faults(structure, values, sensor)
+    controller = guarded(structure, values, controller, sensor, start)
     return Setup(plant, controller, sensor, start, starts, jnp.asarray(plans.targets))

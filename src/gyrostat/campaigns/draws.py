@@ -9,11 +9,9 @@ independent.
 
 import hashlib
 from collections.abc import Mapping
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from jaxtyping import Array, PRNGKeyArray
 from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
@@ -21,8 +19,9 @@ from gyrostat.campaigns.build import phase_starts
 from gyrostat.campaigns.kinds import numbers_of
 from gyrostat.campaigns.scenario import INERTIA, Dispersion, Scenario
 from gyrostat.campaigns.schema import MEASURED
+from gyrostat.campaigns.structure import structure_of
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.threefry import Words, threefry
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.spacecraft import check_inertia
 from gyrostat.wheel.array import LIMIT_TOLERANCE
@@ -32,29 +31,12 @@ AT_ONCE = 4096
 _NOISE, _VALUES = 0, 1
 
 
-@lru_cache(maxsize=4)
-def _streams(size: int):
-    def one(root: PRNGKeyArray, run: Array, codes: Array) -> tuple[Array, Array]:
-        key = jax.random.fold_in(root, run)
-        own = jax.random.fold_in(key, _VALUES)
-
-        def drawn(code: Array) -> Array:
-            named = own
-            for word in code:
-                named = jax.random.fold_in(named, word)
-            return jax.random.bits(named, (size,), jnp.uint64)
-
-        return jax.random.fold_in(key, _NOISE), jax.vmap(drawn)(codes)
-
-    return jax.jit(jax.vmap(one, in_axes=(None, 0, None)))
-
-
 def _code(key: str) -> list[int]:
     """Four words of 32 bits that identify a key."""
     return np.frombuffer(hashlib.sha256(key.encode()).digest()[:16], "<u4").tolist()
 
 
-def draw(scenario: Scenario, seed: int, runs: ArrayLike) -> tuple[Matrix, PRNGKeyArray]:
+def draw(scenario: Scenario, seed: int, runs: ArrayLike) -> tuple[Matrix, Words]:
     """Draw the dispersed values of runs.
 
     Args:
@@ -63,20 +45,23 @@ def draw(scenario: Scenario, seed: int, runs: ArrayLike) -> tuple[Matrix, PRNGKe
         runs: Indices of the runs, (n,).
 
     Returns:
-        Values, (n, keys), in the order of `scenario.dispersed`, SI; random keys of the noise, (n,).
+        Values, (n, keys), in the order of `scenario.dispersed`, SI; random keys of the noise as
+        words, (n,).
     """
     dispersions = scenario.dispersions
-    codes = np.array([_code(d.keys[0]) for d in dispersions], np.uint32).reshape(-1, 4)
     size = max((len(d.keys) for d in dispersions), default=1)
-    numbers = jnp.asarray(runs, dtype=jnp.uint32)
-    noise, bits = _streams(size)(jax.random.key(seed), numbers, codes)
+    keys = threefry(seed, runs)
+    named = np.repeat(threefry(keys, _VALUES)[:, None], len(dispersions), axis=1)
+    for word in np.array([_code(d.keys[0]) for d in dispersions]).reshape(-1, 4).T:
+        named = threefry(named, word)
+    bits = threefry(named[..., None], np.arange(size))
     # midpoints of 2^53 equal intervals of [0, 1], so that neither 0 nor 1 is drawn
-    share: Matrix = ((np.asarray(bits) >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
+    share: Matrix = ((bits >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
     drawn = [
         _values(dispersion, scenario, share[:, k, : len(dispersion.keys)])
         for k, dispersion in enumerate(dispersions)
     ]
-    return np.concatenate([np.zeros((len(numbers), 0)), *drawn], axis=1), noise
+    return np.concatenate([np.zeros((len(keys), 0)), *drawn], axis=1), threefry(keys, _NOISE)
 
 
 def _values(dispersion: Dispersion, scenario: Scenario, share: Matrix) -> Matrix:
@@ -102,8 +87,7 @@ def check_draws(scenario: Scenario, seed: int, runs: int) -> None:
     entries = numbers_of(scenario)
     for first in range(0, runs, AT_ONCE):
         numbers = range(first, min(first + AT_ONCE, runs))
-        # arrays of one size, so that only one program is compiled
-        values = draw(scenario, seed, np.resize(np.array(numbers), AT_ONCE))[0][: len(numbers)]
+        values, _ = draw(scenario, seed, np.array(numbers))
         for key, drawn in zip(scenario.dispersed, values.T, strict=True):
             entry = entries[key]
             # the allowed values are one interval, so that the extremes suffice
@@ -121,6 +105,7 @@ def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:
     drawn = dict(zip(scenario.dispersed, values.T, strict=True))
     _check_speeds(scenario, numbers, drawn)
     _check_sensing(scenario, numbers, drawn)
+    structure = structure_of(scenario)
     inertia = any(key.startswith("body.inertia.") for key in scenario.dispersed)
     events = any(key.startswith("event.") for key in scenario.dispersed)
     if not inertia and not events:
@@ -130,10 +115,10 @@ def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:
         if inertia:
             xx, yy, zz, xy, xz, yz = (own[f"body.inertia.{end}"] for end in INERTIA)
             try:
-                check_inertia(jnp.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+                check_inertia(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
             except InputError as error:
                 raise InputError(f"dispersion of body.inertia in run {number}: {error}") from None
-        starts = phase_starts(scenario, own)
+        starts = phase_starts(structure, own)
         if starts != sorted(starts):
             raise InputError(
                 f"dispersion of event times: found events in another order in run {number}, "

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from gyrostat.core.types import Matrix, Vector
 
@@ -98,10 +97,16 @@ def _groups(drawn: Matrix, metrics: Matrix) -> Iterator[_Group]:
 
 
 def _scores(values: Matrix) -> Matrix:
-    ranks = rankdata(values, axis=0)
+    ranks = np.stack([_ranks(column) for column in values.T], axis=1)
     ranks -= 0.5 * (len(values) + 1.0)
     length = np.sqrt(np.sum(ranks**2, axis=0))
     return ranks / np.where(length > 0.0, length, 1.0)
+
+
+def _ranks(values: Vector) -> Vector:
+    """Ranks from 1; equal values have their mean rank."""
+    _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
+    return (np.cumsum(counts) - 0.5 * (counts - 1.0))[place]
 
 
 def _critical(drawn: Matrix, metrics: Matrix) -> float:

@@ -2,13 +2,13 @@
 
 The results of a run depend only on scenario, seed, run number n and engine, to the last bit. XLA's
 vectorised code does not treat all lanes alike: the last lanes may use other instructions and differ
-in the last bit. Therefore run n is always initialised in lane n mod 64 together with the same 63
-other runs, even if only run n is requested. With the engine "jax" it is also simulated there, by
-the same machine code whether its history is kept or not. In compiled C all SIMD lanes give the same
-bits: with the engine "native" runs are simulated in any combination.
+in the last bit. With the engine "jax", run n is therefore always simulated in lane n mod 64
+together with the same 63 other runs, even if only run n is requested, and by the same machine code
+whether its history is kept or not. In compiled C all SIMD lanes give the same bits: with the engine
+"native" runs are simulated in any combination.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,24 +16,26 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.campaigns.build import Plans, build, plan
+from gyrostat.campaigns.build import Plans
 from gyrostat.campaigns.draws import draw
-from gyrostat.campaigns.metrics import Observer, concluded, ended
+from gyrostat.campaigns.metrics import Seen, concluded, ended
+from gyrostat.campaigns.native import Program, program_of
 from gyrostat.campaigns.percentiles import collector
+from gyrostat.campaigns.plans import plans_of
+from gyrostat.campaigns.run_loop import OWN, loop_of, runner_of
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.codegen.simd.compiler import required
-from gyrostat.core.jax64 import jax
+from gyrostat.campaigns.structure import Structure, structure_of
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.threefry import Words
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.validation import check_seed
-from gyrostat.simulation import Loop, Runner, Status, control_loop, labelled
+from gyrostat.simulation import Runner, Status, labelled
 
 if TYPE_CHECKING:
     import xarray as xr
 
 LANES = 64
-"""Number of runs that are simulated together; more are not faster."""
-LONGEST = 500
-"""Largest number of control periods whose samples are in memory at a time."""
+"""Number of runs that JAX simulates together; more are not faster."""
 
 
 class Flown(NamedTuple):
@@ -51,70 +53,64 @@ class Flown(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Program:
-    """Compiled scenario.
+class _Ready:
+    """Scenario that is ready to be simulated.
 
     Attributes:
         scenario: Scenario.
-        nominal: Values of the keys that are not dispersed.
+        nominal: Nominal values.
         plans: Controller designs.
-        begin: Initialisation of 64 runs: (nominal, drawn values, plans, random keys) -> carry.
-        runner: Runner with the same arguments.
+        runner: Runner of its loop.
+        program: Program of the native engine; None for the engine "jax".
     """
 
     scenario: Scenario
     nominal: Vector
     plans: Plans
-    begin: Callable[..., Any]
     runner: Runner
+    program: Program | None
+
+    def fly_with_jax(
+        self, nominal: Vector, drawn: Matrix, plans: Plans, keys: Words, asked: Sequence[int]
+    ) -> Iterator[tuple[Seen, Matrix, Any]]:
+        """Simulate 64 runs by JAX; see `gyrostat.campaigns.native.Program.chunks`."""
+        pairs = np.stack([keys >> np.uint64(32), keys], axis=-1).astype(np.uint32)
+        given = (nominal, drawn, plans, jax.random.wrap_key_data(jnp.asarray(pairs)))
+        carry = _begin(structure_of(self.scenario))(*given)
+        for (_, seen), (counted, rows) in self.runner.chunks(*given, carry=carry, asked=asked):
+            yield seen, counted, rows
 
 
 @lru_cache(maxsize=8)
-def _program(scenario: Scenario, engine: str) -> _Program:
-    dispersed = scenario.dispersed
-    fixed = [key for key in scenario.values if key not in dispersed]
+def _begin(structure: Structure) -> Callable[..., Any]:
+    make = loop_of(structure)
+    axes = tuple(0 if own else None for own in OWN)
+    return jax.jit(jax.vmap(lambda *given: make(*given).begin(), axes))
 
-    def make(nominal, drawn, plans, key) -> Loop:
-        values = dict(zip((*fixed, *dispersed), (*nominal, *drawn), strict=True))
-        setup = build(scenario, values, plans)
-        observer = Observer.of(scenario, setup, values)
-        loop = control_loop(
-            *(setup.plant, setup.controller, setup.sensor, setup.start, key),
-            values["run.control_period"],
-            substeps=scenario.substeps,
-            command_delay=scenario.command_delay,
-        )
 
-        def observed(seen, row, k):
-            seen, pointing = observer(seen, row, k)
-            return seen, (pointing.counted, (row, pointing.error))
-
-        return loop.folded(observed, observer.start())
-
-    runner = Runner(
-        make,
-        (False, True, False, True),
-        scenario.count,
-        engine=engine,
-        longest=LONGEST,
-        on_demand=(False, True),
+@lru_cache(maxsize=8)
+def _ready(scenario: Scenario, engine: str, *, verify: bool = False) -> _Ready:
+    structure, plans = structure_of(scenario), plans_of(scenario)
+    return _Ready(
+        scenario,
+        np.array([*scenario.values.values()]),
+        plans,
+        runner_of(structure),
+        program_of(structure, plans, verify=verify) if engine == "native" else None,
     )
-    begin = jax.jit(jax.vmap(lambda *given: make(*given).begin(), (None, 0, None, 0)))
-    nominal = np.array([scenario.values[key] for key in fixed])
-    return _Program(scenario, nominal, plan(scenario), begin, runner)
 
 
-def prepare(scenario: Scenario) -> None:
-    """Compile a scenario for the native engine; workers then use the library from the cache.
+def prepare(scenario: Scenario, *, verify: bool = False) -> None:
+    """Make the program of a scenario for the native engine; workers then find it in the cache.
+
+    Args:
+        scenario: Scenario.
+        verify: See `gyrostat.campaigns.native.program_of`.
 
     Raises:
-        InputError: There is no compiler, or the engine does not support the scenario.
+        InputError: See `gyrostat.campaigns.native.program_of`.
     """
-    required()
-    program = _program(scenario, "native")
-    values, noise = draw(scenario, 0, np.zeros(1))
-    arguments = program.nominal, values, program.plans, noise
-    program.runner.compiled(*arguments, carry=jax.eval_shape(program.begin, *arguments))
+    _ready(scenario, "native", verify=verify)
 
 
 def fly(
@@ -138,19 +134,14 @@ def fly(
         InputError: The seed is out of range.
     """
     check_seed(seed)
-    program = _program(scenario, engine)
-    native = engine == "native"
+    ready = _ready(scenario, engine)
     if runs is None:
-        values, noise = draw(scenario, seed, np.zeros(LANES))
-        nominal = [scenario.values[key] for key in scenario.dispersed]
-        one = np.zeros(1, np.int64)
-        return _group(program, one, values * 0.0 + nominal, noise, keep, native=native)
-    wanted, flown = np.asarray(runs, dtype=np.int64), []
-    for group in np.unique(wanted // LANES):
-        whole = group * LANES + np.arange(LANES)
-        own = wanted[wanted // LANES == group]
-        drawn = draw(scenario, seed, whole)
-        flown.append(_group(program, own, *drawn, keep, native=native))
+        return _group(ready, np.zeros(1, np.int64), seed, keep, nominal=True)
+    wanted = np.asarray(runs, dtype=np.int64)
+    flown = [
+        _group(ready, wanted[wanted // LANES == group], seed, keep)
+        for group in np.unique(wanted // LANES)
+    ]
     histories = [block.histories for block in flown if block.histories is not None]
     return Flown(
         {name: np.concatenate([b.columns[name] for b in flown]) for name in flown[0].columns},
@@ -159,38 +150,38 @@ def fly(
 
 
 def _group(
-    program: _Program,
+    ready: _Ready,
     runs: NDArray[np.int64],
-    values: Matrix,
-    noise: Any,
+    seed: int,
     keep: Sequence[int],
     *,
-    native: bool,
+    nominal: bool = False,
 ) -> Flown:
-    """Simulate the requested runs of a group of 64, from values and noise of the whole group."""
-    scenario, plans, nominal = program.scenario, program.plans, program.nominal
-    runner = program.runner
-    picked = runs % LANES
-    carry = program.begin(nominal, values, plans, noise)
-    drawn = values[picked]
-    if native:  # simulate the requested runs only
-        carry = jax.tree.map(lambda leaf: np.asarray(leaf)[picked], carry)
-        values, noise, picked = drawn, noise[picked], np.arange(len(runs))
+    """Simulate the requested runs of a group of 64; `nominal`: run 0 with the nominal values."""
+    scenario, native = ready.scenario, ready.program is not None
+    flown = runs if native else runs[0] // LANES * LANES + np.arange(LANES)
+    picked = np.arange(len(runs)) if native else runs % LANES
+    values, keys = draw(scenario, seed, flown * (not nominal))
+    if nominal:
+        values[:] = [scenario.values[key] for key in scenario.dispersed]
     is_kept = np.isin(runs, keep)
     asked = picked[is_kept].tolist()
-    errors = collector(len(values), len(runner.starts) * runner.length, LANES)
-    kept = []
-    for chunk in runner.chunks(nominal, values, plans, noise, carry=carry, asked=asked):
-        carry, (counted, rows) = chunk
+    given = (ready.nominal, values, ready.plans, keys)
+    fly_chunks = ready.fly_with_jax if ready.program is None else ready.program.chunks
+    errors = collector(len(values), len(ready.runner.starts) * ready.runner.length, LANES)
+    kept, last = [], None
+    for seen, counted, rows in fly_chunks(*given, asked):
         errors.add(counted)
         if asked:
             kept.append(rows)
-    _, seen = carry
+        last = seen
+    seen: Any = jax.tree.map(np.asarray, last)
     period = scenario.values["run.control_period"]
+    drawn = values[picked]
     columns = {
         "run": runs,
         **{key: drawn[:, k] for k, key in enumerate(scenario.dispersed)},
-        "status": np.asarray(seen.status)[picked].astype(np.int8),
+        "status": seen.status[picked].astype(np.int8),
         "ended": ended(seen, period)[picked],
     }
     columns |= {name: entry[picked] for name, entry in concluded(scenario, seen, errors).items()}

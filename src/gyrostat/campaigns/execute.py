@@ -1,14 +1,13 @@
 """Execution of a campaign, from the first run to the table of results, resumable."""
 
-import os
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from gyrostat.campaigns.description import Campaign, DamagedError
-from gyrostat.campaigns.executors import Opener, carry_out, kept_open, processes
-from gyrostat.campaigns.fingerprint import FLAGS, engine_record, refuse_other, use_engine
+from gyrostat.campaigns.executors import Opener, carry_out, kept_open
+from gyrostat.campaigns.fingerprint import FLAGS, engine_record, refuse_other
+from gyrostat.campaigns.jobs import Job, executor_for, work
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.schema import metric_units
 from gyrostat.campaigns.store import Store
@@ -21,42 +20,8 @@ BLOCK = 64
 """Number of runs in a block; the same as the number of runs that are simulated together."""
 AT_ONCE = 8
 """Number of runs that are replayed together; their histories are in memory at the same time."""
-ELSEWHERE = 128
-"""Assumed number of workers of an executor if it is not given."""
-FEW_PERIODS = 4_000_000
-"""Control periods of all runs up to which one worker of the native engine simulates a campaign: it
-takes a few seconds, less than another worker needs to start."""
 MOST_RUNS = 2**32
 """Largest number of runs; the random generator uses run numbers of 32 bits."""
-
-
-class Job(NamedTuple):
-    """Job of a worker: runs to simulate.
-
-    Attributes:
-        campaign: Campaign of the runs.
-        runs: Indices of the runs.
-        keep: Indices of the runs whose histories are requested.
-        block: Number of the block; -1 for a selection of runs.
-    """
-
-    campaign: Campaign
-    runs: tuple[int, ...]
-    keep: tuple[int, ...]
-    block: int
-
-
-_scenario = lru_cache(maxsize=8)(Scenario.from_text)
-
-
-def work(job: Job) -> Any:
-    """Simulate the runs of a job in a worker; returns `gyrostat.campaigns.engine.Flown`."""
-    use_engine(job.campaign.engine)
-    from gyrostat.campaigns.engine import fly
-
-    campaign, engine = job.campaign, job.campaign.engine["engine"]
-    scenario = _scenario(campaign.scenario)
-    return fly(scenario, campaign.seed, job.runs, keep=job.keep, engine=engine)
 
 
 def chosen_engine(
@@ -106,7 +71,7 @@ def run_campaign(
     force: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
     say: Callable[[str], None] = lambda text: None,
-    fly_job: Callable[[Job], Any] = work,
+    fly_job: Callable[[Job], Any] | None = None,
 ) -> Path:
     """Run a campaign, or resume it.
 
@@ -118,9 +83,8 @@ def run_campaign(
         device: "cpu" or "gpu".
         engine: "native", "jax", or "auto". When a campaign is resumed, "auto" is its engine;
             otherwise see `chosen_engine`.
-        opener: Opens the executor; None for processes on this machine.
-        workers: Number of workers; None for one per core, one for a small campaign of the native
-            engine (`FEW_PERIODS`), and `ELSEWHERE` for another executor.
+        opener: See `executor_for`.
+        workers: See `executor_for`.
         block: Number of runs in a block; the results do not depend on it.
         keep: Indices of runs whose histories are kept.
         worst: Number of worst runs whose histories are kept in addition.
@@ -129,7 +93,7 @@ def run_campaign(
             results; they are renamed NAME.changed.
         on_progress: Called with the number of completed runs and the total number of runs.
         say: Called with each message for the user.
-        fly_job: Function that workers apply to a job.
+        fly_job: See `executor_for`.
 
     Returns:
         Path of the table of all runs.
@@ -172,11 +136,9 @@ def run_campaign(
         asked = Campaign(scenario.text(), scenario.digest(), seed, runs, block, record)
         campaign = store.begin(asked, force=force)
         refuse_other(campaign.engine, str(out))
-        few = engine == "native" and runs * scenario.count <= FEW_PERIODS
-        cores = 1 if few else len(os.sched_getaffinity(0))
-        count = workers or (cores if opener is None else ELSEWHERE)
+        opener, count, fly_job = executor_for(campaign, runs, opener, workers, fly_job)
         damaged = store.check(campaign)
-        with kept_open(opener or processes(count)) as pool:
+        with kept_open(opener) as pool:
             _fly_blocks(store, campaign, pool, 2 * count + 2, on_progress, say, fly_job)
             store.merge(campaign)
             wanted = {*keep, *worst_runs(store, worst, worst_by), *damaged}

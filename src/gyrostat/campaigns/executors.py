@@ -1,4 +1,4 @@
-"""Executors: local processes or a Dask cluster behind one interface."""
+"""Executors: threads, local processes or a Dask cluster behind one interface."""
 
 import contextlib
 import multiprocessing
@@ -8,7 +8,14 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, ProcessPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    wait,
+)
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for_end
 from multiprocessing.context import SpawnContext, SpawnProcess
@@ -118,6 +125,24 @@ def processes(workers: int) -> Opener:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
         pool.shutdown()
+
+    return opened
+
+
+def threads(workers: int) -> Opener:
+    """Create an opener of threads of this process; compiled C runs in parallel in them.
+
+    Args:
+        workers: Number of threads.
+    """
+
+    @contextlib.contextmanager
+    def opened() -> Iterator[Executor]:
+        pool = ThreadPoolExecutor(workers)
+        try:
+            yield pool
+        finally:
+            pool.shutdown(cancel_futures=True)
 
     return opened
 

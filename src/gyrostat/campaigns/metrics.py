@@ -9,6 +9,7 @@ from jaxtyping import Array, Float, Int
 from gyrostat.campaigns.build import Setup
 from gyrostat.campaigns.percentiles import Collector
 from gyrostat.campaigns.scenario import Scenario
+from gyrostat.campaigns.structure import Structure
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import angle_between, error_angle, to_inertial
@@ -87,10 +88,10 @@ class Observer(eqx.Module):
     boresight: tuple[float, ...] | None = eqx.field(static=True)
 
     @classmethod
-    def of(cls, scenario: Scenario, setup: Setup, values: dict[str, Scalar]) -> Self:
+    def of(cls, structure: Structure, setup: Setup, values: dict[str, Scalar]) -> Self:
         """Create the observer of a run with the given values."""
         own = {k: v for k, v in values.items() if k.split(".")[0] in ("metrics", "run")}
-        return cls(setup, own, scenario.count, scenario.boresight)
+        return cls(setup, own, structure.count, structure.boresight)
 
     def start(self) -> Seen:
         """Initial values before the first sample."""

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gyrostat.campaigns.build import build, plan
 from gyrostat.campaigns.components import ESTIMATOR_OF
 from gyrostat.campaigns.kinds import KINDS
+from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.read_dispersions import read_dispersions
 from gyrostat.campaigns.read_events import read_events, within_run
 from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
@@ -21,7 +21,7 @@ from gyrostat.campaigns.tables import Table, opened
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, printable
 from gyrostat.core.toml_file import LONGEST_NAME
-from gyrostat.core.validation import MOST_PERIODS, check_parts, check_period, require_period
+from gyrostat.core.validation import MOST_PERIODS, require_period
 from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
 
 SECTIONS = (
@@ -94,10 +94,7 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
     )
     scenario = replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
     try:
-        setup = build(scenario, values, plan(scenario))
-        check_parts(setup.plant, setup.controller, setup.sensor)
-        setup.plant.check_state(setup.start)
-        check_period(values["run.control_period"], setup.controller)
+        plans_of(scenario)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     return scenario

@@ -3,10 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
-from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.schema import MEASURED, SENSOR_FAULT
+from gyrostat.campaigns.structure import Structure
 from gyrostat.control import FieldLimits, Guarded, MeasurementGuard
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax
@@ -25,7 +23,7 @@ def options_of(values: Values, section: str) -> dict[str, Scalar]:
     }
 
 
-def with_faults(scenario: Scenario, values: Values, sensor: Any) -> Any:
+def with_faults(structure: Structure, values: Values, sensor: Any) -> Any:
     """Add the sensor faults of a scenario's events; without faults, the sensor is unchanged."""
     faults = tuple(
         SensorFault(
@@ -34,23 +32,23 @@ def with_faults(scenario: Scenario, values: Values, sensor: Any) -> Any:
             **options_of(values, f"event.{event.name}"),
             element=event.element,
         )
-        for event in scenario.events
+        for event in structure.events
         if event.sensor is not None
     )
     return FaultySensor(sensor, faults) if faults else sensor
 
 
-def guarded(scenario: Scenario, values: Values, controller: Any, sensor: Any, start: Any) -> Any:
+def guarded(structure: Structure, values: Values, controller: Any, sensor: Any, start: Any) -> Any:
     """Add the measurement guard of a scenario; without guard, the controller is unchanged.
 
     Args:
-        scenario: Scenario.
+        structure: Structure of the scenario.
         values: Values of this run.
         controller: Controller.
         sensor: Sensor of the loop.
         start: State at time 0.
     """
-    if scenario.guard is None:
+    if structure.guard is None:
         return controller
     own = options_of(values, "guard")
 
@@ -60,9 +58,7 @@ def guarded(scenario: Scenario, values: Values, controller: Any, sensor: Any, st
 
     limits = {}
     for name in MEASURED:
-        # by the nominal value, so that all runs have the same structure
-        limited = np.isfinite(scenario.values.get(f"guard.{name}_change", np.inf))
-        rate = own[f"{name}_change"] if limited else None
+        rate = own[f"{name}_change"] if name in structure.limited else None
         limits[name] = FieldLimits(own[f"{name}_lower"], own[f"{name}_upper"], rate)
-    guard = MeasurementGuard.of(jax.eval_shape(measured), limits, scenario.guard)
+    guard = MeasurementGuard.of(jax.eval_shape(measured), limits, structure.guard)
     return Guarded(controller, guard)

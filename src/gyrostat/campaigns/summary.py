@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binom
+from scipy.special import bdtr, bdtrik
 
 from gyrostat.campaigns.percentiles import rank
 from gyrostat.core.types import Vector
@@ -43,11 +43,18 @@ def percentile_of(values: Vector, percent: float) -> Percentile:
     if count == 0:
         return Percentile(percent, np.nan, np.nan, np.nan)
     tail = 0.5 * (1.0 - CONFIDENCE)
-    first = int(binom.ppf(tail, count, share))
-    last = int(binom.ppf(1.0 - tail, count, share)) + 1
+    first = _binomial_quantile(tail, count, share)
+    last = _binomial_quantile(1.0 - tail, count, share) + 1
     return Percentile(
         percent,
         float(ordered[rank(percent, count) - 1]),
         float(ordered[first - 1]) if first >= 1 else np.nan,
         float(ordered[last - 1]) if last <= count else np.nan,
     )
+
+
+def _binomial_quantile(level: float, count: int, share: float) -> int:
+    """Smallest number of successes whose cumulative probability is at least `level`."""
+    most = int(np.ceil(bdtrik(level, count, share)))
+    # the inverse of the continuous function may be rounded up
+    return most - 1 if most > 0 and bdtr(most - 1.0, count, share) >= level else most

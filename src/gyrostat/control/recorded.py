@@ -23,4 +23,9 @@ def _joined(prefix: str, command: Any, signals: Any) -> Any:
     fields = (*command._fields, *signals._fields)
     made: Any = namedtuple(f"{prefix}{command.__name__}", fields)
     made.UNITS = declared_units(command) | declared_units(signals)
+    count = len(command._fields)
+    made.__reduce__ = lambda own: (
+        recorded_with,
+        (prefix, command(*own[:count]), signals(*own[count:])),
+    )
     return made

@@ -7,6 +7,7 @@ import numpy as np
 
 from gyrostat.campaigns.build import phase_starts, phases_of
 from gyrostat.campaigns.scenario import Scenario
+from gyrostat.campaigns.structure import structure_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,11 +31,12 @@ def replay_data(
         return None
     frames = fine[:: max(1, -(-len(fine) // MOST_FRAMES))]
     own = {**scenario.values, **values}
-    targets = [scenario.target]
-    for event in phases_of(scenario):
-        targets.append(event.target or targets[-1])
+    structure = structure_of(scenario)
+    targets, slews = [scenario.target], {event.name: event.target for event in scenario.events}
+    for event in phases_of(structure):
+        targets.append(slews[event.name] or targets[-1])
     time = history.time.values[frames]
-    starts = np.array(phase_starts(scenario, own), dtype=float)
+    starts = np.array(phase_starts(structure, own), dtype=float)
     phase = np.searchsorted(starts, time + 1e-9, side="right") - 1
     xx, yy, zz = (own[f"body.inertia.{end}"] for end in ("xx", "yy", "zz"))
     # sides of the cuboid of uniform density with these moments of inertia

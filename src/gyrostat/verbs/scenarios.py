@@ -107,7 +107,8 @@ def campaign(
         out: Folder of the campaign. None: a folder in the current one, named after scenario, runs
             and seed, as "cubesat-1000-runs-seed-1"; reported to `say`, or on stderr without it.
         seed: Seed of all draws.
-        workers: Number of worker processes; None: one for each core, or one for a small campaign.
+        workers: Number of worker processes; None: one for each core, or threads of this process
+            for a small campaign of the native engine.
         scheduler: Address of a Dask scheduler, which replaces the local processes.
         device: "cpu", or "gpu" where JAX sees one.
         engine: "native" (compiled C), "jax", or "auto": native if there is a C compiler.
@@ -189,9 +190,10 @@ def replay(
     """
     import xarray as xr
 
-    from gyrostat.campaigns import Store, processes
+    from gyrostat.campaigns import Store
     from gyrostat.campaigns import replay as simulate_again
     from gyrostat.campaigns.fingerprint import refuse_other
+    from gyrostat.campaigns.jobs import executor_for
     from gyrostat.reports.campaign import write_replay
 
     store = Store(Path(folder), say)
@@ -201,7 +203,8 @@ def replay(
     refuse_other(known.engine, str(folder))
     with store.locked():
         store.mend(known)
-        path = simulate_again(store, known, [run], processes(1))[0]
+        opener, _, fly_job = executor_for(known, 1)
+        path = simulate_again(store, known, [run], opener, fly_job)[0]
     write_replay(known, path, run, command=command, say=say)
     with xr.open_dataset(path, engine="h5netcdf") as history:
         return history.load()

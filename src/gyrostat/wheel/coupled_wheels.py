@@ -8,6 +8,7 @@ segment, and of several overloaded wheels the one with the largest excess is rel
 
 from typing import NamedTuple
 
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from gyrostat.core.arrays import PerWheel, Scalar
@@ -30,7 +31,7 @@ EVENT_TOLERANCE = 1e-9
 POLISH = 1e-6
 """Largest share of a segment by which the last Newton step may move an event; its square is the
 error."""
-STAGES, WEIGHTS = jnp.array([0.5, 0.5, 1.0]), jnp.array([2.0, 2.0, 1.0]) / 6.0
+STAGES, WEIGHTS = np.array([0.5, 0.5, 1.0]), np.array([2.0, 2.0, 1.0]) / 6.0
 
 
 @jax.jit

@@ -103,6 +103,39 @@ def library(text: str, more: tuple[str, ...] = ()) -> ctypes.CDLL:
     return _loaded[name]
 
 
+def stored_library(name: str) -> ctypes.CDLL | None:
+    """Load a library that was compiled before, once per process.
+
+    Args:
+        name: Its name; see `library_name`.
+
+    Returns:
+        The library; None if the cache does not have it.
+
+    Raises:
+        InputError: The library cannot be loaded.
+    """
+    if name not in _loaded:
+        content = _cache().read(name)
+        if content is None:
+            return None
+        _loaded[name] = _load(content, required()[0])
+    return _loaded[name]
+
+
+def library_name(text: str, more: tuple[str, ...] = ()) -> str:
+    """Name of the library of a C module in the cache.
+
+    Args:
+        text: Source of the module.
+        more: Additional flags.
+
+    Raises:
+        InputError: There is no compiler.
+    """
+    return _entry(text, more)[0]
+
+
 _loaded: dict[str, ctypes.CDLL] = {}
 
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import ArrayLike
 
 from gyrostat.core.errors import InputError
@@ -62,6 +61,8 @@ def uncontrollable(
     Raises:
         InputError: The shapes do not fit, or a value is not finite.
     """
+    import scipy.linalg
+
     a, b = np.asarray(dynamics, dtype=float), np.asarray(input, dtype=float)
     if a.ndim != 2 or a.shape[0] != a.shape[1] or b.ndim != 2 or len(b) != len(a):
         raise InputError(f"A and B: found shapes {a.shape} and {b.shape}, expected (n, n), (n, m)")

@@ -1,0 +1,85 @@
+"""Jobs of a campaign and the executor that carries them out."""
+
+import os
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from gyrostat.campaigns.description import Campaign
+from gyrostat.campaigns.executors import Opener, processes, threads
+from gyrostat.campaigns.fingerprint import use_engine
+from gyrostat.campaigns.scenario import Scenario
+
+ELSEWHERE = 128
+"""Assumed number of workers of an executor if it is not given."""
+FEW_PERIODS = 40_000_000
+"""Control periods of all runs up to which the native engine simulates a campaign in threads of this
+process: it takes a few seconds, as worker processes need to start."""
+
+
+class Job(NamedTuple):
+    """Job of a worker: runs to simulate.
+
+    Attributes:
+        campaign: Campaign of the runs.
+        runs: Indices of the runs.
+        keep: Indices of the runs whose histories are requested.
+        block: Number of the block; -1 for a selection of runs.
+    """
+
+    campaign: Campaign
+    runs: tuple[int, ...]
+    keep: tuple[int, ...]
+    block: int
+
+
+_scenario = lru_cache(maxsize=8)(Scenario.from_text)
+
+
+def work(job: Job) -> Any:
+    """Simulate the runs of a job in a worker; returns `gyrostat.campaigns.engine.Flown`."""
+    use_engine(job.campaign.engine)
+    return work_here(job)
+
+
+def work_here(job: Job) -> Any:
+    """Simulate the runs of a job in a process that is configured; see `work`."""
+    from gyrostat.campaigns.engine import fly
+
+    campaign, engine = job.campaign, job.campaign.engine["engine"]
+    scenario = _scenario(campaign.scenario)
+    return fly(scenario, campaign.seed, job.runs, keep=job.keep, engine=engine)
+
+
+def executor_for(
+    campaign: Campaign,
+    runs: int,
+    opener: Opener | None = None,
+    workers: int | None = None,
+    fly_job: Callable[[Job], Any] | None = None,
+) -> tuple[Opener, int, Callable[[Job], Any]]:
+    """Choose the executor of a campaign: by default threads for a few runs of the native engine.
+
+    Threads start at once. The engine JAX needs processes, because its flags are fixed at its start.
+
+    Args:
+        campaign: Campaign.
+        runs: Number of runs to simulate.
+        opener: Opens the executor; None for this machine.
+        workers: Number of workers; None for one for each core, `ELSEWHERE` for another executor.
+        fly_job: Function that is applied to each job; None for the simulation.
+
+    Returns:
+        The opener, the number of workers, and the function.
+    """
+    cores = len(os.sched_getaffinity(0))
+    if opener is not None:
+        return opener, workers or ELSEWHERE, fly_job or work
+    if campaign.engine.get("engine") == "native" and workers is None and fly_job is None:
+        scenario = _scenario(campaign.scenario)
+        if runs * scenario.count <= FEW_PERIODS:
+            from gyrostat.campaigns.engine import prepare
+
+            prepare(scenario)  # once, not in each thread
+            return threads(cores), cores, work_here
+    return processes(workers or cores), workers or cores, fly_job or work

@@ -1,0 +1,180 @@
+"""Program of a scenario for the native engine, stored with all that is needed to call it.
+
+A program depends only on the structure of its scenario. It is stored in the private cache under a
+digest of this structure, of the code of this package and of all versions. A stored program is
+neither traced nor compiled again.
+"""
+
+import hashlib
+import os
+import pickle
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gyrostat.campaigns.build import Plans
+from gyrostat.campaigns.fingerprint import FLAGS, engine_record
+from gyrostat.campaigns.metrics import Seen
+from gyrostat.campaigns.run_loop import ON_DEMAND, OWN, loop_of, runner_of
+from gyrostat.campaigns.structure import Structure
+from gyrostat.codegen.simd.batch import Traced, traced
+from gyrostat.codegen.simd.call import Compiled, Layout
+from gyrostat.codegen.simd.compiler import library, library_name, required, stored_library
+from gyrostat.core.cache import private_cache
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax
+from gyrostat.core.threefry import Words
+from gyrostat.core.types import Matrix, Vector
+
+
+class Part(NamedTuple):
+    """Compiled function as it is stored.
+
+    Attributes:
+        text: SHA-256 digest of its text.
+        library: Name of its library in the cache.
+        layout: Layout of its arguments and results.
+    """
+
+    text: str
+    library: str
+    layout: Layout
+
+
+class Stored(NamedTuple):
+    """Program as it is stored.
+
+    Attributes:
+        begin: Initialisation of runs.
+        chunk: Control periods of one chunk of time.
+        rows: Tree of the records on demand, with their places in the list of results.
+    """
+
+    begin: Part
+    chunk: Part
+    rows: Any
+
+
+class Program(NamedTuple):
+    """Program of a scenario, loaded; see `Stored`.
+
+    Attributes:
+        begin: Initialisation of runs.
+        chunk: Control periods of one chunk of time.
+        rows: Tree of the records on demand, with their places in the list of results.
+        starts: Index of the first sample of each chunk.
+    """
+
+    begin: Compiled
+    chunk: Compiled
+    rows: Any
+    starts: range
+
+    def chunks(
+        self, nominal: Vector, drawn: Matrix, plans: Plans, keys: Words, asked: Sequence[int]
+    ) -> Iterator[tuple[Seen, Matrix, Any]]:
+        """Run chunk by chunk; the last chunk may extend beyond the last sample.
+
+        Args:
+            nominal: Nominal values.
+            drawn: Drawn values, (runs, dispersed).
+            plans: Designs.
+            keys: Random keys of the noise, (runs,).
+            asked: Indices of the runs whose records are requested.
+
+        Yields:
+            `Seen` after the chunk, the counted pointing errors, (runs, samples), and the records
+            of the requested runs.
+        """
+        given = (nominal, drawn, *map(np.asarray, jax.tree.leaves(plans)), keys)
+        carry = self.begin(given)
+        for first in self.starts:
+            made = self.chunk((*carry, np.int64(first), *given), asked)
+            carry, (counted, *rows) = made[: len(carry)], made[len(carry) :]
+            seen = Seen(*carry[-len(Seen._fields) :])
+            yield seen, counted, jax.tree.map(rows.__getitem__, self.rows)
+
+
+def program_of(structure: Structure, plans: Plans, *, verify: bool = False) -> Program:
+    """Program of a scenario: from the cache, or traced, compiled and stored.
+
+    Args:
+        structure: Structure of the scenario.
+        plans: Designs; only the shapes and types of their numbers are used.
+        verify: Trace the program in any case and compare it with the stored one.
+
+    Raises:
+        InputError: There is no compiler, the engine does not support the scenario, or the stored
+            program differs.
+    """
+    required()
+    cache, name = private_cache(), _name(structure, plans)
+    content = None if cache is None else cache.read(name)
+    stored = None if content is None else pickle.loads(content)
+    if stored is not None and not verify:
+        libraries = [stored_library(part.library) for part in (stored.begin, stored.chunk)]
+        if None not in libraries:
+            return _loaded(structure, stored, *libraries)
+    traces, rows = _trace(structure, plans)
+    made = Stored(*map(_part, traces), rows)
+    if verify and stored is not None and [*stored[:2]] != [*made[:2]]:
+        raise InputError(
+            f"{cache and cache.path}: found a stored program {name} that differs from a new trace, "
+            "expected the same (`gyrostat cache --clear` removes it); please report this"
+        )
+    program = _loaded(structure, made, *(library(each.text) for each in traces))
+    if cache is not None:
+        cache.write(name, pickle.dumps(made))
+    return program
+
+
+def _name(structure: Structure, plans: Plans) -> str:
+    """Name of the stored program in the cache."""
+    leaves, tree = jax.tree.flatten(plans)
+    # the platform does not change the C code
+    options = {
+        key: value
+        for key, value in os.environ.items()
+        if key.startswith("JAX_") and key != "JAX_PLATFORMS"
+    }
+    parts = (
+        *(structure, tree, [(np.shape(leaf), np.result_type(leaf)) for leaf in leaves]),
+        *(engine_record("cpu", FLAGS["cpu"], "native"), sorted(options.items())),
+    )
+    return f"lanes-program-{hashlib.sha256(repr(parts).encode()).hexdigest()}"
+
+
+def _trace(structure: Structure, plans: Plans) -> tuple[tuple[Traced, Traced], Any]:
+    """Functions of the initialisation and of a chunk as C, and the tree of the records."""
+    make, length = loop_of(structure), runner_of(structure).length
+
+    def begin(*given: Any) -> Any:
+        return make(*given).begin()
+
+    def chunk(carry: Any, first: Any, *given: Any) -> Any:
+        return make(*given).scan(carry, first, length)
+
+    key = jax.ShapeDtypeStruct((1,), jax.random.key(0).dtype)
+    drawn = np.zeros((1, len(structure.dispersed)))
+    given = (np.zeros(len(structure.keys)), drawn, plans, key)
+    one = traced(begin, OWN, given)
+    carry = jax.tree.map(
+        lambda leaf: jax.ShapeDtypeStruct((1, *leaf.shape), leaf.dtype), one.results
+    )
+    other = traced(chunk, (True, False, *OWN), (carry, 0, *given), on_demand=(False, ON_DEMAND))
+    _, (_, rows) = other.results
+    tree = jax.tree.structure(rows)
+    return (one, other), jax.tree.unflatten(tree, range(tree.num_leaves))
+
+
+def _part(each: Traced) -> Part:
+    digest = hashlib.sha256(each.text.encode()).hexdigest()
+    return Part(digest, library_name(each.text), each.layout)
+
+
+def _loaded(structure: Structure, stored: Stored, *libraries: Any) -> Program:
+    begin, chunk = (
+        Compiled(part.layout, each) for part, each in zip(stored[:2], libraries, strict=True)
+    )
+    return Program(begin, chunk, stored.rows, runner_of(structure).starts)

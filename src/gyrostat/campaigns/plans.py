@@ -1,0 +1,41 @@
+"""Validated designs of a scenario, kept in the private cache."""
+
+import hashlib
+import os
+import pickle
+
+import numpy as np
+
+from gyrostat.campaigns.build import Plans, build, plan
+from gyrostat.campaigns.fingerprint import FLAGS, engine_record
+from gyrostat.campaigns.scenario import Scenario
+from gyrostat.campaigns.structure import structure_of
+from gyrostat.core.cache import private_cache
+from gyrostat.core.jax64 import jax
+from gyrostat.core.validation import check_parts, check_period
+
+
+def plans_of(scenario: Scenario) -> Plans:
+    """Design the controllers of a scenario and validate all its parts.
+
+    The designs of a scenario with the same content, code and versions are taken from the cache,
+    which has them only if the parts were valid.
+
+    Raises:
+        InputError: A part refuses its parameters, or the working wheels do not suffice in a phase.
+    """
+    about = engine_record("cpu", FLAGS["cpu"]), os.environ.get("JAX_PLATFORMS"), scenario.text()
+    name = f"scenario-{hashlib.sha256(repr(about).encode()).hexdigest()}"
+    cache = private_cache()
+    content = None if cache is None else cache.read(name)
+    if content is not None:
+        return pickle.loads(content)
+    plans = plan(scenario)
+    setup = build(structure_of(scenario), scenario.values, plans)
+    check_parts(setup.plant, setup.controller, setup.sensor)
+    setup.plant.check_state(setup.start)
+    check_period(scenario.values["run.control_period"], setup.controller)
+    plans = jax.tree.map(np.asarray, plans)
+    if cache is not None:
+        cache.write(name, pickle.dumps(plans))
+    return plans

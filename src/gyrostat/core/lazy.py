@@ -1,0 +1,33 @@
+"""Names of a package that are loaded when they are first used."""
+
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+
+def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """Functions `__getattr__` and `__dir__` of a package, and its `__all__`.
+
+    The names and their modules are those of the file `__init__.pyi`, which type checkers read.
+
+    Args:
+        package: Name of the package, which is being imported.
+    """
+    module = sys.modules[package]
+    loader: Any = module.__loader__
+    stub = loader.get_data(f"{module.__file__}i").decode()
+    lines = [line.split() for line in stub.splitlines() if line.startswith("from ")]
+    homes = {name: home for _, home, _, name, *_ in lines}
+
+    def load(name: str) -> Any:
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        value = getattr(import_module(homes[name]), name)
+        setattr(module, name, value)
+        return value
+
+    def names() -> list[str]:
+        return sorted({*vars(module), *homes})
+
+    return load, names, [*homes]
