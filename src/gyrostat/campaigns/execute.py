@@ -25,7 +25,12 @@ MOST_RUNS = 2**32
 
 
 def chosen_engine(
-    engine: str, scenario: Scenario, device: str, say: Callable[[str], None] = lambda text: None
+    engine: str,
+    scenario: Scenario,
+    device: str,
+    say: Callable[[str], None] = lambda text: None,
+    *,
+    verify: bool = False,
 ) -> str:
     """Choose the engine for a scenario, "native" or "jax", and compile for the native engine.
 
@@ -34,6 +39,7 @@ def chosen_engine(
         scenario: Scenario.
         device: "cpu" or "gpu".
         say: Called with a message that explains why "auto" chose JAX.
+        verify: See `gyrostat.campaigns.native.program_of`.
 
     Raises:
         InputError: The native engine cannot simulate this scenario on this machine.
@@ -45,7 +51,7 @@ def chosen_engine(
     from gyrostat.campaigns.engine import prepare
 
     try:
-        prepare(scenario)
+        prepare(scenario, verify=verify)
     except InputError as error:
         if engine == "native":
             raise
@@ -69,6 +75,7 @@ def run_campaign(
     worst: int = 3,
     worst_by: str | None = None,
     force: bool = False,
+    verify: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
     say: Callable[[str], None] = lambda text: None,
     fly_job: Callable[[Job], Any] | None = None,
@@ -91,6 +98,7 @@ def run_campaign(
         worst_by: Metric that ranks the worst runs; None for the last percentile of the error.
         force: Whether to start a new campaign in a folder with files that have the names of
             results; they are renamed NAME.changed.
+        verify: See `gyrostat.campaigns.native.program_of`; for a new campaign.
         on_progress: Called with the number of completed runs and the total number of runs.
         say: Called with each message for the user.
         fly_job: See `executor_for`.
@@ -119,7 +127,7 @@ def run_campaign(
     except DamagedError:  # may be repaired below
         known = None
     if known is None:
-        engine = chosen_engine(engine, scenario, device, say)
+        engine = chosen_engine(engine, scenario, device, say, verify=verify)
     else:
         recorded = known.engine.get("engine", "jax")
         if engine not in ("auto", recorded):

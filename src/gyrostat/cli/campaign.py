@@ -24,7 +24,15 @@ Engine = Annotated[
 Workers = Annotated[
     int | None,
     typer.Option(
-        min=1, max=1024, help="Processes; by default one a core, and one for a small campaign."
+        min=1,
+        max=1024,
+        help="Processes; by default one per core, and none (threads) for a small campaign.",
+    ),
+]
+Verify = Annotated[
+    bool,
+    typer.Option(
+        "--verify", help="Make the compiled program again and compare it with the stored one."
     ),
 ]
 Scheduler = Annotated[
@@ -39,6 +47,7 @@ def simulate(
     device: Device = "cpu",
     engine: Engine = "auto",
     force: ForceModel = False,
+    verify: Verify = False,
     json_output: Json = False,
 ) -> None:
     """Simulate a scenario once, with its nominal values: RUN.nc and RUN.html."""
@@ -92,6 +101,7 @@ def campaign(
             "impossible.",
         ),
     ] = False,
+    verify: Verify = False,
 ) -> None:
     """Simulate a scenario many times with dispersed values; run again to resume after a stop."""
     options = locals()

@@ -24,6 +24,7 @@ def simulate(
     device: str = "cpu",
     engine: str = "auto",
     force: bool = False,
+    verify: bool = False,
     say: Say = silent,
     command: str = "gyrostat.simulate",
 ) -> "xr.Dataset":
@@ -37,6 +38,7 @@ def simulate(
         engine: "native" (compiled C), "jax", or "auto": native if there is a C compiler.
         force: Whether to replace files that gyrostat did not write, and to take wheels that are
             marked as impossible.
+        verify: Whether to make the compiled program again and compare it with the stored one.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
 
@@ -69,7 +71,8 @@ def simulate(
 
     found = _scenario(scenario, force=force)
     say(f"flying {found.name}: {found.duration:g} s")
-    flown = fly(found, seed, None, keep=[0], engine=chosen_engine(engine, found, device, say))
+    engine = chosen_engine(engine, found, device, say, verify=verify)
+    flown = fly(found, seed, None, keep=[0], engine=engine)
     if path is not None:
         from gyrostat.reports.campaign_run import write_run
 
@@ -95,6 +98,7 @@ def campaign(
     worst: int = 3,
     worst_by: str | None = None,
     force: bool = False,
+    verify: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
     say: Say = silent,
     command: str = "gyrostat.campaign",
@@ -118,6 +122,7 @@ def campaign(
         worst_by: Metric that ranks them; None: the last percentile of the error.
         force: Whether to start although the folder has files that gyrostat did not write, which
             are renamed NAME.changed, and to accept wheels that are marked as impossible.
+        verify: Whether to make the compiled program again and compare it with the stored one.
         on_progress: Function called with the number of runs done and the total number.
         say: Function that receives each message for the user.
         command: Text that the report names as its origin.
@@ -163,6 +168,7 @@ def campaign(
         worst=worst,
         worst_by=worst_by,
         force=force,
+        verify=verify,
         on_progress=on_progress,
         say=say,
     )
