@@ -10,7 +10,8 @@ from gyrostat.failures import holdable
 from gyrostat.identification import identify
 from gyrostat.papers.carrara_kuga.dispersed import crossing_figure
 from gyrostat.reports import sky_figure
-from gyrostat.reports.figures import STYLE, friction_figure, record_figure
+from gyrostat.reports.drawing import STYLE
+from gyrostat.reports.figures import friction_figure, record_figure
 from gyrostat.spacecraft import read_spacecraft
 from gyrostat.telemetry import read_record
 

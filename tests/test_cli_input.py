@@ -132,7 +132,7 @@ def test_help_keeps_its_brackets(run):
 @pytest.mark.parametrize("name", ["$\\frac$", "$x$", "a$b", "_hidden", "{x}_^", "☃"])
 def test_a_wheel_may_have_any_name_in_a_figure(name):
     from gyrostat.reports.campaign_run import run_figure
-    from gyrostat.reports.figures import svg
+    from gyrostat.reports.drawing import svg
     from gyrostat.reports.recovery import recovery_figure
 
     time = np.linspace(0.0, 1.0, 5)

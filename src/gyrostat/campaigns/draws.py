@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtri
 
 from gyrostat.campaigns.build import phase_starts
 from gyrostat.campaigns.kinds import numbers_of
@@ -61,7 +60,12 @@ def draw(scenario: Scenario, seed: int, runs: ArrayLike) -> tuple[Matrix, Words]
         _values(dispersion, scenario, share[:, k, : len(dispersion.keys)])
         for k, dispersion in enumerate(dispersions)
     ]
-    return np.concatenate([np.zeros((len(keys), 0)), *drawn], axis=1), threefry(keys, _NOISE)
+    return np.concatenate([np.zeros((len(keys), 0)), *drawn], axis=1), noise_keys(seed, runs)
+
+
+def noise_keys(seed: int, runs: ArrayLike) -> Words:
+    """Random keys of the noise of runs, (n,); see `draw`."""
+    return threefry(threefry(seed, runs), _NOISE)
 
 
 def _values(dispersion: Dispersion, scenario: Scenario, share: Matrix) -> Matrix:
@@ -70,6 +74,8 @@ def _values(dispersion: Dispersion, scenario: Scenario, share: Matrix) -> Matrix
     spread = np.array(dispersion.spread)
     if dispersion.distribution == "uniform":
         return spread[:, 0] + share * (spread[:, 1] - spread[:, 0])
+    from scipy.special import ndtri  # slow to import
+
     normal = ndtri(share)
     if dispersion.distribution == "log_normal":
         return nominal * np.exp(spread[:, 0] * normal)

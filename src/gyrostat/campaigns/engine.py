@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.campaigns.build import Plans
-from gyrostat.campaigns.draws import draw
+from gyrostat.campaigns.draws import draw, noise_keys
 from gyrostat.campaigns.metrics import Seen, concluded, ended
 from gyrostat.campaigns.native import Program, program_of
 from gyrostat.campaigns.percentiles import collector
@@ -161,9 +161,11 @@ def _group(
     scenario, native = ready.scenario, ready.program is not None
     flown = runs if native else runs[0] // LANES * LANES + np.arange(LANES)
     picked = np.arange(len(runs)) if native else runs % LANES
-    values, keys = draw(scenario, seed, flown * (not nominal))
     if nominal:
-        values[:] = [scenario.values[key] for key in scenario.dispersed]
+        own = [scenario.values[key] for key in scenario.dispersed]
+        values, keys = np.tile(own, (len(flown), 1)), noise_keys(seed, 0 * flown)
+    else:
+        values, keys = draw(scenario, seed, flown)
     is_kept = np.isin(runs, keep)
     asked = picked[is_kept].tolist()
     given = (ready.nominal, values, ready.plans, keys)

@@ -9,7 +9,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from gyrostat.reports.figures import STYLE
+from gyrostat.reports.drawing import STYLE
 
 INK, GREY, GREEN = "#22262b", "#6b7077", "#4b8b3b"
 

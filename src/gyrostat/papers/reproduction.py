@@ -11,8 +11,8 @@ from typing import Any, Self, get_args
 from gyrostat.core.text import aligned, plain
 from gyrostat.papers.claims import Claim, Row, Value, Verdict
 from gyrostat.papers.figures import Drawing
-from gyrostat.reports.figures import svg
-from gyrostat.reports.page import render
+from gyrostat.reports.drawing import svg
+from gyrostat.reports.template import render
 
 Say = Callable[[str], None]
 

@@ -1,16 +1,16 @@
 """Public names of the package; `__init__.py` reads this file."""
 
+from gyrostat.reports.drawing import svg as svg
 from gyrostat.reports.feasibility import Drawn as Drawn
 from gyrostat.reports.feasibility import Question as Question
 from gyrostat.reports.feasibility import write_holdable as write_holdable
 from gyrostat.reports.figures import friction_figure as friction_figure
 from gyrostat.reports.figures import record_figure as record_figure
 from gyrostat.reports.figures import residual_figure as residual_figure
-from gyrostat.reports.figures import svg as svg
 from gyrostat.reports.page import fit_page as fit_page
-from gyrostat.reports.page import render as render
 from gyrostat.reports.page import validation_page as validation_page
 from gyrostat.reports.recovery import recovery_figure as recovery_figure
 from gyrostat.reports.recovery import write_recovery as write_recovery
 from gyrostat.reports.sky_map import sky_figure as sky_figure
+from gyrostat.reports.template import render as render
 from gyrostat.reports.write import write_fit as write_fit

@@ -15,8 +15,8 @@ from gyrostat.campaigns.schema import RESULTS, metric_units
 from gyrostat.campaigns.summary import percentile_of
 from gyrostat.core.text import or_none
 from gyrostat.reports.campaign_run import run_page, told
-from gyrostat.reports.figures import MARK, MODEL, STYLE, svg
-from gyrostat.reports.page import render
+from gyrostat.reports.drawing import MARK, MODEL, STYLE, svg
+from gyrostat.reports.template import render
 from gyrostat.simulation import Status
 
 if TYPE_CHECKING:

@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.schema import metric_units
 from gyrostat.core.outputs import new_files
 from gyrostat.core.text import plain
 from gyrostat.core.units import RPM
-from gyrostat.reports.figures import MARK, STYLE, literal, svg
-from gyrostat.reports.page import render
+from gyrostat.reports.drawing import MARK, STYLE, literal, svg
 from gyrostat.reports.replay import replay_data
+from gyrostat.reports.template import render
 from gyrostat.simulation import Status
 
 if TYPE_CHECKING:
@@ -134,6 +135,8 @@ def run_figure(scenario: Scenario, history: "xr.Dataset") -> Figure:
             rows[3].step(time, history.torque.values[every, k] * 1e3, where="post", lw=0.8)
         rows[2].axhline(0.0, lw=0.6, color="#6b7077")
         rows[2].legend(loc="upper right", ncols=len(scenario.wheels), title="wheel")
+        for axes in rows[:2]:
+            axes.yaxis.set_minor_locator(NullLocator())  # a third of the time of the figure
         labels = ("pointing error (deg)", "body rate (deg/s)", "wheel speed (rpm)", "torque (mN·m)")
         for axes, label in zip(rows, labels, strict=True):
             axes.set_ylabel(label)

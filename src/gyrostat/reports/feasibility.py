@@ -12,9 +12,9 @@ from gyrostat.core.outputs import new_files
 from gyrostat.core.text import plain
 from gyrostat.core.types import Vector
 from gyrostat.failures import Holdable, SkyMap
-from gyrostat.reports.figures import svg
-from gyrostat.reports.page import render
+from gyrostat.reports.drawing import svg
 from gyrostat.reports.sky_map import sky_figure
+from gyrostat.reports.template import render
 from gyrostat.spacecraft import SpacecraftFile
 
 FILES = ("holdable.json", "report.html")

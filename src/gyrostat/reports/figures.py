@@ -1,9 +1,6 @@
-"""Figures of records, fits and friction curves, as matplotlib figures and inline SVG."""
+"""Figures of records, fits and friction curves."""
 
-import io
-import warnings
 from collections.abc import Sequence
-from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -15,39 +12,11 @@ from gyrostat.core.units import RPM
 from gyrostat.identification import Fit
 from gyrostat.identification.statistics import autocorrelation, crossing_times
 from gyrostat.identification.torque_points import torque_points
+from gyrostat.reports.drawing import BAND, MARK, MEASURED, MODEL, STYLE
 from gyrostat.telemetry import Record
 
-MEASURED, MODEL, BAND, MARK = "#8a8f98", "#1f5fa8", "#9cc3ea", "#c8461e"
-STYLE: dict[Any, Any] = {
-    "font.size": 9.0,
-    "axes.grid": True,
-    "grid.color": "#e3e5e8",
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": "#6b7077",
-    "legend.frameon": False,
-    "svg.hashsalt": "gyrostat",
-}
 LARGEST_PLOT = 6000
 """Number of points above which a series is thinned for drawing."""
-
-
-def literal(name: str) -> str:
-    """Escape a name for use as a label: no `$` formula, no hidden label by a leading underscore."""
-    return (" " if name.startswith("_") else "") + name.replace("$", r"\$")
-
-
-def svg(figure: Figure) -> str:
-    """Inline SVG element of a figure; dense point clouds in it are rasterised."""
-    buffer = io.BytesIO()
-    with mpl.rc_context(STYLE), warnings.catch_warnings():
-        # names may contain characters that the font lacks
-        warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font", UserWarning)
-        figure.savefig(buffer, format="svg", dpi=150, metadata={"Date": None})
-    text = buffer.getvalue().decode()
-    return text[text.index("<svg") :]
 
 
 def _thin(count: int) -> slice:

@@ -1,12 +1,7 @@
 """Self-contained HTML pages."""
 
-from functools import lru_cache
-from importlib.metadata import version
-
-import jinja2
-
-from gyrostat.core.text import measured, plain
-from gyrostat.core.units import RPM, SI_UNIT
+from gyrostat.core.text import measured
+from gyrostat.core.units import SI_UNIT
 from gyrostat.identification import Fit
 from gyrostat.identification.fit_text import (
     effect_rows,
@@ -18,29 +13,8 @@ from gyrostat.identification.fit_text import (
 from gyrostat.identification.torque_points import torque_regression
 from gyrostat.identification.validation import Validation
 from gyrostat.reports import figures
-
-
-@lru_cache
-def _environment() -> jinja2.Environment:
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("gyrostat.reports"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"plain": plain, "rpm": lambda v: plain(v / RPM)}
-    return environment
-
-
-def render(template: str, **content: object) -> str:
-    """Fill a template of this package.
-
-    Args:
-        template: File name under templates/.
-        content: Variables of the template.
-    """
-    return _environment().get_template(template).render(version=version("gyrostat"), **content)
+from gyrostat.reports.drawing import svg
+from gyrostat.reports.template import render
 
 
 def fit_page(fit: Fit, *, command: str) -> str:
@@ -51,7 +25,7 @@ def fit_page(fit: Fit, *, command: str) -> str:
         command: Command line that produced it, shown so that it can be repeated.
     """
     drawn = [
-        (record.name, figures.svg(figures.record_figure(record, speed, sigma, noise)))
+        (record.name, svg(figures.record_figure(record, speed, sigma, noise)))
         for record, speed, sigma, noise in zip(
             fit.records, fit.predicted, fit.predicted_sigma, fit.speed_sigmas, strict=False
         )
@@ -67,12 +41,12 @@ def fit_page(fit: Fit, *, command: str) -> str:
         effects=list(effect_rows(fit)),
         scores=list(score_rows(fit)),
         records=drawn,
-        friction=figures.svg(figures.friction_figure(fit)) if friction_known else None,
+        friction=svg(figures.friction_figure(fit)) if friction_known else None,
         regression=[
             (row, measured(row.value, row.sigma), SI_UNIT[fit.dimensions[row.name]])
             for row in torque_regression(fit)
         ],
-        residuals=figures.svg(figures.residual_figure(fit)) if fit.predicted else None,
+        residuals=svg(figures.residual_figure(fit)) if fit.predicted else None,
         correlation=list(zip(fit.names, fit.correlation.tolist(), strict=True)),
         comparison=fit.comparison,
         temperatures=[
@@ -92,6 +66,4 @@ def validation_page(validation: Validation, *, command: str) -> str:
     figure = figures.record_figure(
         validation.record, validation.predicted, validation.predicted_sigma, validation.noise
     )
-    return render(
-        "validation.html", validation=validation, command=command, figure=figures.svg(figure)
-    )
+    return render("validation.html", validation=validation, command=command, figure=svg(figure))

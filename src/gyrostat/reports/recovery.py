@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from gyrostat.core.outputs import new_files
 from gyrostat.failures import Loss, Recovery
 from gyrostat.failures.recovery import ANGLE, RATE
+from gyrostat.reports.drawing import MARK, STYLE, literal, svg
 from gyrostat.reports.feasibility import degrees, triple
-from gyrostat.reports.figures import MARK, STYLE, literal, svg
-from gyrostat.reports.page import render
+from gyrostat.reports.template import render
 from gyrostat.spacecraft import SpacecraftFile
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gyrostat.core.types import Vector
 from gyrostat.failures import SkyMap
-from gyrostat.reports.figures import BAND, MARK, MODEL, STYLE
+from gyrostat.reports.drawing import BAND, MARK, MODEL, STYLE
 
 ROWS = 360
 """Number of cells of a drawn map from pole to pole."""

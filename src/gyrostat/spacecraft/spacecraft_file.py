@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax
 from gyrostat.core.toml_file import name_text, number, quantity, read_toml, refuse_unknown
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia
@@ -98,12 +98,13 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
         _wheel(path, f"wheel[{name}].", row, force) for name, row in zip(names, rows, strict=True)
     ]
     array = WheelArray(
-        axes=jnp.stack([wheel["axis"] for wheel in wheels], axis=1),
-        inertia=jnp.array([wheel["inertia"] for wheel in wheels]),
+        # unlike jnp.asarray, device_put compiles nothing
+        axes=jax.device_put(np.stack([wheel["axis"] for wheel in wheels], axis=1)),
+        inertia=jax.device_put(np.array([wheel["inertia"] for wheel in wheels])),
         **{limit: np.array([wheel[limit] for wheel in wheels]) for limit in _LIMITS},
         **_friction(path, names, [wheel["model"] for wheel in wheels]),
     )
-    spacecraft = Spacecraft(jnp.asarray(inertia), array)
+    spacecraft = Spacecraft(jax.device_put(inertia), array)
     spacecraft.check()
     return SpacecraftFile(
         name_text(path, "body.name", body.get("name", "")),
@@ -127,7 +128,7 @@ def _body_inertia(path: Path, body: dict[str, Any]) -> Matrix:
     else:
         inertia = np.diag(_three(path, "body.inertia", found, "inertia"))
     try:
-        check_inertia(jnp.asarray(inertia))
+        check_inertia(inertia)
     except InputError as error:
         raise InputError(f"{path}: key body.inertia: {error}") from None
     return inertia
