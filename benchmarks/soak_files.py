@@ -133,11 +133,10 @@ def work_once(put=setattr):
 
 def fly_here(opener, put=setattr):
     """Let the commands fly through this executor in place of new processes."""
-    from gyrostat import campaigns
-    from gyrostat.campaigns import execute
+    from gyrostat.campaigns import jobs
 
-    for module in (campaigns, execute):
-        put(module, "processes", lambda workers: opener)
+    for kind in ("processes", "threads"):
+        put(jobs, kind, lambda workers: opener)
 
 
 def files_of(folder):

@@ -7,6 +7,7 @@ import pytest
 
 from gyrostat.campaigns.build import build, plan
 from gyrostat.campaigns.scenario_file import read_scenario
+from gyrostat.campaigns.structure import structure_of
 from gyrostat.core import rotations
 from gyrostat.core.errors import InputError
 from gyrostat.simulation import simulate
@@ -33,7 +34,7 @@ def variant(tmp_path):
 @pytest.mark.slow
 def test_the_loop_is_closed_on_estimates_in_an_orbit():
     scenario = read_scenario(EXAMPLE)
-    setup = build(scenario, scenario.values, plan(scenario))
+    setup = build(structure_of(scenario), scenario.values, plan(scenario))
     flown = simulate(
         setup.plant,
         setup.controller,
@@ -93,7 +94,7 @@ UNTOLD = ('detected_after = "10 s"', "")
 
 def controller_of(scenario):
     """The plans of the array's controller, all phases, as they fly."""
-    found = build(scenario, scenario.values, plan(scenario)).controller.controller
+    found = build(structure_of(scenario), scenario.values, plan(scenario)).controller.controller
     return found.starts, found.plans
 
 

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
-from scipy.stats import binom, spearmanr
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import binom, rankdata, spearmanr
 
 from gyrostat.campaigns import drivers
-from gyrostat.campaigns.drivers import find_drivers
+from gyrostat.campaigns.drivers import _ranks, find_drivers
 
 
 def campaign(random, runs=60, keys=8):
@@ -74,3 +76,8 @@ def test_of_many_runs_some_are_permuted(monkeypatch):
     monkeypatch.setattr(drivers, "MOST_RUNS", 300)
     np.testing.assert_allclose(find_drivers(drawn, metrics).chance_level, every, rtol=0.05)
     assert every[0] > 1.3 * 1.96 / np.sqrt(899.0)  # that of a single pair at 5 %
+
+
+@given(st.lists(st.integers(-3, 3), min_size=1, max_size=30))
+def test_equal_values_have_their_mean_rank(values):
+    np.testing.assert_array_equal(_ranks(np.array(values, float)), rankdata(values))

@@ -9,6 +9,7 @@ from gyrostat.campaigns import Scenario
 from gyrostat.campaigns.build import build, plan
 from gyrostat.campaigns.metrics import Observer
 from gyrostat.campaigns.scenario_file import read_scenario
+from gyrostat.campaigns.structure import structure_of
 from gyrostat.campaigns.schema import GUARD
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.simulation import control_loop
@@ -29,14 +30,14 @@ def test_every_example_is_read_and_traced(path):
 
     def period(numbers, key):
         values = dict(zip(scenario.values, numbers, strict=True))
-        setup = build(scenario, values, plans)
+        setup = build(structure_of(scenario), values, plans)
         loop = control_loop(
             *(setup.plant, setup.controller, setup.sensor, setup.start, key),
             values["run.control_period"],
             substeps=scenario.substeps,
             command_delay=scenario.command_delay,
         )
-        seeing = Observer.of(scenario, setup, values)
+        seeing = Observer.of(structure_of(scenario), setup, values)
         carry, row = loop.tick(loop.begin(), jnp.array(0))
         return carry, loop.begin(), seeing(seeing.start(), row, jnp.array(0))[1].error
 
@@ -54,7 +55,8 @@ def test_every_example_may_be_guarded(path):
     scenario = replace(read_scenario(path), guard="hold")
     limits = {f"guard.{name}": key.default for name, key in GUARD.items()}
     values = {**scenario.values, **limits}
-    setup = build(replace(scenario, values=values), values, plan(scenario))
+    guarded = replace(scenario, values=values)
+    setup = build(structure_of(guarded), values, plan(scenario))
     period = values["run.control_period"]
     setup.controller.check_period(period)
     for leaf in jax.tree.leaves(setup.controller.start(period)):

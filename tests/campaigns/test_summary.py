@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import binom
 
-from gyrostat.campaigns.summary import percentile_of
+from gyrostat.campaigns.summary import _binomial_quantile, percentile_of
 from gyrostat.reports.campaign import told_percentile
 
 
@@ -44,3 +47,8 @@ def test_ends_of_an_interval_read_apart():
     same = dict.fromkeys(("value", "low", "high"), 1e-3)
     assert told_percentile(same, "N·m") == ("0.001 N·m",) * 3
     assert told_percentile({**entry, "high": None}, "rad") == ("20.17 deg", "20.168 deg", "none")
+
+
+@given(st.floats(1e-6, 1.0 - 1e-6), st.integers(1, 20000), st.floats(1e-4, 1.0 - 1e-4))
+def test_quantiles_are_those_of_the_binomial_distribution(level, count, share):
+    assert _binomial_quantile(level, count, share) == binom.ppf(level, count, share)

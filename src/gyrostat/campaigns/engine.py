@@ -25,6 +25,7 @@ from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.run_loop import OWN, loop_of, runner_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import Structure, structure_of
+from gyrostat.codegen.simd.compiler import required
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.threefry import Words
 from gyrostat.core.types import Matrix, Vector
@@ -110,6 +111,7 @@ def prepare(scenario: Scenario, *, verify: bool = False) -> None:
     Raises:
         InputError: See `gyrostat.campaigns.native.program_of`.
     """
+    required()  # also where the program is loaded already
     _ready(scenario, "native", verify=verify)
 
 
