@@ -115,5 +115,5 @@ def check_excitation(
             raise _fault(
                 records,
                 "column current: found the same value in every row, expected a current that "
-                "varies: a constant one cannot tell the motor constant from Coulomb friction",
+                "varies: a constant one does not distinguish motor constant and Coulomb friction",
             )

@@ -101,7 +101,7 @@ def counter(record: Record, residual: Vector) -> Finding | None:
     whole = round(pulses)
     title = f"quantised speed of {record.name} (step {step / RPM:.4g} rpm)"
     if whole >= 1 and abs(pulses - whole) < WHOLE * whole:
-        title += f": a pulse counter with {whole} a turn over a gate of {gate:.3g} s"
+        title += f": a pulse counter with {whole} pulses per turn and a gate of {gate:.3g} s"
     return Finding(
         names=("quantum",),
         titles=(title,),
@@ -170,7 +170,7 @@ def wrong_units(
 
     slips = [slip for slip, factor in SPEED_FACTORS.items() if cures(factor, 1.0)]
     slips += [slip for slip, factor in CURRENT_FACTORS.items() if cures(1.0, factor)]
-    cause = f"most likely {' or '.join(slips)}" if slips else "no single slip explains it"
+    cause = f"most likely {' or '.join(slips)}" if slips else "no single wrong unit explains it"
     title = f"implausible units: {'; '.join(why)}; {cause}"
     return certain("units", title)
 

@@ -41,7 +41,7 @@ def _require_points(records: Sequence[Record], plateaus: Sequence[Plateau], need
         raise InputError(
             f"{place(records)}: found {found}, expected at least {needed} for {needed} friction "
             f"parameters: turning, settled, and held long enough, {MIN_SAMPLES} samples or more, "
-            "to tell that the speed does not drift"
+            "to show that the speed does not drift"
         )
 
 
@@ -54,7 +54,7 @@ def _warnings(curve: FrictionCurve, plateaus: Sequence[Plateau]) -> list[str]:
         )
     senses = {np.sign(p.speed) for p in plateaus}
     if len(senses) == 1 and "viscous_positive" in curve.values:
-        found.append("all plateaus have one sense: the friction of the other one is not observed")
+        found.append("all plateaus have one sense of rotation: the other one is not observed")
     return found
 
 
