@@ -191,7 +191,7 @@ def test_what_a_data_sheet_says_of_its_wheel_need_not_be_given_again(tmp_path):
 def test_a_wheel_may_fail_and_wear_once_each(variant):
     worn = '[[event]]\nname = "more"\nkind = "friction_step"\nwheel = "{}"\nfactor = 2\ntime = 20\n'
     assert len(read_scenario(variant(more=worn.format("c"))).events) == 4
-    with pytest.raises(InputError, match="expected one failure and one friction step a wheel"):
+    with pytest.raises(InputError, match="expected one failure and one friction step per wheel"):
         read_scenario(variant(more=worn.format("b")))
 
 

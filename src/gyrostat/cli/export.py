@@ -58,31 +58,39 @@ def export(
             "data sheet."
         ),
     ],
-    what: Annotated[What | None, typer.Option(help="With --to c and fmu: what flies.")] = None,
-    precision: Annotated[Precision, typer.Option(help="Of the numbers in C.")] = Precision.double,
+    what: Annotated[What | None, typer.Option(help="Part to export, with --to c and fmu.")] = None,
+    precision: Annotated[
+        Precision, typer.Option(help="Precision of real numbers in C.")
+    ] = Precision.double,
     period: Annotated[Text, typer.Option(help="Control period, s or with a unit.")] = None,
     gains: Annotated[
-        Text, typer.Option(help="Of the attitude law: KP,KI,KD in N·m/rad, N·m/(rad·s), N·m·s/rad.")
+        Text,
+        typer.Option(help="Gains of the attitude law: KP,KI,KD, N·m/rad, N·m/(rad·s), N·m·s/rad."),
     ] = None,
     table_inertia: Annotated[
-        Text, typer.Option(help="Of what the wheel turns, without its rotor, kg·m² or a unit.")
+        Text,
+        typer.Option(
+            help="Inertia of the body turned by the wheel, without the rotor, kg·m² or with a unit."
+        ),
     ] = None,
     speed_sigma: Annotated[
         Text, typer.Option(help="Noise of a tachometer sample, rad/s or with a unit.")
     ] = None,
-    current_limit: Annotated[Text, typer.Option(help="Of the motor, A or with a unit.")] = None,
+    current_limit: Annotated[
+        Text, typer.Option(help="Limit of the motor current, A or with a unit.")
+    ] = None,
     delay: Annotated[
         int, typer.Option(min=0, max=1000, help="Control periods from a sample to its command.")
     ] = 0,
     scale_drift: Annotated[
-        Text, typer.Option(help="Of the friction level, 1/√s, for the estimator.")
+        Text, typer.Option(help="Drift of the friction level, 1/√s, for the estimator.")
     ] = None,
     range_: Annotated[
         list[str] | None,
         typer.Option(
             "--range",
-            help="Accepted values of an input, FIELD=LOWER:UPPER, SI or with units, as "
-            "rate=-2deg/s:2deg/s; once for each field.",
+            help="Accepted values of an input, FIELD=LOWER:UPPER, SI or with units, such as "
+            "rate=-2deg/s:2deg/s; repeat the option for further fields.",
         ),
     ] = None,
     rate_limit: Annotated[

@@ -13,7 +13,8 @@ from gyrostat.cli.options import Force, Json, Out
 def feasible(
     spacecraft: Annotated[Path, typer.Argument(help="spacecraft.toml: body and wheels.")],
     momentum: Annotated[
-        str, typer.Option(help="Total, inertial axes: HX,HY,HZ, N·m·s or with units.")
+        str,
+        typer.Option(help="Total angular momentum, inertial axes: HX,HY,HZ, N·m·s or with units."),
     ],
     out: Out,
     failed: Annotated[
@@ -31,13 +32,15 @@ def feasible(
         typer.Option(help="Attitude to hold: 3-1-3 angles PHI,THETA,PSI, rad or with units."),
     ] = None,
     boresight: Annotated[
-        str | None, typer.Option(help="Body direction X,Y,Z or x, -z, ...; for the map, or:")
+        str | None,
+        typer.Option(help="Body direction X,Y,Z or x, -z, ...; for the sky map and for --towards."),
     ] = None,
     towards: Annotated[
-        str | None, typer.Option(help="Inertial direction that it should point at, any roll.")
+        str | None,
+        typer.Option(help="Inertial direction to point --boresight at; the roll is free."),
     ] = None,
     tolerance: Annotated[
-        str | None, typer.Option(help="Of pointing, rad or with a unit: for the dwell time.")
+        str | None, typer.Option(help="Pointing tolerance for the dwell time, rad or with a unit.")
     ] = None,
     force: Force = False,
     json_output: Json = False,

@@ -1,4 +1,4 @@
-"""Verb `recover`: simulate the flight to a feasible attitude after wheel failures."""
+"""Verb `recover`: simulate the slew to a feasible attitude after wheel failures."""
 
 from pathlib import Path
 from typing import Annotated
@@ -20,28 +20,38 @@ def recover(
         ),
     ],
     wheels: Annotated[
-        str, typer.Option(help="Momentum of every wheel then, N·m·s, or speed with a unit: A,B,...")
+        str,
+        typer.Option(
+            help="Momentum of every wheel at the failure, N·m·s, or speed with a unit: A,B,..."
+        ),
     ],
     out: Out,
     attitude: Annotated[
-        str | None, typer.Option(help="Then: quaternion Q0,Q1,Q2,Q3, scalar first.")
+        str | None,
+        typer.Option(help="Attitude at the failure: quaternion Q0,Q1,Q2,Q3, scalar first."),
     ] = None,
     attitude_euler: Annotated[
-        str | None, typer.Option(help="Then: 3-1-3 angles PHI,THETA,PSI, rad or with units.")
+        str | None,
+        typer.Option(
+            help="Attitude at the failure: 3-1-3 angles PHI,THETA,PSI, rad or with units."
+        ),
     ] = None,
-    rate: Annotated[str, typer.Option(help="Of the body then: WX,WY,WZ, rad/s.")] = "0,0,0",
+    rate: Annotated[str, typer.Option(help="Body rate at the failure: WX,WY,WZ, rad/s.")] = "0,0,0",
     target: Annotated[
-        str | None, typer.Option(help="Attitude wanted: quaternion, scalar first.")
+        str | None, typer.Option(help="Target attitude: quaternion Q0,Q1,Q2,Q3, scalar first.")
     ] = None,
     euler: Annotated[
-        str | None, typer.Option(help="Attitude wanted: 3-1-3 angles, rad or with units.")
+        str | None,
+        typer.Option(help="Target attitude: 3-1-3 angles PHI,THETA,PSI, rad or with units."),
     ] = None,
-    duration: Annotated[str, typer.Option(help="Of the flight, s or with a unit.")] = "600",
+    duration: Annotated[
+        str, typer.Option(help="Duration of the simulation, s or with a unit.")
+    ] = "600",
     period: Annotated[str, typer.Option(help="Control period, s or with a unit.")] = "0.5",
     force: Force = False,
     json_output: Json = False,
 ) -> None:
-    """Simulate the flight to the nearest feasible attitude: recover.json, run.nc, report.html."""
+    """Simulate the slew to the nearest feasible attitude: recover.json, run.nc, report.html."""
     found = call(verbs.recover, locals(), command=command_line())
     if json_output:
         print_json(out / "recover.json")

@@ -9,15 +9,15 @@ ENGINES = ("auto", "native", "jax")
 
 
 def engine_named(name: str, say: Callable[[str], None], option: str = "engine") -> str:
-    """The engine of a name; says so where the name is a former one.
+    """Validate the name of an engine; former names are replaced and reported.
 
     Args:
         name: Name of the engine.
-        say: Takes a line about a former name.
-        option: For messages.
+        say: Called with a message about a former name.
+        option: Name of the option, for messages.
 
     Raises:
-        InputError: There is no such engine.
+        InputError: No engine has this name.
     """
     if name == "lanes":
         say(f"{option}: lanes is now called native")

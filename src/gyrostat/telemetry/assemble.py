@@ -76,7 +76,7 @@ def assemble(measured: Measured, unsigned_current: bool, drop: bool = False) -> 
     series["speed"][missing] = np.nan
     if unsigned_current:
         negative = series["current"] < 0.0
-        _refuse(measured, "current", negative, "no negative value in a current called unsigned")
+        _refuse(measured, "current", negative, "no negative value in a current declared unsigned")
         sign, source = _direction(measured, series["speed"], series.get("setpoint"))
         notes.append(source)
         unknown = int(np.sum((sign == 0.0) & (series["current"] > 0.0)))

@@ -1,4 +1,4 @@
-"""Verbs on failed wheels: which attitudes remain feasible, and the flight to one."""
+"""Verbs on failed wheels: attitudes that remain feasible, and the slew to one."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -131,7 +131,7 @@ def recover(
     say: Say = silent,
     command: str = "gyrostat.recover",
 ) -> "Recovery":
-    """Simulate the flight to the nearest feasible attitude after wheel failures.
+    """Simulate the slew to the nearest feasible attitude after wheel failures.
 
     Args:
         spacecraft: Content or path of spacecraft.toml, or a spacecraft, whose wheels are named
@@ -144,7 +144,7 @@ def recover(
         rate: Body rate at the failure, body axes, (3,), rad/s.
         target: Wanted attitude, quaternion (4,), scalar first; or
         euler: The same as 3-1-3 angles (3,), rad.
-        duration: Duration of the flight, s.
+        duration: Duration of the simulation, s.
         period: Control period, s.
         force: Whether to replace files that gyrostat did not write.
         say: Function that receives each message for the user.
@@ -178,9 +178,11 @@ def recover(
         attitude=now, rate=numbers(rate, 3, "speed", "--rate"), wheel_speed=_speeds(wheels, file)
     )
     if not all(np.all(np.isfinite(part)) for part in start if part is not None):
-        raise InputError("--attitude, --rate, --wheels: found no finite state, expected numbers")
+        raise InputError(
+            "--attitude, --rate, --wheels: found a value that is not finite, expected numbers"
+        )
     lost = ", ".join(f"{name}={how}" for name, how in given.items())
-    say(f"flying {file.name or _source(spacecraft)} from the failure of {lost}")
+    say(f"simulating {file.name or _source(spacecraft)} from the failure of {lost}")
     found = simulate(
         file.spacecraft,
         start,

@@ -65,7 +65,7 @@ def _signed(record: "Record") -> "Record":
     if signed is None:
         raise InputError(
             f"{record.name}: --unsigned-speed: found a speed that never touches zero, expected one "
-            "that does: nothing shows where its sign changes"
+            "that does: its sign changes there"
         )
     return signed
 
@@ -93,7 +93,7 @@ def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
         if found is not None and found.impossible and not force:
             raise InputError(
                 f"{model.method} fit: found a wheel that cannot exist ({found.impossible}), "
-                "expected one that can; force=True takes it where it can be computed with"
+                "expected one that can; force=True accepts it if it can be simulated"
             )
         assert found is not None
         return found

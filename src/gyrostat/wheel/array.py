@@ -154,5 +154,5 @@ class WheelArray(Checked):
             shape = np.shape(value)[axes.ndim - 2 :]
             if shape and shape != (self.count,):
                 raise InputError(
-                    f"wheel {name}: found {shape[-1]} values, expected {self.count}, one a wheel"
+                    f"wheel {name}: found {shape[-1]} values, expected {self.count}, one per wheel"
                 )
