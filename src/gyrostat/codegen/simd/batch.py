@@ -125,7 +125,7 @@ def lanes(
         own: For each argument, whether it differs between runs and has a leading axis.
         arguments: Example arguments; only their shapes and types are used.
         on_demand: Tree, or prefix of a tree, of the results: whether the rows of a scan of more
-            than `batch_scope.LONGEST` passes are returned only for the runs asked for.
+            than `batch_scope.LONGEST` passes are returned only for requested runs.
         more_flags: Further flags for the compiler.
 
     Raises:
@@ -138,7 +138,7 @@ def lanes(
         for each, tree in zip(own, arguments, strict=True)
     ]
     if not any(flags):
-        raise InputError("own: found no argument that runs have of their own, expected one or more")
+        raise InputError("own: found no argument that differs between runs, expected one or more")
     traced, shapes = jax.make_jaxpr(function, return_shape=True)(*single)
     inputs = [_named(variable.aval) for variable in traced.jaxpr.invars]
     lowering, body = Lowering(BATCH), []

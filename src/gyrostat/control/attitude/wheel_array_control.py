@@ -78,7 +78,7 @@ class AttitudeTargets(Checked):
         times = np.asarray(self.times, dtype=float)
         rising = times.size > 0 and times.ndim > 0 and np.all(np.isfinite(times))
         if not rising or not np.all(np.diff(times, axis=-1) > 0.0):
-            raise InputError(f"times of the targets: found {times}, expected rising times, s")
+            raise InputError(f"times of the targets: found {times}, expected increasing times, s")
         shape = np.shape(self.attitudes)
         if shape != (*times.shape, 4):
             raise InputError(f"targets: found shape {shape}, expected {(*times.shape, 4)}")
@@ -119,8 +119,8 @@ class WheelArrayControl(Checked):
     The motor torques u satisfy A u = T + D - w x H - J (w_d' + k (w_d - w)). T is the torque of the
     external actuator. H is the total momentum of spacecraft and wheels in body axes, and w x H
     keeps it fixed in space while the body turns. D estimates the other external torques: it is the
-    change of H in inertial space minus T, after a low-pass filter. A turn does not disturb this
-    estimate, as it would an integral of the error.
+    change of H in inertial space minus T, after a low-pass filter. Unlike an integral of the error,
+    this estimate is not disturbed by a turn.
 
     The wanted rate w_d brings the error to zero. For a small error it is proportional, with gain
     k_t, so that the poles are -k and -k_t. For a large error it is a turn from rest to rest about
@@ -250,12 +250,12 @@ class WheelArrayControl(Checked):
     def predicted(
         self, memory: ArrayControlMemory, measurement: Any, command: ArrayCommand
     ) -> ArrayControlMemory:
-        """Memory one period later without a sample; time advances, estimates are unchanged.
+        """Memory after a period without a sample; time advances, estimates are unchanged.
 
         Args:
             memory: Memory from the last sample.
             measurement: Unused.
-            command: Command that is sent instead.
+            command: Safe command that is sent.
         """
         return memory._replace(
             samples=memory.samples + 1.0,

@@ -44,7 +44,7 @@ class FrictionFeedForward(Checked):
         Args:
             memory: Memory of the controller.
             measurement: Last accepted measurement.
-            command: Command that is sent instead.
+            command: Safe command that is sent.
         """
         return predicted(self.controller, memory, measurement, command)
 

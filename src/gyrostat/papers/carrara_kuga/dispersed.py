@@ -255,7 +255,7 @@ def dispersed_runs(run: Run) -> Part:
     for candidate in CANDIDATES:
         run.say(f"{RUNS} dispersed runs in each case, {candidate.name}")
         numbers[candidate.key] = evaluate(candidate, RUNS)
-    title = "Crossing zero, controllers side by side"
+    title = "Zero crossing under several controllers"
     return claimed(numbers, (Drawing(title, crossing_figure(), figures.CROSSING),))
 
 
