@@ -33,7 +33,7 @@ Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler
 
 
 def simulate(
-    scenario: Annotated[Path, typer.Argument(help="scenario.toml.")],
+    scenario: Annotated[Path, typer.Argument(help="Scenario file, scenario.toml.")],
     out: Annotated[
         Path, typer.Option(help="netCDF file RUN.nc of the run; RUN.html is written next to it.")
     ],
@@ -70,7 +70,9 @@ def _run_json(run: "xr.Dataset") -> str:
 
 
 def campaign(
-    scenario: Annotated[Path, typer.Argument(help="scenario.toml with [[dispersion]].")],
+    scenario: Annotated[
+        Path, typer.Argument(help="Scenario file with dispersions, scenario.toml.")
+    ],
     runs: Annotated[int, typer.Option(min=1, help="Number of runs.")],
     out: Out,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all random draws.")] = 0,

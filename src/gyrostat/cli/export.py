@@ -49,13 +49,13 @@ Text = str | None
 
 
 def export(
-    model: Annotated[Path, typer.Argument(help="model.toml: the wheel.")],
+    model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
     out: Out,
     to: Annotated[
         Format,
         typer.Option(
-            help="C for flight, a co-simulation unit (FMI 2.0), a Python module for Basilisk, a "
-            "data sheet."
+            help="c: flight code; fmu: co-simulation unit (FMI 2.0); basilisk: Python module; "
+            "json: data sheet."
         ),
     ],
     what: Annotated[What | None, typer.Option(help="Part to export, with --to c and fmu.")] = None,
@@ -98,7 +98,8 @@ def export(
         typer.Option(help="Largest accepted change of an input, FIELD=VALUE, its SI unit per s."),
     ] = None,
     on_bad: Annotated[
-        OnBad, typer.Option(help="Command in place of one from a rejected sample.")
+        OnBad,
+        typer.Option(help="Command after a rejected sample: hold the last accepted one, or zero."),
     ] = OnBad.hold,
     force: ForceModel = False,
     json_output: Json = False,

@@ -11,7 +11,7 @@ from gyrostat.cli.options import Force, Json, Out
 
 
 def feasible(
-    spacecraft: Annotated[Path, typer.Argument(help="spacecraft.toml: body and wheels.")],
+    spacecraft: Annotated[Path, typer.Argument(help="Spacecraft file, spacecraft.toml.")],
     momentum: Annotated[
         str,
         typer.Option(help="Total angular momentum, inertial axes: HX,HY,HZ, N·m·s or with units."),
@@ -20,8 +20,8 @@ def feasible(
     failed: Annotated[
         list[str] | None,
         typer.Option(
-            help="A wheel that failed: NAME or NAME=seized (no momentum), NAME=0.3 (N·m·s), "
-            "NAME=1500rpm."
+            help="Failed wheel: NAME or NAME=seized (no momentum), NAME=0.3 (N·m·s), NAME=1500rpm; "
+            "repeat the option for further wheels."
         ),
     ] = None,
     target: Annotated[

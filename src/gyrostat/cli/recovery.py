@@ -11,11 +11,11 @@ from gyrostat.cli.options import Force, Json, Out
 
 
 def recover(
-    spacecraft: Annotated[Path, typer.Argument(help="spacecraft.toml: body and wheels.")],
+    spacecraft: Annotated[Path, typer.Argument(help="Spacecraft file, spacecraft.toml.")],
     failed: Annotated[
         list[str],
         typer.Option(
-            help="A wheel that fails: NAME=seized, NAME=frozen (no torque, keeps its momentum) or "
+            help="Failing wheel: NAME=seized, NAME=frozen (no torque, keeps its momentum) or "
             "NAME=rundown:60s (no torque, runs down)."
         ),
     ],

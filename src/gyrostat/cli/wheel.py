@@ -40,7 +40,7 @@ Columns = Annotated[
     typer.Option(help="Columns by role: time=t,current=m1cur,speed=m1vel (also temperature, ...)."),
 ]
 Units = Annotated[
-    str | None, typer.Option(help="Units by role where the file has none: speed=rpm,time=ms.")
+    str | None, typer.Option(help="Units by role, if the file has none: speed=rpm,time=ms.")
 ]
 Unsigned = Annotated[
     bool,
@@ -67,7 +67,10 @@ def identify(
     ] = None,
     clock: Annotated[str | None, typer.Option(help="True time divided by recorded time.")] = None,
     model: Annotated[
-        str | None, typer.Option(help="Friction model, or auto [default: stribeck].")
+        str | None,
+        typer.Option(
+            help="viscous-coulomb, stribeck, directional; auto: by diagnosis [default: stribeck]."
+        ),
     ] = None,
     method: Annotated[Method, typer.Option(help="Identification method.")] = Method.batch,
     hold: Annotated[
