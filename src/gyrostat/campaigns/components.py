@@ -242,7 +242,7 @@ _EXTERNAL = {"external_torque": vector("torque", "Constant external torque, in b
 ENVIRONMENTS: dict[str, Component] = {
     "constant": Component("Constant external torque.", _EXTERNAL, _constant_torque),
     "orbit": Component(
-        "Circular Earth orbit: gravity-gradient torque (`gyrostat.spacecraft.GravityGradient`), a "
+        "Circular Earth orbit: gravity gradient torque (`gyrostat.spacecraft.GravityGradient`), a "
         "constant torque and a torque with the period of the orbit "
         "(`gyrostat.spacecraft.HarmonicTorque`).",
         {

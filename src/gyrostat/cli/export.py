@@ -32,7 +32,7 @@ class What(StrEnum):
 
 
 class OnBad(StrEnum):
-    """Safe command in place of one from a rejected sample."""
+    """Safe command after a rejected sample."""
 
     hold = "hold"
     zero = "zero"

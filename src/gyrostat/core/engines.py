@@ -5,7 +5,7 @@ from collections.abc import Callable
 from gyrostat.core.errors import InputError
 
 ENGINES = ("auto", "native", "jax")
-"""Compiled C where that is possible; compiled C with one run in each SIMD lane; JAX."""
+"""auto: native if possible; native: compiled C with one run in each SIMD lane; jax: JAX."""
 
 
 def engine_named(name: str, say: Callable[[str], None], option: str = "engine") -> str:

@@ -50,7 +50,7 @@ class Target:
         constants: Name -> value of constant arguments.
         inputs: Name -> values of variable arguments in a test run; the first axis is the step.
         units: Name -> unit of arguments and results that are single numbers.
-        on_bad: Safe command in place of one from a rejected sample; None if inputs are not
+        on_bad: Safe command after a rejected sample; None if inputs are not
             validated.
     """
 
@@ -180,7 +180,7 @@ def compensator(
         controller: Compensator.
         period: Control period, s.
         limits: Limits of fields of the measurement, see `MeasurementGuard`.
-        on_bad: Safe command in place of one from a rejected sample: "hold" or "zero".
+        on_bad: Safe command after a rejected sample: "hold" or "zero".
     """
     title = "Friction compensation of a reaction wheel with a Kalman filter of its speed"
     return _loop("compensator", title, controller, period, limits, on_bad)

@@ -17,7 +17,7 @@ OUTLYING = 5.0
 """Deviation from the neighbours, in standard deviations of the noise, above which a sample is an
 outlier: one in two million for normal noise."""
 NEIGHBOURS = 5
-"""Number of samples with the median of which a sample is compared."""
+"""Number of samples in the median with which a sample is compared."""
 COARSE = 1.0
 """Smallest step of a quantised speed that is reported, relative to the scatter of residuals."""
 WHOLE = 0.02

@@ -66,7 +66,7 @@ def _scatter_warnings(scatter: Sequence[Scatter]) -> list[str]:
             low, high = STATED
             if not low < record.level / record.stated < high:
                 found.append(
-                    f"{record.name}: the residuals are {record.level:.3g} rad/s where the stated "
+                    f"{record.name}: the residuals are {record.level:.3g} rad/s, but the stated "
                     f"speed sigma is {record.stated:.3g} rad/s: one of the two is wrong"
                 )
         elif record.noise and record.level > UNEXPLAINED * record.noise:

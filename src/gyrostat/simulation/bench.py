@@ -198,7 +198,7 @@ def bench_record(
         size = MOST_SAMPLES * BYTES_A_SAMPLE / 1e9
         raise InputError(
             f"duration: found {duration:g} s at {telemetry.rate:g} Hz, {samples:.3g} samples, "
-            f"({size:.2g} GB in memory), expected at most {MOST_SAMPLES}, the limit of a record"
+            f"expected at most {MOST_SAMPLES} ({size:.2g} GB in memory), the limit of a record"
         )
     if period is not None:
         require_period("period", period)

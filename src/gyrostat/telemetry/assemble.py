@@ -152,7 +152,7 @@ def _differences(
         turned = (turned + 0.5 * turn) % turn - 0.5 * turn
         if np.any(np.abs(turned[known]) > WRAPPED * turn):
             found = "an angle within one turn that changes by nearly half a turn between samples"
-            expected = "a continuous angle, or more samples a turn"
+            expected = "a continuous angle, or more samples per turn"
             column = measured.chosen["angle"].name
             raise fault(measured.file, found, expected, None, column)
     speed = np.concatenate([[np.nan], turned / np.diff(time)])
@@ -218,7 +218,7 @@ def _direction(
     source = f"current unsigned: sign taken from column {measured.chosen['setpoint'].name}"
     rest = setpoint == 0.0
     if np.any(rest):
-        source += f", and from {name} where that is 0"
+        source += f", and from {name} if it is 0"
     return np.where(rest, of_speed, np.sign(setpoint)), source
 
 

@@ -88,7 +88,7 @@ def export(
         scale_drift: Drift of the friction level assumed by the estimator, 1/√s.
         range_: Accepted values of inputs: field -> (lower, upper).
         rate_limit: Largest accepted change of inputs: field -> SI unit per second.
-        on_bad: Command in place of one from a rejected sample: "hold" (last accepted) or "zero".
+        on_bad: Command after a rejected sample: "hold" (last accepted) or "zero".
         force: Whether to replace files that gyrostat did not write, and to take a wheel that is
             marked as impossible.
         say: Function that receives each message for the user.
