@@ -32,7 +32,7 @@ COHERENCE = 1.0
 WIDTH = 8
 """The number of columns is rounded up to a multiple of this."""
 FIRST_WALK = 0.5
-"""Initial sigma of a wandering torque, in units of its growth over the record."""
+"""Initial sigma of a random-walk torque, in units of its growth over the record."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +64,8 @@ class TorqueNoise:
             per N·m.
         crossings: Variance that the ripple at zero crossings adds to the speed in each interval,
             (N - 1,), (rad/s)².
-        walk: Variance by which a wandering torque grows in each interval, (N - 1,), (N·m)².
-        first: Variance of the wandering torque at the first sample, (N·m)².
+        walk: Variance by which a random-walk torque grows in each interval, (N - 1,), (N·m)².
+        first: Variance of the random-walk torque at the first sample, (N·m)².
     """
 
     gain: Vector

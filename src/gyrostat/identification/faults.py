@@ -75,7 +75,7 @@ def outliers(record: Record, residual: Vector) -> Finding | None:
     evidence = float(np.sum(z[far] ** 2 - 2.0 * np.log(len(used))))
     return Finding(
         names=("outliers",),
-        titles=(f"outliers in the speed of {record.name}, share of the samples",),
+        titles=(f"outliers in the speed of {record.name}, fraction of the samples",),
         value=count / len(used),
         sigma=None,
         unit="1",

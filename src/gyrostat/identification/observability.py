@@ -159,7 +159,7 @@ def observability(
             return f"the speed never crosses zero; {ramps}"
         times = (3.0 / max(abs(significance), 0.05)) ** 2
         return (
-            f"for 3 sigma record about {times:.0f} times as many zero crossings or use a "
+            f"for 3 sigma, record about {times:.0f} times as many zero crossings or use a "
             f"tachometer {np.sqrt(times):.1f} times quieter; {ramps}"
         )
 

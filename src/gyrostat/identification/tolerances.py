@@ -39,7 +39,7 @@ class Propagated:
 
 
 def check_tolerances(tolerances: Mapping[str, float], free: Sequence[str] = ()) -> dict[str, float]:
-    """Refuse tolerances that cannot be propagated, and omit those of zero.
+    """Validate tolerances, and omit those of zero.
 
     Args:
         tolerances: Name -> relative tolerance, one sigma.

@@ -45,7 +45,7 @@ def assemble(measured: Measured, unsigned_current: bool, drop: bool = False) -> 
         unsigned_current: Whether the current is a magnitude whose sign must come from setpoint or
             speed.
         drop: Whether to drop rows without a finite time or current, mark speeds that are not finite
-            as missing and hold other columns; otherwise these are errors.
+            as missing and repeat the last value in other columns; otherwise these are errors.
 
     Raises:
         InputError: An empty cell, NaN or infinity where a number is required; time that does not

@@ -123,8 +123,8 @@ class WheelArrayControl(Checked):
     this estimate is not disturbed by a turn.
 
     The wanted rate w_d brings the error to zero. For a small error it is proportional, with gain
-    k_t, so that the poles are -k and -k_t. For a large error it is a turn from rest to rest about
-    the error axis. Its rate is limited by `largest_rate`, by braking with `BRAKING_SHARE` of the
+    k_t, so that the poles are -k and -k_t. For a large error it is the rate of a rest-to-rest turn
+    about the error axis. It is limited by `largest_rate`, by braking with `BRAKING_SHARE` of the
     wheels' torque, by turning the wheels' momentum with the body, and by the momentum that the
     wheels have left.
 
@@ -132,10 +132,9 @@ class WheelArrayControl(Checked):
     null-space control. The drag of failed wheels is allocated to the working ones. B. Wie, "Space
     Vehicle Dynamics and Control", section 7.3.
 
-    Lag behind a moving target. The law assumes a target at rest, so that its rate loop works
-    against the rate W of a moving one. If body and target turn at a constant W, the acceleration of
-    the law is zero: w_d' + k (w_d - W) = 0 with w_d = -k_t e and w_d' = -k_t W. The body lags by
-    the angle
+    Lag behind a moving target. The law assumes a target at rest, so that its rate loop opposes the
+    rate W of a moving target. If body and target turn at a constant W, the acceleration of the law
+    is zero: w_d' + k (w_d - W) = 0 with w_d = -k_t e and w_d' = -k_t W. The body lags by the angle
 
         L = W (1 / k + 1 / k_t),
 

@@ -260,7 +260,7 @@ def dispersed_runs(run: Run) -> Part:
 
 
 def claimed(numbers: Mapping[str, Mapping[str, float]], drawings: tuple[Drawing, ...] = ()) -> Part:
-    """Values of the compensator's claims, and those of the other controllers as facts.
+    """Values for the claims on the estimating compensator; those of the others become facts.
 
     Args:
         numbers: Values of each controller, by its key.

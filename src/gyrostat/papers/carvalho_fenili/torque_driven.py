@@ -63,7 +63,7 @@ class BodyTorqueCommand(NamedTuple):
 
 
 class BodyRateRecord(NamedTuple):
-    """Recorded signals other than the angles.
+    """Recorded signals in addition to the state.
 
     Attributes:
         body_rate: Body rate in body axes, (3,), rad/s.
