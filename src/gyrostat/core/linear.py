@@ -36,7 +36,8 @@ def whiten(positive: Square, right: Float[Array, "n m"]) -> Float[Array, "n m"]:
 
     Args:
         positive: Symmetric positive definite matrix, (n, n); otherwise the result is NaN.
-        right: Right-hand side, (n, m)."""
+        right: Right-hand side, (n, m).
+    """
     found = []
     rows = jnp.concatenate([positive, right], axis=1)
     size = len(positive)

@@ -22,9 +22,9 @@ from gyrostat.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed
 
 BRAKING_SHARE = 0.5
-"""Share of the wheels' torque that is used to stop a turn."""
+"""Fraction of the wheels' torque that is used to stop a turn."""
 TURNING_SHARE = 0.4
-"""Share of the wheels' torque that may be used to turn the momentum with the body."""
+"""Fraction of the wheels' torque that may be used to turn the momentum with the body."""
 LEAST_RATE = 1e-4
 """Smallest rate limit, rad/s, so that a turn continues even if the wheels seem saturated."""
 COARSEST = 0.5

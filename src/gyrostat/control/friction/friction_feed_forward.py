@@ -25,7 +25,7 @@ class FrictionFeedForward(Checked):
         friction: Friction model of the wheels in the controller.
         torque_limit: Torque limits, (wheels,), N·m.
         band: Speed below which a wheel counts as at rest, rad/s.
-        share: Share of the friction that is compensated.
+        share: Fraction of the friction that is compensated.
     """
 
     controller: Any

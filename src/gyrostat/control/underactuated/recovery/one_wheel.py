@@ -22,7 +22,7 @@ DAMPING = 1.0
 FOLLOWING = 2.0
 """Rate at which the wheel momentum follows its command, over |H|/J."""
 TORQUE_SHARE = 0.7
-"""Share of the torque limit that damping may use at the rate |H|/J."""
+"""Fraction of the torque limit that damping may use at the rate |H|/J."""
 LEAN = 0.4
 """Largest tilt of the steady spin, rad; it limits the roll that the regulator uses."""
 REACH = 0.4

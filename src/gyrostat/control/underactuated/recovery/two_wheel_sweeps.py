@@ -141,7 +141,7 @@ class TwoWheelSweeps(eqx.Module):
 
         Args:
             momentum: Total momentum in body axes, (3,), N·m·s, which the wheels hold in addition.
-            share: Share of the wheels' limits that may be used.
+            share: Fraction of the wheels' limits that may be used.
 
         Returns:
             Rate, rad/s, and acceleration, rad/s^2.
@@ -169,7 +169,7 @@ class TwoWheelSweeps(eqx.Module):
             attitude: Attitude at its start, (4,).
             target: Attitude at its end, including the drift during the sweep, (4,).
             momentum: Total momentum in inertial axes, (3,), N·m·s.
-            share: Share of the wheels' limits that the sweep may use.
+            share: Fraction of the wheels' limits that the sweep may use.
         """
         turn = rotations.product(rotations.conjugate(attitude), target)
         turn = jnp.concatenate([turn[:1], self.frame.T @ turn[1:]])

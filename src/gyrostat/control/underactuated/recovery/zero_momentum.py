@@ -81,7 +81,7 @@ class ZeroMomentumRecovery(Checked):
         swing: Largest lean before the target is held, rad.
         lean_gain: Gain of the error along z, 1/s.
         frequency: Natural frequency of the tracking, which is critically damped, rad/s.
-        share: Share of the torque and momentum limits that a sweep may use.
+        share: Fraction of the torque and momentum limits that a sweep may use.
         rest_rate: Largest rate across z at which a sweep is planned, rad/s.
     """
 
