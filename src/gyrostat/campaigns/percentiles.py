@@ -87,7 +87,7 @@ class SortedErrors:
 
 
 class BinnedErrors:
-    """Collector that counts errors in bins: percentiles to 0.1 %, at most the largest error.
+    """Collector that counts errors in bins; percentiles are accurate to 0.1 %.
 
     Args:
         runs: Number of runs.

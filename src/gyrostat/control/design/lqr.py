@@ -93,10 +93,10 @@ def lqr(
     """Gain K of u = -K x that minimises the integral of x'Qx + u'Ru for x' = A x + B u.
 
     Args:
-        dynamics: A, (n, n).
-        input: B, (n, m).
-        state_weight: Q, (n, n), symmetric, positive semidefinite.
-        input_weight: R, (m, m), symmetric, positive definite.
+        dynamics: Matrix A, (n, n).
+        input: Matrix B, (n, m).
+        state_weight: Weight Q, (n, n), symmetric, positive semidefinite.
+        input_weight: Weight R, (m, m), symmetric, positive definite.
         states: Name of each state for messages; see `uncontrollable`.
 
     Raises:

@@ -96,7 +96,7 @@ class TorqueDrivenBody(Checked):
         """Validate the failure times.
 
         Raises:
-            InputError: Not (3,), or before the start.
+            InputError: There are not three times, or one is before the start.
         """
         times = np.asarray(self.failure_time, float)
         if times.shape[-1:] != (3,):
