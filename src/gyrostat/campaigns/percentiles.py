@@ -120,7 +120,7 @@ class BinnedErrors:
 
 
 def collector(runs: int, samples: int, group: int) -> Collector:
-    """Choose the collector of errors for runs of a group; it is the same for any part of a group.
+    """Choose how errors are collected; the choice depends on the size of the whole group only.
 
     Args:
         runs: Number of runs.

@@ -44,9 +44,9 @@ class FrictionTorqueFilter(Checked):
     friction", eqs. (6)-(7), (11)-(14), (17).
 
     Attributes:
-        momentum_sigma: rho, standard deviation of a measured momentum, N·m·s.
-        torque_drift: rho_1, random walk of the friction torque, N·m/√s.
-        initial_sigma: rho_0, standard deviation of both states before the first measurement, N·m·s
+        momentum_sigma: Standard deviation rho of a measured momentum, N·m·s.
+        torque_drift: Random walk rho_1 of the friction torque, N·m/√s.
+        initial_sigma: Standard deviation rho_0 of both states before the first measurement, N·m·s
             and N·m.
     """
 

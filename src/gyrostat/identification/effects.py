@@ -86,11 +86,11 @@ def _chain(transition, inputs):
 
 
 def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
-    """Response of the speed to a change of it within each sample interval, (N, k), rad/s.
+    """Response of the speed to changes that arise within each sample interval, (N, k), rad/s.
 
     Args:
         linear: Linearisation of the record.
-        inputs: Change of the speed at the end of each interval that arises in it, (N - 1, k).
+        inputs: Change that arises within each interval, at its end, (N - 1, k), rad/s.
     """
     count, width = inputs.shape
     size = len(padded(linear.transition)) - count

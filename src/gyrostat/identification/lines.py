@@ -115,7 +115,7 @@ def _line(record: Record, index: NDArray[np.intp]) -> Line:
 
 
 def fastest_acceleration(record: Record, lines: list[Line], floor: float) -> float:
-    """Largest acceleration that the lines of a record certainly show, rad/s²; zero if none.
+    """Largest significant acceleration of the lines of a record, rad/s²; zero if there is none.
 
     Args:
         record: Record of the lines.

@@ -143,7 +143,7 @@ def bench(
         period: Period of one step, cycle or ramp, s.
         initial_speed: Wheel speed at the first sample, rad/s.
         speed_sigma: Standard deviation of the tachometer noise, rad/s.
-        speed_quantum: Step of the tachometer, rad/s.
+        speed_quantum: Quantisation step of the tachometer, rad/s.
         jitter: Jitter of the sample times, fraction of the interval.
         dropouts: Fraction of missing speeds.
         seed: Seed of currents and noise.

@@ -21,9 +21,8 @@ class Text:
     def beside(self, own: int = 8) -> str:
         """Expression as an operand, in brackets if needed.
 
-        A word, a signed word and an operation of the same precedence as its reader need no
-        brackets. All others get brackets, so that neither readers nor coding rules depend on C's
-        precedence.
+        A word, a signed word and an operation of the same precedence as the one that uses it need
+        no brackets. All others get brackets, so that the code does not rely on C's precedence.
         """
         return self.text if self.strength >= UNARY or self.strength == own else f"({self.text})"
 

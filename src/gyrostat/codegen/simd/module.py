@@ -39,8 +39,8 @@ def module(
 
     The arguments of its `fly_all` are 64-bit words. Inputs are `shared`, the same for all runs,
     and `own`, (groups, words, lanes). Outputs are the results `made`, in the layout of `own`, and
-    the function's rows, table after table, (groups, size, lanes): in `every` for all groups, in
-    `asked` only for those groups that have a `place` in it, 0 or above.
+    the function's rows, table after table, (groups, size, lanes). The array `every` has the rows of
+    all groups. The array `asked` has those of the groups whose `place` is 0 or above.
 
     Args:
         function: Root function, the results and rows of which are computed.
