@@ -86,8 +86,8 @@ class FrictionTorqueFilter(Checked):
         """Steady-state gain for momentum and friction torque, in closed form.
 
         With the delay operator d, the second difference of the measured momentum is
-        1 + a d + (1 - K) d² acting on the innovations, and also the second difference of noise and
-        random walk. Equating the spectra at zero frequency and at half the sampling rate gives
+        1 + a d + (1 - K) d² acting on the innovations. It is also the second difference of noise
+        and random walk. Equating the spectra at zero frequency and at half the sampling rate gives
         s² = 1 - K, the posterior momentum variance over the variance of a measurement.
 
         Args:

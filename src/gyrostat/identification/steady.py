@@ -78,8 +78,8 @@ def identify_steady(
     "Estimating friction parameters in reaction wheels for attitude control", call deterministic
     methods. It can also be used with a drive in speed mode. `gyrostat.identification.plateaus`
     finds the plateaus. Each gives one point of the curve; its uncertainty follows from the scatter
-    of its samples, with correlation and quantisation taken into account. If the points scatter more
-    about the curve than that, all sigmas are scaled up accordingly.
+    of its samples, with correlation and quantisation taken into account. If the points scatter
+    about the curve by more than this uncertainty, all sigmas are increased accordingly.
 
     The speed is not modelled (`Fit.predicted` is empty). Between samples, the current of a speed
     loop differs from the recorded one and would not reproduce the speed.
