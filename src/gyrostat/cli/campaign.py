@@ -70,9 +70,7 @@ def _run_json(run: "xr.Dataset") -> str:
 
 
 def campaign(
-    scenario: Annotated[
-        Path, typer.Argument(help="Scenario file with dispersions, scenario.toml.")
-    ],
+    scenario: Annotated[Path, typer.Argument(help="scenario.toml with [[dispersion]] tables.")],
     runs: Annotated[int, typer.Option(min=1, help="Number of runs.")],
     out: Out,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all random draws.")] = 0,

@@ -52,8 +52,8 @@ def feasible(
         out: Folder for holdable.json and report.html; None writes no file.
         failed: Wheel -> its remaining momentum, N·m·s, or speed with a unit; zero for None or
             "seized".
-        target: Wanted attitude, quaternion (4,), scalar first.
-        euler: Wanted attitude, 3-1-3 angles (3,), rad.
+        target: Target attitude, quaternion (4,), scalar first.
+        euler: Target attitude, 3-1-3 angles (3,), rad.
         boresight: Direction in body axes, (3,) or "x", "-z", ....
         towards: Wanted direction of the boresight in inertial axes, (3,); the roll is free.
         tolerance: Pointing tolerance for the dwell time, rad.
@@ -139,11 +139,11 @@ def recover(
         failed: Wheel -> "seized", "frozen" (no torque, constant momentum) or "rundown:TIME".
         wheels: Momentum of every wheel at the failure, N·m·s, or speed with a unit.
         out: Folder for recover.json, run.nc and report.html; None writes no file.
-        attitude: Attitude at the failure, quaternion (4,), scalar first; or
-        attitude_euler: The same as 3-1-3 angles (3,), rad.
+        attitude: Attitude at the failure, quaternion (4,), scalar first. Give this or the next one.
+        attitude_euler: Attitude at the failure, 3-1-3 angles (3,), rad.
         rate: Body rate at the failure, body axes, (3,), rad/s.
-        target: Wanted attitude, quaternion (4,), scalar first; or
-        euler: The same as 3-1-3 angles (3,), rad.
+        target: Target attitude, quaternion (4,), scalar first. Give this or the next one.
+        euler: Target attitude, 3-1-3 angles (3,), rad.
         duration: Duration of the simulation, s.
         period: Control period, s.
         force: Whether to replace files that gyrostat did not write.

@@ -181,7 +181,7 @@ def recovered(onset: GyrostatState, cases: Mapping[str, Collection[str]]) -> Rec
 
 
 def without_limits(state: GyrostatState) -> Mapping[str, str]:
-    """Feasible attitude in a run without limits before the failure, in words by case.
+    """Case -> description of the feasible attitude, in a run without limits before the failure.
 
     Args:
         state: State at the failure in the run without limits.
