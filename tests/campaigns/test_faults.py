@@ -101,7 +101,7 @@ def test_workers_that_always_die_end_the_campaign(tmp_path):
     code, messages = ended(process)
     assert code == 1
     assert "Traceback" not in messages
-    assert "3 pools in a row" in messages
+    assert "3 worker pools in a row" in messages
 
 
 def test_control_c_stops_cleanly_and_it_goes_on(tmp_path, undisturbed):

@@ -43,9 +43,7 @@ def read_dispersions(
         taken = {key for dispersion in found for key in dispersion.keys}
         for key in (key for dispersion in made for key in dispersion.keys):
             if key in taken:
-                raise row.refuse(
-                    "fit" if "fit" in row.row else "key", key, "a key that is dispersed only once"
-                )
+                raise row.refuse("fit" if "fit" in row.row else "key", key, "one dispersion of it")
         found += made
     return tuple(found)
 
@@ -76,16 +74,12 @@ def _alone(row: Table, kind: str, key: str, entry: Key, nominal: float) -> Dispe
         if sigma is None:
             sigma = row.quantity("sigma", "1", positive=False)
         if not 0.0 < sigma <= 10.0:
-            raise row.refuse(
-                "sigma", row.row["sigma"], "a sigma of the logarithm above 0, at most 10"
-            )
+            raise row.refuse("sigma", row.row["sigma"], "a sigma of the logarithm, above 0 to 10")
         return Dispersion((key,), kind, ((sigma,),))
     if kind == "normal":
         sigma = _amount(row, "sigma", entry, nominal)
         if not sigma > 0.0:
-            raise row.refuse(
-                "sigma", row.row["sigma"], "a sigma above 0 (not a percentage of zero)"
-            )
+            raise row.refuse("sigma", row.row["sigma"], "a sigma above 0, not in % of 0")
         return Dispersion((key,), kind, ((sigma,),))
     bounds = []
     for name in ("low", "high"):
@@ -150,9 +144,7 @@ def _from_fit(row: Table, scenario: Scenario, force: bool) -> Dispersion:
     if not names:
         raise InputError(f"{path}: found no parameter of wheel {wheel}, expected friction")
     if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(sigma)) and np.all(sigma >= 0.0)):
-        raise InputError(
-            f"{path}: found a sigma or correlation that is not finite, expected numbers"
-        )
+        raise InputError(f"{path}: found a sigma or correlation not finite, expected finite ones")
     spread: Any = square_root(matrix * np.outer(sigma, sigma))
     keys = tuple(f"wheel.{wheel}.{name}" for name in names)
     return Dispersion(keys, "normal", tuple(map(tuple, spread.tolist())))

@@ -24,9 +24,7 @@ Engine = Annotated[
 Workers = Annotated[
     int | None,
     typer.Option(
-        min=1,
-        max=1024,
-        help="Number of processes [default: one per core, one for a small campaign].",
+        min=1, max=1024, help="Processes [default: one per core, one for a small campaign]."
     ),
 ]
 Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler with workers.")]
@@ -34,9 +32,7 @@ Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler
 
 def simulate(
     scenario: Annotated[Path, typer.Argument(help="Scenario file, scenario.toml.")],
-    out: Annotated[
-        Path, typer.Option(help="netCDF file RUN.nc of the run; RUN.html is written next to it.")
-    ],
+    out: Annotated[Path, typer.Option(help="netCDF file RUN.nc; RUN.html is written next to it.")],
     seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
     device: Device = "cpu",
     engine: Engine = "auto",
@@ -79,29 +75,19 @@ def campaign(
     device: Device = "cpu",
     engine: Engine = "auto",
     block: Annotated[
-        int,
-        typer.Option(
-            min=1, max=2**32, help="Number of runs in a block; a multiple of 64 is fastest."
-        ),
+        int, typer.Option(min=1, max=2**32, help="Runs in a block; a multiple of 64 is fastest.")
     ] = 64,
-    keep: Annotated[
-        str, typer.Option(help="Indices of runs whose histories are kept: 0,5,17.")
-    ] = "",
-    worst: Annotated[
-        int, typer.Option(min=0, help="Number of worst runs whose histories are kept too.")
-    ] = 3,
+    keep: Annotated[str, typer.Option(help="Indices of runs whose histories are kept: 0,5.")] = "",
+    worst: Annotated[int, typer.Option(min=0, help="Number of worst runs to keep too.")] = 3,
     worst_by: Annotated[
-        str | None,
-        typer.Option(
-            help="Metric that ranks the worst runs [default: last percentile of the error]."
-        ),
+        str | None, typer.Option(help="Metric that ranks them [default: last error percentile].")
     ] = None,
     force: Annotated[
         bool,
         typer.Option(
             "--force",
-            help="Start although the folder has files with the names of results, which are renamed "
-            "NAME.changed; accept wheels marked as impossible.",
+            help="Start despite files with the names of results, which are renamed NAME.changed; "
+            "accept wheels marked as impossible.",
         ),
     ] = False,
 ) -> None:

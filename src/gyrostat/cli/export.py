@@ -59,26 +59,18 @@ def export(
         ),
     ],
     what: Annotated[What | None, typer.Option(help="Part to export, with --to c and fmu.")] = None,
-    precision: Annotated[
-        Precision, typer.Option(help="Precision of real numbers in C.")
-    ] = Precision.double,
+    precision: Annotated[Precision, typer.Option(help="Precision in C.")] = Precision.double,
     period: Annotated[Text, typer.Option(help="Control period, s or with a unit.")] = None,
     gains: Annotated[
-        Text,
-        typer.Option(help="Gains of the attitude law: KP,KI,KD, N·m/rad, N·m/(rad·s), N·m·s/rad."),
+        Text, typer.Option(help="Attitude law: KP,KI,KD in N·m/rad, N·m/(rad·s), N·m·s/rad.")
     ] = None,
     table_inertia: Annotated[
-        Text,
-        typer.Option(
-            help="Inertia of the body turned by the wheel, without the rotor, kg·m² or with a unit."
-        ),
+        Text, typer.Option(help="Inertia of the turned body without rotor, kg·m² or with a unit.")
     ] = None,
     speed_sigma: Annotated[
         Text, typer.Option(help="Noise of a tachometer sample, rad/s or with a unit.")
     ] = None,
-    current_limit: Annotated[
-        Text, typer.Option(help="Limit of the motor current, A or with a unit.")
-    ] = None,
+    current_limit: Annotated[Text, typer.Option(help="Limit of the motor current, A.")] = None,
     delay: Annotated[
         int, typer.Option(min=0, max=1000, help="Control periods from a sample to its command.")
     ] = 0,
@@ -90,7 +82,7 @@ def export(
         typer.Option(
             "--range",
             help="Accepted values of an input, FIELD=LOWER:UPPER, SI or with units, such as "
-            "rate=-2deg/s:2deg/s; repeat the option for further fields.",
+            "rate=-2deg/s:2deg/s; once for each field.",
         ),
     ] = None,
     rate_limit: Annotated[
@@ -98,8 +90,7 @@ def export(
         typer.Option(help="Largest accepted change of an input, FIELD=VALUE, its SI unit per s."),
     ] = None,
     on_bad: Annotated[
-        OnBad,
-        typer.Option(help="Command after a rejected sample: hold the last accepted one, or zero."),
+        OnBad, typer.Option(help="Command after a rejected sample: last accepted one, or zero.")
     ] = OnBad.hold,
     force: ForceModel = False,
     json_output: Json = False,

@@ -13,15 +13,13 @@ from gyrostat.cli.options import Force, Json, Out
 def feasible(
     spacecraft: Annotated[Path, typer.Argument(help="Spacecraft file, spacecraft.toml.")],
     momentum: Annotated[
-        str,
-        typer.Option(help="Total angular momentum, inertial axes: HX,HY,HZ, N·m·s or with units."),
+        str, typer.Option(help="Total momentum, inertial axes: HX,HY,HZ, N·m·s or with units.")
     ],
     out: Out,
     failed: Annotated[
         list[str] | None,
         typer.Option(
-            help="Failed wheel: NAME or NAME=seized (no momentum), NAME=0.3 (N·m·s), NAME=1500rpm; "
-            "repeat the option for further wheels."
+            help="Failed wheel: NAME or NAME=seized (no momentum), NAME=0.3 (N·m·s), NAME=1500rpm."
         ),
     ] = None,
     target: Annotated[
@@ -32,12 +30,10 @@ def feasible(
         typer.Option(help="Attitude to hold: 3-1-3 angles PHI,THETA,PSI, rad or with units."),
     ] = None,
     boresight: Annotated[
-        str | None,
-        typer.Option(help="Body direction X,Y,Z or x, -z, ...; for the sky map and for --towards."),
+        str | None, typer.Option(help="Body direction X,Y,Z or x, -z, ... for map and --towards.")
     ] = None,
     towards: Annotated[
-        str | None,
-        typer.Option(help="Inertial direction to point --boresight at; the roll is free."),
+        str | None, typer.Option(help="Inertial direction for --boresight; the roll is free.")
     ] = None,
     tolerance: Annotated[
         str | None, typer.Option(help="Pointing tolerance for the dwell time, rad or with a unit.")

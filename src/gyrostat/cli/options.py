@@ -15,8 +15,8 @@ ForceModel = Annotated[
     bool,
     typer.Option(
         "--force",
-        help="Replace existing files that this command did not write; accept a wheel model that is "
-        "marked as impossible.",
+        help="Replace existing files that this command did not write; accept a wheel model that "
+        "is marked as impossible.",
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
@@ -33,6 +33,5 @@ UnsignedSpeed = Annotated[
     bool, typer.Option(help="The speed is a magnitude; its sign changes where it touches zero.")
 ]
 Missing = Annotated[
-    MissingCells,
-    typer.Option(help="Cells without a number: refuse them as an error, or drop their rows."),
+    MissingCells, typer.Option(help="Cells without a number: report an error, or drop their rows.")
 ]

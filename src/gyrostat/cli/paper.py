@@ -17,9 +17,7 @@ def reproduce(
         ),
     ],
     out: Out,
-    quick: Annotated[
-        bool, typer.Option(help="Use fewer noise seeds; takes less than two minutes.")
-    ] = False,
+    quick: Annotated[bool, typer.Option(help="Fewer seeds; takes less than two minutes.")] = False,
     force: Force = False,
     json_output: Json = False,
 ) -> None:

@@ -20,33 +20,23 @@ def recover(
         ),
     ],
     wheels: Annotated[
-        str,
-        typer.Option(
-            help="Momentum of every wheel at the failure, N·m·s, or speed with a unit: A,B,..."
-        ),
+        str, typer.Option(help="Wheel momenta at the failure, N·m·s, or speeds with units: A,B,...")
     ],
     out: Out,
     attitude: Annotated[
-        str | None,
-        typer.Option(help="Attitude at the failure: quaternion Q0,Q1,Q2,Q3, scalar first."),
+        str | None, typer.Option(help="At the failure: quaternion Q0,Q1,Q2,Q3, scalar first.")
     ] = None,
     attitude_euler: Annotated[
-        str | None,
-        typer.Option(
-            help="Attitude at the failure: 3-1-3 angles PHI,THETA,PSI, rad or with units."
-        ),
+        str | None, typer.Option(help="At the failure: 3-1-3 angles PHI,THETA,PSI, rad or units.")
     ] = None,
     rate: Annotated[str, typer.Option(help="Body rate at the failure: WX,WY,WZ, rad/s.")] = "0,0,0",
     target: Annotated[
         str | None, typer.Option(help="Target attitude: quaternion Q0,Q1,Q2,Q3, scalar first.")
     ] = None,
     euler: Annotated[
-        str | None,
-        typer.Option(help="Target attitude: 3-1-3 angles PHI,THETA,PSI, rad or with units."),
+        str | None, typer.Option(help="Target attitude: 3-1-3 angles, rad or with units.")
     ] = None,
-    duration: Annotated[
-        str, typer.Option(help="Duration of the simulation, s or with a unit.")
-    ] = "600",
+    duration: Annotated[str, typer.Option(help="Simulated time, s or with a unit.")] = "600",
     period: Annotated[str, typer.Option(help="Control period, s or with a unit.")] = "0.5",
     force: Force = False,
     json_output: Json = False,

@@ -43,12 +43,9 @@ Units = Annotated[
     str | None, typer.Option(help="Units by role, if the file has none: speed=rpm,time=ms.")
 ]
 Unsigned = Annotated[
-    bool,
-    typer.Option(
-        help="The current is a magnitude; its sign is that of the setpoint, or of the speed."
-    ),
+    bool, typer.Option(help="The current is a magnitude; its sign is that of setpoint or speed.")
 ]
-CurrentHold = Annotated[Hold, typer.Option(help="Interpolation of the current between samples.")]
+CurrentHold = Annotated[Hold, typer.Option(help="Interpolation of the current.")]
 
 
 def identify(
@@ -59,31 +56,20 @@ def identify(
         typer.Option(help="Inertia of rotor and flywheel, kg·m² or with a unit; '1.5e-3 +- 1 %'."),
     ] = None,
     current_scale: Annotated[
-        str | None,
-        typer.Option(help="True current divided by measured current: '+- 1 %', '1.01 +- 0.5 %'."),
+        str | None, typer.Option(help="True / measured current: '+- 1 %', '1.01 +- 0.5 %'.")
     ] = None,
-    speed_scale: Annotated[
-        str | None, typer.Option(help="True speed divided by measured speed.")
-    ] = None,
-    clock: Annotated[str | None, typer.Option(help="True time divided by recorded time.")] = None,
+    speed_scale: Annotated[str | None, typer.Option(help="True divided by measured speed.")] = None,
+    clock: Annotated[str | None, typer.Option(help="True divided by recorded time.")] = None,
     model: Annotated[
-        str | None,
-        typer.Option(
-            help="viscous-coulomb, stribeck, directional; auto: by diagnosis [default: stribeck]."
-        ),
+        str | None, typer.Option(help="Friction model; auto: by diagnosis [default: stribeck].")
     ] = None,
     method: Annotated[Method, typer.Option(help="Identification method.")] = Method.batch,
     hold: Annotated[
-        list[str] | None,
-        typer.Option(help="Parameter to hold at a value: NAME=VALUE, or NAME for its default."),
+        list[str] | None, typer.Option(help="Hold a parameter: NAME=VALUE, or NAME at its default.")
     ] = None,
-    free: Annotated[
-        list[str] | None, typer.Option(help="NAME of a further parameter to estimate.")
-    ] = None,
-    prior: Annotated[
-        list[str] | None, typer.Option(help="A-priori knowledge: NAME=MEAN:SIGMA.")
-    ] = None,
-    start: Annotated[list[str] | None, typer.Option(help="Start value: NAME=VALUE.")] = None,
+    free: Annotated[list[str] | None, typer.Option(help="Further NAME to estimate.")] = None,
+    prior: Annotated[list[str] | None, typer.Option(help="A-priori NAME=MEAN:SIGMA.")] = None,
+    start: Annotated[list[str] | None, typer.Option(help="Start value NAME=VALUE.")] = None,
     speed_sigma: Annotated[
         str | None,
         typer.Option(
@@ -91,17 +77,14 @@ def identify(
         ),
     ] = None,
     loss: Annotated[
-        str | None,
-        typer.Option(help="Loss function: quadratic, huber or student [default: quadratic]."),
+        str | None, typer.Option(help="Loss: quadratic, huber or student [default: quadratic].")
     ] = None,
     current_hold: Annotated[
-        Hold | None,
-        typer.Option(help="Interpolation of the current between samples [default: zero-order]."),
+        Hold | None, typer.Option(help="Interpolation of the current [default: zero-order].")
     ] = None,
     compare: Annotated[bool, typer.Option(help="Rank the other friction models too.")] = False,
     held_out: Annotated[
-        list[Path] | None,
-        typer.Option(help="Record that is used for the ranking only, not for the fit."),
+        list[Path] | None, typer.Option(help="Record for the ranking only, not for the fit.")
     ] = None,
     columns: Columns = None,
     units: Units = None,
@@ -109,10 +92,7 @@ def identify(
     unsigned_speed: UnsignedSpeed = False,
     missing: Missing = MissingCells.refuse,
     edges: Annotated[
-        Path | None,
-        typer.Option(
-            help="File with the times of a tachometer's edges, s, instead of a speed column."
-        ),
+        Path | None, typer.Option(help="File of a tachometer's edge times, s, instead of speeds.")
     ] = None,
     pulses: Annotated[int, typer.Option(help="Edges per revolution, with --edges.")] = 1,
     force: Force = False,
@@ -132,9 +112,7 @@ def validate(
     out: Out,
     hold: Annotated[
         list[str] | None,
-        typer.Option(
-            help="current_bias=VALUE: current offset of the drive, A; model.toml does not have it."
-        ),
+        typer.Option(help="current_bias=VALUE: current offset of the drive, not in model.toml."),
     ] = None,
     current_hold: CurrentHold = Hold.zero_order,
     columns: Columns = None,
@@ -157,27 +135,15 @@ def bench(
     model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
     out: Annotated[Path, typer.Option(help="Record to write, .csv or .parquet.")],
     profile: Annotated[str, typer.Option(help="Current profile: steps, sines or ramps.")] = "steps",
-    duration: Annotated[
-        str, typer.Option(help="Duration of the record, s or with a unit.")
-    ] = "300",
+    duration: Annotated[str, typer.Option(help="Duration, s or with a unit.")] = "300",
     rate: Annotated[float, typer.Option(help="Sampling rate, Hz.")] = 10.0,
     low: Annotated[str | None, typer.Option(help="Smallest current amplitude, A.")] = None,
     high: Annotated[str | None, typer.Option(help="Largest current amplitude, A.")] = None,
-    period: Annotated[
-        str | None, typer.Option(help="Period of one step, cycle or ramp, s.")
-    ] = None,
-    initial_speed: Annotated[
-        str, typer.Option(help="Initial wheel speed, rad/s or with a unit.")
-    ] = "0",
-    speed_sigma: Annotated[
-        str, typer.Option(help="Tachometer noise, 1 sigma, rad/s or with a unit.")
-    ] = "0",
-    speed_quantum: Annotated[
-        str, typer.Option(help="Quantisation step of the tachometer, rad/s or with a unit.")
-    ] = "0",
-    jitter: Annotated[
-        float, typer.Option(help="Jitter of the sample times, fraction of the interval.")
-    ] = 0.0,
+    period: Annotated[str | None, typer.Option(help="Period of a step, cycle or ramp, s.")] = None,
+    initial_speed: Annotated[str, typer.Option(help="Initial speed, rad/s or with a unit.")] = "0",
+    speed_sigma: Annotated[str, typer.Option(help="Tachometer noise, rad/s or with a unit.")] = "0",
+    speed_quantum: Annotated[str, typer.Option(help="Speed quantisation step, rad/s.")] = "0",
+    jitter: Annotated[float, typer.Option(help="Time jitter, fraction of the interval.")] = 0.0,
     dropouts: Annotated[float, typer.Option(help="Fraction of missing speeds.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Seed of currents and noise.")] = 0,
     force: ForceModel = False,
