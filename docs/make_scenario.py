@@ -278,11 +278,15 @@ def page():
         (
             "controller",
             CONTROLLERS,
-            "Designed for the nominal spacecraft, and designed again at events.",
+            "The controller is designed for the nominal spacecraft, and again at events.",
         ),
         ("compensator", COMPENSATORS, ""),
         ("sensors", SENSORS, ""),
-        ("estimator", ESTIMATORS, "Between sensors and controller."),
+        (
+            "estimator",
+            ESTIMATORS,
+            "The estimator processes the measurements before the controller uses them.",
+        ),
         ("environment", ENVIRONMENTS, ""),
     ):
         lines += [*section(name, {}, text), *kinds(components)]

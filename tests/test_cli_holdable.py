@@ -32,8 +32,8 @@ def test_a_target_that_cannot_be_held(run, tmp_path):
     np.testing.assert_allclose(in_body, list(told["wheel_momentum"].values()), atol=1e-12)
     page = (tmp_path / "report.html").read_text()
     assert page.count("<svg") == 3
-    assert "CANNOT be held: the nearest attitude that can is 17.77 deg away" in page
-    assert "CANNOT be held" in err
+    assert "is NOT feasible: the nearest feasible attitude is 17.77 deg away" in page
+    assert "is NOT feasible" in err
     for outside in ('src="http', 'href="http', "@import", "<script"):
         assert outside not in page
 
@@ -59,7 +59,7 @@ def test_nothing_can_be_held_is_an_answer(run, tmp_path):
     assert told["reason"].startswith("the wheels hold at least 2 N·m·s")
     assert (told["angle"], told["attitude"], told["wheel_momentum"]) == (None, None, None)
     assert told["for_ever"]["rate"] > 0.0
-    assert "NOTHING can be held" in err
+    assert "NO attitude is feasible" in err
     np.testing.assert_allclose(told["target"], [np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0], atol=1e-15)
 
 

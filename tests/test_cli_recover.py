@@ -68,7 +68,7 @@ def test_nothing_left_is_no_valid_result(run, tmp_path):
     words = ("--failed", "x=seized,y=seized,z=seized")
     code, out, _ = run("recover", CRAFT, *words, *NOW, *WANTED, "--json", "--out", tmp_path)
     assert code == 1
-    assert json.loads(out)["reason"].startswith("nothing can be held")
+    assert json.loads(out)["reason"].startswith("no attitude is feasible")
     assert not (tmp_path / "run.nc").exists()
 
 
@@ -86,7 +86,7 @@ def test_nothing_left_is_no_valid_result(run, tmp_path):
         (("--failed", "x=seized", *NOW[:2], *WANTED), "attitude at the failure: found none"),
         (
             ("--failed", "x=seized", *NOW[:2], "--attitude", "0,0,0,0", *WANTED),
-            "--attitude, --rate, --wheels: found no finite state",
+            "--attitude, --rate, --wheels: found a value that is not finite",
         ),
         (("--failed", "x=seized", *NOW, "--target", "2,0,0,0"), "target: found a quaternion"),
         (("--failed", "x=seized", *NOW, *WANTED, "--duration", "0"), "duration: found 0 s"),

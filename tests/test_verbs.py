@@ -219,7 +219,7 @@ def test_the_example_runs(tmp_path, monkeypatch, capfd):
     exec(SCRIPT, {})
     out, err = capfd.readouterr()
     assert out.count("quantile") == 1
-    assert err == "the campaign's files go to the folder cube-sat-128-runs-seed-1\n"
+    assert err == "the files of the campaign are written to cube-sat-128-runs-seed-1\n"
     assert (tmp_path / "cube-sat-128-runs-seed-1" / "report.html").exists()
     assert (tmp_path / "flight" / "compensator.c").exists()
 

@@ -19,7 +19,7 @@ def test_a_finished_campaign_flies_nothing_and_reports(run, small, folder):
     words = ("--runs", small.runs, "--seed", small.seed, "--keep", "5", "--worst", "1")
     code, out, err = run("campaign", folder / "scenario.toml", *words, "--out", small.out)
     assert (code, out) == (0, "")
-    assert f"{small.runs} of {small.runs} runs are there already" in err
+    assert f"{small.runs} of {small.runs} runs are already complete" in err
     assert "99 complete, 1 diverged" in err
     page = (small.out / "report.html").read_text()
     assert page.count("<svg") == 1

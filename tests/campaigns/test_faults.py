@@ -79,7 +79,7 @@ def test_killed_at_ten_random_moments_it_ends_with_the_same_table(tmp_path, undi
         process.kill()
         output, messages = process.communicate()
         assert output == ""
-        assert re.fullmatch(rf"(\d+ of {RUNS} runs are there already\n)?", messages), messages
+        assert re.fullmatch(rf"(\d+ of {RUNS} runs are already complete\n)?", messages), messages
         assert gone(process), "workers outlive the campaign that made them"
     assert killed >= 5
     code, messages = ended(start(tmp_path))
@@ -101,7 +101,7 @@ def test_workers_that_always_die_end_the_campaign(tmp_path):
     code, messages = ended(process)
     assert code == 1
     assert "Traceback" not in messages
-    assert "3 pools in a row" in messages
+    assert "3 worker pools in a row" in messages
 
 
 def test_control_c_stops_cleanly_and_it_goes_on(tmp_path, undisturbed):
@@ -113,7 +113,7 @@ def test_control_c_stops_cleanly_and_it_goes_on(tmp_path, undisturbed):
     assert gone(process)
     code, messages = ended(start(tmp_path))
     assert code == 0
-    assert f"of {RUNS} runs are there already" in messages
+    assert f"of {RUNS} runs are already complete" in messages
     assert (tmp_path / "runs.parquet").read_bytes() == undisturbed
 
 
@@ -174,7 +174,7 @@ def test_a_full_disk_is_told_and_survived(tmp_path, undisturbed):
         subprocess.run(["mount", "-o", "remount,size=4m", str(small)], check=True)
         code, messages = ended(start(small))
         assert code == 0, messages
-        assert "runs are there already" in messages
+        assert "runs are already complete" in messages
         assert (small / "runs.parquet").read_bytes() == undisturbed
     finally:
         subprocess.run(["umount", str(small)], check=True)
@@ -187,7 +187,7 @@ def test_two_at_once_are_refused(tmp_path):
     os.killpg(first.pid, signal.SIGINT)
     ended(first)
     assert code == 1
-    assert "found another campaign at work here" in messages
+    assert "found another campaign running here" in messages
 
 
 def test_a_killed_dask_worker_costs_nothing(tmp_path, undisturbed):

@@ -115,8 +115,8 @@ def test_the_digest_looks_at_the_content_alone(scenario, variant):
         ),
         (("wheel.*.coulomb", "wheel.a.speed"), "key dispersion[3].key: found 'wheel.a.speed'"),
         (('"log_normal"', '"cauchy"'), "key dispersion[0].distribution: found 'cauchy', expected"),
-        (('"30 %"', '"a %"'), "key dispersion[0].sigma: found 'a %', expected a share"),
-        (('"30 %"', "-1"), "key dispersion[0].sigma: found -1, expected above 0"),
+        (('"30 %"', '"a %"'), "key dispersion[0].sigma: found 'a %', expected a percentage"),
+        (('"30 %"', "-1"), "key dispersion[0].sigma: found -1, expected a sigma"),
         (
             ('low = "6 s"', 'low = "60 s"'),
             "key dispersion[2].high: found '10 s', expected more than",
@@ -141,7 +141,7 @@ def test_the_digest_looks_at_the_content_alone(scenario, variant):
         (("factor = 3.0", "stribeck_speed = 0"), "key event[worn].stribeck_speed: found 0"),
         (('wheel = "b"', 'wheel = "f"'), "key event[worn].wheel: found no wheel 'f'"),
         (("[imbalance]", "[inbalance]"), "did you mean imbalance?"),
-        (('"20 rpm"', '"0 %"'), "key dispersion[3].sigma: found '0 %', expected above 0"),
+        (('"20 rpm"', '"0 %"'), "key dispersion[3].sigma: found '0 %', expected a sigma"),
         (
             ("turn_gain = 0.4", "turn_gain = 1e308"),
             "turn_gain: found 1e+308, expected a finite num",
@@ -191,7 +191,7 @@ def test_what_a_data_sheet_says_of_its_wheel_need_not_be_given_again(tmp_path):
 def test_a_wheel_may_fail_and_wear_once_each(variant):
     worn = '[[event]]\nname = "more"\nkind = "friction_step"\nwheel = "{}"\nfactor = 2\ntime = 20\n'
     assert len(read_scenario(variant(more=worn.format("c"))).events) == 4
-    with pytest.raises(InputError, match="expected one failure and one friction step a wheel"):
+    with pytest.raises(InputError, match="expected one failure and one friction step per wheel"):
         read_scenario(variant(more=worn.format("b")))
 
 

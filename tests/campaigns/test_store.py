@@ -107,9 +107,9 @@ def test_the_description_is_written_again_by_the_same_command_alone(out, fly, sa
         file.symlink_to("/dev/zero")
     with pytest.raises(InputError, match="expected"):
         Store(out).known()
-    with pytest.raises(InputError, match="the command that began"):
+    with pytest.raises(InputError, match="repeat the command that started"):
         fly(out, seed=1)
-    same(out, "campaign.json: found damage or none: it is written again")
+    same(out, "campaign.json: found no valid file: it is written again")
 
 
 def test_blocks_of_another_campaign_and_renumbered_ones_are_flown_again(out, fly, same, tmp_path):
@@ -122,9 +122,9 @@ def test_blocks_of_another_campaign_and_renumbered_ones_are_flown_again(out, fly
     fourth.unlink()
     shutil.copy(third, third.with_name(third.name.replace("000003", "000004")))
     (out / "runs.parquet").unlink()
-    with pytest.raises(InputError, match="9 whole blocks of 11 and no whole runs"):
+    with pytest.raises(InputError, match="9 of 11 blocks intact and no intact runs"):
         Store(out).merge(Store(out).known())
-    same(out, "block 4 is damaged or of another campaign; it is flown again")
+    same(out, "block 4 is damaged or of another campaign; it is simulated again")
 
 
 def test_blocks_name_their_campaign_seed_and_runs(undisturbed):
@@ -188,16 +188,18 @@ def test_a_table_is_mended_by_those_who_only_read(out, undisturbed):
     store = Store(out, said.append)
     with store.locked():
         store.mend(store.known())
-    assert said == ["block 3 is damaged or of another campaign: gyrostat campaign flies it again"]
+    assert said == [
+        "block 3 is damaged or of another campaign: gyrostat campaign simulates it again"
+    ]
     flip(out / "runs.parquet")
-    with pytest.raises(InputError, match="10 whole blocks of 11"), store.locked():
+    with pytest.raises(InputError, match="10 of 11 blocks intact"), store.locked():
         store.mend(store.known())
 
 
 def test_a_folder_of_an_earlier_format_is_refused(out, fly):
     file = out / "campaign.json"
     file.write_text(json.dumps({**json.loads(file.read_text()), "format": 1}))
-    with pytest.raises(InputError, match="found format 1 of another gyrostat, expected 2: fly"):
+    with pytest.raises(InputError, match="found format 1 of another gyrostat, expected 2: run"):
         fly(out)
 
 

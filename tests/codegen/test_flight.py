@@ -404,5 +404,5 @@ def test_what_a_struct_cannot_hold_is_refused():
         emit("bad", [Entry("bad", lambda x: x[0], {"x": (1.0, "text")}, ("y",))])
     with pytest.raises(InputError, match="another shape"):
         emit("bad", [Entry("bad", lambda x: (x, x[0]), {"x": (1.0,)}, ("y", "x"))])
-    with pytest.raises(InputError, match="free name of C"):
+    with pytest.raises(InputError, match="unused name of C"):
         emit("bad", [Entry("bad", lambda x: x, {"x": 1.0}, ("status",))])

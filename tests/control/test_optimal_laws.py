@@ -92,10 +92,10 @@ def test_lqr_gains_of_the_paper():
         ((*AT_REST, WEIGHT * np.nan, EFFORT), "Q: found a value that is not finite"),
         ((*AT_REST, WEIGHT, np.diag([1.0, 0.0, 1.0])), "input weight R: found the eigenvalue 0"),
         ((AT_REST[0][:5], AT_REST[1], WEIGHT, EFFORT), r"A and B: found shapes \(5, 6\)"),
-        ((*without(1), WEIGHT, EFFORT[:2, :2]), "no input stops: rotation about body y "),
-        ((*without(0, 1, 2), WEIGHT, np.zeros((0, 0))), "no input stops: rotation about body x, "),
+        ((*without(1), WEIGHT, EFFORT[:2, :2]), "no input controls: rotation about body y "),
+        ((*without(0, 1, 2), WEIGHT, np.zeros((0, 0))), "no input controls: rotation about body x"),
         ((-np.eye(6), np.zeros((6, 0)), WEIGHT, np.zeros((0, 0))), r"R: found shape \(0, 0\)"),
-        ((*AT_REST, np.diag([1.0, 1, 0, 1, 1, 1]), EFFORT), "nothing in Q sees: .*body y"),
+        ((*AT_REST, np.diag([1.0, 1, 0, 1, 1, 1]), EFFORT), "no cost in Q on: .*body y"),
     ],
 )
 def test_refusals(arguments, message):

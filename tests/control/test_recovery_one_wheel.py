@@ -200,5 +200,5 @@ def test_refuses_what_it_cannot_do():
         plan([True, False, False], [0.0, 0.4, 0.3])
     with pytest.raises(InputError, match=r"b x J\^-1 a = 0"):
         plan([True, False, False], [0.7, 0.0, 0.0])
-    with pytest.raises(InputError, match=r"total momentum: found none"):
+    with pytest.raises(InputError, match=r"total momentum: found zero"):
         plan([True, False, False], [0.0, 0.0, 0.0])

@@ -129,7 +129,7 @@ def test_single_precision_says_what_it_loses(exported):
     if compiler() is None:
         assert "Not measured" in readme
         pytest.skip("found no C compiler")
-    losses = dict(re.findall(r"- `([\w.]+)`: (\S+)", readme.partition("## What single")[2]))
+    losses = dict(re.findall(r"- `([\w.]+)`: (\S+)", readme.partition("## Errors of single")[2]))
     assert 0.0 < float(losses["command.current"]) < 1e-5
 
 
@@ -138,7 +138,7 @@ def test_without_a_compiler_the_code_comes_and_the_folder_says_so(exported, monk
     monkeypatch.delenv("CC", raising=False)
     out, _ = exported("controller", *GAINS)
     readme = (out / "README.md").read_text(encoding="utf-8")
-    assert "not measured, for want of a C compiler" in readme
+    assert "not measured, because there was no C compiler" in readme
 
 
 def test_a_data_sheet_has_every_number_with_its_unit(exported):

@@ -77,7 +77,7 @@ def test_what_cannot_be_recovered_says_why():
     nothing = recover(CRAFT, START, dict.fromkeys(range(3), Loss("seized")), target=TARGET)
     assert nothing.flight is None
     assert nothing.settle is None
-    assert nothing.reason.startswith("nothing can be held")
+    assert nothing.reason.startswith("no attitude is feasible")
     assert nothing.to_dict()["settled"] is False
     short = recover(CRAFT, START, {1: Loss("seized")}, target=TARGET, duration=600.0, known=CRAFT)
     assert short.settle is not None

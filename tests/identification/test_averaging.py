@@ -1,4 +1,4 @@
-"""Averaging over effects beside the friction model: its parts against dense algebra."""
+"""Averaging over effects outside the friction model: its parts against dense algebra."""
 
 import numpy as np
 import pytest

@@ -349,7 +349,7 @@ def test_one_constant_current_shows_the_motor_constant_where_coulomb_friction_is
 
 def test_a_current_that_is_equal_in_both_senses_does_not():
     pair = [constant_current(0.1), constant_current(-0.1, seed=1)]
-    with pytest.raises(InputError, match="cannot tell the motor constant"):
+    with pytest.raises(InputError, match="does not distinguish motor constant"):
         identify(pair, inertia=INERTIA)
 
 

@@ -167,7 +167,7 @@ def test_a_pulse_counter_is_named(record, changed):
     step = 2.0 * np.pi / 6.0 / 0.1
     fit = identify(changed(steps, speed=step * np.round(steps.speed / step)), inertia=INERTIA)
     assert fit.findings[0].names == ("quantum",)
-    assert "with 6 a turn over a gate of 0.1 s" in fit.findings[0].titles[0]
+    assert "with 6 pulses per turn and a gate of 0.1 s" in fit.findings[0].titles[0]
 
 
 def test_a_gap_across_a_step_is_bridged_as_by_hand(record, changed):

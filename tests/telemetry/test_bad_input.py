@@ -177,7 +177,7 @@ def test_a_long_cell_is_shortened_and_kept_on_one_line(refusal):
 def test_negative_values_in_a_current_called_unsigned(refusal):
     assert refusal(HEADER + "0,1,10\n1,-1,20\n", unsigned_current=True) == (
         "bench.csv: row 3, column 'current_A': found -1.0,"
-        " expected no negative value in a current called unsigned"
+        " expected no negative value in a current declared unsigned"
     )
 
 

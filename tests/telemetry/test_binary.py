@@ -118,7 +118,7 @@ def test_a_missing_matlab_sample_is_told_by_valid(read):
             {},
             {"unsigned_current": True},
             "row 2, column 'current_mA': found -1000.0,"
-            " expected no negative value in a current called unsigned",
+            " expected no negative value in a current declared unsigned",
         ),
     ],
 )

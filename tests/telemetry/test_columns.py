@@ -80,13 +80,13 @@ def test_units_of_the_caller_add_and_overrule(read):
             "time_s,amperes,speed_rpm",
             {},
             "row 1: found columns 'time_s', 'amperes', 'speed_rpm', expected one for current,"
-            " called current or i, or named in columns",
+            " called current or i, or assigned in columns",
         ),
         (
             "time_s,curent_A,speed_rpm",
             {},
             "row 1: found columns 'time_s', 'curent_A', 'speed_rpm', expected one for current,"
-            " called current or i, or named in columns; did you mean 'curent_A'?",
+            " called current or i, or assigned in columns; did you mean 'curent_A'?",
         ),
         (
             "time_s,current_A,wheel_rpm",
@@ -108,13 +108,13 @@ def test_units_of_the_caller_add_and_overrule(read):
             "time_s,speed_rpm,omega_rpm,current_A",
             {},
             "row 1: found columns 'speed_rpm', 'omega_rpm', expected one for speed,"
-            " or the one to take named in columns",
+            " or an assignment in columns",
         ),
         (
             "time_s,current_A,current_mA,speed_rpm",
             {"columns": {"current": "current"}},
             "row 1: found columns 'current_A', 'current_mA', expected one for current,"
-            " or the one to take named in columns",
+            " or an assignment in columns",
         ),
         (
             "time_s,current_A,speed_rpm",

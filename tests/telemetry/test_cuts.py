@@ -51,7 +51,7 @@ def test_a_frozen_tachometer_is_masked_and_said():
     found = cut(sampled(current, speed))
     assert not found.valid[101:140].any()
     assert found.valid.sum() == 400 - 39
-    assert "tachometer frozen: 39 samples masked (1 stretches)" in found.notes
+    assert "tachometer frozen: 39 samples masked (1 intervals)" in found.notes
 
 
 def test_dropped_out_zeros_are_masked_and_a_wheel_at_rest_is_not():

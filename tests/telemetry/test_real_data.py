@@ -44,8 +44,7 @@ def test_three_motors_in_one_table(folder, name, samples, duration, motor):
     assert record.valid.all()
     assert record.notes[:2] == (
         "trailing delimiter ignored",
-        f"current unsigned: sign taken from column m{motor}setvel,"
-        f" and from m{motor}vel where that is 0",
+        f"current unsigned: sign taken from column m{motor}setvel, and from m{motor}vel if it is 0",
     )
     # Jitter is kept, and the current has the sign of the commanded direction.
     assert 0.015 < np.diff(record.time).min() < np.diff(record.time).max() < 0.08

@@ -210,7 +210,7 @@ def test_unsigned_current_takes_the_sign_of_the_setpoint(read):
     )
     np.testing.assert_array_equal(record.current, [1, -2, 3, -4, 0])
     assert record.notes == (
-        "current unsigned: sign taken from column command, and from speed_rpm where that is 0",
+        "current unsigned: sign taken from column command, and from speed_rpm if it is 0",
     )
 
 

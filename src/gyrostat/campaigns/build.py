@@ -179,7 +179,7 @@ def plan(scenario: Scenario) -> Plans:
             raise InputError(
                 f"key {'controller' if event is None else f'event[{event.name}]'}: found working "
                 "wheels that do not span space, expected wheels about every axis (gyrostat recover "
-                "flies with fewer)"
+                "simulates fewer)"
             )
         told = chosen.losses == NOTIFIED
         if wheel is not None and not told:

@@ -135,7 +135,7 @@ def _in_orbit(options: Options) -> dict[str, Any]:
 
 
 COMPENSATORS: dict[str, Component] = {
-    "none": Component("None.", {}, lambda options, controller, known, delay: controller),
+    "none": Component("No compensator.", {}, lambda options, controller, known, delay: controller),
     "friction_model": Component(
         "Friction feed-forward from the nominal friction model at the measured speed "
         "(`gyrostat.control.FrictionFeedForward`).",
@@ -228,7 +228,7 @@ SENSORS: dict[str, Component] = {
     ),
 }
 ESTIMATORS: dict[str, Component] = {
-    "none": Component("None.", {}, lambda options, controller, sensors: controller),
+    "none": Component("No estimator.", {}, lambda options, controller, sensors: controller),
     "kalman": Component(
         "Multiplicative Kalman filter for attitude and gyro bias "
         "(`gyrostat.estimation.AttitudeFilter`). It assumes the nominal sensor noise.",

@@ -96,10 +96,10 @@ def read_campaign(file: Path) -> Campaign | None:
         pass  # refused below
     if isinstance(number, int) and number != FORMAT:
         raise InputError(
-            f"{file}: found format {number} of another gyrostat, expected {FORMAT}: fly the "
-            "campaign again into another folder, or use the gyrostat that wrote it"
+            f"{file}: found format {number} of another gyrostat, expected {FORMAT}: run the "
+            "campaign again in another folder, or use the version that wrote it"
         )
     raise DamagedError(
-        f"{file}: found damage (its content is not that of its digest), expected what gyrostat "
-        "campaign wrote: the command that began the campaign mends it"
+        f"{file}: found damaged content (its digest differs), expected the content that gyrostat "
+        "campaign wrote: repeat the command that started the campaign to repair it"
     )

@@ -55,7 +55,7 @@ def chosen_engine(
     except InputError as error:
         if engine == "native":
             raise
-        say(f"{error}; flying with JAX, which is slower")
+        say(f"{error}; using JAX, which is slower")
         return "jax"
     return "native"
 
@@ -132,7 +132,7 @@ def run_campaign(
         recorded = known.engine.get("engine", "jax")
         if engine not in ("auto", recorded):
             raise InputError(
-                f"--engine: found {engine}, expected {recorded}, which {out} was begun with"
+                f"--engine: found {engine}, expected {recorded}, with which {out} was started"
             )
         engine = recorded
     record = engine_record(device, FLAGS[device], engine)
@@ -159,10 +159,10 @@ def run_campaign(
 def _fly_blocks(store, campaign, opener, window, on_progress, say, fly_job) -> None:
     found, damaged = store.blocks(campaign)
     for number in damaged:
-        say(f"block {number} is damaged or of another campaign; it is flown again")
+        say(f"block {number} is damaged or of another campaign; it is simulated again")
     done = sum(len(campaign.numbers(number)) for number in found)
     if done:
-        say(f"{done} of {campaign.runs} runs are there already")
+        say(f"{done} of {campaign.runs} runs are already complete")
 
     def jobs():
         for number in range(campaign.blocks):
@@ -214,7 +214,7 @@ def replay(
     """Repeat runs of a finished campaign and keep their histories.
 
     Raises:
-        InputError: The results differ from those of the table in any bit.
+        InputError: A result differs from the table, even if only in the last bit.
     """
     import numpy as np
 
@@ -228,7 +228,7 @@ def replay(
                 if not np.array_equal(values[place], recorded, equal_nan=True):
                     raise InputError(
                         f"run {run}: found {name} {values[place]!r} in the replay, expected "
-                        f"{recorded!r} of the table: something in the machine has changed"
+                        f"{recorded!r} of the table: software or hardware has changed"
                     )
             paths.append(store.write_history(campaign, run, flown.histories.sel(run=run)))
 

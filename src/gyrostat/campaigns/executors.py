@@ -172,7 +172,7 @@ def cluster(address: str) -> Opener:
             client = Client(address, timeout=10)
         except (OSError, ValueError) as error:
             raise InputError(
-                f"--scheduler: found nobody at {address} ({error}), expected a Dask scheduler"
+                f"--scheduler: found no answer from {address} ({error}), expected a Dask scheduler"
             ) from None
         with client:
             try:
@@ -267,6 +267,6 @@ def carry_out(
             barren += 1
             if barren == BARREN:
                 raise InputError(
-                    f"workers: found {BARREN} pools in a row that ended before they had done "
-                    "anything, expected workers that live (is there memory for them?)"
+                    f"workers: found {BARREN} worker pools in a row that ended before their first "
+                    "result, expected workers that keep running (is there enough memory?)"
                 ) from error

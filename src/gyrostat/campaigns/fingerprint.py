@@ -65,7 +65,7 @@ def use_engine(record: Record) -> None:
             jax.devices()
         except RuntimeError:
             raise InputError(
-                "--device gpu: found none that JAX sees, expected one (and jax with its plugin)"
+                "--device gpu: found no GPU for JAX, expected one (and the GPU plugin of jax)"
             ) from None
 
 
@@ -83,8 +83,8 @@ def refuse_other(record: Record, where: str) -> None:
     for name, value in found.items():
         if record.get(name) != value:
             raise InputError(
-                f"{where}: found {name} {value}, expected {record.get(name)}, as recorded: other "
-                "code gives other last digits"
+                f"{where}: found {name} {value}, expected {record.get(name)}, as recorded: "
+                "otherwise the last digits of the results would differ"
             )
 
 

@@ -87,7 +87,7 @@ class SortedErrors:
 
 
 class BinnedErrors:
-    """Collector that counts errors in bins: percentiles to 0.1 %, at most the largest error.
+    """Collector that counts errors in bins; percentiles are accurate to 0.1 %.
 
     Args:
         runs: Number of runs.
@@ -120,7 +120,7 @@ class BinnedErrors:
 
 
 def collector(runs: int, samples: int, group: int) -> Collector:
-    """Choose the collector of errors for runs of a group; it is the same for any part of a group.
+    """Choose how errors are collected; the choice depends on the size of the whole group only.
 
     Args:
         runs: Number of runs.

@@ -56,7 +56,7 @@ class Phases(eqx.Module):
         return PhasesMemory(self.at(0.0).start(period), jnp.zeros(()), period)
 
     def predicted(self, memory: PhasesMemory, measurement: Any, command: Any) -> PhasesMemory:
-        """Memory one period later without a sample.
+        """Memory after a period without a sample.
 
         Args:
             memory: Memory from the last sample.

@@ -43,7 +43,7 @@ def read_dispersions(
         taken = {key for dispersion in found for key in dispersion.keys}
         for key in (key for dispersion in made for key in dispersion.keys):
             if key in taken:
-                raise row.refuse("fit" if "fit" in row.row else "key", key, "it dispersed once")
+                raise row.refuse("fit" if "fit" in row.row else "key", key, "one dispersion of it")
         found += made
     return tuple(found)
 
@@ -74,12 +74,12 @@ def _alone(row: Table, kind: str, key: str, entry: Key, nominal: float) -> Dispe
         if sigma is None:
             sigma = row.quantity("sigma", "1", positive=False)
         if not 0.0 < sigma <= 10.0:
-            raise row.refuse("sigma", row.row["sigma"], "above 0, of the logarithm, at most 10")
+            raise row.refuse("sigma", row.row["sigma"], "a sigma of the logarithm, above 0 to 10")
         return Dispersion((key,), kind, ((sigma,),))
     if kind == "normal":
         sigma = _amount(row, "sigma", entry, nominal)
         if not sigma > 0.0:
-            raise row.refuse("sigma", row.row["sigma"], "above 0, a share of no zero")
+            raise row.refuse("sigma", row.row["sigma"], "a sigma above 0, not in % of 0")
         return Dispersion((key,), kind, ((sigma,),))
     bounds = []
     for name in ("low", "high"):
@@ -103,7 +103,7 @@ def _share(row: Table, name: str) -> float | None:
     except ValueError:
         share = math.nan
     if not math.isfinite(share):
-        raise row.refuse(name, found, "a share such as '20 %'")
+        raise row.refuse(name, found, "a percentage such as '20 %'")
     return share
 
 
@@ -144,7 +144,7 @@ def _from_fit(row: Table, scenario: Scenario, force: bool) -> Dispersion:
     if not names:
         raise InputError(f"{path}: found no parameter of wheel {wheel}, expected friction")
     if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(sigma)) and np.all(sigma >= 0.0)):
-        raise InputError(f"{path}: found a sigma or correlation that is not finite, expected both")
+        raise InputError(f"{path}: found a sigma or correlation not finite, expected finite ones")
     spread: Any = square_root(matrix * np.outer(sigma, sigma))
     keys = tuple(f"wheel.{wheel}.{name}" for name in names)
     return Dispersion(keys, "normal", tuple(map(tuple, spread.tolist())))

@@ -37,7 +37,7 @@ def read_events(
         name = row.name("name", str(number + 1))
         if name in {event.name for event in found} or "." in name or not name:
             raise InputError(
-                f"{top.path}: key event[{number}].name: found {name!r}, expected a name of its own "
+                f"{top.path}: key event[{number}].name: found {name!r}, expected a unique name "
                 "without a dot"
             )
         row = Table(top.path, f"event[{name}].", row.row)
@@ -48,7 +48,7 @@ def read_events(
         ):
             raise InputError(
                 f"{row.place('wheel')}: found {craft.wheel_names[event.wheel]}, which another "
-                "event befalls, expected one failure and one friction step a wheel"
+                "event affects, expected one failure and one friction step per wheel"
             )
         found.append(event)
     return found
@@ -69,7 +69,7 @@ def _event(
             raise row.refuse(
                 "detected_after",
                 row.row["detected_after"],
-                f"none: nobody tells the controller {controller} of a lost wheel",
+                f"none: the controller {controller} is not notified of failures",
             )
         del keys["detected_after"]
     row.known(("name", "kind", *own, *keys))

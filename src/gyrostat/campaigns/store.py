@@ -137,13 +137,13 @@ class Store:
         listed = Manifest(self.folder).entries.values()
         is_its = any(entry.by == campaign.by for entry in listed) or self.blocks(campaign)[0]
         if is_its:
-            self.say(f"{self._description}: found damage or none: it is written again")
+            self.say(f"{self._description}: found no valid file: it is written again")
         elif damage is not None:
             raise damage
         elif os.path.lexists(self.table) or any(self._blocks.iterdir()):
             raise InputError(
                 f"{self.folder}: found results without their campaign.json, expected none: give "
-                "another folder, or the command that began that campaign"
+                "another folder, or repeat the command that started that campaign"
             )
         else:
             check_outputs(self.folder, REPORT, by=campaign.by, force=force)
@@ -180,7 +180,7 @@ class Store:
         found, damaged = self.blocks(campaign)
         for number in sorted({*damaged, *range(campaign.blocks)} - set(found)):
             state = "damaged or of another campaign" if number in damaged else "missing"
-            self.say(f"block {number} is {state}: gyrostat campaign flies it again")
+            self.say(f"block {number} is {state}: gyrostat campaign simulates it again")
         self.merge(campaign)
 
     @contextlib.contextmanager
@@ -234,8 +234,8 @@ class Store:
         numbers = range(campaign.blocks)
         if len(found) < campaign.blocks:
             raise InputError(
-                f"{self.folder}: found {len(found)} whole blocks of {campaign.blocks} and no whole "
-                f"{TABLE}, expected all: run gyrostat campaign again, which flies the others"
+                f"{self.folder}: found {len(found)} of {campaign.blocks} blocks intact and no "
+                f"intact {TABLE}, expected all blocks: run gyrostat campaign again to repair it"
             )
         with self.results(campaign) as scratch:
             told = {"scenario": campaign.digest, "seed": str(campaign.seed)}
@@ -291,4 +291,4 @@ def _lock(handle: int, folder: Path) -> None:
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        raise InputError(f"{folder}: found another campaign at work here, expected none") from None
+        raise InputError(f"{folder}: found another campaign running here, expected none") from None

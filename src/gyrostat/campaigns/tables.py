@@ -123,7 +123,7 @@ class Table:
 
         Args:
             keys: Entries of the schema.
-            section: Prefix of the full keys, such as "event.NAME."; None for the prefix in the
+            section: Prefix of the full keys, such as "event.NAME."; by default the prefix in the
                 file.
         """
         start, found = self.prefix if section is None else section, {}
@@ -181,7 +181,7 @@ class Table:
             self.value(f"{key}[{k}]", v, "1", positive=False) for k, v in enumerate(found)
         )
         if list(parts) != sorted(set(parts)) or not low < parts[0] <= parts[-1] < high:
-            raise self.refuse(key, found, f"rising numbers between {low:g} and {high:g}")
+            raise self.refuse(key, found, f"increasing numbers between {low:g} and {high:g}")
         return parts
 
     def multiple(self, key: str, value: float, name: str, part: float, most: int) -> int:

@@ -34,7 +34,7 @@ def _keeping_programs(verb: Callable[..., None]) -> Callable[..., None]:
 
 
 app = typer.Typer(
-    help="Reaction wheels: from a bench record to a friction model and beyond.",
+    help="Reaction wheels: identification, simulation, Monte Carlo campaigns and flight code.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -71,6 +71,6 @@ def main() -> None:
     except KeyboardInterrupt:
         code = 130
     if code == 130:
-        say("interrupted: nothing half-written was left behind")
+        say("interrupted: no incomplete file was left")
     if code:
         sys.exit(code)

@@ -16,34 +16,30 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-Device = Annotated[str, typer.Option(help="cpu, or gpu where JAX sees one.")]
+Device = Annotated[str, typer.Option(help="cpu, or gpu if JAX finds one.")]
 Engine = Annotated[
     str,
-    typer.Option(help="native (compiled C), jax, or auto: native where there is a C compiler."),
+    typer.Option(help="native (compiled C), jax, or auto: native if there is a C compiler."),
 ]
 Workers = Annotated[
     int | None,
     typer.Option(
         min=1,
         max=1024,
-        help="Processes; by default one per core, and none (threads) for a small campaign.",
+        help="Processes [default: one per core, threads for a small campaign].",
     ),
 ]
 Verify = Annotated[
     bool,
-    typer.Option(
-        "--verify", help="Make the compiled program again and compare it with the stored one."
-    ),
+    typer.Option("--verify", help="Compile the program again and compare it with the stored one."),
 ]
-Scheduler = Annotated[
-    str | None, typer.Option(help="Address of a Dask scheduler that has workers.")
-]
+Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler with workers.")]
 
 
 def simulate(
-    scenario: Annotated[Path, typer.Argument(help="scenario.toml.")],
-    out: Annotated[Path, typer.Option(help="netCDF file of the run; its report stands beside it.")],
-    seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
+    scenario: Annotated[Path, typer.Argument(help="Scenario file, scenario.toml.")],
+    out: Annotated[Path, typer.Option(help="netCDF file RUN.nc; RUN.html is written next to it.")],
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
     device: Device = "cpu",
     engine: Engine = "auto",
     force: ForceModel = False,
@@ -77,28 +73,28 @@ def _run_json(run: "xr.Dataset") -> str:
 
 
 def campaign(
-    scenario: Annotated[Path, typer.Argument(help="scenario.toml with [[dispersion]].")],
-    runs: Annotated[int, typer.Option(min=1, help="How many.")],
+    scenario: Annotated[Path, typer.Argument(help="scenario.toml with [[dispersion]] tables.")],
+    runs: Annotated[int, typer.Option(min=1, help="Number of runs.")],
     out: Out,
-    seed: Annotated[int, typer.Option(min=0, help="Of everything that is drawn.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all random draws.")] = 0,
     workers: Workers = None,
     scheduler: Scheduler = None,
     device: Device = "cpu",
     engine: Engine = "auto",
     block: Annotated[
-        int, typer.Option(min=1, max=2**32, help="Runs in a block; a multiple of 64 is best.")
+        int, typer.Option(min=1, max=2**32, help="Runs in a block; a multiple of 64 is fastest.")
     ] = 64,
-    keep: Annotated[str, typer.Option(help="Runs whose histories are kept: 0,5,17.")] = "",
-    worst: Annotated[int, typer.Option(min=0, help="So many worst runs are kept too.")] = 3,
+    keep: Annotated[str, typer.Option(help="Indices of runs whose histories are kept: 0,5.")] = "",
+    worst: Annotated[int, typer.Option(min=0, help="Number of worst runs to keep too.")] = 3,
     worst_by: Annotated[
-        str | None, typer.Option(help="Metric; by default the last percentile of the error.")
+        str | None, typer.Option(help="Metric that ranks them [default: last error percentile].")
     ] = None,
     force: Annotated[
         bool,
         typer.Option(
             "--force",
-            help="Begin beside files of its names: renamed NAME.changed; take wheels marked as "
-            "impossible.",
+            help="Start despite files with the names of results, which are renamed NAME.changed; "
+            "accept wheels marked as impossible.",
         ),
     ] = False,
     verify: Verify = False,
@@ -110,15 +106,15 @@ def campaign(
 
 
 def replay(
-    folder: Annotated[Path, typer.Argument(help="Of a finished campaign.")],
+    folder: Annotated[Path, typer.Argument(help="Folder of a finished campaign.")],
     run: Annotated[int, typer.Argument(min=0, help="Number of the run.")],
 ) -> None:
-    """Repeat one run of a campaign, bit for bit: its history and its report."""
+    """Repeat one run of a campaign, bit for bit, and write its history and its report."""
     call(verbs.replay, locals(), command=command_line())
 
 
 def report(
-    folder: Annotated[Path, typer.Argument(help="Of a finished campaign.")],
+    folder: Annotated[Path, typer.Argument(help="Folder of a finished campaign.")],
     json_output: Json = False,
 ) -> None:
     """Write the report of a campaign: report.html and report.json."""
@@ -164,13 +160,13 @@ class _Progress:
             self._task = self._bar.add_task("runs", total=total, completed=done, rate="")
             return
         rate = (done - self._before) / max(now - self._begun, 1e-9)
-        self._bar.update(self._task, completed=done, rate=f"{rate:.1f} a second")
+        self._bar.update(self._task, completed=done, rate=f"{rate:.1f} per second")
         if self._bar.disable and (now - self._said > 10.0 or done == total):
             self._said = now
             left = (total - done) / max(rate, 1e-9)
-            say(f"{done} of {total} runs, {rate:.1f} a second, {left:.0f} s left")
+            say(f"{done} of {total} runs, {rate:.1f} per second, {left:.0f} s left")
 
     def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
         self._bar.__exit__(kind, *rest)  # pyright: ignore[reportArgumentType]
         if kind is KeyboardInterrupt:
-            say("stopped: the blocks that are done are kept; the same command goes on")
+            say("stopped: completed blocks are kept; run the same command again to resume")

@@ -32,7 +32,7 @@ class What(StrEnum):
 
 
 class OnBad(StrEnum):
-    """Safe command in place of one from a rejected sample."""
+    """Safe command after a rejected sample."""
 
     hold = "hold"
     zero = "zero"
@@ -49,39 +49,39 @@ Text = str | None
 
 
 def export(
-    model: Annotated[Path, typer.Argument(help="model.toml: the wheel.")],
+    model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
     out: Out,
     to: Annotated[
         Format,
         typer.Option(
-            help="C for flight, a co-simulation unit (FMI 2.0), a Python module for Basilisk, a "
-            "data sheet."
+            help="c: flight code; fmu: co-simulation unit (FMI 2.0); basilisk: Python module; "
+            "json: data sheet."
         ),
     ],
-    what: Annotated[What | None, typer.Option(help="With --to c and fmu: what flies.")] = None,
-    precision: Annotated[Precision, typer.Option(help="Of the numbers in C.")] = Precision.double,
+    what: Annotated[What | None, typer.Option(help="Part to export, with --to c and fmu.")] = None,
+    precision: Annotated[Precision, typer.Option(help="Precision in C.")] = Precision.double,
     period: Annotated[Text, typer.Option(help="Control period, s or with a unit.")] = None,
     gains: Annotated[
-        Text, typer.Option(help="Of the attitude law: KP,KI,KD in N·m/rad, N·m/(rad·s), N·m·s/rad.")
+        Text, typer.Option(help="Attitude law: KP,KI,KD in N·m/rad, N·m/(rad·s), N·m·s/rad.")
     ] = None,
     table_inertia: Annotated[
-        Text, typer.Option(help="Of what the wheel turns, without its rotor, kg·m² or a unit.")
+        Text, typer.Option(help="Inertia of the turned body without rotor, kg·m² or with a unit.")
     ] = None,
     speed_sigma: Annotated[
         Text, typer.Option(help="Noise of a tachometer sample, rad/s or with a unit.")
     ] = None,
-    current_limit: Annotated[Text, typer.Option(help="Of the motor, A or with a unit.")] = None,
+    current_limit: Annotated[Text, typer.Option(help="Limit of the motor current, A.")] = None,
     delay: Annotated[
         int, typer.Option(min=0, max=1000, help="Control periods from a sample to its command.")
     ] = 0,
     scale_drift: Annotated[
-        Text, typer.Option(help="Of the friction level, 1/√s, for the estimator.")
+        Text, typer.Option(help="Drift of the friction level, 1/√s, for the estimator.")
     ] = None,
     range_: Annotated[
         list[str] | None,
         typer.Option(
             "--range",
-            help="Accepted values of an input, FIELD=LOWER:UPPER, SI or with units, as "
+            help="Accepted values of an input, FIELD=LOWER:UPPER, SI or with units, such as "
             "rate=-2deg/s:2deg/s; once for each field.",
         ),
     ] = None,
@@ -90,7 +90,7 @@ def export(
         typer.Option(help="Largest accepted change of an input, FIELD=VALUE, its SI unit per s."),
     ] = None,
     on_bad: Annotated[
-        OnBad, typer.Option(help="Command in place of one from a rejected sample.")
+        OnBad, typer.Option(help="Command after a rejected sample: last accepted one, or zero.")
     ] = OnBad.hold,
     force: ForceModel = False,
     json_output: Json = False,

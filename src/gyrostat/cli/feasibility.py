@@ -11,16 +11,15 @@ from gyrostat.cli.options import Force, Json, Out
 
 
 def feasible(
-    spacecraft: Annotated[Path, typer.Argument(help="spacecraft.toml: body and wheels.")],
+    spacecraft: Annotated[Path, typer.Argument(help="Spacecraft file, spacecraft.toml.")],
     momentum: Annotated[
-        str, typer.Option(help="Total, inertial axes: HX,HY,HZ, N·m·s or with units.")
+        str, typer.Option(help="Total momentum, inertial axes: HX,HY,HZ, N·m·s or with units.")
     ],
     out: Out,
     failed: Annotated[
         list[str] | None,
         typer.Option(
-            help="A wheel that failed: NAME or NAME=seized (no momentum), NAME=0.3 (N·m·s), "
-            "NAME=1500rpm."
+            help="Failed wheel: NAME or NAME=seized (no momentum), NAME=0.3 (N·m·s), NAME=1500rpm."
         ),
     ] = None,
     target: Annotated[
@@ -31,13 +30,13 @@ def feasible(
         typer.Option(help="Attitude to hold: 3-1-3 angles PHI,THETA,PSI, rad or with units."),
     ] = None,
     boresight: Annotated[
-        str | None, typer.Option(help="Body direction X,Y,Z or x, -z, ...; for the map, or:")
+        str | None, typer.Option(help="Body direction X,Y,Z or x, -z, ... for map and --towards.")
     ] = None,
     towards: Annotated[
-        str | None, typer.Option(help="Inertial direction that it should point at, any roll.")
+        str | None, typer.Option(help="Inertial direction for --boresight; the roll is free.")
     ] = None,
     tolerance: Annotated[
-        str | None, typer.Option(help="Of pointing, rad or with a unit: for the dwell time.")
+        str | None, typer.Option(help="Pointing tolerance for the dwell time, rad or with a unit.")
     ] = None,
     force: Force = False,
     json_output: Json = False,

@@ -15,11 +15,11 @@ ForceModel = Annotated[
     bool,
     typer.Option(
         "--force",
-        help="Replace existing files that this command did not write; take a wheel model that is "
-        "marked as impossible.",
+        help="Replace existing files that this command did not write; accept a wheel model that "
+        "is marked as impossible.",
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print the result's JSON and nothing else.")]
+Json = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
 
 
 class MissingCells(StrEnum):
@@ -30,8 +30,8 @@ class MissingCells(StrEnum):
 
 
 UnsignedSpeed = Annotated[
-    bool, typer.Option(help="The speed has no sign: it changes where the speed touches zero.")
+    bool, typer.Option(help="The speed is a magnitude; its sign changes where it touches zero.")
 ]
 Missing = Annotated[
-    MissingCells, typer.Option(help="Cells without a number: an error, or their rows left out.")
+    MissingCells, typer.Option(help="Cells without a number: report an error, or drop their rows.")
 ]

@@ -13,11 +13,11 @@ def reproduce(
     paper: Annotated[
         str,
         typer.Argument(
-            help="carrara-kuga, moreira-lopes-kuga, carvalho-fenili or endo-sekiguchi-nonaka"
+            help="carrara-kuga, moreira-lopes-kuga, carvalho-fenili or endo-sekiguchi-nonaka."
         ),
     ],
     out: Out,
-    quick: Annotated[bool, typer.Option(help="Fewer seeds, within two minutes.")] = False,
+    quick: Annotated[bool, typer.Option(help="Fewer seeds; takes less than two minutes.")] = False,
     force: Force = False,
     json_output: Json = False,
 ) -> None:

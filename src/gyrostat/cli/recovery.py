@@ -1,4 +1,4 @@
-"""Verb `recover`: simulate the flight to a feasible attitude after wheel failures."""
+"""Verb `recover`: simulate the slew to a feasible attitude after wheel failures."""
 
 from pathlib import Path
 from typing import Annotated
@@ -11,37 +11,37 @@ from gyrostat.cli.options import Force, Json, Out
 
 
 def recover(
-    spacecraft: Annotated[Path, typer.Argument(help="spacecraft.toml: body and wheels.")],
+    spacecraft: Annotated[Path, typer.Argument(help="Spacecraft file, spacecraft.toml.")],
     failed: Annotated[
         list[str],
         typer.Option(
-            help="A wheel that fails: NAME=seized, NAME=frozen (no torque, keeps its momentum) or "
+            help="Failing wheel: NAME=seized, NAME=frozen (no torque, keeps its momentum) or "
             "NAME=rundown:60s (no torque, runs down)."
         ),
     ],
     wheels: Annotated[
-        str, typer.Option(help="Momentum of every wheel then, N·m·s, or speed with a unit: A,B,...")
+        str, typer.Option(help="Wheel momenta at the failure, N·m·s, or speeds with units: A,B,...")
     ],
     out: Out,
     attitude: Annotated[
-        str | None, typer.Option(help="Then: quaternion Q0,Q1,Q2,Q3, scalar first.")
+        str | None, typer.Option(help="At the failure: quaternion Q0,Q1,Q2,Q3, scalar first.")
     ] = None,
     attitude_euler: Annotated[
-        str | None, typer.Option(help="Then: 3-1-3 angles PHI,THETA,PSI, rad or with units.")
+        str | None, typer.Option(help="At the failure: 3-1-3 angles PHI,THETA,PSI, rad or units.")
     ] = None,
-    rate: Annotated[str, typer.Option(help="Of the body then: WX,WY,WZ, rad/s.")] = "0,0,0",
+    rate: Annotated[str, typer.Option(help="Body rate at the failure: WX,WY,WZ, rad/s.")] = "0,0,0",
     target: Annotated[
-        str | None, typer.Option(help="Attitude wanted: quaternion, scalar first.")
+        str | None, typer.Option(help="Target attitude: quaternion Q0,Q1,Q2,Q3, scalar first.")
     ] = None,
     euler: Annotated[
-        str | None, typer.Option(help="Attitude wanted: 3-1-3 angles, rad or with units.")
+        str | None, typer.Option(help="Target attitude: 3-1-3 angles, rad or with units.")
     ] = None,
-    duration: Annotated[str, typer.Option(help="Of the flight, s or with a unit.")] = "600",
+    duration: Annotated[str, typer.Option(help="Simulated time, s or with a unit.")] = "600",
     period: Annotated[str, typer.Option(help="Control period, s or with a unit.")] = "0.5",
     force: Force = False,
     json_output: Json = False,
 ) -> None:
-    """Simulate the flight to the nearest feasible attitude: recover.json, run.nc, report.html."""
+    """Simulate the slew to the nearest feasible attitude: recover.json, run.nc, report.html."""
     found = call(verbs.recover, locals(), command=command_line())
     if json_output:
         print_json(out / "recover.json")

@@ -40,12 +40,12 @@ Columns = Annotated[
     typer.Option(help="Columns by role: time=t,current=m1cur,speed=m1vel (also temperature, ...)."),
 ]
 Units = Annotated[
-    str | None, typer.Option(help="Units by role where the file has none: speed=rpm,time=ms.")
+    str | None, typer.Option(help="Units by role, if the file has none: speed=rpm,time=ms.")
 ]
 Unsigned = Annotated[
-    bool, typer.Option(help="The current has no sign: take it from setpoint, or from speed.")
+    bool, typer.Option(help="The current is a magnitude; its sign is that of setpoint or speed.")
 ]
-CurrentHold = Annotated[Hold, typer.Option(help="The current between samples.")]
+CurrentHold = Annotated[Hold, typer.Option(help="Interpolation of the current.")]
 
 
 def identify(
@@ -53,23 +53,23 @@ def identify(
     out: Out,
     inertia: Annotated[
         str | None,
-        typer.Option(help="Of rotor and flywheel, kg·m² or with a unit; '1.5e-3 +- 1 %'."),
+        typer.Option(help="Inertia of rotor and flywheel, kg·m² or with a unit; '1.5e-3 +- 1 %'."),
     ] = None,
     current_scale: Annotated[
-        str | None, typer.Option(help="True over measured current: '+- 1 %', '1.01 +- 0.5 %'.")
+        str | None, typer.Option(help="True / measured current: '+- 1 %', '1.01 +- 0.5 %'.")
     ] = None,
-    speed_scale: Annotated[str | None, typer.Option(help="True over measured speed.")] = None,
-    clock: Annotated[str | None, typer.Option(help="True over recorded time.")] = None,
+    speed_scale: Annotated[str | None, typer.Option(help="True divided by measured speed.")] = None,
+    clock: Annotated[str | None, typer.Option(help="True divided by recorded time.")] = None,
     model: Annotated[
-        str | None, typer.Option(help="Friction model, or auto [default: stribeck].")
+        str | None, typer.Option(help="Friction model; auto: by diagnosis [default: stribeck].")
     ] = None,
-    method: Annotated[Method, typer.Option(help="How to identify.")] = Method.batch,
+    method: Annotated[Method, typer.Option(help="Identification method.")] = Method.batch,
     hold: Annotated[
-        list[str] | None, typer.Option(help="NAME=VALUE held, or NAME at its default.")
+        list[str] | None, typer.Option(help="Hold a parameter: NAME=VALUE, or NAME at its default.")
     ] = None,
-    free: Annotated[list[str] | None, typer.Option(help="NAME estimated as well.")] = None,
-    prior: Annotated[list[str] | None, typer.Option(help="NAME=MEAN:SIGMA known before.")] = None,
-    start: Annotated[list[str] | None, typer.Option(help="NAME=VALUE to start from.")] = None,
+    free: Annotated[list[str] | None, typer.Option(help="Further NAME to estimate.")] = None,
+    prior: Annotated[list[str] | None, typer.Option(help="A-priori NAME=MEAN:SIGMA.")] = None,
+    start: Annotated[list[str] | None, typer.Option(help="Start value NAME=VALUE.")] = None,
     speed_sigma: Annotated[
         str | None,
         typer.Option(
@@ -77,14 +77,14 @@ def identify(
         ),
     ] = None,
     loss: Annotated[
-        str | None, typer.Option(help="quadratic, huber or student [default: quadratic].")
+        str | None, typer.Option(help="Loss: quadratic, huber or student [default: quadratic].")
     ] = None,
     current_hold: Annotated[
-        Hold | None, typer.Option(help="The current between samples [default: zero-order].")
+        Hold | None, typer.Option(help="Interpolation of the current [default: zero-order].")
     ] = None,
     compare: Annotated[bool, typer.Option(help="Rank the other friction models too.")] = False,
     held_out: Annotated[
-        list[Path] | None, typer.Option(help="Record for the ranking only, never fitted.")
+        list[Path] | None, typer.Option(help="Record for the ranking only, not for the fit.")
     ] = None,
     columns: Columns = None,
     units: Units = None,
@@ -92,9 +92,9 @@ def identify(
     unsigned_speed: UnsignedSpeed = False,
     missing: Missing = MissingCells.refuse,
     edges: Annotated[
-        Path | None, typer.Option(help="Times of a tachometer's edges, s, in place of a speed.")
+        Path | None, typer.Option(help="File of a tachometer's edge times, s, instead of speeds.")
     ] = None,
-    pulses: Annotated[int, typer.Option(help="Edges a turn, with --edges.")] = 1,
+    pulses: Annotated[int, typer.Option(help="Edges per revolution, with --edges.")] = 1,
     force: Force = False,
     json_output: Json = False,
 ) -> None:
@@ -108,11 +108,11 @@ def identify(
 
 def validate(
     model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
-    record: Annotated[Path, typer.Argument(help="A record that it was not fitted to.")],
+    record: Annotated[Path, typer.Argument(help="Record that the model was not fitted to.")],
     out: Out,
     hold: Annotated[
         list[str] | None,
-        typer.Option(help="current_bias=VALUE, offset of the drive, which no model.toml has."),
+        typer.Option(help="current_bias=VALUE: current offset of the drive, not in model.toml."),
     ] = None,
     current_hold: CurrentHold = Hold.zero_order,
     columns: Columns = None,
@@ -134,18 +134,18 @@ def validate(
 def bench(
     model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
     out: Annotated[Path, typer.Option(help="Record to write, .csv or .parquet.")],
-    profile: Annotated[str, typer.Option(help="steps, sines or ramps.")] = "steps",
-    duration: Annotated[str, typer.Option(help="s or with a unit.")] = "300",
-    rate: Annotated[float, typer.Option(help="Samples per second.")] = 10.0,
+    profile: Annotated[str, typer.Option(help="Current profile: steps, sines or ramps.")] = "steps",
+    duration: Annotated[str, typer.Option(help="Duration, s or with a unit.")] = "300",
+    rate: Annotated[float, typer.Option(help="Sampling rate, Hz.")] = 10.0,
     low: Annotated[str | None, typer.Option(help="Smallest current amplitude, A.")] = None,
     high: Annotated[str | None, typer.Option(help="Largest current amplitude, A.")] = None,
-    period: Annotated[str | None, typer.Option(help="Of one step, cycle or ramp, s.")] = None,
-    initial_speed: Annotated[str, typer.Option(help="rad/s or with a unit.")] = "0",
-    speed_sigma: Annotated[str, typer.Option(help="Tachometer noise, rad/s or unit.")] = "0",
-    speed_quantum: Annotated[str, typer.Option(help="Tachometer step, rad/s or unit.")] = "0",
-    jitter: Annotated[float, typer.Option(help="Of sample times, share of interval.")] = 0.0,
-    dropouts: Annotated[float, typer.Option(help="Share of missing speeds.")] = 0.0,
-    seed: Annotated[int, typer.Option(help="Same seed, same record.")] = 0,
+    period: Annotated[str | None, typer.Option(help="Period of a step, cycle or ramp, s.")] = None,
+    initial_speed: Annotated[str, typer.Option(help="Initial speed, rad/s or with a unit.")] = "0",
+    speed_sigma: Annotated[str, typer.Option(help="Tachometer noise, rad/s or with a unit.")] = "0",
+    speed_quantum: Annotated[str, typer.Option(help="Speed quantisation step, rad/s.")] = "0",
+    jitter: Annotated[float, typer.Option(help="Time jitter, fraction of the interval.")] = 0.0,
+    dropouts: Annotated[float, typer.Option(help="Fraction of missing speeds.")] = 0.0,
+    seed: Annotated[int, typer.Option(help="Seed of currents and noise.")] = 0,
     force: ForceModel = False,
 ) -> None:
     """Simulate the bench record of a known wheel."""

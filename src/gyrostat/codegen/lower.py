@@ -102,7 +102,7 @@ class Lowering:
         return results
 
     def _refuse_arrays(self, build: Builder) -> None:
-        """Refuse arrays that are too large or of an unsupported type, by `InputError`."""
+        """Check that arrays are not too large and of a supported type; raises `InputError`."""
         scope, equation, where = self._scope, build.equation, build.where
         # results of a long scan are kept as tables, not as scalars
         long = equation.params.get("length", 0) > scope.longest or called(equation) is not None

@@ -62,7 +62,7 @@ Operand = Name | Number
 
 @dataclass(eq=False)
 class Assign:
-    """target = operation(operands); an "element" is read from `table`."""
+    """Operation: target = operation(operands); an "element" is read from `table`."""
 
     target: Name
     operation: str
@@ -82,7 +82,7 @@ class Fill:
 
 @dataclass(eq=False)
 class Store:
-    """table[width * index + offset] = value, in a loop that declares the table."""
+    """Assignment table[width * index + offset] = value, in a loop that declares the table."""
 
     table: Table
     index: Name
@@ -143,7 +143,7 @@ class Function:
 
 @dataclass(eq=False)
 class Call:
-    """targets = function(operands)."""
+    """Call of a function: targets = function(operands)."""
 
     function: Function
     operands: list[Operand]

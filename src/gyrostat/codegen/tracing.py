@@ -92,7 +92,7 @@ def trace(function: Callable[..., Any], arguments: Sequence[Any], name: str) -> 
 
 
 def refuse_effects(jaxpr: Any, called_at: Source) -> None:
-    """Refuse callbacks, prints and other side effects, with the line of the first.
+    """Check that a jaxpr has no callbacks, prints or other side effects.
 
     Args:
         jaxpr: Jaxpr to search.

@@ -67,7 +67,7 @@ class Guarded(Checked):
         if not finite(self.controller.start(period)):
             raise InputError(
                 f"{type(self.controller).__name__}: found a memory that is not finite at the "
-                "start, expected finite numbers behind a guard"
+                "start, expected finite numbers"
             )
 
     def start(self, period: Scalar) -> GuardedMemory:

@@ -11,7 +11,7 @@ def predicted(controller: Any, memory: Any, measurement: Any, command: Any) -> A
             unchanged.
         memory: Memory from the last sample.
         measurement: Last accepted measurement.
-        command: Command that is sent instead.
+        command: Safe command that is sent.
     """
     own = getattr(controller, "predicted", None)
     return memory if own is None else own(memory, measurement, command)

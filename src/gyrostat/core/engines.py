@@ -5,19 +5,19 @@ from collections.abc import Callable
 from gyrostat.core.errors import InputError
 
 ENGINES = ("auto", "native", "jax")
-"""Compiled C where that is possible; compiled C with one run in each SIMD lane; JAX."""
+"""auto: native if possible; native: compiled C with one run in each SIMD lane; jax: JAX."""
 
 
 def engine_named(name: str, say: Callable[[str], None], option: str = "engine") -> str:
-    """The engine of a name; says so where the name is a former one.
+    """Validate the name of an engine; former names are replaced and reported.
 
     Args:
         name: Name of the engine.
-        say: Takes a line about a former name.
-        option: For messages.
+        say: Called with a message about a former name.
+        option: Name of the option, for messages.
 
     Raises:
-        InputError: There is no such engine.
+        InputError: No engine has this name.
     """
     if name == "lanes":
         say(f"{option}: lanes is now called native")

@@ -29,8 +29,9 @@ def keep_programs(say: Callable[[str], None]) -> None:
 def use_private_cache(jax: Any) -> None:
     """Let JAX store the programs of this process in the private cache.
 
-    A `JAX_COMPILATION_CACHE_DIR` elsewhere is left to JAX. JAX has no public way to replace the
-    store. If a release of JAX lacks the internal function used here, programs are not stored.
+    If `JAX_COMPILATION_CACHE_DIR` names another folder, JAX uses that one. JAX has no public way to
+    replace the store. If a release of JAX lacks the internal function used here, programs are not
+    stored.
 
     Args:
         jax: The imported module.

@@ -35,8 +35,8 @@ def whiten(positive: Square, right: Float[Array, "n m"]) -> Float[Array, "n m"]:
     The result w satisfies w' w = right' positive^-1 right.
 
     Args:
-        positive: (n, n) symmetric positive definite; otherwise the result is NaN.
-        right: (n, m).
+        positive: Symmetric positive definite matrix, (n, n); otherwise the result is NaN.
+        right: Right-hand side, (n, m).
     """
     found = []
     rows = jnp.concatenate([positive, right], axis=1)
@@ -52,7 +52,7 @@ def factor(semidefinite: Square, drop: float = 1e-13) -> Square:
     """Lower triangular L with L L' = `semidefinite`, which may be singular.
 
     Args:
-        semidefinite: (n, n) symmetric, positive semidefinite.
+        semidefinite: Symmetric positive semidefinite matrix, (n, n).
         drop: Pivots up to this fraction of the largest diagonal element are treated as rounding
             errors; their column is zero.
     """
@@ -89,8 +89,8 @@ def solve(
     of each column. A singular matrix gives infinities or NaN.
 
     Args:
-        matrix: (n, n).
-        right: (n, m); m may be 0 if only the determinant is wanted.
+        matrix: Matrix, (n, n).
+        right: Right-hand side, (n, m); m may be 0 if only the determinant is wanted.
     """
     size = len(matrix)
     index = jnp.arange(size)

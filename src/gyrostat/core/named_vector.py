@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 class NamedVector(np.ndarray):
     """Vector of real numbers whose entries can also be looked up by name.
 
-    What is computed or cut from it is a vector without names.
+    Results of arithmetic and slices are vectors without names.
 
     Attributes:
-        names: name of each entry; empty where it has none.
+        names: Name of each entry; empty if the entries have no names.
     """
 
     names: tuple[str, ...] = ()
@@ -23,8 +23,8 @@ class NamedVector(np.ndarray):
         """Name the entries of a vector.
 
         Args:
-            names: (n,) names.
-            values: (n,) numbers.
+            names: Names, (n,).
+            values: Numbers, (n,).
         """
         made = np.array(values, dtype=np.float64).view(cls)
         made.names = tuple(names)
@@ -34,7 +34,7 @@ class NamedVector(np.ndarray):
         """Return the entry of a name, or what NumPy returns for an index.
 
         Raises:
-            KeyError: no entry has this name.
+            KeyError: No entry has this name.
         """
         if not isinstance(key, str):
             return super().__getitem__(key)

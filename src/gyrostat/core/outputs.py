@@ -73,7 +73,7 @@ class Manifest:
                 self.damaged = False
 
     def fault(self, name: str, by: str) -> str | None:
-        """Say what was found at `name` that must not be replaced; None if it may be replaced."""
+        """Description of the file at `name`, if it must not be replaced; otherwise None."""
         path = self.folder / name
         if name == MANIFEST:
             return "no manifest of gyrostat's" if self.damaged else None
@@ -223,8 +223,8 @@ def _files(scratch: Path) -> list[Path]:
 
 def _in_the_way(path: Path, found: str) -> InputError:
     return InputError(
-        f"{path}: found {found}, expected none or its own: give another --out, move it away, or "
-        "replace it with --force"
+        f"{path}: found {found}, expected no file, or one of this command: give another --out, "
+        "move it, or replace it with --force"
     )
 
 

@@ -74,7 +74,7 @@ def read_toml(path: Path, kind: str) -> dict[str, Any]:
 
 
 def refuse_unknown(path: Path, prefix: str, found: Collection[str], known: Collection[str]) -> None:
-    """Refuse unknown keys and suggest the known key with the most similar spelling.
+    """Reject unknown keys and suggest the known key with the most similar spelling.
 
     Args:
         path: Path of the file, for the error message.

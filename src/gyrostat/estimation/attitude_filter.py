@@ -20,8 +20,8 @@ class AttitudeEstimate(NamedTuple):
     Attributes:
         attitude: Attitude quaternion, (4,), scalar first.
         bias: Gyro bias, (3,), rad/s.
-        covariance: (6, 6), of the rotation error (from this attitude to the true one, body axes,
-            rad) and of the bias error, rad/s.
+        covariance: Covariance of the rotation error (from this attitude to the true one, body axes,
+            rad) and of the bias error, rad/s, (6, 6).
         innovation: Rotation from predicted to measured attitude, (3,), rad; zero without
             measurement.
         surprise: Normalised innovation squared, three degrees of freedom; zero without measurement.

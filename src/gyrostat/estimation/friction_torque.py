@@ -44,9 +44,9 @@ class FrictionTorqueFilter(Checked):
     friction", eqs. (6)-(7), (11)-(14), (17).
 
     Attributes:
-        momentum_sigma: rho, standard deviation of a measured momentum, N·m·s.
-        torque_drift: rho_1, random walk of the friction torque, N·m/√s.
-        initial_sigma: rho_0, standard deviation of both states before the first measurement, N·m·s
+        momentum_sigma: Standard deviation rho of a measured momentum, N·m·s.
+        torque_drift: Random walk rho_1 of the friction torque, N·m/√s.
+        initial_sigma: Standard deviation rho_0 of both states before the first measurement, N·m·s
             and N·m.
     """
 
@@ -86,8 +86,8 @@ class FrictionTorqueFilter(Checked):
         """Steady-state gain for momentum and friction torque, in closed form.
 
         With the delay operator d, the second difference of the measured momentum is
-        1 + a d + (1 - K) d² acting on the innovations, and also the second difference of noise and
-        random walk. Equating the spectra at zero frequency and at half the sampling rate gives
+        1 + a d + (1 - K) d² acting on the innovations. It is also the second difference of noise
+        and random walk. Equating the spectra at zero frequency and at half the sampling rate gives
         s² = 1 - K, the posterior momentum variance over the variance of a measurement.
 
         Args:

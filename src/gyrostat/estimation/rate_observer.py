@@ -26,7 +26,7 @@ class RateObserver(Checked):
     Electronics 56 (2009): the linear extended state observer, here with measured rate.
 
     Attributes:
-        inertia: J, kg·m².
+        inertia: Inertia J, kg·m².
         bandwidth: Bandwidth of the observer, rad/s.
     """
 

@@ -25,9 +25,9 @@ class FrictionTrack:
         speed: Estimated wheel speed, (N,), rad/s.
         scale: Friction of the wheel over friction of the model, (N,).
         scale_sigma: Standard deviation of `scale`, (N,).
-        normalised_innovation_squared: (N,); chi-square with one degree of freedom if the filter is
-            consistent. NaN where a measurement is missing, and at the first measurement, which
-            initialises the filter.
+        normalised_innovation_squared: Normalised innovation squared, (N,); chi-square with one
+            degree of freedom if the filter is consistent. NaN where a measurement is missing, and
+            at the first measurement, which initialises the filter.
         missed: Number of samples without a speed.
     """
 

@@ -45,7 +45,9 @@ def basilisk(model: WheelModel) -> str:
     elif isinstance(curve, ViscousCoulomb):
         static = float(curve.coulomb)
     else:
-        raise InputError(f"friction model: found {_name(curve)}, expected one that Basilisk knows")
+        raise InputError(
+            f"friction model: found {_name(curve)}, expected one that Basilisk supports"
+        )
     return filled(
         "basilisk.py.txt",
         lost="\n".join(f"- {text}." for text in lost),
@@ -61,8 +63,8 @@ def basilisk(model: WheelModel) -> str:
 def _senses(curve: DirectionalStribeck) -> str:
     off = 0.5 * abs(float(curve.coulomb_positive) - float(curve.coulomb_negative))
     return (
-        "it is the same in both senses of rotation: this has the mean, and the Coulomb torque is "
-        f"off by {off:.4g} N·m in each"
+        "it is the same in both senses of rotation: this module uses the mean, and the Coulomb "
+        f"torque is wrong by {off:.4g} N·m in each sense"
     )
 
 

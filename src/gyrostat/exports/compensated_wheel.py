@@ -70,9 +70,9 @@ class CompensatedOutput(NamedTuple):
 class CompensatedWheel(eqx.Module):
     """Wheel driven by the sampled and held current of its compensator.
 
-    The compensator reads the body's attitude and rate and the wheel speed. The change of the wheel
-    speed by the body's acceleration, a fraction of the rotor's inertia over the body's, is
-    neglected.
+    The compensator reads the body's attitude and rate and the wheel speed. The effect of the body's
+    acceleration on the wheel speed is neglected; it is smaller by the ratio of the inertias of
+    rotor and body.
 
     Attributes:
         compensator: Compensator, which commands the current.

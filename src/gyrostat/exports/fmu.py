@@ -152,7 +152,7 @@ def _wrapper(
         steps = [
             f"    const double periods = floor((duration / {period}) + 0.5);",
             f"    if (!((periods >= 1.0) && (fabs((duration / {period}) - periods) < 1e-6))) {{",
-            "        return FAULT; /* a sampled unit goes on by whole periods of its own */",
+            "        return FAULT; /* a sampled unit advances by whole control periods */",
             "    }",
             "    for (double k = 0.0; k < periods; k += 1.0) {",
             *(f"    {line}" for line in steps),
@@ -193,5 +193,5 @@ def _binary(sources: dict[str, str], name: str) -> bytes | None:
         done = run_compiler(command, Path(folder))
         if done.returncode != 0:
             first = re.sub(r"\s+", " ", done.stderr)[:200]
-            raise InputError(f"{program[0]}: found it refuses the unit ({first}), expected C99")
+            raise InputError(f"{program[0]}: found an error in the unit ({first}), expected C99")
         return (Path(folder) / "unit").read_bytes()

@@ -55,12 +55,12 @@ def _readme(
         *_declarations(target, module, dialect),
         "",
         *(f"{call(module, entry.name)};" for entry in target.begin),
-        f"/* then every {target.period:g} s, the period that the numbers are tuned for */",
+        f"/* then every {target.period:g} s, the period for which the parameters are tuned */",
         *(f"{call(module, entry.name)};" for entry in target.steps),
         "```",
         "",
-        "Every function returns 0, or 1 where a loop has used up its passes: what it has set is "
-        "then not to be trusted.",
+        "Every function returns 0, or 1 if a loop reached its largest number of passes. Its "
+        "results are then not valid.",
         *_validation(target),
         "",
         "```c",
@@ -70,7 +70,7 @@ def _readme(
         ),
         "```",
         "",
-        "## What it takes",
+        "## Resources",
         "",
         *_costs(target, module, compiled),
         "",
@@ -80,7 +80,7 @@ def _readme(
         f"{TOLERANCE[precision]:g} of its largest value; `make errors` prints the differences.",
     ]
     if precision == "float":
-        lines += ["", "## What single precision loses", "", *_losses(compiled)]
+        lines += ["", "## Errors of single precision", "", *_losses(compiled)]
     return "\n".join([*lines, ""])
 
 
@@ -89,7 +89,7 @@ def _validation(target: Target) -> list[str]:
     words = {"hold": "the last accepted command", "zero": "zero"}
     reports = [n for entry in target.steps for n in entry.results if n.endswith("report")]
     if target.on_bad is None:
-        return ["A NaN goes through to what depends on it and stops nothing, as in Python."]
+        return ["Inputs are not validated. A NaN propagates to all results that depend on it."]
     where = f"`{reports[0]}.sample_status`" if reports else "`output.sample_status`"
     return [
         "Every input is validated before anything is computed from it: finite (by its bits), "
@@ -97,8 +97,8 @@ def _validation(target: Target) -> list[str]:
         f"treated as missing: the memory is predicted, the output is {words[target.on_bad]}, and "
         f"{where} says why (see `SampleStatus` in the header). The next good sample continues. "
         "After 4 samples without an accepted value the rate limit is not applied, so that no "
-        "sensor is shut out for good. Memory and outputs stay finite.",
-        "The limits are parameters of `guard`; 3.4e38 stands for none.",
+        "sensor is rejected permanently. Memory and outputs stay finite.",
+        "The limits are parameters of `guard`; 3.4e38 means no limit.",
     ]
 
 
@@ -127,14 +127,17 @@ def _costs(target: Target, module: Module, compiled: Compiled | None) -> list[st
             cells = [f"{once[name]} ({most[name]})" for name in classes]
         lines.append(f"| `{entry.name}` | {' | '.join(cells)} |")
     if any("(" in line for line in lines[2:]):
-        lines += ["", "With one pass of a loop that ends when it is done (with all it may take)."]
+        lines += [
+            "",
+            "Counts for one pass of each loop that may end early (for its most passes).",
+        ]
     lines.append("")
     if compiled is None:
-        return [*lines, "Size and stack: not measured, for want of a C compiler."]
+        return [*lines, "Size and stack: not measured, because there was no C compiler."]
     told = [] if compiled.code is None else [f"{compiled.code} bytes of code and constants"]
     if compiled.stack:
         deepest = max(_depth(functions[e.name], compiled) for e in target.entries)
-        told.append(f"{deepest} bytes of stack at most, without what the C library needs")
+        told.append(f"{deepest} bytes of stack at most, without those of the C library")
     return [
         *lines,
         f"By {compiled.compiler} with `{OPTIMISATION}`: {', '.join(told) or 'it compiles'}.",
@@ -150,7 +153,7 @@ def _depth(function: Function, compiled: Compiled) -> int:
 
 def _losses(compiled: Compiled | None) -> list[str]:
     if compiled is None:
-        return ["Not measured, for want of a C compiler: `make errors` tells."]
+        return ["Not measured, because there was no C compiler: `make errors` prints them."]
     return [
         "Largest error of every output in the test run, over its largest value:",
         "",

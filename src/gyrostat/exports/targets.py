@@ -50,7 +50,7 @@ class Target:
         constants: Name -> value of constant arguments.
         inputs: Name -> values of variable arguments in a test run; the first axis is the step.
         units: Name -> unit of arguments and results that are single numbers.
-        on_bad: Safe command in place of one from a rejected sample; None if inputs are not
+        on_bad: Safe command after a rejected sample; None if inputs are not
             validated.
     """
 
@@ -98,7 +98,7 @@ def _parameters(name: str, values: Mapping[str, Any]) -> Entry:
         every = list(values.values())
         return tuple(every) if len(every) > 1 else every[0]
 
-    parameters.__doc__ = "Set the parameters to the values that were identified and tuned."
+    parameters.__doc__ = "Set the parameters to their identified and tuned values."
     return Entry(f"{name}_parameters", parameters, {}, tuple(values))
 
 
@@ -180,9 +180,9 @@ def compensator(
         controller: Compensator.
         period: Control period, s.
         limits: Limits of fields of the measurement, see `MeasurementGuard`.
-        on_bad: Safe command in place of one from a rejected sample: "hold" or "zero".
+        on_bad: Safe command after a rejected sample: "hold" or "zero".
     """
-    title = "Friction compensation of a reaction wheel, its speed estimated by a Kalman filter"
+    title = "Friction compensation of a reaction wheel with a Kalman filter of its speed"
     return _loop("compensator", title, controller, period, limits, on_bad)
 
 
@@ -190,7 +190,7 @@ def controller(
     law: CurrentMode, period: float, limits: Limits = None, on_bad: str = "hold"
 ) -> Target:
     """Flight module of the attitude law alone; for the arguments see `compensator`."""
-    title = "Attitude law of one axis, a current as its command"
+    title = "Attitude law of one axis, which commands a motor current"
     return _loop("controller", title, law, period, limits, on_bad)
 
 
@@ -263,7 +263,7 @@ def compensated_wheel(
         {"state": as_arrays(unit.start(0.0, period))},
         [("start", entries.at_speed, ("state",))],
         [("step", entries.carry_on, ("state", "output"))],
-        title="A reaction wheel with dry friction under its compensator",
+        title="A reaction wheel with dry friction and its compensator",
         period=period,
         constants={"period": period, "initial_speed": -1.0},
         inputs={"measurement": BodyMeasurement(measured.attitude, measured.rate)},

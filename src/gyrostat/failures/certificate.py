@@ -54,7 +54,7 @@ def certificate_at(held: MomentumSet, inertia: Matrix, momentum: Vector) -> Cert
 
 
 def certificate_for_ever(held: MomentumSet, inertia: Matrix, radius: float) -> Certificate:
-    """Certificate at every attitude, if the envelope misses the sphere |b| = radius, N·m·s.
+    """Certificate at every attitude, if the envelope does not meet the sphere |b| = radius, N·m·s.
 
     If the smallest momentum of the wheels is too large, v.(J w) <= |b| - v.z bounds the rate from
     below, and the best v belongs to the smallest rate over the ball |b| <= radius. If their largest

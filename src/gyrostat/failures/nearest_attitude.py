@@ -94,7 +94,7 @@ def nearest_direction(case: Case, body: Vector, wanted: Vector) -> Rest | None:
 
 
 def certificate_of_roll(case: Case, body: Vector, wanted: Vector) -> Certificate:
-    """Certificate with the lowest bound over the roll, with the boresight on its direction."""
+    """Certificate at the roll angle with the lowest bound, for a boresight on its target."""
     if not case.radius:
         return certificate_at(case.held, case.inertia, np.zeros(3))
     polar = float(angles(wanted, case.momentum / case.radius))

@@ -133,6 +133,6 @@ def _why_not(flight: "xr.Dataset") -> str:
     if int(flight.status) == Status.UNRESOLVED:
         return f"the run ended at {until:g} s: a control period was too long to resolve the motion"
     if int(flight.status) != Status.COMPLETE:
-        return f"the run ended at {until:g} s: the spacecraft turned too fast for any law"
+        return f"the run ended at {until:g} s: the body rate is above the limit of the simulation"
     left = float(np.degrees(flight.error.values[-1]))
-    return f"not settled at the end, {until:g} s: {left:.3g} deg from the attitude aimed at"
+    return f"not settled at the end, {until:g} s: {left:.3g} deg from the target attitude"

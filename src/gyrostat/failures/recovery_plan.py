@@ -26,7 +26,7 @@ class Loss:
     """Failure of a wheel.
 
     Attributes:
-        kind: "frozen": no torque, momentum kept apart from the wheel's own friction; "seized":
+        kind: "frozen": no torque, momentum constant except for the wheel's own friction; "seized":
             stopped at once; "rundown": no torque, speed decays exponentially.
         time_constant: Time constant of the decay, s.
     """
@@ -90,7 +90,7 @@ def plan_recovery(
     answer = holdable(spacecraft, momentum, failed=failed, target=target)
     working = np.array([k not in failed for k in range(spacecraft.wheels.count)])
     if answer.attitude is None or answer.momentum_in_body is None:
-        return RecoveryPlan(answer, None, f"nothing can be held: {answer.reason}")
+        return RecoveryPlan(answer, None, f"no attitude is feasible: {answer.reason}")
     if answer.rank == 0:
         return RecoveryPlan(answer, None, "no wheel works")
     fixed = np.array([k in seized for k in range(spacecraft.wheels.count)])
@@ -107,7 +107,7 @@ def plan_recovery(
             answer,
             None,
             f"less than {LEAST_ACROSS:g} N·m·s across the normal of the working wheels, and a "
-            "failed wheel that still turns: no law for both",
+            "failed wheel that still turns: no controller handles both",
         )
     controller = ZeroMomentumRecovery.plan(spacecraft, working, target=jnp.asarray(answer.attitude))
     return RecoveryPlan(answer, controller, "")

@@ -103,7 +103,7 @@ def sky_map(held: MomentumSet, momentum: Vector, radius: float, boresight: Vecto
 def at_angle(held: MomentumSet, radius: float, boresight: Vector, angle: float) -> Matrix:
     """Momenta (M, 3) in body axes, at an angle to the boresight, that the wheels can hold.
 
-    Not all of them: extreme points at the limits of the envelope, at least one if any exist.
+    Only extreme points at the limits of the envelope are returned, at least one if any exist.
     """
     aside = np.eye(3)[int(np.argmin(np.abs(boresight)))]
     return held.on_sphere(radius, aside, boresight[None], np.array([radius * np.cos(angle)]))

@@ -46,8 +46,8 @@ class _Choice:
     def with_finding(self, finding: Finding) -> "_Choice | None":
         """Choice that also includes a finding; None if no option includes it.
 
-        Of effects that cannot be distinguished the first known one is included. A current offset
-        is preferred to an asymmetry of friction, because it has only one parameter.
+        If effects cannot be distinguished, the first one that has an option is included. A current
+        offset is preferred to an asymmetry of friction, because it has only one parameter.
         """
         if "current_offset" in finding.names and "current_bias" not in self.free:
             return replace(self, free=(*self.free, "current_bias"))
@@ -68,7 +68,7 @@ class _Choice:
         if self.free != before.free:
             return f"{self.free[-1]} estimated"
         if self.include != before.include:
-            return f"{self.include[-1]} allowed for"
+            return f"{self.include[-1]} included"
         return f"{self.loss} loss" if self.loss != before.loss else f"model {self.model}"
 
 

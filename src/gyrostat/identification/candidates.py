@@ -192,14 +192,14 @@ def candidates(
         return shape
 
     for order in HARMONICS:
-        title = f"torque ripple, {order} per turn, share of the dry friction"
+        title = f"torque ripple, {order} per turn, fraction of the dry friction"
         make.add(f"ripple_{order}", title, "1", ripple(order))
 
     def limited(record: Record, linear: Linearisation) -> Matrix | None:
         at = _clipped(record.current)
         return None if at is None else at * make.local(linear, "current_bias")[:, None]
 
-    title = "clipped current: true minus recorded, share of the limit"
+    title = "clipped current: true minus recorded, fraction of the limit"
     make.add("clipped_current", title, "1", limited, each=True)
     if not prediction.model.vanishing_at:
 
@@ -210,6 +210,6 @@ def candidates(
             bend = np.sign(speed) * np.exp(-((speed / DEFAULT_STRIBECK_SPEED) ** 2))
             return (-level * np.mean(bend, axis=1) * make.per_torque(linear))[:, None]
 
-        title = "friction that rises towards rest (Stribeck), share of the dry friction"
+        title = "friction that rises towards rest (Stribeck), fraction of the dry friction"
         make.add("stribeck", title, "1", rise)
     return make.found()

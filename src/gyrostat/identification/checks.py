@@ -1,4 +1,4 @@
-"""Refuse requests and records that cannot give an estimate."""
+"""Validation of requests and records before an identification."""
 
 from collections.abc import Collection, Sequence
 
@@ -35,7 +35,7 @@ def as_records(records: Record | Sequence[Record]) -> tuple[Record, ...]:
 
 
 def check_sigma(speed_sigma: float | None) -> None:
-    """Refuse a standard deviation of the speed, rad/s, that is not positive.
+    """Check that a standard deviation of the speed, rad/s, is positive.
 
     Raises:
         InputError: The value is not positive.
@@ -49,7 +49,7 @@ def _fault(records: Sequence[Record], text: str) -> InputError:
 
 
 def check_signals(records: Sequence[Record]) -> None:
-    """Refuse records without speeds, or with impossible numbers.
+    """Check that records contain speeds and only possible numbers.
 
     Raises:
         InputError: A record has fewer than two speeds, or a current or speed is far too large.
@@ -69,7 +69,7 @@ def check_signals(records: Sequence[Record]) -> None:
 def check_excitation(
     records: Sequence[Record], model: type[Friction], free: Collection[str], noise: Sequence[float]
 ) -> None:
-    """Refuse records that cannot show the requested parameters.
+    """Check that records can determine the requested parameters.
 
     Args:
         records: Records fitted together.
@@ -115,5 +115,5 @@ def check_excitation(
             raise _fault(
                 records,
                 "column current: found the same value in every row, expected a current that "
-                "varies: a constant one cannot tell the motor constant from Coulomb friction",
+                "varies: a constant one does not distinguish motor constant and Coulomb friction",
             )

@@ -51,9 +51,9 @@ def coasting_speed(
 
     Args:
         time: Time, (m,), s.
-        initial: w0, rad/s.
-        viscous: b/J, 1/s.
-        coulomb: c/J, rad/s².
+        initial: Initial speed w0, rad/s.
+        viscous: Viscous coefficient over inertia, b/J, 1/s.
+        coulomb: Coulomb torque over inertia, c/J, rad/s².
 
     Returns:
         Speed, (m,), and its derivatives with respect to b/J, c/J and w0, (m, 3).

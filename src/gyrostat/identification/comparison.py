@@ -25,10 +25,10 @@ class Candidate:
         model: Name of the friction model.
         fit: Fit of this model; None if the records or the request do not allow one.
         aic: Akaike information criterion, relative to the best of the comparison; None without a
-            valid fit, as for the next two.
+            valid fit. The same holds for `bic` and `held_out_rms`.
         bic: Bayesian (Schwarz) information criterion, relative to the best.
         held_out_rms: Root mean square residual on the held-out records, rad/s; None also without
-            any.
+            held-out records.
         failure: Reason why there is no valid fit or no residual on the held-out records; empty
             otherwise.
     """

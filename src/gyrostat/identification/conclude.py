@@ -25,7 +25,7 @@ from gyrostat.identification.tolerances import Propagated, propagate
 from gyrostat.identification.uncertainty import covariance, residual_levels, widened
 
 UNJUDGED = (
-    "effects beside the friction model could not be judged (the wheel that allows for them does "
+    "effects outside the friction model could not be estimated (the wheel corrected for them does "
     "not follow the record): sigma is that of white noise alone"
 )
 

@@ -38,8 +38,8 @@ ALIEN = 1e-6
 columns; below it the record cannot show the effect."""
 
 TORQUES = (
-    ("crossing_ripple", "torque ripple near zero speed, share of the dry friction"),
-    ("torque_walk", "torque that wanders over the record, share of the dry friction"),
+    ("crossing_ripple", "torque ripple near zero speed, fraction of the dry friction"),
+    ("torque_walk", "random-walk torque over the record, fraction of the dry friction"),
 )
 """Random torques, in the order of the levels."""
 
@@ -269,7 +269,7 @@ def diagnose(
 
     Args:
         found: Whitened columns of each record: residual, n parameters, all effects.
-        levels: Levels of ripple and wandering torque, (g, 2).
+        levels: Levels of ripple and random-walk torque, (g, 2).
         effects: Deterministic candidates, in the order of their columns.
         prior: Information matrix of the whitened parameters, (n, n), and the information vector,
             (n,).

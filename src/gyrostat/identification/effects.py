@@ -32,7 +32,7 @@ COHERENCE = 1.0
 WIDTH = 8
 """The number of columns is rounded up to a multiple of this."""
 FIRST_WALK = 0.5
-"""Initial sigma of a wandering torque, in units of its growth over the record."""
+"""Initial sigma of a random-walk torque, in units of its growth over the record."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +64,8 @@ class TorqueNoise:
             per N·m.
         crossings: Variance that the ripple at zero crossings adds to the speed in each interval,
             (N - 1,), (rad/s)².
-        walk: Variance by which a wandering torque grows in each interval, (N - 1,), (N·m)².
-        first: Variance of the wandering torque at the first sample, (N·m)².
+        walk: Variance by which a random-walk torque grows in each interval, (N - 1,), (N·m)².
+        first: Variance of the random-walk torque at the first sample, (N·m)².
     """
 
     gain: Vector
@@ -86,11 +86,11 @@ def _chain(transition, inputs):
 
 
 def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
-    """Response of the speed to a change of it within each sample interval, (N, k), rad/s.
+    """Response of the speed to changes that arise within each sample interval, (N, k), rad/s.
 
     Args:
         linear: Linearisation of the record.
-        inputs: Change of the speed at the end of each interval that arises in it, (N - 1, k).
+        inputs: Change that arises within each interval, at its end, (N - 1, k), rad/s.
     """
     count, width = inputs.shape
     size = len(padded(linear.transition)) - count

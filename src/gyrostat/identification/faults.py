@@ -17,7 +17,7 @@ OUTLYING = 5.0
 """Deviation from the neighbours, in standard deviations of the noise, above which a sample is an
 outlier: one in two million for normal noise."""
 NEIGHBOURS = 5
-"""Number of samples with the median of which a sample is compared."""
+"""Number of samples in the median with which a sample is compared."""
 COARSE = 1.0
 """Smallest step of a quantised speed that is reported, relative to the scatter of residuals."""
 WHOLE = 0.02
@@ -75,7 +75,7 @@ def outliers(record: Record, residual: Vector) -> Finding | None:
     evidence = float(np.sum(z[far] ** 2 - 2.0 * np.log(len(used))))
     return Finding(
         names=("outliers",),
-        titles=(f"outliers in the speed of {record.name}, share of the samples",),
+        titles=(f"outliers in the speed of {record.name}, fraction of the samples",),
         value=count / len(used),
         sigma=None,
         unit="1",
@@ -101,7 +101,7 @@ def counter(record: Record, residual: Vector) -> Finding | None:
     whole = round(pulses)
     title = f"quantised speed of {record.name} (step {step / RPM:.4g} rpm)"
     if whole >= 1 and abs(pulses - whole) < WHOLE * whole:
-        title += f": a pulse counter with {whole} a turn over a gate of {gate:.3g} s"
+        title += f": a pulse counter with {whole} pulses per turn and a gate of {gate:.3g} s"
     return Finding(
         names=("quantum",),
         titles=(title,),
@@ -170,7 +170,7 @@ def wrong_units(
 
     slips = [slip for slip, factor in SPEED_FACTORS.items() if cures(factor, 1.0)]
     slips += [slip for slip, factor in CURRENT_FACTORS.items() if cures(1.0, factor)]
-    cause = f"most likely {' or '.join(slips)}" if slips else "no single slip explains it"
+    cause = f"most likely {' or '.join(slips)}" if slips else "no single wrong unit explains it"
     title = f"implausible units: {'; '.join(why)}; {cause}"
     return certain("units", title)
 

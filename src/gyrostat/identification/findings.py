@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-INCLUDED = "values and sigma allow for it"
+INCLUDED = "already included in values and sigma"
 OPTIONS = {
     "speed_lag": INCLUDED,
     "viscous_drift": INCLUDED,
@@ -18,7 +18,7 @@ OPTIONS = {
     "unsigned_current": "--unsigned-current with a setpoint, or --model auto",
     "unsigned_speed": "--unsigned-speed",
     "units": "--units",
-    "opposed_signs": "turn the sign of one of the two columns",
+    "opposed_signs": "reverse the sign of one of the two columns",
     "quantum": "edge times or an encoder angle in place of counts",
 }
 """Effect -> option that includes it; `--model auto` for all others."""

@@ -50,7 +50,7 @@ class Posteriors:
         covariance: Covariance of `mean`, (h, n + m, n + m).
         log_weight: Logarithm of evidence times prior, (h,).
         scales: Scale of each nuisance, (h, effects); zero: absent.
-        levels: Levels of ripple and wandering torque, (h, 2).
+        levels: Levels of ripple and random-walk torque, (h, 2).
     """
 
     mean: Matrix
@@ -69,7 +69,7 @@ def whitened(
         segments: All records, linearised at the same fit.
         effects: Deterministic candidates.
         scale: Plausible sizes of the parameters, (n,), SI.
-        levels: Levels of ripple and wandering torque, (g, 2).
+        levels: Levels of ripple and random-walk torque, (g, 2).
     """
     found = []
     for k, segment in enumerate(segments):
@@ -125,7 +125,7 @@ def posteriors(
         effects: Deterministic candidates.
         prior: Information matrix of the whitened parameters, (n, n), and the information vector,
             (n,).
-        levels: Levels of ripple and wandering torque, (g, 2).
+        levels: Levels of ripple and random-walk torque, (g, 2).
         stated: Whether the user stated the noise of the speed.
     """
     information, pull = prior
@@ -182,6 +182,6 @@ def _presence(present: NDArray[np.bool_]) -> Vector:
 
 
 def grid(ripples: Sequence[float]) -> Matrix:
-    """Pairs of levels of the ripple at crossings and of the wandering torque."""
+    """Pairs of levels of the ripple at crossings and of the random-walk torque."""
     every = (0.0, *ripples)
     return np.array(list(product(every, every)))

@@ -1,6 +1,6 @@
 """Prediction errors of a linearised record under random torques: a Kalman filter in O(N).
 
-The speed error x of a wheel and a wandering torque u obey, from sample to sample,
+The speed error x of a wheel and a random-walk torque u obey, from sample to sample,
     x' = f x + g u + v,   u' = u + w,   r = S theta + x + e,
 with the transition f and the gain g of each interval of the exact prediction. One filter serves
 all columns of [r, S] (its gains do not depend on the data), and many noise levels at once. The sums
@@ -87,7 +87,7 @@ def innovations(
         transition: Derivative of the speed at the end of each interval by that at its start,
             (N - 1,).
         noise: Random torque at level one, SI.
-        levels: Levels of the ripple at crossings and of the wandering torque, (g, 2).
+        levels: Levels of the ripple at crossings and of the random-walk torque, (g, 2).
     """
     fill, width = len(padded(variance)) - len(variance), columns.shape[1]
     products, logs = _filter(

@@ -38,8 +38,9 @@ class Prior:
     Attributes:
         mean: Means in the units of the parameters, (n,).
         sigma: Standard deviations, (n,); infinite if nothing is known.
-        differences: Index of a parameter -> index of its reference. The sigma of the parameter is
-            then that of the difference, the mean of which is the difference of the means.
+        differences: Index of a parameter -> index of its reference. The sigma of the parameter then
+            applies to its difference from the reference; the mean of this difference is the
+            difference of the means.
     """
 
     mean: Vector

@@ -46,8 +46,8 @@ def _line_costs(sums: Matrix, start: int, stop: int, floor: float) -> Matrix:
         floor: Smallest scatter that is distinguished, rad/s.
 
     Returns:
-        Costs, (stop - start, stop - 1), for every last and first, without common constants; of no
-        meaning unless first < last.
+        Costs, (stop - start, stop - 1), for every last and first, without common constants;
+        undefined unless first < last.
     """
     count, t, tt, w, tw, ww = sums[:, start:stop, None] - sums[:, None, : stop - 1]
     count = np.maximum(count, 1.0)
@@ -115,7 +115,7 @@ def _line(record: Record, index: NDArray[np.intp]) -> Line:
 
 
 def fastest_acceleration(record: Record, lines: list[Line], floor: float) -> float:
-    """Largest acceleration that the lines of a record certainly show, rad/s²; zero if none.
+    """Largest significant acceleration of the lines of a record, rad/s²; zero if there is none.
 
     Args:
         record: Record of the lines.

@@ -151,7 +151,7 @@ def observability(
     def cure(name: str, significance: float) -> str:
         place = selection.free.index(name)
         if told and alone[place] > DECIDED * informed[place]:
-            return "its value rests on what was known before, not on the record"
+            return "its value comes from the a-priori knowledge, not from the record"
         if name not in prediction.model.vanishing_at:
             return "hold it at a known value, or record with more varied currents and speeds"
         ramps = "slow current ramps from rest (bench --profile ramps) show the breakaway directly"
@@ -159,7 +159,7 @@ def observability(
             return f"the speed never crosses zero; {ramps}"
         times = (3.0 / max(abs(significance), 0.05)) ** 2
         return (
-            f"for 3 sigma record about {times:.0f} times as many zero crossings or use a "
+            f"for 3 sigma, record about {times:.0f} times as many zero crossings or use a "
             f"tachometer {np.sqrt(times):.1f} times quieter; {ramps}"
         )
 

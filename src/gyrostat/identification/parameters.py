@@ -28,7 +28,7 @@ def parameter_dimension(model: type[Friction], name: str, where: str) -> str:
 
 
 def check_parameter(model: type[Friction], name: str, value: float, where: str) -> None:
-    """Refuse a value that no wheel can have.
+    """Validate a value given by the user.
 
     Args:
         model: Friction model.

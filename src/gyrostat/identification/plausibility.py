@@ -48,7 +48,7 @@ def impossible(fit: Fit) -> list[str]:
         if wheel and value < -2.0 * sigma:
             found.append(f"{name} is negative ({value:.3g}): no wheel has this")
     if fit.parameters.get("motor_constant", 0.0) < 0.0:
-        found.append("current and speed have opposite senses: turn the sign of one of them")
+        found.append("current and speed have opposite senses: reverse the sign of one of them")
     for name, seen in fit.observability.items():
         if seen.observable and seen.significance < 0.0:
             reference = fit.model.vanishing_at[name]
@@ -66,14 +66,14 @@ def _scatter_warnings(scatter: Sequence[Scatter]) -> list[str]:
             low, high = STATED
             if not low < record.level / record.stated < high:
                 found.append(
-                    f"{record.name}: the residuals are {record.level:.3g} rad/s where the stated "
+                    f"{record.name}: the residuals are {record.level:.3g} rad/s, but the stated "
                     f"speed sigma is {record.stated:.3g} rad/s: one of the two is wrong"
                 )
         elif record.noise and record.level > UNEXPLAINED * record.noise:
             found.append(
                 f"{record.name}: the residuals are {record.level:.3g} rad/s, "
                 f"{record.level / record.noise:.1f} times the noise that the record itself shows: "
-                "the model misses something, or no start led to the right minimum"
+                "the model is incomplete, or no start led to the right minimum"
             )
     return found
 
@@ -88,7 +88,7 @@ def _sentence(fit: Fit, finding: Finding) -> str:
         size = f" ({finding.value:.3g})" if finding.unit == "1" else ""
     parts = [f"the record shows {finding.titles[0]}{size}"]
     if len(finding.titles) > 1:
-        parts[0] += f", or {' or '.join(finding.titles[1:])}: it cannot tell these apart"
+        parts[0] += f", or {' or '.join(finding.titles[1:])}: it does not distinguish them"
     if finding.evidence is not None:
         parts.append(f"BIC falls by {finding.evidence:.0f}")
     noise = dict(zip(fit.names, fit.noise_sigma.tolist(), strict=True))
@@ -96,7 +96,7 @@ def _sentence(fit: Fit, finding: Finding) -> str:
     largest = sorted(moved, key=lambda n: -abs(moved[n]))[:MOST_MOVED]
     words = [f"{n} by {moved[n]:+.1f} sigma" for n in largest if abs(moved[n]) > MOVED]
     if words:
-        parts.append(f"including it moves {', '.join(words)} of least squares")
+        parts.append(f"including it changes {', '.join(words)} of least squares")
     parts.append(" or ".join(finding.options))
     return "; ".join(parts)
 
@@ -107,8 +107,8 @@ def _correlation_warning(fit: Fit) -> str:
     worst = fit.whiteness.worst_block
     scale = f", most clearly in means of {worst[0]} samples" if worst else ""
     text = (
-        f"the residuals of the least-squares fit are correlated in time{scale}: the model misses "
-        "something"
+        f"the residuals of the least-squares fit are correlated in time{scale}: the model is "
+        "incomplete"
     )
     if not fit.effects:
         return f"{text}; sigma allows for correlated residuals"

@@ -253,7 +253,7 @@ class SpeedPrediction:
         return None if found is None else [(each.speed, each.jacobian) for each in found]
 
     def stuck(self, predicted: Sequence[tuple[Vector, Matrix]], noise: Sequence[float]) -> bool:
-        """Whether the model rests while the measured wheel turns; no gradient leads out of that.
+        """Whether the model rests while the measured wheel turns, so that its gradient is no help.
 
         Args:
             predicted: Result of a call of this object.

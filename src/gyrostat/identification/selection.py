@@ -104,7 +104,7 @@ def _check_scale(
     prior: Collection[str],
     held: Mapping[str, float],
 ) -> None:
-    """Refuse a request without a torque scale.
+    """Check that a request determines the torque scale.
 
     Currents and speeds give torques only relative to the inertia: one of them must be known.
     """

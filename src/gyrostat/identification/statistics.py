@@ -9,29 +9,28 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.telemetry.signals import scatter
 
 NUMERICAL_NOISE = 1e-6
-"""Of a modelled speed, as a share of its level: no record is taken to be more exact."""
+"""Smallest noise assumed for a record, relative to the level of its speed."""
 
 
 FALSE_ALARMS = 0.05
-"""Share of records with white residuals in which one of the tests rejects."""
+"""False-alarm rate: fraction of records with white residuals in which at least one test rejects."""
 FEWEST_BLOCKS = 8
-"""Blocks from which the scatter of their means is judged."""
+"""Smallest number of blocks for a test of the scatter of their means."""
 
 
 @dataclass(frozen=True)
 class Whiteness:
-    """Tests of whether residuals are independent in time, at all time scales.
+    """Tests for independence of residuals in time, at all time scales.
 
     Attributes:
-        runs: number of runs of one sign.
-        runs_expected: for independent residuals.
-        runs_probability: two-sided probability of so odd a count (Wald and Wolfowitz 1940).
-        lags: lags in the second test.
-        ljung_box: its statistic (Ljung and Box 1978).
-        ljung_box_probability: of a statistic so large, were the residuals white.
-        block_lengths: samples in a block, for each test of block means.
-        block_probabilities: for each length, two-sided probability of so odd a scatter of the means
-            of blocks, were the residuals white.
+        runs: Number of runs of one sign.
+        runs_expected: Expected number of runs for independent residuals.
+        runs_probability: Two-sided p-value of the number of runs (Wald and Wolfowitz 1940).
+        lags: Number of lags in the Ljung-Box test.
+        ljung_box: Statistic of the Ljung-Box test (Ljung and Box 1978).
+        ljung_box_probability: p-value of the Ljung-Box test.
+        block_lengths: Number of samples in a block, for each test of block means.
+        block_probabilities: Two-sided p-value of the test of block means, for each length.
     """
 
     runs: int
@@ -45,23 +44,23 @@ class Whiteness:
 
     @property
     def probability(self) -> float:
-        """Smallest probability of all tests times their number (Bonferroni)."""
+        """Smallest p-value of all tests times the number of tests, at most 1 (Bonferroni)."""
         every = (self.runs_probability, self.ljung_box_probability, *self.block_probabilities)
         return min(1.0, len(every) * min(every))
 
     @property
     def white(self) -> bool:
-        """Whether no test rejects, at `FALSE_ALARMS` over all of them."""
+        """Whether no test rejects, at the false-alarm rate `FALSE_ALARMS` of all together."""
         return self.probability >= FALSE_ALARMS
 
     @property
     def worst_block(self) -> tuple[int, float] | None:
-        """Length and probability of the block test that deviates most; None without one."""
+        """Block length and p-value of the most significant block test; None without block tests."""
         pairs = zip(self.block_lengths, self.block_probabilities, strict=True)
         return min(pairs, key=lambda pair: pair[1], default=None)
 
     def to_dict(self) -> dict[str, object]:
-        """As it stands in fit.json and validation.json."""
+        """Content of the key for whiteness in fit.json and validation.json."""
         return {
             "white": self.white,
             "probability": self.probability,
@@ -78,15 +77,15 @@ def autocorrelation(residual: Vector, lags: int) -> Vector:
     """Autocorrelation of a residual series at lags 1 to `lags`, (lags,)."""
     centred = residual - residual.mean()
     size = 2 ** int(np.ceil(np.log2(2 * len(centred))))
-    # padded to twice the length, the circular products are those of the series itself
+    # zero padding to twice the length avoids circular correlation
     products = np.fft.irfft(np.abs(np.fft.rfft(centred, size)) ** 2, size)[: lags + 1]
     return products[1:] / products[0] if products[0] > 0.0 else np.zeros(lags)
 
 
 def _chi_square_exceeds(statistic: float, freedom: int) -> float:
-    """Probability that a chi-square variable with an even number of freedoms is larger.
+    """Probability that a chi-square variable with an even number of degrees of freedom is larger.
 
-    A Poisson sum, which spares every command the import of scipy.special.
+    A Poisson sum; importing scipy.special would slow down every command.
     """
     half, term, total = 0.5 * statistic, 1.0, 1.0
     for k in range(1, freedom // 2):
@@ -99,8 +98,8 @@ def chi_square_tail(deviance: float, freedom: int) -> float:
     """Probability that a chi-square variable is larger (Abramowitz and Stegun, 26.4.4 and 26.4.5).
 
     Args:
-        deviance: value of the variable.
-        freedom: number of its freedoms.
+        deviance: Value of the variable.
+        freedom: Number of degrees of freedom.
     """
     value = max(deviance, 0.0)
     if freedom % 2 == 0:
@@ -116,18 +115,18 @@ def chi_square_tail(deviance: float, freedom: int) -> float:
 def block_tests(residual: Vector, fitted: Matrix | None = None) -> dict[int, float]:
     """Test the scatter of block means against that of single residuals, at all block lengths.
 
-    For white residuals the mean square of the block means and what is left of the sum of squares
-    have an F ratio. Fitted parameters take away part of the slow variation: each block length has
-    its own freedoms, the trace of the block projector after theirs.
+    For white residuals the ratio of the mean square between blocks to that within blocks has an F
+    distribution. Fitted parameters remove part of the slow variation and reduce the degrees of
+    freedom: those between blocks are the trace of the block projector on the residual space.
 
     Args:
-        residual: (m,) in time order.
-        fitted: (m, n) derivatives of the modelled measurements by the fitted parameters, whitened
-            like the residuals; None where nothing was fitted.
+        residual: Residuals in time order, (m,).
+        fitted: Derivatives of the modelled measurements by the fitted parameters, (m, n), whitened
+            like the residuals; None if no parameter was fitted.
 
     Returns:
-        Block length in samples, powers of two -> two-sided probability (Paulson's approximation of
-        the F distribution, good to 0.003).
+        Block length in samples, a power of two -> two-sided p-value (Paulson's approximation of the
+        F distribution, error below 0.003).
     """
     count = len(residual)
     basis = np.zeros((count, 0))
@@ -158,8 +157,8 @@ def whiteness(residual: Vector, fitted: Matrix | None = None) -> Whiteness:
     """Test residuals for independence.
 
     Args:
-        residual: (m,) in time order, m >= 3.
-        fitted: (m, n) derivatives by the fitted parameters, as for `block_tests`.
+        residual: Residuals in time order, (m,), m >= 3.
+        fitted: Derivatives by the fitted parameters, (m, n), as for `block_tests`.
     """
     count = len(residual)
     above = residual > np.median(residual)
@@ -188,11 +187,11 @@ def whiteness(residual: Vector, fitted: Matrix | None = None) -> Whiteness:
 def noise_level(speed: Vector) -> float:
     """Standard deviation of the noise on a smooth speed, from its second differences.
 
-    The median makes it deaf to steps; where a coarse quantum leaves most differences at zero the
-    mean square is used instead.
+    The median of the differences makes it insensitive to steps. If a coarse quantisation makes the
+    median zero, the mean square is used instead.
 
     Args:
-        speed: (m,) samples, rad/s.
+        speed: Samples, (m,), rad/s.
     """
     if len(speed) < 3:
         return 0.0
@@ -200,10 +199,10 @@ def noise_level(speed: Vector) -> float:
 
 
 def quantum(values: Vector) -> float | None:
-    """Step of a quantised signal, or None where the samples are not quantised.
+    """Step of a quantised signal; None if the samples are not quantised.
 
     Args:
-        values: (m,) samples.
+        values: Samples, (m,).
     """
     levels = np.unique(values)
     if len(levels) < 3 or len(levels) > 0.2 * len(values):
@@ -215,15 +214,15 @@ def quantum(values: Vector) -> float | None:
 
 
 def crossing_times(time: Vector, speed: Vector, noise: float) -> Vector:
-    """Times at which a modelled speed changes sign, by straight lines between samples.
+    """Times at which a modelled speed changes sign, by linear interpolation between samples.
 
     Args:
-        time: (N,) s.
-        speed: (N,) rad/s.
-        noise: rad/s; a speed below it is not taken for motion in either sense.
+        time: Times, (N,), s.
+        speed: Speeds, (N,), rad/s.
+        noise: Noise of the speed, rad/s; a speed below it has no definite sign.
 
     Returns:
-        The times, s.
+        Times, (crossings,), s.
     """
     moving = np.flatnonzero(np.abs(speed) > noise)
     before, after = moving[:-1], moving[1:]
@@ -234,7 +233,7 @@ def crossing_times(time: Vector, speed: Vector, noise: float) -> Vector:
 
 
 def correlation_length(residual: Vector) -> int:
-    """Lags after which the autocorrelation is within its noise, at most a quarter of the series."""
+    """First lag with an insignificant autocorrelation; at most a quarter of the series."""
     lags = max(1, len(residual) // 4)
     rho = autocorrelation(residual, lags)
     inside = np.flatnonzero(np.abs(rho) < 2.0 / np.sqrt(len(residual)))
@@ -247,8 +246,8 @@ def serial_meat(scores: Matrix, lags: int) -> Matrix:
     Newey and West (1987): Bartlett weights keep it positive semi-definite.
 
     Args:
-        scores: (m, n) gradient of each sample's loss, in time order.
-        lags: lags to take in.
+        scores: Gradient of each sample's loss, in time order, (m, n).
+        lags: Number of lags to include.
     """
     total = scores.T @ scores
     for k in range(1, lags + 1):

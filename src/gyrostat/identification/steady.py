@@ -41,7 +41,7 @@ def _require_points(records: Sequence[Record], plateaus: Sequence[Plateau], need
         raise InputError(
             f"{place(records)}: found {found}, expected at least {needed} for {needed} friction "
             f"parameters: turning, settled, and held long enough, {MIN_SAMPLES} samples or more, "
-            "to tell that the speed does not drift"
+            "to show that the speed does not drift"
         )
 
 
@@ -54,7 +54,7 @@ def _warnings(curve: FrictionCurve, plateaus: Sequence[Plateau]) -> list[str]:
         )
     senses = {np.sign(p.speed) for p in plateaus}
     if len(senses) == 1 and "viscous_positive" in curve.values:
-        found.append("all plateaus have one sense: the friction of the other one is not observed")
+        found.append("all plateaus have one sense of rotation: the other one is not observed")
     return found
 
 
@@ -78,8 +78,8 @@ def identify_steady(
     "Estimating friction parameters in reaction wheels for attitude control", call deterministic
     methods. It can also be used with a drive in speed mode. `gyrostat.identification.plateaus`
     finds the plateaus. Each gives one point of the curve; its uncertainty follows from the scatter
-    of its samples, with correlation and quantisation taken into account. If the points scatter more
-    about the curve than that, all sigmas are scaled up accordingly.
+    of its samples, with correlation and quantisation taken into account. If the points scatter
+    about the curve by more than this uncertainty, all sigmas are increased accordingly.
 
     The speed is not modelled (`Fit.predicted` is empty). Between samples, the current of a speed
     loop differs from the recorded one and would not reproduce the speed.

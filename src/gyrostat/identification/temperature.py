@@ -107,7 +107,7 @@ def temperature_trends(
             temperatures.append(temperature)
             fits.append(fit)
         elif on_left_out is not None:
-            on_left_out(f"left out of the change with temperature: {failure}")
+            on_left_out(f"omitted from the temperature trend: {failure}")
     if len(fits) < 2 or np.ptp(temperatures) < DISTINCT:
         return []
     return [

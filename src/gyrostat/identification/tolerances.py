@@ -39,7 +39,7 @@ class Propagated:
 
 
 def check_tolerances(tolerances: Mapping[str, float], free: Sequence[str] = ()) -> dict[str, float]:
-    """Refuse tolerances that cannot be propagated, and omit those of zero.
+    """Validate tolerances, and omit those of zero.
 
     Args:
         tolerances: Name -> relative tolerance, one sigma.
@@ -54,12 +54,12 @@ def check_tolerances(tolerances: Mapping[str, float], free: Sequence[str] = ()) 
             raise InputError(f"tolerance: found {name!r}, expected one of {expected}")
         if not 0.0 <= sigma <= LARGEST:
             raise InputError(
-                f"tolerance of {name}: found {sigma:g}, expected a share from 0 to {LARGEST:g}"
+                f"tolerance of {name}: found {sigma:g}, expected a fraction from 0 to {LARGEST:g}"
             )
     if tolerances.get("inertia") and "inertia" in free:
         raise InputError(
             "inertia: found a tolerance of a parameter that is estimated, expected one of the two "
-            "(a prior takes the place of the tolerance)"
+            "(use a prior instead of the tolerance)"
         )
     return {name: sigma for name, sigma in tolerances.items() if sigma > 0.0}
 

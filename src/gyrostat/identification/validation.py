@@ -82,10 +82,10 @@ class Validation:
     @property
     def verdict(self) -> str:
         """Result of the validation in one sentence."""
-        told = "holds" if self.holds else "FAILS"
+        verdict = "holds" if self.holds else "FAILS"
         return (
-            f"the model {told}: {100.0 * self.inside:.1f} % of the samples lie inside the 95 % "
-            f"prediction interval (parameters and noise), {100.0 * ENOUGH:.0f} % are asked for"
+            f"the model {verdict}: {100.0 * self.inside:.1f} % of the samples lie inside the 95 % "
+            f"prediction interval (parameters and noise), {100.0 * ENOUGH:.0f} % are required"
         )
 
     def to_dict(self) -> dict[str, object]:
@@ -140,7 +140,7 @@ def _best_prediction(
     # keeps the problem regular if the wheel rests and the initial speed has no effect
     weak = Prior(first, reach)
     solution = minimise(evaluate, weak.mean, weak, Quadratic())
-    unlike = f"{record.name}: found no speed that this wheel could have had, expected finite "
+    unlike = f"{record.name}: found no initial speed for this wheel, expected finite "
     unlike += "parameters, positive scales and a friction curve that the samples resolve"
     if solution is None:
         raise InputError(unlike)

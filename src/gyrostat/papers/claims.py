@@ -1,4 +1,4 @@
-"""Claims of papers beside the values computed here, and the rule for the verdict."""
+"""Claims of papers, the values computed here, and the rule for the verdict."""
 
 import math
 from collections.abc import Mapping
@@ -47,7 +47,9 @@ class Claim:
         if self.ours is None or self.paper is None:
             return
         if isinstance(self.ours, bool) != isinstance(self.paper, bool):
-            raise ValueError(f"{self.id}: found {self.ours} against {self.paper}, expected alike")
+            raise ValueError(
+                f"{self.id}: found {self.ours} against {self.paper}, expected the same kind"
+            )
         if self.tolerance is None or self.tolerance < 0.0:
             raise ValueError(f"{self.id}: found tolerance {self.tolerance}, expected 0 or more")
 

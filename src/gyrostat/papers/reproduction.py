@@ -156,7 +156,8 @@ class Paper:
         """Run the experiments and judge each claim.
 
         Args:
-            quick: Whether to use fewer records and seeds and no dispersed runs: within two minutes.
+            quick: Whether to use fewer records and seeds and no dispersed runs; takes less than two
+                minutes.
             say: Called with one line of progress at a time.
         """
         run = Run(quick, lambda text: say(f"{self.name}: {text}"))

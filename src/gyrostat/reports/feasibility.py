@@ -110,7 +110,7 @@ def write_holdable(
         say(f"  wheel {name}: {entry}{limit and f', {limit}'}")
     for drawn in maps:
         boresight = triple(drawn.sky.boresight)
-        say(f"  body direction {boresight} can hold {share(drawn.sky.fraction)} of the sky")
+        say(f"  body direction {boresight} can be held at {share(drawn.sky.fraction)} of the sky")
     say(f"written: {out / 'report.html'}, {out / 'holdable.json'}")
     return text
 
@@ -119,11 +119,11 @@ def verdict_of(question: Question, answer: Holdable) -> str:
     """The answer in one sentence."""
     what = "the target" if question.towards is None else "the direction"
     if answer.reason is not None:
-        return f"NOTHING can be held: {answer.reason}"
+        return f"NO attitude is feasible: {answer.reason}"
     if answer.holdable:
-        return f"{what} can be held"
+        return f"{what} is feasible"
     near = "attitude" if question.towards is None else "direction"
-    return f"{what} CANNOT be held: the nearest {near} that can is {degrees(answer.angle)} away"
+    return f"{what} is NOT feasible: the nearest feasible {near} is {degrees(answer.angle)} away"
 
 
 def rows_of(question: Question, answer: Holdable) -> list[Row]:
@@ -131,12 +131,15 @@ def rows_of(question: Question, answer: Holdable) -> list[Row]:
     names = question.file.wheel_names
     working = [name for k, name in enumerate(names) if k not in question.failed]
     rows = [
-        ("working wheels", f"{', '.join(working) or 'none'}; their axes span {answer.rank} of 3"),
+        (
+            "working wheels",
+            f"{', '.join(working) or 'none'}; their axes span {answer.rank} of 3 dimensions",
+        ),
         ("total momentum", f"{triple(question.momentum)} N·m·s, inertial"),
     ]
     if answer.dimension is not None:
         free = "" if answer.dimension == 3 else ": rotation about the total momentum is always free"
-        rows.append(("attitudes that can be held", f"a set of dimension {answer.dimension}{free}"))
+        rows.append(("feasible attitudes", f"a set of dimension {answer.dimension}{free}"))
     if answer.attitude is not None:
         rows.append(("nearest attitude (scalar first)", triple(answer.attitude, 9)))
     if answer.direction is not None:
@@ -145,10 +148,10 @@ def rows_of(question: Question, answer: Holdable) -> list[Row]:
         rows.append(("margin of the most loaded wheel", share(answer.margin)))
     if answer.controllable is not None:
         told = "yes" if answer.controllable else "NO: not to first order"
-        rows.append(("attitude controllable near it", told))
+        rows.append(("attitude controllable there", told))
     for name, proof in (
-        ("lower bound of the rate, target", answer.at_target),
-        ("lower bound of the rate, any attitude", answer.for_ever),
+        ("lower bound of the body rate, at the target", answer.at_target),
+        ("lower bound of the body rate, at any attitude", answer.for_ever),
     ):
         if proof.rate > 0.0:
             along = f" along body {triple(proof.direction)}" if np.any(proof.direction) else ""

@@ -100,7 +100,7 @@ def rows_of(
     rows = [("failed", ", ".join(told))]
     if answer.attitude is not None:
         rows += [
-            ("nearest attitude that can be held", f"{degrees(answer.angle)} from the target"),
+            ("nearest feasible attitude", f"{degrees(answer.angle)} from the target"),
             ("nearest attitude (scalar first)", triple(answer.attitude, 9)),
         ]
     if found.plan.controller is not None:

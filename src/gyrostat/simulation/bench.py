@@ -198,7 +198,7 @@ def bench_record(
         size = MOST_SAMPLES * BYTES_A_SAMPLE / 1e9
         raise InputError(
             f"duration: found {duration:g} s at {telemetry.rate:g} Hz, {samples:.3g} samples, "
-            f"expected at most {MOST_SAMPLES} ({size:.2g} GB in memory), which a record may have"
+            f"expected at most {MOST_SAMPLES} ({size:.2g} GB in memory), the limit of a record"
         )
     if period is not None:
         require_period("period", period)
@@ -213,7 +213,7 @@ def bench_record(
     )
     if not bool(resolved):
         raise InputError(
-            f"rate: found {telemetry.rate:g} Hz, expected more for so sharp a friction curve"
+            f"rate: found {telemetry.rate:g} Hz, expected a higher rate for this friction curve"
         )
     measured = np.asarray(speed) + telemetry.speed_sigma * noise_random.standard_normal(len(time))
     if telemetry.speed_quantum > 0.0:

@@ -26,7 +26,7 @@ _LONG_NAMES = {
     "rate": "body rate, body axes",
     "torque": "motor torque",
     "target": "target attitude",
-    "works": "wheel taken to work",
+    "works": "wheel considered working",
     "saturated": "at the torque limit",
 }
 

@@ -81,7 +81,7 @@ class WheelFailures(Checked):
         if np.isfinite(self.time[wheel]):
             raise InputError(
                 f"failed wheel: found {wheel}, which fails already at {self.time[wheel]:g} s, "
-                "expected one failure a wheel"
+                "expected one failure per wheel"
             )
         share = 0.0 if stuck_torque or seized else torque_share
         failure = type(self)(time, share, stuck_torque, seized, added_viscous, sensor_lost)

@@ -24,7 +24,7 @@ class Turn(NamedTuple):
 
 
 class TrueTurn(eqx.Module):
-    """Ideal sensor of attitude and rate, without errors."""
+    """Ideal sensor of attitude and rate."""
 
     def start(self, state: Any, period: Scalar) -> tuple[()]:
         """Empty memory."""

@@ -210,7 +210,7 @@ def _friction(
         name = names[models.index(None)]
         raise InputError(
             f"{path}: key wheel[{name}].model: found none, expected one for every wheel or for "
-            "none; a sheet will do"
+            "none; a data sheet also gives one"
         )
     kind = known[0].friction
     for name, model in zip(names, known, strict=True):

@@ -82,7 +82,7 @@ class SpeedLoopSpacecraft(Checked):
         if not isinstance(friction, ViscousCoulomb) or np.any(np.asarray(friction.viscous) != 0.0):
             raise InputError(
                 f"wheel friction: found {type(friction).__name__}, expected ViscousCoulomb with no "
-                "viscous part: Gyrostat steps the others"
+                "viscous part: use Gyrostat for others"
             )
         if self.ticks < 1:
             raise InputError(

@@ -45,7 +45,7 @@ def assemble(measured: Measured, unsigned_current: bool, drop: bool = False) -> 
         unsigned_current: Whether the current is a magnitude whose sign must come from setpoint or
             speed.
         drop: Whether to drop rows without a finite time or current, mark speeds that are not finite
-            as missing and hold other columns; otherwise these are errors.
+            as missing and repeat the last value in other columns; otherwise these are errors.
 
     Raises:
         InputError: An empty cell, NaN or infinity where a number is required; time that does not
@@ -76,7 +76,7 @@ def assemble(measured: Measured, unsigned_current: bool, drop: bool = False) -> 
     series["speed"][missing] = np.nan
     if unsigned_current:
         negative = series["current"] < 0.0
-        _refuse(measured, "current", negative, "no negative value in a current called unsigned")
+        _refuse(measured, "current", negative, "no negative value in a current declared unsigned")
         sign, source = _direction(measured, series["speed"], series.get("setpoint"))
         notes.append(source)
         unknown = int(np.sum((sign == 0.0) & (series["current"] > 0.0)))
@@ -152,7 +152,7 @@ def _differences(
         turned = (turned + 0.5 * turn) % turn - 0.5 * turn
         if np.any(np.abs(turned[known]) > WRAPPED * turn):
             found = "an angle within one turn that changes by nearly half a turn between samples"
-            expected = "a continuous angle, or more samples a turn"
+            expected = "a continuous angle, or more samples per turn"
             column = measured.chosen["angle"].name
             raise fault(measured.file, found, expected, None, column)
     speed = np.concatenate([[np.nan], turned / np.diff(time)])
@@ -218,7 +218,7 @@ def _direction(
     source = f"current unsigned: sign taken from column {measured.chosen['setpoint'].name}"
     rest = setpoint == 0.0
     if np.any(rest):
-        source += f", and from {name} where that is 0"
+        source += f", and from {name} if it is 0"
     return np.where(rest, of_speed, np.sign(setpoint)), source
 
 

@@ -191,7 +191,7 @@ def _usual(header: Header, role: Role, claimed: Mapping[int, str]) -> tuple[Colu
         # A usual name followed by an unknown suffix: most likely a wrong unit.
         if role.dimension and suffix and len(base) > 1 and base.casefold() in role.names:
             find_unit(suffix, role.dimension, place(header.file, header.row, name))
-    expected = f"one for {role.name}, called {' or '.join(role.names)}, or named in columns"
+    expected = f"one for {role.name}, called {' or '.join(role.names)}, or assigned in columns"
     raise _absent(header, expected, role.name, role.dimension)
 
 
@@ -212,7 +212,7 @@ def _only(header: Header, role: str, hits: list[tuple[Column, str]]) -> tuple[Co
     names = [name for _, name in hits]
     if len(set(names)) == 1:
         raise fault(header.file, f"column {shown(names[0])} twice", f"one for {role}", header.row)
-    expected = f"one for {role}, or the one to take named in columns"
+    expected = f"one for {role}, or an assignment in columns"
     raise fault(header.file, f"columns {listed(names)}", expected, header.row)
 
 

@@ -86,21 +86,21 @@ def cut(record: Record) -> Record:
     frozen = _frozen(record)
     if frozen.any():
         count = len(runs(frozen))
-        notes.append(f"tachometer frozen: {int(frozen.sum())} samples masked ({count} stretches)")
+        notes.append(f"tachometer frozen: {int(frozen.sum())} samples masked ({count} intervals)")
     clipped = _clipped(record.current)
     if clipped.any():
         level = float(np.max(np.abs(record.current)))
         notes.append(
             f"current clipped at {level:.4g} A: cut at {int(clipped.sum())} samples "
-            f"({len(runs(clipped))} stretches)"
+            f"({len(runs(clipped))} intervals)"
         )
     steps = np.diff(record.time)
     usual = float(np.median(steps))
     gaps = steps > GAP * usual
     if gaps.any():
         notes.append(
-            f"{int(gaps.sum())} gaps longer than {GAP:g} usual sample times ({usual:.3g} s): cut "
-            "into segments with their own start"
+            f"{int(gaps.sum())} gaps longer than {GAP:g} usual sample times ({usual:.3g} s): split "
+            "into segments with their own initial speed"
         )
     restart = np.concatenate([[False], gaps | clipped[:-1]])
     valid = record.valid & ~frozen

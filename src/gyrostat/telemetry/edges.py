@@ -30,7 +30,7 @@ def read_edges(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     """
     file = Path(path)
     times = []
-    text = read_text(file, "edge times, one a line", LARGEST_FILE)
+    text = read_text(file, "edge times, one per line", LARGEST_FILE)
     for row, line in enumerate(text.splitlines(), 1):
         cell = line.strip().rstrip(",;")
         if not cell or cell.startswith("#"):
@@ -71,7 +71,7 @@ def angle_at(
     from scipy.interpolate import PchipInterpolator
 
     if pulses < 1:
-        raise InputError(f"{name}: pulses: found {pulses}, expected at least 1 a turn")
+        raise InputError(f"{name}: pulses: found {pulses}, expected at least 1 per turn")
     if len(edges) < 3:
         raise InputError(f"{name}: edges: found {counted(len(edges), 'edge')}, expected at least 3")
     late = np.flatnonzero(~(np.diff(edges) > 0.0))
@@ -123,6 +123,6 @@ def record_of_edges(
         speed=speed,
         valid=np.isfinite(speed),
         setpoint=setpoint,
-        notes=(f"speed from {counted(len(edges), 'edge')}, {pulses} a turn",),
+        notes=(f"speed from {counted(len(edges), 'edge')}, {pulses} per turn",),
         averaged=True,
     )

@@ -50,6 +50,6 @@ def too_many(file: Path, max_samples: int, row: int | None = None) -> InputError
 
 
 def damaged(file: Path, wanted: str, error: Exception) -> InputError:
-    """Error for a file whose content is not of the kind that its suffix announces."""
+    """Error for a file whose content does not match its suffix."""
     reason = " ".join(str(error).split()) or type(error).__name__
     return fault(file, f"damaged or other content ({shown(reason)})", wanted)

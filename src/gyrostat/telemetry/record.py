@@ -94,7 +94,7 @@ class Record:
         return replace(
             self,
             **{name: factor * getattr(self, name) for name, factor in changed.items()},
-            notes=(*self.notes, *(f"{f} times {k:g}, as told" for f, k in changed.items())),
+            notes=(*self.notes, *(f"{f} scaled by {k:g} as requested" for f, k in changed.items())),
         )
 
     def _own(self, name: str) -> None:

@@ -207,7 +207,7 @@ def _is_given(value: Any) -> bool:
 
 
 def refuse_given(options: Mapping[str, object], where: str, expected: str) -> None:
-    """Refuse options that would have no effect.
+    """Reject options that would have no effect.
 
     Args:
         options: Name -> value given by the user, empty if none was given.

@@ -7,15 +7,15 @@ def cache(*, clear: bool = False, say: Say = silent) -> dict[str, object]:
     """Show the cache of compiled programs, or remove its entries.
 
     Args:
-        clear: whether to remove all entries; other files in the folder stay.
-        say: called with each line for a person.
+        clear: Whether to remove all entries; other files in the folder are kept.
+        say: Function that receives each message for the user.
 
     Returns:
-        "folder", "limit" (bytes), "size" (bytes), and "entries": what compiled them -> "count" and
-        "size" (bytes). After clearing, "removed" is the number of removed entries.
+        "folder", "limit" (bytes), "size" (bytes), and "entries": engine that compiled them ->
+        "count" and "size" (bytes). After clearing, "removed" is the number of removed entries.
 
     Raises:
-        InputError: no private folder can be made, or an entry cannot be removed.
+        InputError: No private folder can be created, or an entry cannot be removed.
     """
     from gyrostat.core.cache import private_cache
     from gyrostat.core.cache_entries import KINDS, entries, limit
@@ -37,7 +37,7 @@ def cache(*, clear: bool = False, say: Say = silent) -> dict[str, object]:
         say(f"{removed} entries removed")
     for kind, row in content.items():
         say(f"  {kind}: {row['count']} programs, {row['size'] / 1e6:.1f} MB")
-    say(f"  in all {size / 1e6:.1f} MB of {largest / 1e6:.0f} MB (GYROSTAT_CACHE_LIMIT)")
+    say(f"  total {size / 1e6:.1f} MB of {largest / 1e6:.0f} MB (GYROSTAT_CACHE_LIMIT)")
     result: dict[str, object] = {
         "folder": str(opened.path),
         "limit": largest,

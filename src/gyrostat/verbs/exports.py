@@ -88,7 +88,7 @@ def export(
         scale_drift: Drift of the friction level assumed by the estimator, 1/√s.
         range_: Accepted values of inputs: field -> (lower, upper).
         rate_limit: Largest accepted change of inputs: field -> SI unit per second.
-        on_bad: Command in place of one from a rejected sample: "hold" (last accepted) or "zero".
+        on_bad: Command after a rejected sample: "hold" (last accepted) or "zero".
         force: Whether to replace files that gyrostat did not write, and to take a wheel that is
             marked as impossible.
         say: Function that receives each message for the user.
@@ -135,7 +135,9 @@ def export(
         what = _what(model, kind, what)
         if what is None or period is None:
             missing = "--what" if what is None else "--period"
-            raise InputError(f"--to {to}: found no {missing}, expected what flies and its period")
+            raise InputError(
+                f"--to {to}: found no {missing}, expected the part and its control period"
+            )
         limits = measurement_limits(one_of(what, NEEDED, "--what"), range_, rate_limit)
         if what == "wheel":
             refuse_given({"--on-bad": on_bad == "zero"}, f"--what {what}", "another --what")
@@ -147,7 +149,7 @@ def export(
         for name, text in texts.items():
             (scratch / name).write_text(text, encoding="utf-8")
         if target is not None and to == "fmu" and write_fmu(target, scratch / names[0]) is None:
-            say("found no C compiler: the unit holds its sources alone")
+            say("found no C compiler: the unit contains its sources only")
     written = tuple(folder / name for name in names)
     say(f"written: {', '.join(map(str, written))}")
     return written
@@ -185,7 +187,7 @@ def _target(
             if given[option] is None:
                 raise InputError(f"--what {what}: found no {option}, expected its value")
         others = {option: value for option, value in given.items() if option not in known}
-        refuse_given(others, f"--what {what}", "what flies being another")
+        refuse_given(others, f"--what {what}", "another --what")
     period = in_si(period_given, "time", "--period")
     require_period("--period", period)
     if model is not None:

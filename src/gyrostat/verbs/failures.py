@@ -1,4 +1,4 @@
-"""Verbs on failed wheels: which attitudes remain feasible, and the flight to one."""
+"""Verbs on failed wheels: attitudes that remain feasible, and the slew to one."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -52,8 +52,8 @@ def feasible(
         out: Folder for holdable.json and report.html; None writes no file.
         failed: Wheel -> its remaining momentum, N·m·s, or speed with a unit; zero for None or
             "seized".
-        target: Wanted attitude, quaternion (4,), scalar first.
-        euler: Wanted attitude, 3-1-3 angles (3,), rad.
+        target: Target attitude, quaternion (4,), scalar first.
+        euler: Target attitude, 3-1-3 angles (3,), rad.
         boresight: Direction in body axes, (3,) or "x", "-z", ....
         towards: Wanted direction of the boresight in inertial axes, (3,); the roll is free.
         tolerance: Pointing tolerance for the dwell time, rad.
@@ -131,7 +131,7 @@ def recover(
     say: Say = silent,
     command: str = "gyrostat.recover",
 ) -> "Recovery":
-    """Simulate the flight to the nearest feasible attitude after wheel failures.
+    """Simulate the slew to the nearest feasible attitude after wheel failures.
 
     Args:
         spacecraft: Content or path of spacecraft.toml, or a spacecraft, whose wheels are named
@@ -139,12 +139,12 @@ def recover(
         failed: Wheel -> "seized", "frozen" (no torque, constant momentum) or "rundown:TIME".
         wheels: Momentum of every wheel at the failure, N·m·s, or speed with a unit.
         out: Folder for recover.json, run.nc and report.html; None writes no file.
-        attitude: Attitude at the failure, quaternion (4,), scalar first; or
-        attitude_euler: The same as 3-1-3 angles (3,), rad.
+        attitude: Attitude at the failure, quaternion (4,), scalar first. Give this or the next one.
+        attitude_euler: Attitude at the failure, 3-1-3 angles (3,), rad.
         rate: Body rate at the failure, body axes, (3,), rad/s.
-        target: Wanted attitude, quaternion (4,), scalar first; or
-        euler: The same as 3-1-3 angles (3,), rad.
-        duration: Duration of the flight, s.
+        target: Target attitude, quaternion (4,), scalar first. Give this or the next one.
+        euler: Target attitude, 3-1-3 angles (3,), rad.
+        duration: Duration of the simulation, s.
         period: Control period, s.
         force: Whether to replace files that gyrostat did not write.
         say: Function that receives each message for the user.
@@ -178,9 +178,11 @@ def recover(
         attitude=now, rate=numbers(rate, 3, "speed", "--rate"), wheel_speed=_speeds(wheels, file)
     )
     if not all(np.all(np.isfinite(part)) for part in start if part is not None):
-        raise InputError("--attitude, --rate, --wheels: found no finite state, expected numbers")
+        raise InputError(
+            "--attitude, --rate, --wheels: found a value that is not finite, expected numbers"
+        )
     lost = ", ".join(f"{name}={how}" for name, how in given.items())
-    say(f"flying {file.name or _source(spacecraft)} from the failure of {lost}")
+    say(f"simulating {file.name or _source(spacecraft)} from the failure of {lost}")
     found = simulate(
         file.spacecraft,
         start,

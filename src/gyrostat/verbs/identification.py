@@ -86,7 +86,7 @@ def identify(
         compare: Whether to rank the other friction models too.
         held_out: Records used only for the ranking, never for the fit.
         columns: Role -> column, such as {"current": "m1cur"}.
-        units: Role -> unit, where the file has none.
+        units: Role -> unit, if the file has none.
         unsigned_current: Whether the current is a magnitude; the sign is taken from setpoint or
             speed.
         unsigned_speed: Whether the speed is a magnitude; the sign changes where it touches zero.

@@ -34,7 +34,7 @@ def simulate(
         scenario: Scenario, or path of scenario.toml.
         out: netCDF file RUN.nc for the histories, and RUN.html beside it; None writes no file.
         seed: Seed of the noise.
-        device: "cpu", or "gpu" where JAX sees one.
+        device: "cpu", or "gpu" if JAX finds one.
         engine: "native" (compiled C), "jax", or "auto": native if there is a C compiler.
         force: Whether to replace files that gyrostat did not write, and to take wheels that are
             marked as impossible.
@@ -70,7 +70,7 @@ def simulate(
     from gyrostat.campaigns.execute import chosen_engine
 
     found = _scenario(scenario, force=force)
-    say(f"flying {found.name}: {found.duration:g} s")
+    say(f"simulating {found.name}: {found.duration:g} s")
     engine = chosen_engine(engine, found, device, say, verify=verify)
     flown = fly(found, seed, None, keep=[0], engine=engine)
     if path is not None:
@@ -114,7 +114,7 @@ def campaign(
         workers: Number of worker processes; None: one for each core, or threads of this process
             for a small campaign of the native engine.
         scheduler: Address of a Dask scheduler, which replaces the local processes.
-        device: "cpu", or "gpu" where JAX sees one.
+        device: "cpu", or "gpu" if JAX finds one.
         engine: "native" (compiled C), "jax", or "auto": native if there is a C compiler.
         block: Runs in a block; results do not depend on it.
         keep: Numbers of runs whose histories are kept.
@@ -148,12 +148,12 @@ def campaign(
     found = _scenario(scenario, force=force)
     if not found.dispersions:
         place = scenario if isinstance(scenario, str | Path) else found.name
-        raise InputError(f"{place}: key dispersion: found none, expected what shall scatter")
+        raise InputError(f"{place}: key dispersion: found none, expected at least one dispersion")
     folder = Path(_folder_name(found.name, runs, seed) if out is None else out)
     if out is None:
         check_writable(folder)
         # the chosen folder is always reported
-        (to_stderr if say is silent else say)(f"the campaign's files go to the folder {folder}")
+        (to_stderr if say is silent else say)(f"the files of the campaign are written to {folder}")
     run_campaign(
         found,
         folder,

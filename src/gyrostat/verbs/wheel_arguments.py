@@ -65,7 +65,7 @@ def _signed(record: "Record") -> "Record":
     if signed is None:
         raise InputError(
             f"{record.name}: --unsigned-speed: found a speed that never touches zero, expected one "
-            "that does: nothing shows where its sign changes"
+            "that does: its sign changes there"
         )
     return signed
 
@@ -93,7 +93,7 @@ def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
         if found is not None and found.impossible and not force:
             raise InputError(
                 f"{model.method} fit: found a wheel that cannot exist ({found.impossible}), "
-                "expected one that can; force=True takes it where it can be computed with"
+                "expected one that can; force=True accepts it if it can be simulated"
             )
         assert found is not None
         return found
@@ -153,7 +153,7 @@ def priors(values: Named, model: str) -> dict[str, tuple[float, float]]:
 
 
 def inertia_and_tolerance(value: Quantity | None) -> tuple[float | None, dict[str, float]]:
-    """Convert an inertia to kg·m², and its tolerance, if given, to a relative one."""
+    """Convert an inertia to kg·m², and its tolerance to a relative number."""
     from gyrostat.core.units import parse_uncertain
 
     if not isinstance(value, str):
@@ -169,7 +169,7 @@ def inertia_and_tolerance(value: Quantity | None) -> tuple[float | None, dict[st
 def factors_and_tolerances(
     options: Mapping[str, Quantity | None],
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Convert factors on recorded signals, and their tolerances, if given, to relative ones.
+    """Convert factors on recorded signals and their tolerances to relative numbers.
 
     Args:
         options: Name of an option with underscores -> number, text, or None.

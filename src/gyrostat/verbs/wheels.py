@@ -49,7 +49,7 @@ def validate(
         hold: {"current_bias": value}, offset of the drive, A.
         current_hold: Current between samples: "zero-order" or "linear".
         columns: Role -> column of the file.
-        units: Role -> unit, where the file has none.
+        units: Role -> unit, if the file has none.
         unsigned_current: Whether the current is a magnitude.
         unsigned_speed: Whether the speed is a magnitude; the sign changes where it touches zero.
         missing: Treatment of cells without a number: "refuse" raises an error, "drop" omits their
@@ -143,7 +143,7 @@ def bench(
         period: Period of one step, cycle or ramp, s.
         initial_speed: Wheel speed at the first sample, rad/s.
         speed_sigma: Standard deviation of the tachometer noise, rad/s.
-        speed_quantum: Step of the tachometer, rad/s.
+        speed_quantum: Quantisation step of the tachometer, rad/s.
         jitter: Jitter of the sample times, fraction of the interval.
         dropouts: Fraction of missing speeds.
         seed: Seed of currents and noise.

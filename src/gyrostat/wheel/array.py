@@ -88,8 +88,8 @@ class WheelArray(Checked):
     ) -> PerWheel:
         """Torques limited so that no wheel speeds up beyond its momentum limit, (wheels,), N·m.
 
-        A wheel that is already beyond its limit is not braked. The change of the body rate, which
-        adds to the wheel speed in the ratio of wheel to body inertia, is neglected.
+        A wheel that is already beyond its limit is not braked. The effect of the changing body rate
+        on the wheel speed is neglected; it is of the order of wheel inertia over body inertia.
 
         Args:
             torque: Torques, held over `duration`, (wheels,), N·m.
@@ -154,5 +154,5 @@ class WheelArray(Checked):
             shape = np.shape(value)[axes.ndim - 2 :]
             if shape and shape != (self.count,):
                 raise InputError(
-                    f"wheel {name}: found {shape[-1]} values, expected {self.count}, one a wheel"
+                    f"wheel {name}: found {shape[-1]} values, expected {self.count}, one per wheel"
                 )

@@ -94,7 +94,7 @@ class CoupledBearings(eqx.Module):
         return Modes(direction, jnp.where(both, inverse_definite(system), 0.0))
 
     def torques(self, motion: Motion, modes: Modes, time: Scalar) -> PerWheel:
-        """Friction torques F, (wheels,), N·m: of the curve if turning, holding torques if held.
+        """Friction torques F of turning wheels and holding torques of held ones, (wheels,), N·m.
 
         Args:
             motion: State of wheels and carrier.

@@ -142,7 +142,7 @@ def _entry(path: Path, key: str, entry: object) -> tuple[float, str]:
     refuse_unknown(path, f"{key}.", entry, ("value", "source"))
     source = entry.get("source")
     if not isinstance(source, str) or not source:
-        raise InputError(f"{path}: key {key}.source: found {source!r}, expected where it is from")
+        raise InputError(f"{path}: key {key}.source: found {source!r}, expected the source as text")
     dimension = {**_NEEDED, **_OPTIONAL}[key]
     where, positive = f"{key}.value", key not in _MAY_BE_ZERO
     if dimension is None:

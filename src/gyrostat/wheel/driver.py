@@ -22,7 +22,7 @@ def _size(name: str) -> Rule:
 class Driver(Checked):
     """Motor driver with a current loop: limits and quantisation, then a first-order lag.
 
-    Limits and quantisation are applied once a control period. The current that the supply voltage
+    Limits and quantisation are applied once per control period. The current that the supply voltage
     allows decreases with speed: V = R I + k_m w, with the back-EMF constant equal to the motor
     constant in SI units. The speed is taken at the start of a control period.
 

@@ -162,7 +162,7 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
     if impossible and not force:
         raise InputError(
             f"{path}: key validity.impossible: found a wheel that cannot exist ({impossible}), "
-            "expected one that can; --force takes it where it can be computed with"
+            "expected one that can; --force accepts it if it can be simulated"
         )
     refuse_unknown(path, "wheel.", wheel, _WHEEL)
     refuse_unknown(path, "friction.", friction, model.dimensions())
@@ -202,7 +202,7 @@ def _correlation(
     refuse_unknown(path, "correlation.", table, ("names", "matrix"))
     names, rows = table.get("names"), table.get("matrix")
     if not isinstance(names, list) or not set(map(str, names)) <= set(sigma):
-        raise InputError(f"{path}: key correlation.names: expected names that stand under sigma")
+        raise InputError(f"{path}: key correlation.names: expected names listed in [sigma]")
     try:
         matrix = np.array(rows, dtype=float)
     except (TypeError, ValueError):

@@ -173,7 +173,8 @@ def integrate(
             component, whichever is larger.
         tolerance: Largest relative error of one step.
         first: Length of the first step, s. The error estimate cannot detect an event that lies
-            within one step, so it must not be longer than the shortest one to be resolved.
+            within one step, so the first step must not be longer than the shortest event to be
+            resolved.
 
     Returns:
         State at the end, and whether it was reached within `MAX_STEPS`, which is False if the state

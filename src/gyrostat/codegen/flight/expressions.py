@@ -21,9 +21,8 @@ class Text:
     def beside(self, own: int = 8) -> str:
         """Expression as an operand, in brackets if needed.
 
-        A word, a signed word and an operation of the same precedence as its reader need no
-        brackets. All others get brackets, so that neither readers nor coding rules depend on C's
-        precedence.
+        A word, a signed word and an operation of the same precedence as the one that uses it need
+        no brackets. All others get brackets, so that the code does not rely on C's precedence.
         """
         return self.text if self.strength >= UNARY or self.strength == own else f"({self.text})"
 
@@ -62,9 +61,9 @@ HELPERS = {
     ),
     "finite": (
         "is_finite",
-        "/* From the bits of the exponent: no option of a compiler, such as -ffast-math, can take\n"
-        "   the result for known. Such options would let it look through a copy of a computed\n"
-        "   number, unless that is volatile. */\n"
+        "/* Tests the bits of the exponent, so that no compiler option, such as -ffast-math, can\n"
+        "   assume the result. With such options a compiler may ignore the copy of a number,\n"
+        "   unless the copy is volatile. */\n"
         "static bool is_finite({t} a)\n{{\n"
         "#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0)\n"
         "    const volatile {t} copy = a;\n"

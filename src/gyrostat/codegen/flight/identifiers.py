@@ -36,7 +36,7 @@ FUNCTIONS = frozenset(
 
 
 def identifier(name: str) -> str:
-    """C identifier of a Python name; a reserved word of C gets an underscore."""
+    """C identifier of a Python name; an underscore is added to a reserved word of C."""
     made = re.sub(r"[^0-9A-Za-z_]+", "_", name)
     if not made or made[0].isdigit():
         made = f"item_{made}"

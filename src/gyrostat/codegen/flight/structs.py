@@ -52,7 +52,7 @@ class Struct:
 
 
 class Structs:
-    """Structs of a set of functions, in the order in which C must see them.
+    """Structs of a set of functions, each defined after those that it contains.
 
     Attributes:
         every: Structs.

@@ -124,7 +124,7 @@ def traced(
         own: For each argument, whether it differs between runs and has a leading axis.
         arguments: Example arguments; only their shapes and types are used.
         on_demand: Tree, or prefix of a tree, of the results: whether the rows of a scan of more
-            than `batch_scope.LONGEST` passes are returned only for the runs asked for.
+            than `batch_scope.LONGEST` passes are returned only for requested runs.
 
     Raises:
         InputError: The function contains an operation that SIMD code does not support; the message
@@ -136,7 +136,7 @@ def traced(
         for each, tree in zip(own, arguments, strict=True)
     ]
     if not any(flags):
-        raise InputError("own: found no argument that runs have of their own, expected one or more")
+        raise InputError("own: found no argument that differs between runs, expected one or more")
     jaxpr, shapes = jax.make_jaxpr(function, return_shape=True)(*single)
     inputs = [_named(variable.aval) for variable in jaxpr.jaxpr.invars]
     lowering, body = Lowering(BATCH), []

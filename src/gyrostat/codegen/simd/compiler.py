@@ -49,7 +49,9 @@ def required() -> tuple[str, ...]:
     """
     found = compiler()
     if found is None:
-        raise InputError("C compiler: found none (CC, cc, gcc, clang), expected one for lanes")
+        raise InputError(
+            "C compiler: found none (CC, cc, gcc, clang), expected one for the native engine"
+        )
     return found
 
 

@@ -162,7 +162,7 @@ class ModelErrorCompensator(Checked):
             if radius > 1.0 + 1e-9:
                 raise InputError(
                     f"compensator gain: found {np.asarray(gain).tolist()} at a control period of "
-                    f"{period:g} s, with which the compensator diverges (factor {radius:.4g} a "
+                    f"{period:g} s, with which the compensator diverges (factor {radius:.4g} per "
                     f"period); on integrators it must be below {2.0 / period:g} 1/s"
                 )
 

@@ -46,8 +46,8 @@ class SafeFrit(Checked):
     - K is limited to a range.
     - The covariance is limited, since forgetting without excitation lets it grow without bound.
     - A channel is not updated while its error is small.
-    - No channel is updated while the actuators saturate, and until the filters have forgotten the
-      saturation.
+    - No channel is updated while the actuators saturate, and until its effect has decayed in the
+    filters.
 
     Y. Wakasa and others, as in `frit.py`; projection and limit of the covariance: P. A. Ioannou, J.
     Sun, "Robust Adaptive Control", sections 4.4 and 8.5.

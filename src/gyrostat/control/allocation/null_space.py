@@ -29,9 +29,9 @@ class NullSpaceControl(Checked):
     of signs, one for each wheel. Wheel i is at zero speed where z = c_i = -q_i / d_i, and at its
     largest wanted momentum H_i where z = c_i ± H_i / |d_i|. The values z within the limits of all
     wheels form an interval, which the c_i divide into gaps. In the middle of the widest gap, the
-    worst wheel is farthest from both, measured in units of d. The control leaves the present gap
-    only for a much wider one, since wheels cross zero speed on the way. If the interval is empty, z
-    is the value at which the wheels exceed H least.
+    worst wheel is farthest from zero speed and from its limit, measured in units of d. The control
+    leaves the present gap only for a much wider one, since wheels cross zero speed on the way. If
+    the interval is empty, z is the value at which the wheels exceed H least.
 
     Attributes:
         pattern: Pattern of signs s, (wheels,), 1 or -1.

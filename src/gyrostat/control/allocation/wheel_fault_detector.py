@@ -45,9 +45,8 @@ class WheelFaultDetector(Checked):
     estimates the bearing drag, which is added to the next command. A fast filter detects a motor
     that does not respond or a rotor that seizes: if its output exceeds `failure_torque`, the wheel
     is declared failed, permanently. Choose this threshold above the bearing drag and below the
-    commanded torques that occur at times: drag compensation raises the command to a dead motor
-    until the failure is detected. A wheel whose speed is not measured is neither tested nor
-    compensated.
+    largest commanded torques: drag compensation raises the command to a failed motor until the
+    failure is detected. A wheel whose speed is not measured is neither tested nor compensated.
 
     Attributes:
         drag_time: Time constant of the slow filter, s.

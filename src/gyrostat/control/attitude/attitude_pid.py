@@ -32,8 +32,8 @@ class AttitudePID(Checked):
     The error e is the attitude minus its reference. A positive wheel torque accelerates the table
     in the negative direction, so that positive gains are stable. The derivative term uses the
     measured rate, and the sum includes the present sample. The sum is not updated while the torque
-    is beyond its limit and the error would increase it further (anti-windup). A controller with its
-    own limit after this law applies the same rule by `within_limit`.
+    is beyond its limit and the error would increase it further (anti-windup). A controller that
+    limits the command after this law applies the same rule by `within_limit`.
 
     Attributes:
         proportional: Proportional gain K_p, N·m/rad.
@@ -88,7 +88,7 @@ class AttitudePID(Checked):
         return PIDMemory(summed, memory.period), torque
 
     def within_limit(self, before: PIDMemory, after: PIDMemory, cut: Scalar) -> PIDMemory:
-        """Undo a step of the sum that would increase a command beyond a later limit.
+        """Undo the update of the sum if it drives the command further beyond a limit (anti-windup).
 
         Args:
             before: Memory before the sample.

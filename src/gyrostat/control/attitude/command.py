@@ -6,7 +6,7 @@ from gyrostat.core.arrays import Scalar
 
 
 class CurrentCommand(NamedTuple):
-    """Motor current command, with the two terms whose sum it is before the limit.
+    """Motor current command, and its two terms before the limit.
 
     In the histories of a run with a command delay, the current is recorded at the time from which
     it acts, and its two terms at the sample at which they were computed.

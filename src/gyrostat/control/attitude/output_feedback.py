@@ -59,12 +59,12 @@ class OutputFeedback(Checked):
     def predicted(
         self, memory: OutputFeedbackMemory, measurement: Any, command: Any
     ) -> OutputFeedbackMemory:
-        """Memory one period later without a sample; the attitude continues at the last rate.
+        """Memory after a period without a sample; the attitude continues at the last rate.
 
         Args:
             memory: Memory from the last sample.
             measurement: Last accepted measurement.
-            command: Command that is sent instead.
+            command: Safe command that is sent.
         """
         estimate = self.filter.predict(memory.estimate, measurement.rate, memory.period)
         estimate = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))

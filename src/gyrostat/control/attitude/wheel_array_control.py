@@ -22,9 +22,9 @@ from gyrostat.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed
 
 BRAKING_SHARE = 0.5
-"""Share of the wheels' torque that is used to stop a turn."""
+"""Fraction of the wheels' torque that is used to stop a turn."""
 TURNING_SHARE = 0.4
-"""Share of the wheels' torque that may be used to turn the momentum with the body."""
+"""Fraction of the wheels' torque that may be used to turn the momentum with the body."""
 LEAST_RATE = 1e-4
 """Smallest rate limit, rad/s, so that a turn continues even if the wheels seem saturated."""
 COARSEST = 0.5
@@ -78,7 +78,7 @@ class AttitudeTargets(Checked):
         times = np.asarray(self.times, dtype=float)
         rising = times.size > 0 and times.ndim > 0 and np.all(np.isfinite(times))
         if not rising or not np.all(np.diff(times, axis=-1) > 0.0):
-            raise InputError(f"times of the targets: found {times}, expected rising times, s")
+            raise InputError(f"times of the targets: found {times}, expected increasing times, s")
         shape = np.shape(self.attitudes)
         if shape != (*times.shape, 4):
             raise InputError(f"targets: found shape {shape}, expected {(*times.shape, 4)}")
@@ -119,12 +119,12 @@ class WheelArrayControl(Checked):
     The motor torques u satisfy A u = T + D - w x H - J (w_d' + k (w_d - w)). T is the torque of the
     external actuator. H is the total momentum of spacecraft and wheels in body axes, and w x H
     keeps it fixed in space while the body turns. D estimates the other external torques: it is the
-    change of H in inertial space minus T, after a low-pass filter. A turn does not disturb this
-    estimate, as it would an integral of the error.
+    change of H in inertial space minus T, after a low-pass filter. Unlike an integral of the error,
+    this estimate is not disturbed by a turn.
 
     The wanted rate w_d brings the error to zero. For a small error it is proportional, with gain
-    k_t, so that the poles are -k and -k_t. For a large error it is a turn from rest to rest about
-    the error axis. Its rate is limited by `largest_rate`, by braking with `BRAKING_SHARE` of the
+    k_t, so that the poles are -k and -k_t. For a large error it is the rate of a rest-to-rest turn
+    about the error axis. It is limited by `largest_rate`, by braking with `BRAKING_SHARE` of the
     wheels' torque, by turning the wheels' momentum with the body, and by the momentum that the
     wheels have left.
 
@@ -132,10 +132,9 @@ class WheelArrayControl(Checked):
     null-space control. The drag of failed wheels is allocated to the working ones. B. Wie, "Space
     Vehicle Dynamics and Control", section 7.3.
 
-    Lag behind a moving target. The law assumes a target at rest, so that its rate loop works
-    against the rate W of a moving one. If body and target turn at a constant W, the acceleration of
-    the law is zero: w_d' + k (w_d - W) = 0 with w_d = -k_t e and w_d' = -k_t W. The body lags by
-    the angle
+    Lag behind a moving target. The law assumes a target at rest, so that its rate loop opposes the
+    rate W of a moving target. If body and target turn at a constant W, the acceleration of the law
+    is zero: w_d' + k (w_d - W) = 0 with w_d = -k_t e and w_d' = -k_t W. The body lags by the angle
 
         L = W (1 / k + 1 / k_t),
 
@@ -250,12 +249,12 @@ class WheelArrayControl(Checked):
     def predicted(
         self, memory: ArrayControlMemory, measurement: Any, command: ArrayCommand
     ) -> ArrayControlMemory:
-        """Memory one period later without a sample; time advances, estimates are unchanged.
+        """Memory after a period without a sample; time advances, estimates are unchanged.
 
         Args:
             memory: Memory from the last sample.
             measurement: Unused.
-            command: Command that is sent instead.
+            command: Safe command that is sent.
         """
         return memory._replace(
             samples=memory.samples + 1.0,

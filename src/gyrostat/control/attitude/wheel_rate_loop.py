@@ -144,14 +144,14 @@ class WheelRateLoop(Checked):
     def predicted(
         self, memory: RateLoopMemory, measurement: Any, command: WheelTorqueCommand
     ) -> RateLoopMemory:
-        """Memory one period later without a sample; the drag estimate is unchanged.
+        """Memory after a period without a sample; the drag estimate is unchanged.
 
         The next sample does not change the drag estimate either.
 
         Args:
             memory: Memory from the last sample.
             measurement: Unused.
-            command: Command that is sent instead.
+            command: Safe command that is sent.
         """
         sent, _ = pushed(memory.torque, command.torque)
         return memory._replace(torque=sent, begun=jnp.array(False))

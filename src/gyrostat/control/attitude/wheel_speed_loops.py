@@ -90,12 +90,12 @@ class WheelSpeedLoops(Checked):
     def predicted(
         self, memory: WheelSpeedMemory, measurement: Any, command: Any
     ) -> WheelSpeedMemory:
-        """Memory one period later without a sample, from that of the controller.
+        """Memory after a period without a sample, from that of the controller.
 
         Args:
             memory: Memory from the last sample.
             measurement: Last accepted measurement.
-            command: Command that is sent instead.
+            command: Safe command that is sent.
         """
         later = predicted(self.controller, memory.controller, measurement, command)
         return memory._replace(controller=later)

@@ -53,8 +53,8 @@ def uncontrollable(
     from a real Schur form.
 
     Args:
-        dynamics: A, (n, n).
-        input: B, (n, m).
+        dynamics: Matrix A, (n, n).
+        input: Matrix B, (n, m).
         states: Name of each state for messages. States of one motion may share a name, such as
             "rotation about body y" for angle and rate.
 

@@ -37,7 +37,7 @@ class EulerCube(Checked):
 
     Attributes:
         inertia: Inertia about every axis, kg·m².
-        split: Share of each product of two rates in the column of the first rate, with the rest in
+        split: Fraction of each product of two rates in the column of the first rate; the rest is in
             the column of the second: phi' psi' in theta''; phi' theta' and psi' theta' in phi'';
             psi' theta' and phi' theta' in psi''.
     """
@@ -112,8 +112,8 @@ class MRPBody(Checked):
 
     Attributes:
         inertia: Inertia J, including the wheels as far as they turn with the body, (3, 3), kg·m².
-        split: Share of w x J w that is written as a matrix of J w times w; the rest is a matrix of
-            w times J w.
+        split: Fraction of w x J w that is written as a matrix of J w times w; the rest is a matrix
+            of w times J w.
     """
 
     inertia: Annotated[Float[Array, "3 3"], of_a_body]
@@ -142,7 +142,7 @@ class QuaternionBody(Checked):
 
     Attributes:
         inertia: Inertia J as in `MRPBody`, (3, 3), kg·m².
-        split: Share of w x J w as in `MRPBody`.
+        split: Fraction of w x J w as in `MRPBody`.
     """
 
     inertia: Annotated[Float[Array, "3 3"], of_a_body]

@@ -93,10 +93,10 @@ def lqr(
     """Gain K of u = -K x that minimises the integral of x'Qx + u'Ru for x' = A x + B u.
 
     Args:
-        dynamics: A, (n, n).
-        input: B, (n, m).
-        state_weight: Q, (n, n), symmetric, positive semidefinite.
-        input_weight: R, (m, m), symmetric, positive definite.
+        dynamics: Matrix A, (n, n).
+        input: Matrix B, (n, m).
+        state_weight: Weight Q, (n, n), symmetric, positive semidefinite.
+        input_weight: Weight R, (m, m), symmetric, positive definite.
         states: Name of each state for messages; see `uncontrollable`.
 
     Raises:
@@ -109,15 +109,15 @@ def lqr(
     q = check_weight("state weight Q", state_weight, len(a), definite=False)
     if reach.names:
         raise InputError(
-            f"no input stops: {', '.join(reach.names)} (controllability rank {reach.rank}), "
+            f"no input controls: {', '.join(reach.names)} (controllability rank {reach.rank}), "
             f"expected inputs that reach every motion that does not decay by itself"
         )
     r = check_weight("input weight R", input_weight, b.shape[1], definite=True)
     solution = _solved(a, b, q, r)
     if not solution.valid:
         unseen = uncontrollable(a.T, q, states).names
-        found = f"nothing in Q sees: {', '.join(unseen)}" if unseen else "no solution to rounding"
-        raise InputError(f"A, B, Q, R: {found}; expected a cost that every lasting motion adds to")
+        found = f"no cost in Q on: {', '.join(unseen)}" if unseen else "no accurate solution"
+        raise InputError(f"A, B, Q, R: {found}; expected a cost on every undamped motion")
     return solution
 
 

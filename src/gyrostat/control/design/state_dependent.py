@@ -81,7 +81,7 @@ class StateDependentRiccati(Checked):
         )
 
     def command(self, *arguments: Any) -> FeedbackCommand:
-        """Command for a state and further arguments of the factorisation; see its `valid`."""
+        """Command for a state and further arguments of the factorisation, and its validity."""
         solution = self.solve(*arguments)
         torque = -jnp.sum(solution.gain * arguments[0], axis=1)
         return FeedbackCommand(torque, solution.residual, solution.valid)

@@ -229,12 +229,12 @@ class EstimatingCompensator(Checked):
     def predicted(
         self, memory: EstimatingMemory, measurement: Any, command: EstimatingCommand
     ) -> EstimatingMemory:
-        """Memory one period later without a sample: both estimates are predicted.
+        """Memory after a period without a sample: both estimates are predicted.
 
         Args:
             memory: Memory from the last sample.
             measurement: Unused.
-            command: Command that is sent instead; its friction term is from the last accepted
+            command: Safe command that is sent; its friction term is from the last accepted
                 sample.
         """
         period = memory.law.period

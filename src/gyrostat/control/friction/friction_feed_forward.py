@@ -25,7 +25,7 @@ class FrictionFeedForward(Checked):
         friction: Friction model of the wheels in the controller.
         torque_limit: Torque limits, (wheels,), N·m.
         band: Speed below which a wheel counts as at rest, rad/s.
-        share: Share of the friction that is compensated.
+        share: Fraction of the friction that is compensated.
     """
 
     controller: Any
@@ -44,7 +44,7 @@ class FrictionFeedForward(Checked):
         Args:
             memory: Memory of the controller.
             measurement: Last accepted measurement.
-            command: Command that is sent instead.
+            command: Safe command that is sent.
         """
         return predicted(self.controller, memory, measurement, command)
 

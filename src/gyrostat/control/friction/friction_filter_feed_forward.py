@@ -63,12 +63,12 @@ class FrictionFilterFeedForward(Checked):
     def predicted(
         self, memory: FrictionFilterMemory, measurement: Any, command: Any
     ) -> FrictionFilterMemory:
-        """Memory one period later without a sample: all estimates are predicted.
+        """Memory after a period without a sample: all estimates are predicted.
 
         Args:
             memory: Memory from the last sample.
             measurement: Last accepted measurement.
-            command: Command that is sent instead.
+            command: Safe command that is sent.
         """
         impulse = memory.torque[0] * memory.period
         estimate = jax.vmap(lambda e, given: self.filter.predict(e, given, memory.period))(

@@ -66,8 +66,8 @@ class BoresightLaw(Checked):
 
     Attributes:
         gain: Gain k, 1/s.
-        braking: Share of the torque that is used for braking.
-        top_share: Share of the wheels' largest speed that is used for turning.
+        braking: Fraction of the torque that is used for braking.
+        top_share: Fraction of the wheels' largest speed that is used for turning.
     """
 
     gain: Annotated[Scalar, positive("boresight gain", "1/s")] = 0.1

@@ -17,11 +17,11 @@ from gyrostat.core.checked import Checked, positive
 from gyrostat.core.jax64 import jnp
 
 GYROSCOPIC_SHARE = 0.97
-"""Share of the wheels' torque that may be used to turn their momentum with the body."""
+"""Fraction of the wheels' torque that may be used to turn their momentum with the body."""
 ROLL_SHARE = 0.9
-"""Share of that torque that the roll may use."""
+"""Fraction of that torque that the roll may use."""
 BRAKING_SHARE = 0.5
-"""Share of the wheels' torque that is used for braking."""
+"""Fraction of the wheels' torque that is used for braking."""
 LAG_DAMPING = 1.6
 """Gain of the lag over sqrt(tilting acceleration / tilt)."""
 WAYS_ROUND = np.array(list(product((0.0, -2.0 * np.pi, 2.0 * np.pi), repeat=2)))

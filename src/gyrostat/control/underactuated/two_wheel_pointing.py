@@ -30,7 +30,7 @@ class PointingCommand(NamedTuple):
 
     Attributes:
         speed: Commanded wheel speeds relative to the body, (2,), rad/s.
-        share: Share of the demanded speed change that the torque governor allowed.
+        share: Fraction of the demanded speed change that the torque governor allowed.
         model_error: Rotation of the nominal model about body x and y minus that of the body, (2,),
             rad.
         compensator_gain: Gain in use, (2,), 1/s.
@@ -85,7 +85,7 @@ class TwoWheelPointing(Checked):
         filter: Filter of attitude and gyro bias.
         momentum_time: Time constant of the momentum filter, s.
         gain: Fixed gain of the compensator, (2,), 1/s; unused if there is a tuner.
-        torque_share: Share of the wheels' torque that the governor allows for speed changes; the
+        torque_share: Fraction of the wheels' torque that the governor allows for speed changes; the
             rest is for friction.
         tuner: Tuner that gives the gain on line; None for a fixed gain.
         along: Target direction of body z, a unit vector in inertial axes, (3,).

@@ -255,12 +255,12 @@ def dispersed_runs(run: Run) -> Part:
     for candidate in CANDIDATES:
         run.say(f"{RUNS} dispersed runs in each case, {candidate.name}")
         numbers[candidate.key] = evaluate(candidate, RUNS)
-    title = "Crossing zero, controllers side by side"
+    title = "Zero crossing under several controllers"
     return claimed(numbers, (Drawing(title, crossing_figure(), figures.CROSSING),))
 
 
 def claimed(numbers: Mapping[str, Mapping[str, float]], drawings: tuple[Drawing, ...] = ()) -> Part:
-    """Values of the compensator's claims, and those of the other controllers as facts.
+    """Values for the claims on the estimating compensator; those of the others become facts.
 
     Args:
         numbers: Values of each controller, by its key.

@@ -95,7 +95,7 @@ def residuals(trial: Trial) -> Drawing:
         "Residuals (Fig. 6)",
         figure,
         "Measured minus modelled. Those of the estimate are the tachometer noise alone: the "
-        "virtual wheel has no friction that eq. (1) does not have.",
+        "friction of the virtual wheel is exactly that of eq. (1).",
     )
 
 

@@ -12,28 +12,28 @@ from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import Stribeck
 
 INERTIA = 1.5e-3
-"""J_w, kg·m², from the manufacturer of the wheel."""
+"""Wheel inertia J_w, from the manufacturer, kg·m²."""
 STRIBECK_SPEED = 4.0 * RPM
-"""w_s, rad/s: the 4 rpm that the paper holds."""
+"""Stribeck speed w_s, rad/s: 4 rpm, held in the paper."""
 SPEED_SIGMA = 5.0 * RPM
-"""Noise of the tachometer, rad/s: the 5 rpm that the paper assumes."""
+"""Noise of the tachometer, rad/s: 5 rpm, assumed in the paper."""
 DURATION = 300.0
 """Duration of each profile, s."""
 NAMES = ("motor_constant", "viscous", "coulomb", "static")
-"""k_m, b, c and T_s: the parameters x2..x5 times J_w."""
+"""Names of k_m, b, c and T_s, which are the parameters x2..x5 times J_w."""
 START = (18.0, 0.00344, 0.5863, 0.0)
 """Eq. (15), x2..x5: start values, in rad/s²/A, 1/s, rad/s² and rad/s²."""
 CONVERGED = (15.205, 0.00322, 0.5863, 0.6037)
 """Eq. (16), x2..x5: converged values, in the units of `START`."""
 
 RATE = 10.0
-"""Chosen: samples per second, Hz."""
+"""Sampling rate, chosen here, Hz."""
 STEP_CURRENTS, STEP_PERIOD = CurrentRange(0.06, 0.15), 30.0
 """Profile 2: amplitudes, chosen, A; duration of a step, from the paper, s."""
 SINE_CURRENTS, SINE_PERIOD = CurrentRange(0.08, 0.20), 24.0
 """Profile 1, chosen: amplitudes, A; mean period, 12.5 cycles in 300 s, s."""
 PRIOR_SIGMA = (5.0, 0.002, 0.3, 0.6)
-"""Chosen: a-priori sigmas of x2..x5 about eq. (15), in its units."""
+"""A-priori sigmas of x2..x5 about eq. (15), chosen here, in the units of `START`."""
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,10 @@ class Column:
     """One column of Table 1.
 
     Attributes:
-        motor_constant: k_m, N·m/A.
-        viscous: b, N·m·s/rad.
-        coulomb: c, N·m.
-        static: T_s, N·m.
+        motor_constant: Motor constant k_m, N·m/A.
+        viscous: Viscous coefficient b, N·m·s/rad.
+        coulomb: Coulomb torque c, N·m.
+        static: Static torque T_s, N·m.
     """
 
     motor_constant: float
@@ -72,15 +72,15 @@ STATISTICAL = Column(0.0228, 4.83e-6, 0.8795e-3, 0.9055e-3)
 """Table 1, right: true parameters of every virtual record."""
 
 TABLE_INERTIA = 0.495
-"""Chosen: J of the table, kg·m²."""
+"""Inertia J of the table, chosen here, kg·m²."""
 FAN_TORQUE = 0.46e-3
-"""T_d, N·m: the paper's estimate."""
+"""External torque T_d, estimated in the paper, N·m."""
 INITIAL_SPEED = -673.5 * RPM
-"""Chosen so that the crossing occurs at the paper's 230 s, rad/s."""
+"""Initial wheel speed, chosen so that the crossing occurs at 230 s as in the paper, rad/s."""
 PERIOD = 0.1
-"""Chosen: control period, s."""
+"""Control period, chosen here, s."""
 LAW = AttitudePID(proportional=0.0571, integral=0.00234, derivative=0.3126)
-"""Chosen to give the paper's peak of 1.5 deg."""
+"""PID law, chosen to give the paper's peak of 1.5 deg."""
 WHEEL = STATISTICAL.wheel()
 TABLE = AirBearingTable(TABLE_INERTIA, WHEEL, external_torque=FAN_TORQUE)
 STILL_TABLE = AirBearingTable(TABLE_INERTIA, WHEEL)

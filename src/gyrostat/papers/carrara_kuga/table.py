@@ -125,7 +125,7 @@ def stick_time(flown: "xr.Dataset") -> float:
 
 def crossing_zero(run: Run) -> Part:
     """The table crosses zero wheel speed under PID, compensator and speed mode."""
-    run.say("the table crosses zero under PID, compensator and speed mode")
+    run.say("simulating the zero crossing under PID, compensator and speed mode")
     exact_model, motor = compensator(setup.STATISTICAL.friction()), setup.WHEEL.motor_constant
     pid = fly(CurrentMode(setup.LAW, motor), LONG)
     speed_mode = fly(SpeedMode(setup.LAW, setup.WHEEL.inertia, motor), DURATION)

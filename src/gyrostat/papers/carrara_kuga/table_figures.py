@@ -37,7 +37,7 @@ def attitude(title: str, flown: "xr.Dataset", crossing: float) -> Drawing:
 
 
 def current(title: str, flown: "xr.Dataset", *, parts: bool) -> Drawing:
-    """Plot the commanded current over time, optionally with its two parts."""
+    """Plot the commanded current over time, optionally with its parts for attitude and friction."""
     lines = [("commanded_current", INK, "commanded", 1.2)]
     if parts:
         lines.append(("friction_current", MARK, "for the friction", 1.0))

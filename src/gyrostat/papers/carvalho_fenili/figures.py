@@ -18,7 +18,7 @@ EVERY = 20
 """Number of samples of 0.01 s between drawn points."""
 FAILING = tuple(case for case in setup.CASES if case != "none")
 READING = (
-    "Dotted, the failure; grey, beyond validity. Where values run away, the scale is linear inside "
+    "Dotted: the failure. Grey: beyond validity. For diverging values, the scale is linear inside "
     "the pale band and logarithmic outside."
 )
 KINDS = {"frozen": MODEL, "seized": MARK, "rundown": GREEN}
@@ -112,10 +112,10 @@ def frozen_rates(flights: Flights) -> Drawing:
         label_edges(grid, "time (s)", "body rate (rad/s)")
         grid[0, 0].legend(loc="upper right", fontsize=7)
     return Drawing(
-        "Why no law can help: the rate about a failed axis is frozen",
+        "The rate about a failed axis is constant under every law",
         figure,
-        "Thick, the failed axes: I dw/dt = M = 0 keeps their rates level from the dotted line on, "
-        "with any law. Thin, the axes that are still driven; what leaves the frame spins up.",
+        "Thick: failed axes. I dw/dt = M = 0 keeps their rates constant from the failure (dotted) "
+        "on, under every law. Thin: driven axes; rates that leave the frame diverge.",
     )
 
 
@@ -136,7 +136,7 @@ def recovery_figure(runs: Mapping[str, Mapping[str, Mapping[str, Recovery]]]) ->
             axes.set_yticks([1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0])
             axes.minorticks_off()
             axes.set_title(setup.failure_of(case), fontsize=9, loc="left")
-        label_edges(grid, "time from the failure (s)", "angle left (deg)")
+        label_edges(grid, "time from the failure (s)", "remaining angle (deg)")
         lines = [Line2D([], [], color=INK, lw=1.2, ls=style) for style in STROKES.values()]
         names = [f"{name} before the failure" for name in setup.LAWS.values()]
         figure.legend(lines, names, loc="outside upper right", ncols=2, fontsize=8)
@@ -164,7 +164,7 @@ def _line_of_text(axes: Axes, row: int, law: str, kind: str, recovery: Recovery)
     if answer.angle is None:
         says = f"no rest, turns at {np.degrees(answer.for_ever.rate):.2g} deg/s or more"
     else:
-        missed = "no law gets there" if recovery.flight is None else "not settled"
+        missed = "no controller" if recovery.flight is None else "not settled"
         settle = recovery.settle
         when = missed if settle is None else f"settled at {settle:.5g} s"
         says = f"{np.degrees(answer.angle):.3g} deg off, {when}"

@@ -100,7 +100,7 @@ class Flight:
 
     @property
     def refuted(self) -> str:
-        """`frozen_argument`, followed by the errors at the end."""
+        """Sentence of `frozen_argument`, followed by the errors at the end."""
         pairs = zip(setup.ANGLE_NAMES, self.end, strict=True)
         ends = ", ".join(f"{angle} {value:.3g}" for angle, value in pairs)
         return f"{self.frozen_argument} Errors at {self.valid_until:.5g} s: {ends} rad."

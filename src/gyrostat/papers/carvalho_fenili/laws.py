@@ -72,7 +72,7 @@ class LinearQuadratic(eqx.Module):
     """M = -K x.
 
     Attributes:
-        gain: K, (3, 6).
+        gain: Gain K, (3, 6).
     """
 
     gain: Float[Array, "3 6"]
@@ -111,8 +111,8 @@ class StateDependent(eqx.Module):
     """M = -R^-1 B(x)' P(x) x of (11) and (12).
 
     Attributes:
-        state_weight: Q, (6, 6), the same for all runs of a batch.
-        input_weight: R, (3, 3), the same for all runs of a batch.
+        state_weight: Weight Q, (6, 6), the same for all runs of a batch.
+        input_weight: Weight R, (3, 3), the same for all runs of a batch.
     """
 
     state_weight: Float[Array, "6 6"]

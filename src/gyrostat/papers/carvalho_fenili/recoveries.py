@@ -121,7 +121,7 @@ def start() -> GyrostatState:
 
 
 def failing(case: str, time: float = setup.FAILURE) -> Gyrostat:
-    """Spacecraft without limits whose wheels of a case lose their torque at a time, s."""
+    """Spacecraft without wheel limits; the wheels of a case lose their torque at a time, s."""
     failures = WheelFailures.none(3)
     for wheel in setup.CASES[case]:
         failures = failures.torque_lost(wheel, time)
@@ -181,7 +181,7 @@ def recovered(onset: GyrostatState, cases: Mapping[str, Collection[str]]) -> Rec
 
 
 def without_limits(state: GyrostatState) -> Mapping[str, str]:
-    """Feasible attitude in a run without limits before the failure, in words by case.
+    """Case -> description of the feasible attitude, in a run without limits before the failure.
 
     Args:
         state: State at the failure in the run without limits.
@@ -201,7 +201,7 @@ def before_failure(run: Run) -> "Mapping[str, xr.Dataset]":
 
     Both laws are in one batch, because compiling takes longer than simulating.
     """
-    run.say("healthy wheels until the failure, by each law")
+    run.say("simulating healthy wheels until the failure under each law")
     chosen = [EitherLaw(np.array(law == "sdre")) for law in setup.LAWS for _ in range(2)]
     healthy = [Gyrostat(craft, WheelFailures.none(3)) for craft in (CRAFT, LIMITED)]
     flown = fly_on_wheels(chosen, 2 * healthy, setup.FAILURE, each=True)
@@ -235,7 +235,7 @@ def without_rest(run: Run) -> Part:
 
 def every_recovery(run: Run) -> Part:
     """All recoveries, and the end of one run with wheels and without recovery."""
-    run.say("every recovery")
+    run.say("simulating all recoveries")
     cases = {case: LOSSES for case, failed in setup.CASES.items() if failed}
     healthy = run.once(before_failure)
     found = {law: recovered(at_failure(one)[1], cases) for law, one in healthy.items()}

@@ -118,7 +118,7 @@ class ReducedGyrostat(Checked):
 
 
 class ReducedSensor(eqx.Module):
-    """Sensor of a reduced gyrostat without error.
+    """Error-free sensor of a reduced gyrostat.
 
     Attributes:
         gyrostat: Plant that is measured.

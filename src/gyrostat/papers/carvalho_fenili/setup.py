@@ -17,9 +17,9 @@ ANGLES = EulerAngles(phi=0.7, theta=0.8, psi=0.6)
 RATES = EulerAngles(phi=0.04, theta=0.04, psi=0.04)
 """Table 2: initial angles, rad, and rates, rad/s."""
 STATE_WEIGHT = np.diag([50.0, 50.0, 10.0, 10.0, 10.0, 10.0])
-"""Q of (19), for the order theta, theta', phi, phi', psi, psi' of (14)."""
+"""Weight Q of (19), for the order theta, theta', phi, phi', psi, psi' of (14)."""
 PRINTED_INPUT_WEIGHT = np.diag([50.0, 50.0, 100.0, 100.0, 100.0, 100.0])
-"""R of (20), for an input (0, M_x, 0, M_y, 0, M_z)."""
+"""Weight R of (20), for an input (0, M_x, 0, M_y, 0, M_z)."""
 INPUT_WEIGHT = PRINTED_INPUT_WEIGHT[1::2, 1::2]
 """Part of R of (20) that has an effect: M_x 50, M_y 100, M_z 100."""
 

@@ -36,7 +36,7 @@ Flights = Mapping[str, Mapping[str, Flight]]
 
 def flown(run: Run) -> Flights:
     """Simulate all cases with both laws."""
-    run.say(f"{len(setup.CASES)} cases by each law, evaluated at every stage")
+    run.say(f"{len(setup.CASES)} cases under each law, evaluated at every stage")
     with ThreadPoolExecutor() as beside:
         both = {law: beside.submit(flights, one) for law, one in laws().items()}
         return {law: found.result() for law, found in both.items()}

@@ -31,9 +31,9 @@ class EulerState(NamedTuple):
     """Attitude and motion on 3-1-3 angles, never reduced by whole turns.
 
     Attributes:
-        theta: second angle, about x, rad.
-        phi: first angle, about z, rad.
-        psi: third angle, about z, rad.
+        theta: Second angle, about x, rad.
+        phi: First angle, about z, rad.
+        psi: Third angle, about z, rad.
         theta_rate: Rate of theta, rad/s.
         phi_rate: Rate of phi, rad/s.
         psi_rate: Rate of psi, rad/s.
@@ -63,7 +63,7 @@ class BodyTorqueCommand(NamedTuple):
 
 
 class BodyRateRecord(NamedTuple):
-    """Recorded signals other than the angles.
+    """Recorded signals in addition to the state.
 
     Attributes:
         body_rate: Body rate in body axes, (3,), rad/s.
@@ -96,11 +96,13 @@ class TorqueDrivenBody(Checked):
         """Validate the failure times.
 
         Raises:
-            InputError: Not (3,), or before the start.
+            InputError: There are not three times, or one is before the start.
         """
         times = np.asarray(self.failure_time, float)
         if times.shape[-1:] != (3,):
-            raise InputError(f"failure time: found shape {times.shape}, expected (3,), one an axis")
+            raise InputError(
+                f"failure time: found shape {times.shape}, expected (3,), one per axis"
+            )
         if not np.all(times >= 0.0):
             found = times[~(times >= 0.0)].flat[0]
             raise InputError(
@@ -225,7 +227,7 @@ class EulerMeasurement(NamedTuple):
 
 
 class EulerSensor(eqx.Module):
-    """Sensor of angles and rates without error, as the paper's laws assume."""
+    """Error-free sensor of angles and rates, as the paper's laws assume."""
 
     def start(self, state: Any, period: Scalar) -> tuple[()]:
         """The sensor has no memory."""

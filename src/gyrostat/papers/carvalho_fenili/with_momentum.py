@@ -6,9 +6,9 @@ momentum of the failed wheel is uniform in +-2.9 N·m·s. The target is a feasib
 phase and roll, up to 180 deg away). The initial states, in turn:
 
         frozen    at rest with the momentum in all three wheels; the failed wheel keeps its own
-        emptied   the same; the failed wheel's momentum goes to the body at once (total <= 2.9)
-        drifting  any attitude; the working wheels stop the body as far as possible
-        tumbling  any attitude; momenta of the working wheels between zero and those of the target
+        emptied   the same; the failed wheel stops at once, and the body takes its momentum (total
+        <= 2.9) drifting  any attitude; the working wheels stop the body as far as possible tumbling
+        any attitude; momenta of the working wheels between zero and those of the target
 """
 
 import numpy as np

@@ -92,7 +92,7 @@ def own_start(run: Run) -> tuple[Flights, list[Outcome]]:
     every = flown([plain, *OTHERS], [setup.tuned()] * (1 + len(OTHERS)))
     flights["mec_frit"] = next(every)
     outcomes = outcomes_of(every)
-    run.say("the momentum computed from measurements")
+    run.say("simulating with the momentum computed from measurements")
     (flights["known_momentum"],) = flown([plain], [setup.law(momentum_measured=True)])
     return flights, outcomes
 

@@ -33,8 +33,9 @@ def dispersed_runs(run: Run) -> Part:
 def claimed(cases: Sequence[Case], found: Mapping[str, Outcome]) -> Part:
     """Values and figure of the dispersed runs.
 
-    cases: Dispersed cases, followed by the paper's own.
-    found: Key of a candidate -> its runs of all cases.
+    Args:
+        cases: Dispersed cases, followed by the paper's own.
+        found: Key of a candidate -> its runs of all cases.
     """
     own_settled = float(found[OURS.key].settled[-1])
     found = {key: Outcome(*(x[:-1] for x in one)) for key, one in found.items()}

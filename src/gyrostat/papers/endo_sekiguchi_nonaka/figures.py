@@ -51,7 +51,7 @@ def outputs(flights: Flights) -> Drawing:
 
 
 def pointing(flights: Flights) -> Drawing:
-    """Figure 7: pointing error, with the fixed gains beside the paper's runs."""
+    """Figure 7: pointing error of the paper's runs, and with fixed gains."""
     constant = [flight for name, flight in flights.items() if name.startswith("fixed_gain")]
     with panels(height=3.6) as (figure, axes):
         for flight in constant:
@@ -76,7 +76,7 @@ def gains(flights: Flights) -> Drawing:
             axes.plot(flight.time[EVERY], flight.gain[EVERY, row, column], **line)
         axes.set(xlim=(0.0, DURATION), xlabel="time (s)", ylabel="gain (1/s)")
         axes.legend(ncols=4)
-    caption = "Level where the dead zone holds the update."
+    caption = "Constant while the dead zone suspends the update."
     return Drawing("Compensation gain (Fig. 8)", figure, caption)
 
 
@@ -104,7 +104,7 @@ def dispersed_figure(quickest: Vector, found: Mapping[str, Outcome]) -> Drawing:
         limit = np.array([0.0, np.max(quickest)])
         left.plot(limit, 1.1 * limit + 40.0, color=MARK, lw=0.9, label="1.10 T + 40 s")
         left.plot(limit, limit, color=MEASURED, lw=0.9, label="T")
-        left.set(xlabel="quickest turn T (s)", ylabel="settled (s)")
+        left.set(xlabel="shortest possible slew T (s)", ylabel="settling time (s)")
         left.legend()
         colours = (MODEL, MARK, GREEN, MEASURED)
         for one, colour in zip((OURS, *SLOW), colours, strict=True):
@@ -112,7 +112,7 @@ def dispersed_figure(quickest: Vector, found: Mapping[str, Outcome]) -> Drawing:
             share = (1.0 + np.arange(len(error))) / len(error)
             right.semilogx(error, share, color=colour, lw=1.2, label=one.name)
         right.axvline(REQUIRED, color=INK, lw=0.8, ls=":")
-        right.set(xlabel="largest error in the judged window (deg)", ylabel="share of cases")
+        right.set(xlabel="largest error in the final window (deg)", ylabel="share of cases")
         right.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=2)
     return Drawing(
         f"{len(quickest)} dispersed cases",

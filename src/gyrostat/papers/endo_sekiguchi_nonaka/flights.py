@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 BLOCK = 8
 """Number of runs of 100 001 samples that are in memory together."""
 JUDGED = 7000.0
-"""Start of the interval in which errors are judged, s."""
+"""Start of the interval in which errors are evaluated, s."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class Flight:
 
 
 class Ideal(eqx.Module):
-    """Sensor of attitude, body rate and wheel speeds without error.
+    """Error-free sensor of attitude, body rate and wheel speeds.
 
     Attributes:
         plant: Plant that is measured.

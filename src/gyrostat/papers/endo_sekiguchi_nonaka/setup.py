@@ -20,19 +20,19 @@ ANGLE = np.deg2rad(30.0)
 """Initial rotation: axis in inertial space, and angle, rad."""
 BODY = np.diag([4000.0, 5000.0, 6000.0])
 WHEELS = np.diag([0.45, 0.225, 0.225]) + np.diag([0.225, 0.45, 0.225])
-"""J_w1 + J_w2, kg·m²."""
+"""Sum of the wheel inertias, J_w1 + J_w2, kg·m²."""
 ROTOR = 0.45
 """Inertia of a wheel about its axis, kg·m²."""
 EXCESS = np.diag([20.003, 25.003, 30.002])
-"""J_t - J_tn, kg·m²."""
+"""Inertia error J_t - J_tn, kg·m²."""
 MOMENTUM, FREQUENCY = 0.05, 1e-4
 """Amplitude, N·m·s, and frequency, Hz, of the total momentum."""
 PHASES = (0.0, 0.5 * np.pi, 0.0)
 """Phases of its sine, cosine and sine components, rad."""
 FEEDBACK = 9e-4
-"""F_1 and F_2, 1/s."""
+"""Feedback gains F_1 and F_2, 1/s."""
 FORGETTING, COVARIANCE, SMOOTHING, THRESHOLD = 0.995, 100.0, 0.45, 1.2e-4
-"""lambda, P(0), kappa, psi."""
+"""Parameters of FRIT: lambda, P(0), kappa, psi."""
 PERIOD, DURATION = 0.1, 10_000.0
 """Control period, and duration of a run (not printed: one period of the momentum), s."""
 REQUIRED = 0.05

@@ -92,7 +92,7 @@ def comparison(kalman: "xr.Dataset", plain: "xr.Dataset") -> Drawing:
     return Drawing(
         "With and without estimator (Fig. 5)",
         figure,
-        "Without the estimator, sign of (18) corrected, the momentum stops growing where the "
+        "Without the estimator (sign of (18) corrected), the momentum increases until the "
         "torque equals the friction.",
     )
 

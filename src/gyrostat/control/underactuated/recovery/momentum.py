@@ -94,12 +94,12 @@ class MomentumRecovery(Checked):
     def predicted(
         self, memory: MomentumRecoveryMemory, measurement: Any, command: WheelTorqueCommand
     ) -> MomentumRecoveryMemory:
-        """Memory one period later without a sample, from that of the rate loop.
+        """Memory after a period without a sample; that of the rate loop is predicted.
 
         Args:
             memory: Memory from the last sample.
             measurement: Unused.
-            command: Command that is sent instead.
+            command: Safe command that is sent.
         """
         wheels = self.law.wheels.predicted(memory.wheels, measurement, command)
         return memory._replace(wheels=wheels)

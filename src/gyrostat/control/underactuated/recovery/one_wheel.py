@@ -22,17 +22,17 @@ DAMPING = 1.0
 FOLLOWING = 2.0
 """Rate at which the wheel momentum follows its command, over |H|/J."""
 TORQUE_SHARE = 0.7
-"""Share of the torque limit that damping may use at the rate |H|/J."""
+"""Fraction of the torque limit that damping may use at the rate |H|/J."""
 LEAN = 0.4
 """Largest tilt of the steady spin, rad; it limits the roll that the regulator uses."""
 REACH = 0.4
-"""Largest k of the steady spin against a.b, as a share of a.b; it limits that roll too."""
+"""Largest k of the steady spin, as a fraction of a.b; it limits that roll too."""
 WIDEST = 1.5
 """Largest roll that the regulator uses, rad."""
 ROLL_WEIGHT = 1.0
 """Weight of the roll, with a weight of 1 for the tilt, both in rad."""
 STAYING = 0.3
-"""Roll by which a direction of rotation is kept beyond where the other is faster, rad."""
+"""Hysteresis of the direction of rotation: roll beyond the point where both are as fast, rad."""
 MOMENTUM_WEIGHT = 0.1
 """Weight of the wheel momentum over the total momentum."""
 TORQUE_WEIGHT = 0.3
@@ -72,9 +72,9 @@ class OneWheelRecovery(Checked):
 
         d/dt (t, k) = [[J^-1 [b]x, -J^-1 a], [0, 0]] (t, k) + (0, h'),
 
-    where t is the rotation from the target in body axes. The roll is limited to `widest_roll`, as
-    if the target were turned about H to be that near. The body then spins slowly about H, with tilt
-    and k within `LEAN` and `REACH`. The faster direction of rotation is taken.
+    where t is the rotation from the target in body axes. The regulator uses a roll limited to
+    `widest_roll`, as for a nearer target. The body then spins slowly about H, with tilt and k
+    within `LEAN` and `REACH`. The faster direction of rotation is taken.
 
     k is computed from attitude and rate, a.(b - b_d - J w), not from the wheel speed. The component
     of p along a is therefore not needed, and at rest J is not needed either.
@@ -247,18 +247,20 @@ def _checked_sine(inertia: types.Matrix, axis: types.Vector, body: types.Vector)
     """
     size = float(np.linalg.norm(body))
     if size == 0.0:
-        raise InputError("total momentum: found none, expected some: one wheel turns one axis only")
+        raise InputError(
+            "total momentum: found zero, expected more: one wheel alone controls one axis only"
+        )
     along, turned = body / size, np.linalg.solve(inertia, axis)
     if abs(axis @ along) < LEAST_SINE:
         raise InputError(
-            "target: found the momentum there at right angles to the axis of the working wheel "
-            "(a.b = 0), expected some along it: the turn about the momentum is out of its reach"
+            "target: found the momentum orthogonal to the axis of the working wheel there "
+            "(a.b = 0), expected a component along it: only this component changes the roll"
         )
     sine = float(np.linalg.norm(np.cross(along, turned / np.linalg.norm(turned))))
     if sine < LEAST_SINE:
         raise InputError(
-            "target: found that the working wheel turns the spacecraft about the momentum there "
-            "only (b x J^-1 a = 0), expected an angle between: the nutation is out of its reach"
+            "target: found a wheel that turns the spacecraft about the momentum only there "
+            "(b x J^-1 a = 0), expected an angle between them: it cannot damp the nutation"
         )
     return sine
 

@@ -29,7 +29,7 @@ LEAST_TILT = 1e-10
 RAMP_PEAK = 1.5
 """Largest slope of the ramp x^2 (3 - 2 x)."""
 RAMP_SHARE = 0.85
-"""Share of the acceleration limit that is used to speed up. The rest is for the change of the axis:
+"""Fraction of the acceleration limit for speeding up. The rest is for the change of the axis:
 (RAMP_SHARE slope / RAMP_PEAK)^2 + ramp^4 stays below 1."""
 
 

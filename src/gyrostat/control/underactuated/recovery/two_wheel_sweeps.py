@@ -81,7 +81,7 @@ class TwoWheelSweeps(eqx.Module):
         if not all(np.all(np.isfinite(limit[working])) for limit in limits):
             raise InputError(
                 "working wheels: found no limit of torque or momentum, expected finite ones: a "
-                "sweep is as fast as they let it be"
+                "sweep is timed by them"
             )
         inertia, normal = left.inertia, left.directions[:, 2]
         length = np.linalg.norm(inertia @ normal)
@@ -123,7 +123,7 @@ class TwoWheelSweeps(eqx.Module):
         return self.frame.T @ jnp.cross(self.drift, rotations.to_body(attitude, momentum))
 
     def torque(self, acceleration: Vector3, rate: Vector3, momentum: Vector3) -> PerWheel:
-        """Torques for an acceleration across z, scaled alike to their limits, (wheels,), N·m.
+        """Torques for an acceleration orthogonal to z, scaled to the limits, (wheels,), N·m.
 
         Args:
             acceleration: Acceleration in sweep axes, (3,), rad/s^2; the component along z is
@@ -141,7 +141,7 @@ class TwoWheelSweeps(eqx.Module):
 
         Args:
             momentum: Total momentum in body axes, (3,), N·m·s, which the wheels hold in addition.
-            share: Share of the wheels' limits that may be used.
+            share: Fraction of the wheels' limits that may be used.
 
         Returns:
             Rate, rad/s, and acceleration, rad/s^2.
@@ -169,7 +169,7 @@ class TwoWheelSweeps(eqx.Module):
             attitude: Attitude at its start, (4,).
             target: Attitude at its end, including the drift during the sweep, (4,).
             momentum: Total momentum in inertial axes, (3,), N·m·s.
-            share: Share of the wheels' limits that the sweep may use.
+            share: Fraction of the wheels' limits that the sweep may use.
         """
         turn = rotations.product(rotations.conjugate(attitude), target)
         turn = jnp.concatenate([turn[:1], self.frame.T @ turn[1:]])
@@ -192,9 +192,10 @@ class TwoWheelSweeps(eqx.Module):
         return jax.lax.while_loop(goes_on, aim, (turn, before, 0))[1]
 
     def drifted(self, sweep: Sweep, attitude: Quaternion, momentum: Vector3) -> Quaternion:
-        """Rotation D added by the drift: a sweep r ends at D r, in sweep axes at its start.
+        """Rotation D by which the drift changes the end of a sweep, in sweep axes at its start.
 
-        D' = D (r z) d with d the drift at the attitude D r, integrated by the midpoint rule.
+        A sweep r ends at D r. D' = D (r z) d, with d the drift at the attitude D r, is integrated
+        by the midpoint rule.
 
         Args:
             sweep: Sweep, from its start to its end.

@@ -14,8 +14,8 @@ from gyrostat.core.jax64 import jnp
 from gyrostat.spacecraft import Spacecraft
 
 SWING_TIME = 20.0
-"""Time, s. An error that a lean removes in this time needs no sweep, which would take as long or
-longer."""
+"""Time, s. An error that a lean (a small offset from the target) removes in this time needs no
+sweep, which would take as long or longer."""
 NO_LEVER = 1e-10
 """Size of the drift lever, 1/s, below which a lean has no effect."""
 
@@ -81,7 +81,7 @@ class ZeroMomentumRecovery(Checked):
         swing: Largest lean before the target is held, rad.
         lean_gain: Gain of the error along z, 1/s.
         frequency: Natural frequency of the tracking, which is critically damped, rad/s.
-        share: Share of the torque and momentum limits that a sweep may use.
+        share: Fraction of the torque and momentum limits that a sweep may use.
         rest_rate: Largest rate across z at which a sweep is planned, rad/s.
     """
 
