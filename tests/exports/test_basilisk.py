@@ -54,7 +54,7 @@ def test_it_says_what_is_lost():
     values = dict.fromkeys(names, 1e-3) | {"coulomb_positive": 8e-4, "coulomb_negative": 9e-4}
     uneven = module_of(DirectionalStribeck, **values)
     assert uneven["FRICTION"]["fCoulomb"] == pytest.approx(8.5e-4, rel=1e-15)
-    assert "off by 5e-05 N·m in each" in uneven["__doc__"]
+    assert "wrong by 5e-05 N·m in each" in uneven["__doc__"]
 
 
 def test_a_wheel_without_inertia_is_refused():

@@ -22,7 +22,7 @@ def test_the_scale_of_the_torques_rests_on_the_a_priori_alone(record):
         seen = fit.observability[name]
         assert not seen.observable
         assert abs(seen.significance) < 0.01
-        assert "known before" in seen.advice
+        assert "a-priori knowledge" in seen.advice
     assert fit.observability["initial_speed"].observable
 
 
