@@ -1,5 +1,7 @@
 """Identification of wheel models from bench records, with uncertainty."""
 
+from gyrostat.identification.acceptance import accept
+from gyrostat.identification.acceptance_lines import Acceptance
 from gyrostat.identification.averaging import Effect
 from gyrostat.identification.batch import identify
 from gyrostat.identification.coast import identify_coast
@@ -13,12 +15,14 @@ from gyrostat.identification.torque_step import identify_torque_step
 from gyrostat.identification.validation import Validation, validate
 
 __all__ = [
+    "Acceptance",
     "Candidate",
     "Effect",
     "Fit",
     "Observability",
     "TemperatureTrend",
     "Validation",
+    "accept",
     "compare",
     "identify",
     "identify_coast",

@@ -8,6 +8,7 @@ import jinja2
 from gyrostat.core.text import measured, plain
 from gyrostat.core.units import RPM, SI_UNIT
 from gyrostat.identification import Fit
+from gyrostat.identification.acceptance_text import HEADER, acceptance_rows
 from gyrostat.identification.fit_text import (
     effect_rows,
     parameter_rows,
@@ -92,6 +93,15 @@ def validation_page(validation: Validation, *, command: str) -> str:
     figure = figures.record_figure(
         validation.record, validation.predicted, validation.predicted_sigma, validation.noise
     )
+    acceptance = validation.acceptance
     return render(
-        "validation.html", validation=validation, command=command, figure=figures.svg(figure)
+        "validation.html",
+        validation=validation,
+        command=command,
+        figure=figures.svg(figure),
+        acceptance=acceptance,
+        header=HEADER,
+        lines=[]
+        if acceptance is None
+        else list(zip(acceptance_rows(acceptance), acceptance.lines, strict=True)),
     )
