@@ -236,16 +236,7 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
 
 
 def unit_of(text: str, dimension: str, where: str) -> Unit:
-    """Unit in which a quantity such as '4 rpm' is given.
-
-    Args:
-        text: Number with its unit; without a unit the number is in SI.
-        dimension: Key of `SI_UNIT`.
-        where: Place to name in the error message.
-
-    Raises:
-        InputError: As for `parse_quantity`.
-    """
+    """Unit in which a quantity such as '4 rpm' is given; see `parse_quantity`."""
     parse_quantity(text, dimension, where)
     match = _QUANTITY.fullmatch(text)
     assert match is not None

@@ -107,6 +107,8 @@ def stored_fit(fit: "Fit | str | os.PathLike[str]", *, force: bool = False) -> S
     try:
         found = _parsed(name, content)
         converged, impossible = content["converged"], content.get("impossible", ())
+    except InputError:
+        raise
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
         where = f"key {error}" if isinstance(error, KeyError) else "its content"
         raise InputError(

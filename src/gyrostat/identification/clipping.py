@@ -1,0 +1,84 @@
+"""Detect a clipped current that is constant between its steps, by the equation of motion.
+
+A current with noise shows its limit by exact repetitions (`gyrostat.telemetry.cut`). Steps without
+noise repeat anyway: that several of them have exactly the same largest size may be intended. They
+are clipped if the wheel accelerates as under a larger current.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.identification.findings import Finding
+from gyrostat.identification.signs import (
+    CLEARLY_BETTER,
+    FEWEST_WINDOWS,
+    WINDOWS,
+    filled_speed,
+    motion_regression,
+)
+from gyrostat.telemetry import Record
+from gyrostat.telemetry.cuts import segmented
+from gyrostat.telemetry.signals import runs
+
+STRETCHES = (2, 16)
+"""Smallest and largest number of stretches at the largest current that may be clipped."""
+EXCEEDED = 0.05
+"""Smallest excess of a true current over its limit that is reported, relative to the limit."""
+
+
+def _at_the_limit(record: Record) -> NDArray[np.bool_]:
+    """Whether the current has its largest size, (N,)."""
+    size = np.abs(record.current)
+    return size == np.max(size)
+
+
+def clipped_current(record: Record) -> Finding | None:
+    """Test whether the steps of largest current were larger than recorded.
+
+    Args:
+        record: Record as measured.
+
+    Returns:
+        The finding; None if the recorded current explains the motion.
+    """
+    at = _at_the_limit(record)
+    stretches = runs(at)
+    fewest, most = STRETCHES
+    if at.all() or not fewest <= len(stretches) <= most or len(record.time) < FEWEST_WINDOWS:
+        return None
+    own = np.zeros((len(at), len(stretches)))
+    for k, (first, last) in enumerate(stretches):
+        own[first:last, k] = record.current[first:last]
+    speed = filled_speed(record)
+    _, plain = motion_regression(record.time, record.current, speed)
+    found, better = motion_regression(record.time, record.current, speed, own)
+    if found[0] == 0.0 or not better < CLEARLY_BETTER * plain:
+        return None
+    excess = found[3:] / found[0]
+    if np.min(excess) < -EXCEEDED or np.max(excess) < EXCEEDED:
+        return None
+    evidence = WINDOWS * float(np.log(plain / max(better, np.finfo(float).tiny)))
+    limit = float(np.max(np.abs(record.current)))
+    title = f"current of {record.name} clipped at {limit:.4g} A: excess, share of the limit"
+    return Finding(
+        names=("clipped_current",),
+        titles=(title,),
+        value=float(np.max(excess)),
+        sigma=None,
+        unit="1",
+        significance=float(np.sqrt(evidence)),
+        evidence=evidence,
+    )
+
+
+def without_clipped(record: Record) -> Record:
+    """Cut the stretches of largest current out of a record.
+
+    Args:
+        record: Record with a clipped current.
+    """
+    at = _at_the_limit(record)
+    after = np.concatenate([[False], at[:-1]])
+    restart = after if record.restart is None else record.restart | after
+    note = f"current clipped: cut at {int(at.sum())} samples ({len(runs(at))} stretches)"
+    return segmented(record, restart, record.valid, (*record.notes, note))
