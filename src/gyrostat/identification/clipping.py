@@ -6,7 +6,6 @@ are clipped if the wheel accelerates as under a larger current.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyrostat.identification.findings import Finding
 from gyrostat.identification.signs import (
@@ -26,10 +25,10 @@ EXCEEDED = 0.05
 """Smallest excess of a true current over its limit that is reported, relative to the limit."""
 
 
-def _at_the_limit(record: Record) -> NDArray[np.bool_]:
-    """Whether the current has its largest size, (N,)."""
-    size = np.abs(record.current)
-    return size == np.max(size)
+def _stretches(record: Record) -> list[tuple[int, int]]:
+    """First index and index after the last of each stretch of largest current, of either sign."""
+    largest = np.max(np.abs(record.current))
+    return sorted(runs(record.current == largest) + runs(record.current == -largest))
 
 
 def clipped_current(record: Record) -> Finding | None:
@@ -41,12 +40,12 @@ def clipped_current(record: Record) -> Finding | None:
     Returns:
         The finding; None if the recorded current explains the motion.
     """
-    at = _at_the_limit(record)
-    stretches = runs(at)
+    stretches, count = _stretches(record), len(record.time)
     fewest, most = STRETCHES
-    if at.all() or not fewest <= len(stretches) <= most or len(record.time) < FEWEST_WINDOWS:
+    everything = sum(last - first for first, last in stretches) == count
+    if everything or not fewest <= len(stretches) <= most or count < FEWEST_WINDOWS:
         return None
-    own = np.zeros((len(at), len(stretches)))
+    own = np.zeros((count, len(stretches)))
     for k, (first, last) in enumerate(stretches):
         own[first:last, k] = record.current[first:last]
     speed = filled_speed(record)
@@ -77,8 +76,11 @@ def without_clipped(record: Record) -> Record:
     Args:
         record: Record with a clipped current.
     """
-    at = _at_the_limit(record)
-    after = np.concatenate([[False], at[:-1]])
-    restart = after if record.restart is None else record.restart | after
-    note = f"current clipped: cut at {int(at.sum())} samples ({len(runs(at))} stretches)"
-    return segmented(record, restart, record.valid, (*record.notes, note))
+    stretches = _stretches(record)
+    none = np.zeros(len(record.time), dtype=bool)
+    after = (none if record.restart is None else record.restart).copy()
+    for first, last in stretches:
+        after[first + 1 : last + 1] = True
+    samples = sum(last - first for first, last in stretches)
+    note = f"current clipped: cut at {samples} samples ({len(stretches)} stretches)"
+    return segmented(record, after, record.valid, (*record.notes, note))
