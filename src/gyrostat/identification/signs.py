@@ -41,8 +41,10 @@ TITLES = {
 
 
 def _smooth(values: Vector) -> Vector:
-    width = min(SMOOTHED, len(values))
-    return np.convolve(values, np.full(width, 1.0 / width), mode="same")
+    """Running mean; at both ends over the samples that there are."""
+    kernel = np.ones(min(SMOOTHED, len(values)))
+    count = np.convolve(np.ones(len(values)), kernel, mode="same")
+    return np.convolve(values, kernel, mode="same") / count
 
 
 def filled_speed(record: Record) -> Vector:
