@@ -199,6 +199,7 @@ def test_a_clipped_current_without_noise_is_named_and_cut_out(record):
     finding = clipped_current(lost)
     at = np.abs(lost.current) == np.abs(lost.current).max()
     true = np.abs(steps.current[at]).max() / np.abs(lost.current).max()
+    assert finding is not None
     assert finding.names == ("clipped_current",)
     assert finding.value == pytest.approx(true - 1.0, abs=0.05)
     rest = without_clipped(lost)

@@ -9,7 +9,6 @@ import numpy as np
 
 from gyrostat.identification.findings import Finding
 from gyrostat.identification.signs import (
-    CLEARLY_BETTER,
     FEWEST_WINDOWS,
     WINDOWS,
     filled_speed,
@@ -21,8 +20,12 @@ from gyrostat.telemetry.signals import runs
 
 STRETCHES = (2, 16)
 """Smallest and largest number of stretches at the largest current that may be clipped."""
-EXCEEDED = 0.05
-"""Smallest excess of a true current over its limit that is reported, relative to the limit."""
+EXCEEDED, BELOW = 0.1, -0.05
+"""Smallest excess of a true current over its limit that is reported, and smallest excess of any
+stretch, relative to the limit. A drift of friction by 10 % changes the torque by less."""
+CLEAR_F = 10.0
+"""Smallest F statistic of the regression with the true currents against that without: a hundred
+thousandth of records without clipping reach it by noise."""
 
 
 def _stretches(record: Record) -> list[tuple[int, int]]:
@@ -51,10 +54,12 @@ def clipped_current(record: Record) -> Finding | None:
     speed = filled_speed(record)
     _, plain = motion_regression(record.time, record.current, speed)
     found, better = motion_regression(record.time, record.current, speed, own)
-    if found[0] == 0.0 or not better < CLEARLY_BETTER * plain:
+    freedom = min(WINDOWS, count - 1) - len(found)
+    gain = (plain - better) / len(stretches)
+    if found[0] == 0.0 or freedom < 1 or not gain * freedom > CLEAR_F * better:
         return None
     excess = found[3:] / found[0]
-    if np.min(excess) < -EXCEEDED or np.max(excess) < EXCEEDED:
+    if np.min(excess) < BELOW or np.max(excess) < EXCEEDED:
         return None
     evidence = WINDOWS * float(np.log(plain / max(better, np.finfo(float).tiny)))
     limit = float(np.max(np.abs(record.current)))

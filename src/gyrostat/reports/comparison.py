@@ -57,7 +57,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 0.6 + 1.9 * len(names)))
         figure.subplots_adjust(
-            left=0.14, right=0.98, top=0.98, bottom=0.7 / (0.6 + 1.9 * len(names))
+            left=0.14, right=0.98, top=0.95, bottom=0.7 / (0.6 + 1.9 * len(names))
         )
         rows = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
         over_time = comparison.same_wheel and comparison.days is not None
@@ -84,9 +84,21 @@ def _parameter_axes(axes: Axes, comparison: Comparison, name: str, *, over_time:
         own = fit.names.index(name)
         unit = fit.units[own]
         place = fit.date if over_time else k
-        width = 2.0 * np.sqrt(fit.covariance[own, own])
+        variance = fit.covariance[own, own]
+        shared = [fit.tolerances[n] for n in comparison.shared if n in fit.tolerances]
+        common = sum(float(tolerance.errors[own]) ** 2 for tolerance in shared)
         color = MARK if label in marked else MODEL
-        axes.errorbar([place], [fit.values[own]], width, fmt="o", ms=4, color=color, capsize=3)  # pyright: ignore[reportArgumentType]
+        for part, line in ((variance, 0.9), (max(variance - common, 0.0), 2.5)):
+            axes.errorbar(
+                [place],  # pyright: ignore[reportArgumentType]
+                [fit.values[own]],
+                2.0 * np.sqrt(part),
+                fmt="o",
+                ms=4,
+                lw=line,
+                color=color,
+                capsize=3,
+            )
     first = min((fit.date for fit in comparison.fits if fit.date is not None), default=None)
     for trend in comparison.trends if over_time and first is not None else ():
         if trend.parameter == name and comparison.days is not None:
