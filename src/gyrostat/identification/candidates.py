@@ -98,7 +98,8 @@ class _Candidates:
         """Dry friction torque at speeds of 0 or more, N·m, of any shape."""
         own = {n: self.values[n] for n in self.prediction.model.dimensions()}
         friction, ahead = self.prediction.model(**own), jnp.ones(())
-        return np.asarray(friction.torque(speed, ahead) - friction.viscous_torque(speed, ahead))
+        speeds = jnp.asarray(speed)
+        return np.asarray(friction.torque(speeds, ahead) - friction.viscous_torque(speeds, ahead))
 
     def per_torque(self, linear: Linearisation) -> Vector:
         """Change of the speed at the end of each interval per torque in it, rad/s per N·m."""

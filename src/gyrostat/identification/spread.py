@@ -6,6 +6,7 @@ unknown variance (random-effects model).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -82,7 +83,7 @@ def line(time: Vector, values: Vector, covariance: Matrix) -> Line:
             spread = excess * spread
             t = abs(solved[1]) / np.sqrt(spread[1, 1])
             chance = max(chance, float(2.0 * student.sf(t, freedom)))
-    return Line(float(solved[0]), float(solved[1]), spread, chance)
+    return Line(float(solved[0]), float(solved[1]), np.asarray(spread), chance)
 
 
 @dataclass(frozen=True)
@@ -139,7 +140,8 @@ def between(values: Vector, covariance: Matrix) -> Spread:
         top = upper
         while excess(top) > 0.0:
             top *= 10.0
-        return float(brentq(excess, 0.0, top, xtol=1e-14 * upper))
+        root: Any = brentq(excess, 0.0, top, xtol=1e-14 * upper)
+        return float(root)
 
     ends = [variance_at(float(chi2.isf(p, freedom))) for p in (0.025, 0.975)]
     variance = variance_at(float(freedom))

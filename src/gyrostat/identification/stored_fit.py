@@ -94,7 +94,7 @@ def stored_fit(fit: "Fit | str | os.PathLike[str]", *, force: bool = False) -> S
     if isinstance(fit, str | os.PathLike):
         path = Path(fit)
         try:
-            content = json.loads(read_text(path, "fit.json of an identification", 100_000_000))
+            content: Any = json.loads(read_text(path, "fit.json of an identification", 100_000_000))
         except InputError:
             raise
         except (ValueError, RecursionError) as error:
@@ -106,7 +106,8 @@ def stored_fit(fit: "Fit | str | os.PathLike[str]", *, force: bool = False) -> S
         content, name = fit.to_dict(), ", ".join(record.name for record in fit.records)
     try:
         found = _parsed(name, content)
-        converged, impossible = content["converged"], content.get("impossible", ())
+        converged = content["converged"]
+        impossible = [str(reason) for reason in content.get("impossible", ())]
     except InputError:
         raise
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
@@ -118,7 +119,7 @@ def stored_fit(fit: "Fit | str | os.PathLike[str]", *, force: bool = False) -> S
         raise InputError(f"{name}: found a fit that did not converge, expected a valid one")
     if impossible and not force:
         raise InputError(
-            f"{name}: found a wheel that cannot exist ({'; '.join(map(str, impossible))}), "
+            f"{name}: found a wheel that cannot exist ({'; '.join(impossible)}), "
             "expected one that can; --force compares it nevertheless"
         )
     return found
