@@ -83,7 +83,7 @@ def line(time: Vector, values: Vector, covariance: Matrix) -> Line:
             spread = excess * spread
             t = abs(solved[1]) / np.sqrt(spread[1, 1])
             chance = max(chance, float(2.0 * student.sf(t, freedom)))
-    return Line(float(solved[0]), float(solved[1]), np.asarray(spread), chance)
+    return Line(float(solved[0]), float(solved[1]), np.asarray(spread, dtype=np.float64), chance)
 
 
 @dataclass(frozen=True)
