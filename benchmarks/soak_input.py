@@ -77,6 +77,24 @@ inertia = 0.015
 torque_limit = 0.1
 momentum_limit = 3.0
 """
+SHEET = """
+name = "one"
+[coulomb]
+maximum = "1 mN·m"
+source = "a"
+[[loss_torque]]
+speed = "200 rpm"
+maximum = "1 mN·m"
+source = "b"
+"""
+STORED = """
+{"model": "viscous-coulomb", "converged": true, "parameters": {
+  "coulomb": {"value": 1e-3, "sigma": 1e-5, "unit": "N·m"},
+  "viscous": {"value": 5e-6, "sigma": 2e-7, "unit": "N·m·s/rad"}},
+ "correlation": {"names": ["coulomb", "viscous"], "matrix": [[1.0, 0.1], [0.1, 1.0]]},
+ "tolerances": {"inertia": {"sigma": 0.01, "errors": {"coulomb": 1e-6, "viscous": 5e-9}}},
+ "metadata": [{"serial": "RW-7", "date": "2026-01-01"}]}
+"""
 SCENARIO = """
 name = "small"
 [run]
@@ -100,7 +118,7 @@ sigma = "3 %"
 """
 
 # verb -> weight, what stands without an option, options of the base command, other options
-RECORD, TOML = "record.csv", "model.toml"
+RECORD, TOML, FIT = "record.csv", "model.toml", "fit.json"
 VERBS = {
     "identify": (
         20,
@@ -124,7 +142,14 @@ VERBS = {
         10,
         (TOML, RECORD),
         {"--out": "out"},
-        {"--hold": "current_bias=0.001", "--current-hold": "linear", "--units": "speed=rpm"},
+        {"--hold": "current_bias=0.001", "--current-hold": "linear", "--units": "speed=rpm"}
+        | {"--sheet": "sheet.toml"},
+    ),
+    "compare": (
+        10,
+        (FIT, FIT),
+        {"--out": "out"},
+        {"--wheels": "different", "--dates": "2026-01-01,2026-04-01"},
     ),
     "bench": (
         20,
@@ -228,6 +253,7 @@ def _mutate(source, given, options, more, texts):
         given[source.randrange(len(given))] = source.choice(FILES)
     else:
         content = {RECORD: record(), TOML: MODEL, "craft.toml": CRAFT, "scenario.toml": SCENARIO}
+        content |= {FIT: STORED}
         named = [name for name in content if name in given]
         if "scenario.toml" in named:
             named.append("craft.toml")
@@ -288,7 +314,8 @@ def record():
 
 def place_files(folder, texts):
     """Write the files that commands name, some of them hostile, into an empty folder."""
-    own = {RECORD: record(), TOML: MODEL, "craft.toml": CRAFT, "scenario.toml": SCENARIO, **texts}
+    own = {RECORD: record(), TOML: MODEL, "craft.toml": CRAFT, "scenario.toml": SCENARIO}
+    own |= {FIT: STORED, "sheet.toml": SHEET, **texts}
     for name, text in own.items():
         (folder / name).write_text(text, encoding="utf-8", errors="replace")
     (folder / "FOLDER").mkdir()

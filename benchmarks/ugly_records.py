@@ -1,9 +1,9 @@
-"""Fifty ugly records: each ends in the right wheel, or in one line that names the true cause.
+"""Fifty-four ugly records: each ends in the right wheel, or in one line that names the true cause.
 
     python benchmarks/ugly_records.py [--only NAME] [--seed 70000]
 
 One wheel of known truth (`bench_wheels.py`, 150 s of profile 2 at 10 Hz, 2 rpm noise), spoiled in
-fifty ways, written as a file and read with `identify --model auto`. Right: motor constant and
+fifty-four ways, written as a file and read with `identify --model auto`. Right: motor constant and
 Coulomb torque within 4 sigma and 5 % of the truth. Named: a note, a warning or the error contains
 the words that say what is wrong.
 """
@@ -130,6 +130,10 @@ CASES = (
     Case("deg/s read as rad/s", spoiled(lambda r: {"speed": r.speed * 57.3}), ("deg/s read as",)),
     Case("mA read as A", spoiled(lambda r: {"current": 1e3 * r.current}), ("mA read as A",)),
     Case("A read as mA", spoiled(lambda r: {"current": 1e-3 * r.current}), ("A read as mA",)),
+    Case("ms read as s", spoiled(lambda r: {"time": 1e3 * r.time}), ("ms read as s",)),
+    Case("s read as ms", spoiled(lambda r: {"time": 1e-3 * r.time}), ("s read as ms",)),
+    Case("mrad/s read as rad/s", spoiled(lambda r: {"speed": 1e3 * r.speed}), ("mrad/s read as",)),
+    Case("krpm read as rpm", spoiled(lambda r: {"speed": 1e-3 * r.speed}), ("krpm read as",)),
     Case("no unit", spoiled(lambda r: {}, "time_s,current_A,speed"), ("no unit",)),
     Case("speed in rpm, said", spoiled(lambda r: {"speed": r.speed / RPM}, "t [s],i [A],w [rpm]")),
     # signs

@@ -27,6 +27,7 @@ from gyrostat.telemetry import read_record as read_record
 from gyrostat.verbs import bench as bench
 from gyrostat.verbs import cache as cache
 from gyrostat.verbs import campaign as campaign
+from gyrostat.verbs import compare as compare
 from gyrostat.verbs import export as export
 from gyrostat.verbs import feasible as feasible
 from gyrostat.verbs import identify as identify
@@ -41,7 +42,6 @@ from gyrostat.wheel import Tachometer as Tachometer
 from gyrostat.wheel import Wheel as Wheel
 from gyrostat.wheel import WheelArray as WheelArray
 from gyrostat.wheel import read_model as read_model
-from gyrostat.wheel.friction import DirectionalStribeck as DirectionalStribeck
 from gyrostat.wheel.friction import LuGre as LuGre
 from gyrostat.wheel.friction import Stribeck as Stribeck
 from gyrostat.wheel.friction import ViscousCoulomb as ViscousCoulomb

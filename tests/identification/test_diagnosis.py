@@ -5,14 +5,19 @@ import dataclasses
 import numpy as np
 import pytest
 
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import RPM
 from gyrostat.identification import identify
+from gyrostat.identification.clipping import clipped_current, without_clipped
 from gyrostat.identification.diagnosis import diagnose
 from gyrostat.identification.effects import Nuisance, TorqueNoise
+from gyrostat.identification.faults import wrong_units
 from gyrostat.identification.hypotheses import Segment, grid, whitened
 from gyrostat.identification.prediction import Linearisation
 from gyrostat.identification.signs import lost_sign, signed_current, signed_speed
 from gyrostat.identification.statistics import chi_square_tail
+from gyrostat.wheel import Wheel, speed_response
+from gyrostat.wheel.friction import Stribeck
 
 INERTIA = 1.5e-3
 
@@ -160,6 +165,64 @@ def test_slips_of_units_are_named(record, changed, factor, slip):
     fit = identify(changed(steps, speed=factor * steps.speed), inertia=INERTIA, white_noise=True)
     assert fit.findings[0].names == ("units",)
     assert slip in fit.findings[0].titles[0]
+
+
+@pytest.mark.parametrize(
+    ("fields", "slip"),
+    [
+        ({"time": 1e3}, "ms read as s"),
+        ({"time": 1e-3}, "s read as ms"),
+        ({"speed": 1e3}, "mrad/s read as rad/s"),
+        ({"speed": 1e-3}, "krpm read as rpm"),
+    ],
+)
+def test_thousandfold_slips_of_time_and_speed_are_named(record, truth, fields, slip):
+    """A slip scales the motor constant by a power law; only one slip makes all plausible."""
+    name, factor = next(iter(fields.items()))
+    steps = record()
+    wrong = dataclasses.replace(steps, **{name: factor * getattr(steps, name)})
+    motor = truth["stribeck"]["motor_constant"] * (factor if name == "speed" else 1.0 / factor)
+    known = {"motor_constant": motor, "inertia": INERTIA}
+    found = wrong_units(known, ("motor_constant",), [wrong])
+    assert found.titles[0].endswith(f"most likely {slip}")
+
+
+def clipped(steps, level):
+    """Record whose current is limited in size, without noise."""
+    limit = level * float(np.max(np.abs(steps.current)))
+    return dataclasses.replace(steps, current=np.clip(steps.current, -limit, limit))
+
+
+def test_a_clipped_current_without_noise_is_named_and_cut_out(record):
+    steps = record()
+    lost = clipped(steps, 0.7)
+    finding = clipped_current(lost)
+    at = np.abs(lost.current) == np.abs(lost.current).max()
+    true = np.abs(steps.current[at]).max() / np.abs(lost.current).max()
+    assert finding is not None
+    assert finding.names == ("clipped_current",)
+    assert finding.value == pytest.approx(true - 1.0, abs=0.05)
+    rest = without_clipped(lost)
+    assert clipped_current(rest) is None
+    inside = at[:-1]
+    starts = np.flatnonzero(rest.restart)
+    assert not np.any(np.isin(rest.time[starts], steps.time[1:][~inside]))
+    assert any("clipped" in note for note in rest.notes)
+
+
+def test_steps_of_equal_size_are_not_clipped(record, truth):
+    """The wheel accelerates as under the recorded current."""
+    steps = record()
+    assert clipped_current(steps) is None
+    lost = clipped(steps, 0.7)
+    friction = Stribeck(**{n: truth["stribeck"][n] for n in Stribeck.dimensions()})
+    wheel = Wheel(INERTIA, truth["stribeck"]["motor_constant"], friction)
+    speed, _ = jax.jit(speed_response)(
+        wheel, jnp.asarray(steps.time), jnp.asarray(lost.current), 0.0
+    )
+    noise = 0.5 * np.random.default_rng(1).standard_normal(len(steps.time))
+    equal = dataclasses.replace(lost, speed=np.asarray(speed) + noise)
+    assert clipped_current(equal) is None
 
 
 def test_a_pulse_counter_is_named(record, changed):

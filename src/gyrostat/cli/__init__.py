@@ -11,6 +11,7 @@ import typer
 from gyrostat.cli.arguments import say
 from gyrostat.cli.cache import cache
 from gyrostat.cli.campaign import campaign, replay, report, simulate
+from gyrostat.cli.comparison import compare
 from gyrostat.cli.export import export
 from gyrostat.cli.feasibility import feasible
 from gyrostat.cli.paper import reproduce
@@ -41,7 +42,7 @@ app = typer.Typer(
     rich_markup_mode=None,  # otherwise brackets in help texts are read as markup
 )
 for _verb in (
-    *(identify, validate, bench, feasible, recover),
+    *(identify, validate, compare, bench, feasible, recover),
     *(simulate, campaign, replay, report, export, reproduce, cache),
 ):
     app.command()(_keeping_programs(_verb))

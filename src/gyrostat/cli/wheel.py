@@ -110,6 +110,10 @@ def validate(
     model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
     record: Annotated[Path, typer.Argument(help="Record that the model was not fitted to.")],
     out: Out,
+    sheet: Annotated[
+        str | None,
+        typer.Option(help="Data sheet with acceptance limits: a .toml file, or a name of ours."),
+    ] = None,
     hold: Annotated[
         list[str] | None,
         typer.Option(help="current_bias=VALUE: current offset of the drive, not in model.toml."),
@@ -127,7 +131,8 @@ def validate(
     result = call(verbs.validate, locals(), command=command_line())
     if json_output:
         print_json(out / "validation.json")
-    if not (result.converged and result.holds):
+    rejected = result.acceptance is not None and result.acceptance.failed
+    if rejected or not (result.converged and result.holds):
         raise typer.Exit(1)
 
 

@@ -23,6 +23,7 @@ __all__ = [
     "parse_quantity",
     "parse_uncertain",
     "to_si",
+    "unit_of",
 ]
 
 RPM = 2.0 * math.pi / 60.0
@@ -232,6 +233,14 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
     unit = match[2].strip() or SI_UNIT[dimension]
     value = find_unit(unit, dimension, f"{where} {text[:40]!r}").to_si(float(match[1]))
     return magnitude(where, value, SI_UNIT[dimension], shown=repr(text[:40]))
+
+
+def unit_of(text: str, dimension: str, where: str) -> Unit:
+    """Unit in which a quantity such as '4 rpm' is given; see `parse_quantity`."""
+    parse_quantity(text, dimension, where)
+    match = _QUANTITY.fullmatch(text)
+    assert match is not None
+    return find_unit(match[2].strip() or SI_UNIT[dimension], dimension, where)
 
 
 _PLUS_MINUS = re.compile(r"\+/-|\+-|±")

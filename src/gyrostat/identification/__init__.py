@@ -1,30 +1,41 @@
 """Identification of wheel models from bench records, with uncertainty."""
 
+from gyrostat.identification.acceptance import accept
+from gyrostat.identification.acceptance_lines import Acceptance
 from gyrostat.identification.averaging import Effect
 from gyrostat.identification.batch import identify
 from gyrostat.identification.coast import identify_coast
 from gyrostat.identification.comparison import Candidate, compare
 from gyrostat.identification.fit import Fit
+from gyrostat.identification.fit_changes import Comparison
+from gyrostat.identification.fit_comparison import compare_fits
 from gyrostat.identification.methods import identify_dedicated
 from gyrostat.identification.observability import Observability
 from gyrostat.identification.steady import identify_steady
+from gyrostat.identification.stored_fit import StoredFit, stored_fit
 from gyrostat.identification.temperature import TemperatureTrend, temperature_trends
 from gyrostat.identification.torque_step import identify_torque_step
 from gyrostat.identification.validation import Validation, validate
 
 __all__ = [
+    "Acceptance",
     "Candidate",
+    "Comparison",
     "Effect",
     "Fit",
     "Observability",
+    "StoredFit",
     "TemperatureTrend",
     "Validation",
+    "accept",
     "compare",
+    "compare_fits",
     "identify",
     "identify_coast",
     "identify_dedicated",
     "identify_steady",
     "identify_torque_step",
+    "stored_fit",
     "temperature_trends",
     "validate",
 ]

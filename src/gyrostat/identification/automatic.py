@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from gyrostat.core.errors import InputError
+from gyrostat.identification.clipping import clipped_current, without_clipped
 from gyrostat.identification.findings import Finding
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.prediction import SpeedPrediction, friction_model
@@ -73,11 +74,11 @@ class _Choice:
 
 
 def _restored(record: Record) -> Record:
-    """Record with a missing sign restored."""
+    """Record with a missing sign restored and stretches of clipped current cut out."""
     finding = lost_sign(record)
-    if finding is None:
-        return record
-    return RESTORE[finding.names[0]](record) or record
+    if finding is not None:
+        record = RESTORE[finding.names[0]](record) or record
+    return record if clipped_current(record) is None else without_clipped(record)
 
 
 def identify_automatically(
@@ -93,9 +94,9 @@ def identify_automatically(
 ) -> Fit:
     """Identify a wheel with the model that its records support.
 
-    Missing signs are restored. The simplest friction model is fitted. The effects that the
-    diagnosis finds are then included, the one with most evidence first, until no further effect can
-    be included. A step that leads to no valid wheel is undone.
+    Missing signs are restored and clipped currents are cut out. The simplest friction model is
+    fitted. The effects that the diagnosis finds are then included, the one with most evidence
+    first, until no further effect can be included. A step that leads to no valid wheel is undone.
 
     Args:
         identify: `gyrostat.identification.identify`.

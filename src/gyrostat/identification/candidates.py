@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from gyrostat.core.jax64 import jnp
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.effects import Nuisance, accumulated
 from gyrostat.identification.prediction import Linearisation, SpeedPrediction
@@ -64,6 +65,12 @@ def _clipped(current: Vector) -> Matrix | None:
     return (np.where(at, current, 0.0)[:, None] * runs)[:-1]
 
 
+def _inside(linear: Linearisation) -> Matrix:
+    """Speed at points inside each interval, (N - 1, SUBSTEPS), rad/s."""
+    share = (np.arange(SUBSTEPS) + 0.5) / SUBSTEPS
+    return linear.speed[:-1, None] + share * np.diff(linear.speed)[:, None]
+
+
 class _Candidates:
     """Builder of the candidates for one fit."""
 
@@ -86,6 +93,13 @@ class _Candidates:
     def torque(self, linear: Linearisation, names: Sequence[str]) -> Vector:
         """Change of the speed in each interval by the torque of some friction parameters."""
         return np.sum([self.values[n] * self.local(linear, n) for n in names], axis=0)
+
+    def dry_torque(self, speed: Matrix) -> Matrix:
+        """Dry friction torque at speeds of 0 or more, N·m, of any shape."""
+        own = {n: self.values[n] for n in self.prediction.model.dimensions()}
+        friction, ahead = self.prediction.model(**own), jnp.ones(())
+        speeds = jnp.asarray(speed)
+        return np.asarray(friction.torque(speeds, ahead) - friction.viscous_torque(speeds, ahead))
 
     def per_torque(self, linear: Linearisation) -> Vector:
         """Change of the speed at the end of each interval per torque in it, rad/s per N·m."""
@@ -153,8 +167,13 @@ def candidates(
     def sense(linear: Linearisation) -> Vector:
         return np.sign(linear.speed[1:] + linear.speed[:-1])
 
-    def one_sided(names: Sequence[str]) -> Shape:
-        return lambda _, linear: (sense(linear) * make.torque(linear, names))[:, None]
+    def one_sided_dry(_, linear: Linearisation) -> Matrix:
+        # constant in sign: where the wheel turns back within an interval, as elsewhere
+        dry = make.dry_torque(np.abs(_inside(linear)))
+        return (-np.mean(dry, axis=1) * make.per_torque(linear))[:, None]
+
+    def one_sided_viscous(_, linear: Linearisation) -> Matrix:
+        return (sense(linear) * make.torque(linear, make.viscous))[:, None]
 
     if not any(np.any(each.jacobian[:, prediction.names.index("current_bias")]) for each in linear):
         return []
@@ -165,9 +184,9 @@ def candidates(
         lambda _, each: make.local(each, "current_bias")[:, None],
     )
     if len(make.viscous) == 1:
-        make.add("asymmetry", "direction asymmetry of the dry friction", "1", one_sided(make.dry))
+        make.add("asymmetry", "direction asymmetry of the dry friction", "1", one_sided_dry)
         title = "direction asymmetry of the viscous friction"
-        make.add("viscous_asymmetry", title, "1", one_sided(make.viscous))
+        make.add("viscous_asymmetry", title, "1", one_sided_viscous)
     title = "drift of the dry friction over half the record"
     make.add("coulomb_drift", title, "1", scaled(make.dry, _share_of_time), each=True)
     for names, name, what in (
@@ -204,9 +223,7 @@ def candidates(
     if not prediction.model.vanishing_at:
 
         def rise(_, linear: Linearisation) -> Matrix:
-            share = (np.arange(SUBSTEPS) + 0.5) / SUBSTEPS
-            start, change = linear.speed[:-1, None], np.diff(linear.speed)[:, None]
-            speed = start + share * change
+            speed = _inside(linear)
             bend = np.sign(speed) * np.exp(-((speed / DEFAULT_STRIBECK_SPEED) ** 2))
             return (-level * np.mean(bend, axis=1) * make.per_torque(linear))[:, None]
 

@@ -264,7 +264,7 @@ def with_tolerances(fit: Fit, errors: Propagated, tolerances: Mapping[str, float
         return replace(fit, covariance=covariance + errors.covariance(), tolerances=errors)
     inertia = fit.held["inertia"]
     row = np.where(np.array(errors.names) == "inertia", tolerances["inertia"] * inertia, 0.0)
-    errors = Propagated(errors.names, np.vstack([errors.roots, row]))
+    errors = replace(errors, roots=np.vstack([errors.roots, row]))
     size = len(names)
     every = errors.covariance()
     every[:size, :size] += covariance

@@ -6,6 +6,7 @@ import numpy as np
 
 from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
+from gyrostat.identification.clipping import clipped_current
 from gyrostat.identification.findings import Finding
 from gyrostat.identification.loss import Loss, Quadratic
 from gyrostat.identification.signs import lost_sign
@@ -23,8 +24,9 @@ COARSE = 1.0
 WHOLE = 0.02
 """Largest relative deviation of a counter's pulses per revolution from an integer."""
 
-FASTEST = 1500.0
-"""Speed above that of any ball-bearing reaction wheel: 14 000 rpm, in rad/s."""
+FASTEST, SLOWEST = 1500.0, 0.1
+"""Speed above that of any ball-bearing reaction wheel, 14 000 rpm, and largest speed of a record
+below which no tachometer shows a motion, 1 rpm, in rad/s."""
 LARGEST_CURRENT, SMALLEST_CURRENT = 50.0, 1e-3
 """Currents above that of any reaction wheel drive and below that which turns any wheel, A."""
 BACK_EMF = 60.0
@@ -44,10 +46,14 @@ SPEED_FACTORS = {
     "rad/s read as rev/s": 0.5 / np.pi,
     "deg/s read as rad/s": np.pi / 180.0,
     "rad/s read as deg/s": 180.0 / np.pi,
+    "mrad/s read as rad/s": 1e-3,
+    "krpm read as rpm": 1e3,
 }
 """Wrong unit -> true divided by recorded speed."""
 CURRENT_FACTORS = {"mA read as A": 1e-3, "A read as mA": 1e3}
 """Wrong unit -> true divided by recorded current."""
+TIME_FACTORS = {"ms read as s": 1e-3, "s read as ms": 1e3}
+"""Wrong unit -> true divided by recorded time."""
 
 
 def outliers(record: Record, residual: Vector) -> Finding | None:
@@ -128,6 +134,8 @@ def implausible(
     found = []
     if speed > FASTEST:
         found.append(f"the wheel reaches {speed:.0f} rad/s = {speed / RPM:.0f} rpm")
+    elif 0.0 < speed < SLOWEST:
+        found.append(f"the wheel reaches only {speed:.3g} rad/s = {speed / RPM:.3g} rpm")
     if motor * speed > BACK_EMF:
         found.append(
             f"k_m times the largest speed is a back-EMF of {motor * speed:.0f} V, above any "
@@ -164,12 +172,13 @@ def wrong_units(
     if not why:
         return None
 
-    def cures(of_speed: float, of_current: float) -> bool:
-        scaled = None if motor is None else motor * of_speed / of_current
+    def cures(of_speed: float = 1.0, of_current: float = 1.0, of_time: float = 1.0) -> bool:
+        scaled = None if motor is None else motor * of_speed / (of_current * of_time)
         return not implausible(scaled, inertia, of_speed * speed, of_current * current)
 
-    slips = [slip for slip, factor in SPEED_FACTORS.items() if cures(factor, 1.0)]
-    slips += [slip for slip, factor in CURRENT_FACTORS.items() if cures(1.0, factor)]
+    slips = [slip for slip, factor in SPEED_FACTORS.items() if cures(of_speed=factor)]
+    slips += [slip for slip, factor in CURRENT_FACTORS.items() if cures(of_current=factor)]
+    slips += [slip for slip, factor in TIME_FACTORS.items() if cures(of_time=factor)]
     cause = f"most likely {' or '.join(slips)}" if slips else "no single wrong unit explains it"
     title = f"implausible units: {'; '.join(why)}; {cause}"
     return certain("units", title)
@@ -205,7 +214,7 @@ def found_in(record: Record, residual: Vector, loss: Loss) -> list[Finding]:
         residual: Measured minus modelled speed, (N,), rad/s; NaN where missing.
         loss: Loss of the fit; with a robust one, outliers are not reported.
     """
-    seen = [lost_sign(record), counter(record, residual)]
+    seen = [lost_sign(record), clipped_current(record), counter(record, residual)]
     if isinstance(loss, Quadratic):
         seen.append(outliers(record, residual))
     return [finding for finding in seen if finding is not None]

@@ -3,6 +3,8 @@
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gyrostat.core.units import SI_UNIT
 
 if TYPE_CHECKING:
@@ -41,6 +43,7 @@ def content(fit: "Fit") -> dict[str, object]:
             }
             for k, name in enumerate(fit.names)
         },
+        "tolerances": _tolerances(fit),
         "correlation": {"names": list(fit.names), "matrix": fit.correlation.tolist()},
         "held": dict(fit.held),
         "effects": [effect.to_dict() for effect in fit.effects],
@@ -50,6 +53,9 @@ def content(fit: "Fit") -> dict[str, object]:
         "choices": list(fit.choices),
         "records": [r.name for r in fit.records],
         "metadata": [dict(r.metadata) for r in fit.records],
+        "mean_temperature": [
+            None if r.temperature is None else float(np.mean(r.temperature)) for r in fit.records
+        ],
         "notes": [list(r.notes) for r in fit.records],
         "impossible": list(fit.impossible),
         "warnings": list(fit.warnings),
@@ -59,3 +65,16 @@ def content(fit: "Fit") -> dict[str, object]:
     if fit.temperatures:
         found["temperature"] = [trend.to_dict() for trend in fit.temperatures]
     return found
+
+
+def _tolerances(fit: "Fit") -> dict[str, dict[str, object]]:
+    """Error of each parameter, SI, per standard deviation of each stated tolerance."""
+    if fit.tolerances is None:
+        return {}
+    return {
+        name: {
+            "sigma": fit.tolerances.sigmas[k],
+            "errors": dict(zip(fit.names, fit.tolerances.roots[:, k].tolist(), strict=True)),
+        }
+        for k, name in enumerate(fit.tolerances.names)
+    }

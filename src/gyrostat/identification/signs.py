@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gyrostat.core.types import Vector
+from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.findings import Finding
 from gyrostat.identification.statistics import noise_level
 from gyrostat.telemetry import Record
@@ -41,24 +41,45 @@ TITLES = {
 
 
 def _smooth(values: Vector) -> Vector:
-    width = min(SMOOTHED, len(values))
-    return np.convolve(values, np.full(width, 1.0 / width), mode="same")
+    """Running mean; at both ends over the samples that there are."""
+    kernel = np.ones(min(SMOOTHED, len(values)))
+    count = np.convolve(np.ones(len(values)), kernel, mode="same")
+    return np.convolve(values, kernel, mode="same") / count
 
 
-def _filled(record: Record) -> Vector:
+def filled_speed(record: Record) -> Vector:
     """Speed with missing samples interpolated linearly, (N,)."""
     return np.interp(record.time, record.time[record.valid], record.speed[record.valid])
 
 
-def _regression(time: Vector, current: Vector, speed: Vector) -> tuple[Vector, float]:
-    """Equation of motion over windows: k_m/J, b/J and c/J, and the residual sum of squares."""
+def motion_regression(
+    time: Vector, current: Vector, speed: Vector, further: Matrix | None = None
+) -> tuple[Vector, float]:
+    """Regress the change of the speed over windows on current, speed and sense of rotation.
+
+    Args:
+        time: Time, (N,), s.
+        current: Current, (N,), A.
+        speed: Speed without missing samples, (N,), rad/s.
+        further: Further currents, (N, k), A, each with a coefficient of its own.
+
+    Returns:
+        k_m/J, b/J, c/J and the k further coefficients, and the residual sum of squares.
+    """
     edges = np.unique(np.linspace(0, len(time) - 1, WINDOWS + 1).astype(int))
     smooth = _smooth(speed)
 
     def change(rates: Vector) -> Vector:
         return np.diff(np.concatenate([[0.0], np.cumsum(rates[:-1] * np.diff(time))])[edges])
 
-    rows = np.column_stack([change(current), -change(smooth), -change(np.sign(smooth))])
+    rows = np.column_stack(
+        [
+            change(current),
+            -change(smooth),
+            -change(np.sign(smooth)),
+            *(change(own) for own in ([] if further is None else further.T)),
+        ]
+    )
     right = np.diff(smooth[edges])
     size = np.linalg.norm(rows, axis=0)
     size = np.where(size > 0.0, size, 1.0)
@@ -82,7 +103,7 @@ def signed_speed(record: Record) -> Record | None:
     Returns:
         A copy with the sign restored; None if the speed never touches zero.
     """
-    size: Vector = np.abs(_filled(record))
+    size: Vector = np.abs(filled_speed(record))
     level = max(TOUCHES * float(size.max()), CLEAR * noise_level(size))
     # long runs of missing speeds may include zero: tachometers fail at low speed
     low = (_smooth(size) < level) | (_smooth(record.valid.astype(np.float64)) < MISSING)
@@ -113,15 +134,15 @@ def signed_current(record: Record) -> Record:
     """
     size, source = np.abs(record.current), "setpoint"
     if record.setpoint is not None and np.any(record.setpoint):
-        guide = np.where(record.setpoint == 0.0, _filled(record), record.setpoint)
+        guide = np.where(record.setpoint == 0.0, filled_speed(record), record.setpoint)
     else:
         source = "the torque"
-        speed = _smooth(_filled(record))
+        speed = _smooth(filled_speed(record))
         acceleration = _smooth(np.gradient(speed, record.time))
         guide = acceleration
         for _ in range(ROUNDS):
             signed = np.where(guide < 0.0, -size, size)
-            (_, viscous, coulomb), _ = _regression(record.time, signed, speed)
+            (_, viscous, coulomb), _ = motion_regression(record.time, signed, speed)
             guide = acceleration + max(viscous, 0.0) * speed + max(coulomb, 0.0) * np.sign(speed)
     current = np.where(guide < 0.0, -size, size)
     return replace(
@@ -142,7 +163,7 @@ def lost_sign(record: Record) -> Finding | None:
     Returns:
         The finding; None if both have their signs.
     """
-    speed = _filled(record)
+    speed = filled_speed(record)
     noise = CLEAR * noise_level(record.speed[record.valid])
     clear = max(noise, TOUCHES * float(np.max(np.abs(speed))))
     # smoothed, because the sign of single noisy samples at rest is random
@@ -158,8 +179,8 @@ def lost_sign(record: Record) -> Finding | None:
         name, other = "unsigned_speed", signed_speed(record)
         if other is None or np.min(_smooth(speed)) < -clear:
             return None
-    _, own = _regression(record.time, record.current, speed)
-    _, better = _regression(record.time, other.current, _filled(other))
+    _, own = motion_regression(record.time, record.current, speed)
+    _, better = motion_regression(record.time, other.current, filled_speed(other))
     if not better < CLEARLY_BETTER * own:
         return None
     evidence = WINDOWS * float(np.log(own / max(better, np.finfo(float).tiny)))

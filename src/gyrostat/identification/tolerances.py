@@ -28,10 +28,12 @@ class Propagated:
     Attributes:
         names: Names of the k tolerances.
         roots: True value minus estimate for an error of one sigma of each tolerance, (n, k), SI.
+        sigmas: Relative tolerances, one sigma, (k,).
     """
 
     names: tuple[str, ...]
     roots: Matrix
+    sigmas: tuple[float, ...]
 
     def covariance(self) -> Matrix:
         """Contribution to the covariance of the estimates, (n, n)."""
@@ -118,7 +120,7 @@ def propagate(
     # the true parameters compensate for the error of the given quantity
     target = -np.vstack([*right, np.zeros((len(size), len(names)))])
     roots = np.linalg.lstsq(system, target, rcond=1e-12)[0] / size[:, None]
-    return Propagated(names, roots)
+    return Propagated(names, roots, tuple(tolerances.values()))
 
 
 DEDICATED: dict[str, dict[str, dict[str, float]]] = {
@@ -158,4 +160,4 @@ def propagate_dedicated(
     exponents = [[law.get(d, {}).get(name, 0.0) for name in tolerances] for d in dimensions]
     sigmas = np.array(list(tolerances.values()))
     roots = np.array(exponents).reshape(len(dimensions), len(sigmas)) * sigmas * values[:, None]
-    return Propagated(tuple(tolerances), roots)
+    return Propagated(tuple(tolerances), roots, tuple(tolerances.values()))

@@ -7,6 +7,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.acceptance_lines import Acceptance
 from gyrostat.identification.checks import check_signals
 from gyrostat.identification.least_squares import UNFINISHED, Evaluation, Prior, minimise
 from gyrostat.identification.loss import Quadratic
@@ -57,6 +58,10 @@ class Validation:
         predicted_sigma: Standard deviation of the modelled speed from the uncertain parameters,
             (N,), rad/s.
         inside: Fraction of the speeds within the 95 % prediction interval (parameters and noise).
+        names: Parameters whose standard deviation is known.
+        information: Information matrix of these n parameters from this record alone, in white noise
+            and with the initial speeds unknown, (n, n), SI.
+        acceptance: Judgement against a data sheet; None without one.
     """
 
     record: Record
@@ -73,6 +78,9 @@ class Validation:
     converged: bool
     predicted_sigma: Vector
     inside: float
+    names: tuple[str, ...]
+    information: Matrix
+    acceptance: Acceptance | None = None
 
     @property
     def holds(self) -> bool:
@@ -106,6 +114,7 @@ class Validation:
             "samples": self.samples,
             "crossings": self.crossings,
             "residuals": None if self.whiteness is None else self.whiteness.to_dict(),
+            "acceptance": None if self.acceptance is None else self.acceptance.to_dict(),
         }
 
 
@@ -153,25 +162,18 @@ def _best_prediction(
     return float(initial[0]), predicted[0], bool(found)
 
 
-def _spread(
-    prediction: SpeedPrediction,
-    linear: Linearisation,
-    covariance: tuple[Sequence[str], Matrix] | None,
-) -> Vector:
-    """Standard deviation of the modelled speed from the uncertain parameters, (N,), rad/s.
+def _own_columns(
+    prediction: SpeedPrediction, linear: Linearisation, names: Sequence[str]
+) -> Matrix:
+    """Derivatives of the speed by parameters, (N, n), with the initial speeds refitted.
 
-    The initial speeds are refitted for every choice of the parameters; the part of the spread that
-    they compensate is removed.
+    The initial speeds are refitted for every choice of the parameters; the part of a derivative
+    that they compensate is removed.
     """
-    record = prediction.records[0]
-    if covariance is None:
-        return np.zeros(len(record.time))
-    names, matrix = covariance
     columns = linear.jacobian[:, [prediction.names.index(n) for n in names]]
     own = linear.jacobian[:, -len(prediction.initial_speeds) :]
-    used = record.valid
-    columns = columns - own @ np.linalg.lstsq(own[used], columns[used], rcond=1e-10)[0]
-    return np.sqrt(np.maximum(np.einsum("mi,ij,mj->m", columns, matrix, columns), 0.0))
+    used = prediction.records[0].valid
+    return columns - own @ np.linalg.lstsq(own[used], columns[used], rcond=1e-10)[0]
 
 
 def validate(
@@ -200,10 +202,14 @@ def validate(
     noise = noise_level(record.speed[record.valid])
     prediction = SpeedPrediction([record], model, current_hold)
     initial, linear, found = _best_prediction(prediction, values, noise)
-    speed, spread = linear.speed, _spread(prediction, linear, covariance)
+    names, matrix = covariance or ((), np.zeros((0, 0)))
+    columns = _own_columns(prediction, linear, names)
+    variance = np.einsum("mi,ij,mj->m", columns, matrix, columns)
+    speed, spread = linear.speed, np.sqrt(np.maximum(variance, 0.0))
     residual = record.speed - speed
     used = residual[record.valid]
     exact = NUMERICAL_NOISE * float(np.sqrt(np.mean(speed**2)))
+    level = float(np.hypot(noise, exact)) or 1.0
     width = INTERVAL * np.sqrt(spread**2 + noise**2 + exact**2)
     changes = crossing_times(record.time, speed, noise)
     near = np.zeros(len(record.time), dtype=bool)
@@ -225,4 +231,6 @@ def validate(
         converged=bool(found),
         predicted_sigma=spread,
         inside=float(np.mean(np.abs(used) <= width[record.valid])),
+        names=tuple(names),
+        information=columns[record.valid].T @ columns[record.valid] / level**2,
     )

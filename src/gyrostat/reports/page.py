@@ -3,6 +3,7 @@
 from gyrostat.core.text import measured
 from gyrostat.core.units import SI_UNIT
 from gyrostat.identification import Fit
+from gyrostat.identification.acceptance_text import HEADER, acceptance_rows
 from gyrostat.identification.fit_text import (
     effect_rows,
     parameter_rows,
@@ -66,4 +67,15 @@ def validation_page(validation: Validation, *, command: str) -> str:
     figure = figures.record_figure(
         validation.record, validation.predicted, validation.predicted_sigma, validation.noise
     )
-    return render("validation.html", validation=validation, command=command, figure=svg(figure))
+    acceptance = validation.acceptance
+    return render(
+        "validation.html",
+        validation=validation,
+        command=command,
+        figure=svg(figure),
+        acceptance=acceptance,
+        header=HEADER,
+        lines=[]
+        if acceptance is None
+        else list(zip(acceptance_rows(acceptance), acceptance.lines, strict=True)),
+    )

@@ -1,5 +1,6 @@
 """Split a record at unusable intervals: gaps, a frozen tachometer, a clipped current."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -103,10 +104,26 @@ def cut(record: Record) -> Record:
             "into segments with their own initial speed"
         )
     restart = np.concatenate([[False], gaps | clipped[:-1]])
-    valid = record.valid & ~frozen
+    return segmented(record, restart, record.valid & ~frozen, notes)
+
+
+def segmented(
+    record: Record, restart: NDArray[np.bool_], valid: NDArray[np.bool_], notes: Sequence[str]
+) -> Record:
+    """Split a record into segments; those with fewer than two speeds are omitted.
+
+    Args:
+        record: Record.
+        restart: Whether a segment begins at the sample, (N,).
+        valid: Whether the speed sample is present, (N,).
+        notes: Notes of the result.
+
+    Returns:
+        The record with `restart`; the same record if no segment has two speeds.
+    """
     if record.averaged:
         # this mean covers an interval outside the segment
-        valid &= ~restart
+        valid = valid & ~restart
     kept = np.ones(len(restart), dtype=bool)
     starts = [0, *np.flatnonzero(restart).tolist(), len(restart)]
     for first, last in pairwise(starts):

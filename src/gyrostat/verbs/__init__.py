@@ -6,6 +6,7 @@ function passes messages for the user to `say`, which drops them by default.
 """
 
 from gyrostat.verbs.cache import cache
+from gyrostat.verbs.comparison import compare
 from gyrostat.verbs.exports import export
 from gyrostat.verbs.failures import feasible, recover
 from gyrostat.verbs.identification import identify
@@ -17,6 +18,7 @@ __all__ = [
     "bench",
     "cache",
     "campaign",
+    "compare",
     "export",
     "feasible",
     "identify",

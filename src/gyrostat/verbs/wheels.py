@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +22,7 @@ from gyrostat.verbs.wheel_arguments import HOLDS, load_records, parameters_in_si
 if TYPE_CHECKING:
     from gyrostat.identification import Fit, Validation
     from gyrostat.telemetry import Record
-    from gyrostat.wheel import Wheel, WheelModel
+    from gyrostat.wheel import Wheel, WheelModel, WheelSheet
 
 
 def validate(
@@ -29,6 +30,7 @@ def validate(
     record: "Record | str | Path",
     out: "str | Path | None" = None,
     *,
+    sheet: "WheelSheet | str | Path | None" = None,
     hold: Named = None,
     current_hold: str = "zero-order",
     columns: Mapping[str, str] | str | None = None,
@@ -46,6 +48,8 @@ def validate(
         model: Wheel, its model, an identification, or path of model.toml.
         record: Record that the model was not fitted to, or its path.
         out: Folder for validation.json and validation.html; None writes no file.
+        sheet: Data sheet with acceptance limits: a sheet, its path, or the name of one in the
+            package.
         hold: {"current_bias": value}, offset of the drive, A.
         current_hold: Current between samples: "zero-order" or "linear".
         columns: Role -> column of the file.
@@ -59,21 +63,26 @@ def validate(
         command: Text that the page names as its origin.
 
     Returns:
-        Residuals, the fraction of samples inside the prediction interval and the verdict `holds`.
-        The result is valid if it has `converged`.
+        Residuals, the fraction of samples inside the prediction interval and the verdict `holds`;
+        with a sheet, the `acceptance` line by line. The result is valid if it has `converged`.
 
     Raises:
-        InputError: A model or record cannot be used, or existing files would be replaced.
+        InputError: A model, record or sheet cannot be used, or existing files would be replaced.
     """
     from gyrostat.core.outputs import check_outputs, new_files
     from gyrostat.core.units import RPM
+    from gyrostat.identification import accept
     from gyrostat.identification import validate as predict
+    from gyrostat.identification.acceptance_text import acceptance_table
     from gyrostat.reports.page import validation_page
+    from gyrostat.wheel import read_wheel_sheet
 
     if out is not None:
         names = ("validation.html", "validation.json")
         check_outputs(Path(out), names, by="validate", force=force)
     one_of(current_hold, HOLDS, "--current-hold")
+    if isinstance(sheet, str | Path):
+        sheet = read_wheel_sheet(sheet, partial=True)
     # accept a wheel marked as impossible: validation is the test of it
     known = wheel_model(model, force=True)
     known.wheel()
@@ -94,6 +103,8 @@ def validate(
         current_hold=current_hold,  # pyright: ignore[reportArgumentType]
         covariance=known.covariance(),
     )
+    if sheet is not None:
+        result = replace(result, acceptance=accept(sheet, known, result))
     if out is not None:
         text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
         page = validation_page(result, command=command)
@@ -108,6 +119,9 @@ def validate(
     say(result.verdict)
     if not result.converged:
         say("no valid result: found no initial speed that fits the record best")
+    if result.acceptance is not None:
+        for line in acceptance_table(result.acceptance):
+            say(line)
     return result
 
 

@@ -1,4 +1,4 @@
-"""Data sheets of commercial wheels: published values with their sources.
+"""Data sheets of wheels: values with their sources, and acceptance limits.
 
 A sheet is a TOML file with `name` and one table for each quantity. The table has the `value`, a
 number in SI units or a text with a unit, and the `source` of the value or the reason for it:
@@ -12,7 +12,8 @@ source = "data sheet, 2019"
 
 With `coulomb` and `viscous`, the wheel has viscous and Coulomb friction; with `static` and
 `stribeck_speed` in addition, it has Stribeck friction. `torque_limit`, `motor_constant`,
-`static_imbalance` and `dynamic_imbalance` are optional.
+`static_imbalance` and `dynamic_imbalance` are optional. An acceptance test needs only the
+quantities to be judged, and has limits; see `gyrostat.wheel.sheet_limits`.
 """
 
 import difflib
@@ -20,34 +21,22 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.toml_file import number, quantity, read_toml, refuse_unknown
+from gyrostat.core.toml_file import read_toml, refuse_unknown
 from gyrostat.wheel.array import WheelArray
 from gyrostat.wheel.friction import Friction, Stribeck, ViscousCoulomb
+from gyrostat.wheel.sheet_limits import QUANTITIES, Limit, read_limit
 
 FOLDER = Path(__file__).with_name("data_sheets")
 SAME = 0.01
 """Largest relative difference between the inertia and momentum over speed."""
-_NEEDED = {
-    "momentum_limit": "momentum",
-    "speed_limit": "speed",
-    "inertia": "inertia",
-    "coulomb": "torque",
-    "viscous": "viscous",
-}
-_OPTIONAL = {
-    "torque_limit": "torque",
-    "static": "torque",
-    "stribeck_speed": "speed",
-    "motor_constant": None,
-    "static_imbalance": None,
-    "dynamic_imbalance": None,
-}
-_MAY_BE_ZERO = ("coulomb", "viscous", "static", "static_imbalance", "dynamic_imbalance")
+_NEEDED = ("momentum_limit", "speed_limit", "inertia", "coulomb", "viscous")
+"""Quantities of a wheel that can be simulated."""
 
 
 @dataclass(frozen=True)
@@ -59,11 +48,13 @@ class WheelSheet:
         values: Quantity -> value in SI units, see the module. Imbalances are in kg·m and kg·m², the
             motor constant in N·m/A.
         sources: Quantity -> source of the value.
+        limits: Quantities with their acceptance limits, in the order of the file.
     """
 
     name: str
     values: Mapping[str, float]
     sources: Mapping[str, str]
+    limits: tuple[Limit, ...] = ()
 
     def friction(self) -> Friction:
         """Friction model of the bearing."""
@@ -93,15 +84,17 @@ def wheel_sheets() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
 
 
-def read_wheel_sheet(name: str | os.PathLike[str]) -> WheelSheet:
+def read_wheel_sheet(name: str | os.PathLike[str], *, partial: bool = False) -> WheelSheet:
     """Read a data sheet.
 
     Args:
         name: Name of a sheet of the package, or path of a file whose name ends in .toml.
+        partial: Whether quantities that a simulated wheel needs may be missing, as in a sheet for
+            an acceptance test.
 
     Raises:
-        InputError: The sheet does not exist or cannot be read; a key is unknown or missing; or a
-            value is not possible for a wheel.
+        InputError: The sheet does not exist or cannot be read; a key is unknown or missing; a value
+            is not possible for a wheel; or limits contradict each other.
     """
     path = Path(name)
     if path.suffix != ".toml":
@@ -114,16 +107,26 @@ def read_wheel_sheet(name: str | os.PathLike[str]) -> WheelSheet:
             )
         path = FOLDER / f"{name}.toml"
     table = read_toml(path, "a data sheet of a wheel")
-    refuse_unknown(path, "", table, ("name", *_NEEDED, *_OPTIONAL))
+    refuse_unknown(path, "", table, ("name", *QUANTITIES))
     title = table.pop("name", None)
     if not isinstance(title, str):
         raise InputError(f"{path}: key name: found {title!r}, expected a text")
+    limits = [limit for key, entry in table.items() for limit in _limits(path, key, entry)]
+    stated = [limit for limit in limits if limit.value is not None and not limit.conditions]
+    values = {limit.quantity: float(limit.value) for limit in stated if limit.value is not None}
+    if partial and not limits:
+        raise InputError(f"{path}: found no quantity, expected one of {', '.join(QUANTITIES)}")
+    if not partial:
+        _check_complete(path, values)
+    sources = {limit.quantity: limit.source for limit in stated}
+    return WheelSheet(title, values, sources, tuple(limits))
+
+
+def _check_complete(path: Path, values: Mapping[str, float]) -> None:
+    """Refuse a sheet that does not describe a wheel that can be simulated."""
     for key in _NEEDED:
-        if key not in table:
+        if key not in values:
             raise InputError(f"{path}: key {key}: found none, expected a table with its value")
-    values, sources = {}, {}
-    for key, entry in table.items():
-        values[key], sources[key] = _entry(path, key, entry)
     if ("static" in values) != ("stribeck_speed" in values):
         raise InputError(f"{path}: keys static, stribeck_speed: found one, expected both or none")
     implied = values["momentum_limit"] / values["speed_limit"]
@@ -132,23 +135,12 @@ def read_wheel_sheet(name: str | os.PathLike[str]) -> WheelSheet:
             f"{path}: key inertia: found {values['inertia']:g} kg·m², expected {implied:g} kg·m², "
             "momentum over speed"
         )
-    return WheelSheet(title, values, sources)
 
 
-def _entry(path: Path, key: str, entry: object) -> tuple[float, str]:
-    """Value and source of a quantity."""
-    if not isinstance(entry, dict):
-        raise InputError(f"{path}: key {key}: found {entry!r}, expected a table [{key}]")
-    refuse_unknown(path, f"{key}.", entry, ("value", "source"))
-    source = entry.get("source")
-    if not isinstance(source, str) or not source:
-        raise InputError(f"{path}: key {key}.source: found {source!r}, expected the source as text")
-    dimension = {**_NEEDED, **_OPTIONAL}[key]
-    where, positive = f"{key}.value", key not in _MAY_BE_ZERO
-    if dimension is None:
-        value = number(path, where, entry.get("value"), positive=positive)
-    else:
-        value = quantity(path, where, entry.get("value"), dimension, positive=positive)
-    if value < 0.0:
-        raise InputError(f"{path}: key {where}: found {value:g}, expected 0 or more")
-    return value, source
+def _limits(path: Path, key: str, entry: Any) -> list[Limit]:
+    """Limits in a table [key], or in several tables [[key]] with different conditions."""
+    if not isinstance(entry, list):
+        return [read_limit(path, key, key, entry)]
+    if not QUANTITIES[key].conditions:
+        raise InputError(f"{path}: key {key}: found several tables [[{key}]], expected one [{key}]")
+    return [read_limit(path, f"{key}[{k}]", key, each) for k, each in enumerate(entry)]

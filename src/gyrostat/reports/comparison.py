@@ -1,0 +1,123 @@
+"""Page of a comparison of fits."""
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
+from matplotlib.figure import Figure
+
+from gyrostat.identification import Comparison
+from gyrostat.identification.comparison_text import (
+    CHANGES,
+    SPREADS,
+    TRENDS,
+    change_rows,
+    shared_text,
+    spread_rows,
+    trend_rows,
+    verdict,
+)
+from gyrostat.identification.fit_changes import DAY
+from gyrostat.reports.figures import BAND, MARK, MEASURED, MODEL, STYLE, literal, svg
+from gyrostat.reports.page import render
+
+POINTS = 60
+"""Points of a trend line."""
+
+
+def comparison_page(comparison: Comparison, *, command: str) -> str:
+    """HTML report of a comparison.
+
+    Args:
+        comparison: Result of the comparison.
+        command: Command line that produced it.
+    """
+    return render(
+        "comparison.html",
+        comparison=comparison,
+        command=command,
+        shared=shared_text(comparison),
+        verdict=verdict(comparison),
+        figure=svg(comparison_figure(comparison)),
+        tables=[
+            (title, header, list(zip(rows, items, strict=True)))
+            for title, header, rows, items in (
+                ("Differences", CHANGES, change_rows(comparison), comparison.changes),
+                ("Trends", TRENDS, trend_rows(comparison), comparison.trends),
+                ("Spread between wheels", SPREADS, spread_rows(comparison), comparison.spreads),
+            )
+            if rows
+        ],
+    )
+
+
+def comparison_figure(comparison: Comparison) -> Figure:
+    """Plot every parameter with its 95 % interval over date, or over the wheels of a batch."""
+    names = comparison.parameters
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(9.0, 0.6 + 1.9 * len(names)))
+        figure.subplots_adjust(
+            left=0.14, right=0.98, top=0.95, bottom=0.7 / (0.6 + 1.9 * len(names))
+        )
+        rows = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+        over_time = comparison.same_wheel and comparison.days is not None
+        for axes, name in zip(rows, names, strict=True):
+            _parameter_axes(axes, comparison, name, over_time=over_time)
+        if over_time:
+            locator = AutoDateLocator()
+            rows[-1].xaxis.set_major_locator(locator)
+            rows[-1].xaxis.set_major_formatter(ConciseDateFormatter(locator))
+        else:
+            labels = [literal(label) for label in comparison.labels]
+            rows[-1].set_xticks(range(len(labels)), labels, rotation=20, ha="right")
+        figure.align_ylabels(rows)
+    return figure
+
+
+def _parameter_axes(axes: Axes, comparison: Comparison, name: str, *, over_time: bool) -> None:
+    """Plot one parameter; significant differences are marked."""
+    marked = {c.fit for c in comparison.changes if c.parameter == name and c.significant}
+    unit = ""
+    for k, (label, fit) in enumerate(zip(comparison.labels, comparison.fits, strict=True)):
+        if name not in fit.names:
+            continue
+        own = fit.names.index(name)
+        unit = fit.units[own]
+        place = fit.date if over_time else k
+        variance = fit.covariance[own, own]
+        shared = [fit.tolerances[n] for n in comparison.shared if n in fit.tolerances]
+        common = sum(float(tolerance.errors[own]) ** 2 for tolerance in shared)
+        color = MARK if label in marked else MODEL
+        for part, line in ((variance, 0.9), (max(variance - common, 0.0), 2.5)):
+            axes.errorbar(
+                [place],  # pyright: ignore[reportArgumentType]
+                [fit.values[own]],
+                2.0 * np.sqrt(part),
+                fmt="o",
+                ms=4,
+                lw=line,
+                color=color,
+                capsize=3,
+            )
+    first = min((fit.date for fit in comparison.fits if fit.date is not None), default=None)
+    for trend in comparison.trends if over_time and first is not None else ():
+        if trend.parameter == name and comparison.days is not None:
+            time = np.linspace(0.0, comparison.days.max(), POINTS)
+            rows = np.column_stack([np.ones(POINTS), time])
+            middle = trend.start + trend.slope * time
+            width = 2.0 * np.sqrt(np.einsum("mi,ij,mj->m", rows, trend.covariance, rows))
+            when = np.datetime64(first) + (time * DAY).astype("timedelta64[s]")
+            axes.fill_between(when, middle - width, middle + width, color=BAND, alpha=0.4, lw=0)
+            axes.plot(when, middle, color=MODEL, lw=1.0)
+    for spread in comparison.spreads:
+        if spread.parameter == name:
+            axes.axhline(spread.mean, color=MEASURED, lw=1.0)
+            axes.axhspan(
+                spread.mean - 2.0 * spread.spread,
+                spread.mean + 2.0 * spread.spread,
+                color=BAND,
+                alpha=0.3,
+                lw=0,
+            )
+    axes.ticklabel_format(axis="y", scilimits=(-2, 3), useOffset=False)
+    axes.set_ylabel(f"{literal(name)}\n({unit})")
