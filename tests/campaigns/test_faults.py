@@ -71,13 +71,15 @@ def gone(process):
 
 
 def test_killed_at_ten_random_moments_it_ends_with_the_same_table(tmp_path, undisturbed):
-    moments, killed = random.Random(7), 0
+    moments, killed, processes = random.Random(7), 0, []
     for _ in range(10):
-        process = start(tmp_path, 0.1)
+        processes.append(start(tmp_path, 0.1))
         time.sleep(moments.uniform(0.2, 1.1))
-        killed += process.poll() is None
-        process.kill()
-        output, messages = process.communicate()
+        killed += processes[-1].poll() is None
+        processes[-1].kill()
+        processes[-1].wait()
+    for process in processes:
+        output, messages = process.communicate(timeout=120)
         assert output == ""
         assert re.fullmatch(rf"(\d+ of {RUNS} runs are already complete\n)?", messages), messages
         assert gone(process), "workers outlive the campaign that made them"

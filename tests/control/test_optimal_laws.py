@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import equinox as eqx
 import numpy as np
 import pytest
 import scipy.linalg
@@ -24,7 +25,8 @@ from gyrostat.simulation import run, stack
 
 WEIGHT = np.diag([50.0, 50.0, 10.0, 10.0, 10.0, 10.0])
 EFFORT = np.diag([50.0, 100.0, 100.0])
-AT_REST = tuple(np.asarray(part) for part in EulerCube(12.0)(np.zeros(6)))
+CUBE = jax.jit(EulerCube(12.0))
+AT_REST = tuple(np.asarray(part) for part in CUBE(np.zeros(6)))
 INERTIA = np.array([[9.0, 0.5, -1.0], [0.5, 12.0, 0.7], [-1.0, 0.7, 15.0]])
 
 
@@ -205,7 +207,7 @@ def test_laws_bring_the_body_to_rest(factorisation):
     assert np.max(found.command.residual) < 1e-13
     assert np.linalg.norm(found.state[-1]) < 1e-4 * np.linalg.norm(start)
     # near the target the linear law is the same law
-    dynamics, inputs = factorisation(np.zeros(6))
+    dynamics, inputs = eqx.filter_jit(factorisation)(np.zeros(6))
     regulator = LinearQuadratic(lqr(dynamics, inputs, WEIGHT, EFFORT, states=ERROR_STATES).gain)
     near = 1e-5 * np.asarray(start)
     _, linear = regulator((), _Seen(near))
@@ -214,7 +216,7 @@ def test_laws_bring_the_body_to_rest(factorisation):
 
 def test_the_law_is_that_of_scipy():
     state = np.array([-0.7, 0.04, 0.5, 0.14, 0.4, -0.24])
-    dynamics, inputs = EulerCube(12.0)(state)
+    dynamics, inputs = CUBE(state)
     cost = scipy.linalg.solve_continuous_are(dynamics, inputs, WEIGHT, EFFORT)
     law = StateDependentRiccati(EulerCube(12.0), WEIGHT, EFFORT)
     expected = -np.linalg.solve(EFFORT, np.asarray(inputs).T @ cost @ state)

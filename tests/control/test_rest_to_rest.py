@@ -152,7 +152,7 @@ def _peaks(length, curvature):
         return progress(sweep, time)[1]
 
     times = jnp.linspace(0.0, 1.0, 401) * sweep.duration
-    rates, along = jax.vmap(rate)(times), jax.vmap(jax.grad(rate))(times)
+    rates, along = jax.jit(jax.vmap(rate))(times), jax.jit(jax.vmap(jax.grad(rate)))(times)
     return jnp.max(rates), jnp.max(jnp.hypot(along, curvature * rates**2))
 
 
@@ -167,5 +167,7 @@ def test_progress_ends_where_the_sweep_ends():
     ):
         np.testing.assert_allclose(progress(sweep, time), (angle, rate), atol=1e-14)
     times = jnp.linspace(0.1, 28.9, 50)
-    slopes = jax.vmap(jax.grad(lambda time: progress(sweep, time)[0]))(times)
-    np.testing.assert_allclose(slopes, jax.vmap(lambda t: progress(sweep, t)[1])(times), atol=1e-14)
+    slopes = jax.jit(jax.vmap(jax.grad(lambda time: progress(sweep, time)[0])))(times)
+    np.testing.assert_allclose(
+        slopes, jax.jit(jax.vmap(lambda t: progress(sweep, t)[1]))(times), atol=1e-14
+    )

@@ -85,7 +85,7 @@ def test_nothing_is_done_at_rest_at_the_target():
 def settled(flight, after):
     """Largest error from the target after a time, rad."""
     target, attitude = (jnp.asarray(v.values) for v in (flight.target, flight.attitude))
-    error = jax.vmap(error_angle)(attitude, target)
+    error = jax.jit(jax.vmap(error_angle))(attitude, target)
     return float(np.max(error[flight.time.values >= after]))
 
 
@@ -97,7 +97,9 @@ ORBIT, AGILE = np.array([0.0, -1.084e-3, 0.0]), np.radians(0.7) * np.array([0.6,
 
 def moving(rate):
     """Targets that turn at a constant rate, one for each sample."""
-    return AttitudeTargets(TIMES, jax.vmap(lambda t: from_rotation_vector(t * rate))(TIMES))
+    return AttitudeTargets(
+        TIMES, jax.jit(jax.vmap(lambda t: from_rotation_vector(t * rate)))(TIMES)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +108,7 @@ def flights():
 
     One batch, so that it is compiled once.
     """
-    slew = AttitudeTargets(TIMES, jax.vmap(EARLY)(TIMES))
+    slew = AttitudeTargets(TIMES, jax.jit(jax.vmap(EARLY))(TIMES))
     control = dataclasses.replace(CONTROL, targets=slew)
     follow = [dataclasses.replace(CONTROL, targets=moving(rate)) for rate in (ORBIT, AGILE)]
     none = WheelFailures.none(4)
@@ -138,7 +140,9 @@ def test_a_moving_target_is_followed_at_the_distance_that_the_documentation_tell
     flight = flights[number]
     late = flight.time.values >= 300.0
     attitude, target = (jnp.asarray(x.values[late]) for x in (flight.attitude, flight.target))
-    behind = -np.asarray(jax.vmap(lambda a, t: rotation_vector(error(a, t)))(attitude, target))
+    behind = -np.asarray(
+        jax.jit(jax.vmap(lambda a, t: rotation_vector(error(a, t))))(attitude, target)
+    )
     lag = rate * (1.0 / CONTROL.rate_gain + 1.0 / CONTROL.turn_gain)
     assert np.degrees(np.linalg.norm(lag)) == pytest.approx(degrees, rel=2e-3)
     np.testing.assert_allclose(

@@ -91,9 +91,11 @@ def test_limits_that_are_not_there_leave_derivatives_finite():
         driver = Driver(current_limit=limit, current_quantum=quantum)
         return driver.set_point(command, speed, motor)
 
-    slope = jax.jacfwd(reach)(jnp.array([10.0, 0.0, 0.2, 30.0, MOTOR]))
+    slope = jax.jit(jax.jacfwd(reach))(jnp.array([10.0, 0.0, 0.2, 30.0, MOTOR]))
     np.testing.assert_array_equal(slope, [0.0, 0.0, 1.0, 0.0, 0.0])
-    slope = jax.jacfwd(lambda motor: Driver(torque_limit=1e-3).set_point(9.0, 0.0, motor))(MOTOR)
+    slope = jax.jit(jax.jacfwd(lambda motor: Driver(torque_limit=1e-3).set_point(9.0, 0.0, motor)))(
+        MOTOR
+    )
     assert float(slope) == pytest.approx(-1e-3 / MOTOR**2)
 
 

@@ -2,6 +2,7 @@
 
 from collections import namedtuple
 
+import equinox as eqx
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.stats import chi2, kstest
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import jax
 from gyrostat.wheel import Delayed, LowPass, PulseTachometer, Tachometer, WheelTachometer
 
 PERIOD = 0.1
@@ -17,17 +18,26 @@ TURN = 2.0 * np.pi
 State = namedtuple("State", ["speed", "wheel_angle"])
 
 
-def samples(sensor, speed, angle=None, seed=0):
-    """What a sensor says of a history."""
-    speed = np.asarray(speed, float)
-    angle = PERIOD * np.arange(len(speed)) * speed if angle is None else np.asarray(angle, float)
+@eqx.filter_jit
+def measured(sensor, speed, angle, seed):
+    """Measurements of a history; compiled once for each kind of sensor and length."""
 
     def tick(memory, now):
         return sensor(memory, State(*now[:2]), now[2])
 
     keys = jax.random.split(jax.random.key(seed), len(speed))
-    memory = sensor.start(State(jnp.asarray(speed[0]), jnp.asarray(angle[0])), PERIOD)
-    return np.asarray(jax.lax.scan(tick, memory, (speed, angle, keys))[1])
+    memory = sensor.start(State(speed[0], angle[0]), PERIOD)
+    return jax.lax.scan(tick, memory, (speed, angle, keys))[1]
+
+
+def samples(sensor, speed, angle=None, seed=0):
+    """Measurements of a history by a sensor, whose numbers are arguments of the program."""
+    speed = np.asarray(speed, float)
+    if angle is None:
+        angle = (PERIOD * np.arange(len(speed)) * speed.T).T
+    numbers = (int, float)
+    sensor = jax.tree.map(lambda x: np.asarray(x) if isinstance(x, numbers) else x, sensor)
+    return np.asarray(measured(sensor, speed, np.asarray(angle, float), np.asarray(seed)))
 
 
 def test_noise_has_its_standard_deviation_is_normal_and_white():
@@ -125,15 +135,8 @@ SEVERAL = np.array([5.0, -0.3, 0.0, 120.0])
 
 
 def of_several(sensor, count=40):
-    """What a sensor says of wheels that turn evenly."""
-
-    def tick(memory, now):
-        k, key = now
-        return sensor(memory, State(jnp.asarray(SEVERAL), k * PERIOD * SEVERAL), key)
-
-    memory = sensor.start(State(jnp.asarray(SEVERAL), jnp.zeros(4)), PERIOD)
-    keys = jax.random.split(jax.random.key(1), count)
-    return np.asarray(jax.lax.scan(tick, memory, (jnp.arange(count), keys))[1])
+    """Measurements of wheels that turn evenly."""
+    return samples(sensor, np.tile(SEVERAL, (count, 1)), seed=1)
 
 
 def test_several_wheels_are_measured_as_each_alone():

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 DURATION, LONG = 400.0, 640.0
 """Durations, s: time axis of the figures; 400 s after the crossing."""
+SETTLED = 700.0
+"""Duration of runs at rest, s, and of other runs of the compensator: one compiled program."""
 SEEDS, QUICK_SEEDS = 200, 20
 LATE_SAMPLES = 10
 """Delay of a late tachometer, samples: 1 s."""
@@ -88,9 +90,9 @@ def error_after(flown: "xr.Dataset", wait: float) -> float:
 
 
 def settled(controller: Any, **options: Any) -> "xr.Dataset":
-    """Simulate 700 s without external torque, wheel at rest, from an attitude of 0.5 deg."""
+    """Simulate `SETTLED` without external torque, wheel at rest, from an attitude of 0.5 deg."""
     start = setup.STILL_TABLE.start(attitude=np.radians(0.5))
-    return fly(controller, 700.0, plant=setup.STILL_TABLE, start=start, **options)
+    return fly(controller, SETTLED, plant=setup.STILL_TABLE, start=start, **options)
 
 
 def wander(attitude: "xr.DataArray") -> Vector:
@@ -129,13 +131,13 @@ def crossing_zero(run: Run) -> Part:
     exact_model, motor = compensator(setup.STATISTICAL.friction()), setup.WHEEL.motor_constant
     pid = fly(CurrentMode(setup.LAW, motor), LONG)
     speed_mode = fly(SpeedMode(setup.LAW, setup.WHEEL.inertia, motor), DURATION)
-    exact = fly(exact_model, DURATION)
+    exact = fly(exact_model, SETTLED)
     late = TableSensors(tachometer=Delayed(Tachometer(), LATE_SAMPLES))
     noisy = TableSensors(tachometer=Tachometer(setup.SPEED_SIGMA))
     seeds = QUICK_SEEDS if run.quick else SEEDS
     noise_peak = peak(fly(exact_model, DURATION, sensors=noisy, runs=seeds))
     minus5, plus5, plus10 = (
-        peak(fly(compensator(setup.scaled(factor)), DURATION)) for factor in (0.95, 1.05, 1.10)
+        peak(fly(compensator(setup.scaled(factor)), SETTLED)) for factor in (0.95, 1.05, 1.10)
     )
     values: dict[str, Value] = {
         "table.pid_peak_deg": peak(pid),

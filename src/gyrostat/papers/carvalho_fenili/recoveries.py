@@ -15,7 +15,6 @@ from jaxtyping import Array, Bool
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.rotations import EulerAngles
 from gyrostat.failures import Loss, Recovery, plan_recovery, recover
 from gyrostat.papers.carvalho_fenili import setup
 from gyrostat.papers.carvalho_fenili.figures import recovery_figure
@@ -42,7 +41,8 @@ ROTOR = 0.01
 """Inertia of each rotor about its axis, kg·m²: 3 N·m·s at 2900 rpm."""
 PERIOD = 0.1
 """Control period, s; the time constants of the laws are seconds."""
-TARGET = np.asarray(rotations.from_euler(EulerAngles(phi=0.0, theta=0.5 * np.pi, psi=0.0)))
+TARGET = np.array([np.cos(0.25 * np.pi), np.sin(0.25 * np.pi), 0.0, 0.0])
+"""Attitude at phi = psi = 0, theta = pi/2: a quarter turn about x."""
 TORQUE, MOMENTUM = 0.1, 3.0
 """Torque limit, N·m, and momentum limit, N·m·s, of each wheel in runs with limits."""
 LOSSES = {"frozen": Loss("frozen"), "seized": Loss("seized"), "rundown": Loss("rundown", 60.0)}
