@@ -17,6 +17,7 @@ from gyrostat.cli.options import (
     Out,
     UnsignedSpeed,
 )
+from gyrostat.core.errors import InputError
 
 
 class Method(StrEnum):
@@ -132,7 +133,9 @@ def validate(
 
 
 def bench(
-    model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
+    model: Annotated[
+        Path, typer.Argument(help="model.toml of the wheel; with --design also fit.json.")
+    ],
     out: Annotated[Path, typer.Option(help="Record to write, .csv or .parquet.")],
     profile: Annotated[str, typer.Option(help="steps, sines or ramps.")] = "steps",
     duration: Annotated[str, typer.Option(help="s or with a unit.")] = "300",
@@ -146,7 +149,28 @@ def bench(
     jitter: Annotated[float, typer.Option(help="Of sample times, share of interval.")] = 0.0,
     dropouts: Annotated[float, typer.Option(help="Share of missing speeds.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Same seed, same record.")] = 0,
+    design: Annotated[
+        list[str] | None,
+        typer.Option(help="Parameter or static-coulomb that the next record is to determine."),
+    ] = None,
+    target_sigma: Annotated[
+        str | None, typer.Option(help="Sigma wanted of it, SI or with a unit; A,B for two.")
+    ] = None,
+    max_speed: Annotated[
+        str | None, typer.Option(help="Largest speed of a designed record, rad/s or unit.")
+    ] = None,
+    slew: Annotated[
+        float | None, typer.Option(help="Largest change of the designed current, A/s.")
+    ] = None,
+    ripple: Annotated[
+        float | None, typer.Option(help="Torque ripple, rms over the dry friction torque.")
+    ] = None,
     force: ForceModel = False,
+    json_output: Json = False,
 ) -> None:
-    """Simulate the bench record of a known wheel."""
-    call(verbs.bench, locals())
+    """Simulate the bench record of a known wheel, or with --design design the next record."""
+    if json_output and not design:
+        raise InputError("--json: found without --design, expected with it: a record is no JSON")
+    call(verbs.bench, {**locals(), "design": design or None}, command=command_line())
+    if json_output:
+        print_json(out.with_suffix(".json"))

@@ -76,7 +76,7 @@ def over_intervals(values: Matrix) -> Matrix:
 
 
 @lru_cache
-def _compiled(model: type[Friction], hold: CurrentHold):
+def compiled_response(model: type[Friction], hold: CurrentHold):
     """Compile theta -> speeds and their derivatives, for theta = wheel parameters, bias, w(0).
 
     At a sample that starts a segment, the speed is the given initial one, and the last derivative
@@ -175,7 +175,7 @@ class SpeedPrediction:
             at_temperature(model, self.names, offset)
             for offset in offsets or (0.0,) * len(self.records)
         ]
-        self._respond = _compiled(model, hold)
+        self._respond = compiled_response(model, hold)
         self._inputs, self._columns = [], []
         restart = self._shared + len(records)
         for k, record in enumerate(self.records):
