@@ -96,6 +96,9 @@ def identify(
         Path | None, typer.Option(help="Times of a tachometer's edges, s, in place of a speed.")
     ] = None,
     pulses: Annotated[int, typer.Option(help="Edges a turn, with --edges.")] = 1,
+    posterior: Annotated[
+        bool, typer.Option(help="Sample the posterior too (extra: gyrostat[posterior]).")
+    ] = False,
     force: Force = False,
     json_output: Json = False,
 ) -> None:
@@ -103,7 +106,8 @@ def identify(
     fit = call(verbs.identify, locals(), command=command_line())
     if json_output:
         print_json(out / "fit.json")
-    if not fit.converged or fit.impossible:
+    unmixed = fit.posterior is not None and not fit.posterior.valid
+    if not fit.converged or fit.impossible or unmixed:
         raise typer.Exit(1)
 
 

@@ -9,8 +9,11 @@ from gyrostat.core.text import measured, plain
 from gyrostat.core.units import RPM, SI_UNIT
 from gyrostat.identification import Fit
 from gyrostat.identification.fit_text import (
+    POSTERIOR_HEADER,
     effect_rows,
     parameter_rows,
+    posterior_rows,
+    posterior_summary,
     score_rows,
     share_rows,
     summary,
@@ -18,6 +21,7 @@ from gyrostat.identification.fit_text import (
 from gyrostat.identification.torque_points import torque_regression
 from gyrostat.identification.validation import Validation
 from gyrostat.reports import figures
+from gyrostat.reports.posterior import posterior_figure
 
 
 @lru_cache
@@ -64,6 +68,10 @@ def fit_page(fit: Fit, *, command: str) -> str:
         summary=summary(fit),
         rows=list(parameter_rows(fit)),
         shares=list(share_rows(fit)),
+        posterior=list(posterior_rows(fit)),
+        posterior_header=POSTERIOR_HEADER,
+        posterior_summary=[] if fit.posterior is None else posterior_summary(fit.posterior),
+        posterior_figure=None if fit.posterior is None else figures.svg(posterior_figure(fit)),
         effects=list(effect_rows(fit)),
         scores=list(score_rows(fit)),
         records=drawn,

@@ -5,8 +5,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Quantity, Say, in_si, parts_of
 from gyrostat.verbs.wheel_arguments import wheel_model
@@ -85,6 +83,8 @@ def design(
     Raises:
         InputError: An argument cannot be used, or an existing file would be replaced.
     """
+    import numpy as np
+
     from gyrostat.core.outputs import check_outputs, new_files
     from gyrostat.identification.current_profiles import Limits
     from gyrostat.identification.design_text import content, table
@@ -99,7 +99,7 @@ def design(
         names = [out.name, f"{out.stem}.json", f"{out.stem}.html"]
         check_outputs(out.parent, names, by="bench", force=force)
     known = known_wheel(model, force=force)
-    combinations = [str(text) for text in parts_of(wanted)]
+    combinations = [str(text).strip() for text in parts_of(wanted)]
     torques = {known.dimension(text, "--design") for text in combinations}
     targets = () if target_sigma is None else parts_of(target_sigma)
     dimension = torques.pop() if len(torques) == 1 else None

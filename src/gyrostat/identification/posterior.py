@@ -1,0 +1,315 @@
+"""Sampled posterior of the parameters of a wheel, where a Gaussian is not the truth.
+
+No-U-turn sampling (Hoffman and Gelman 2014) by blackjax, in several chains whose
+mass matrix is adapted. A posterior is valid if the chains agree (split R-hat), their samples are
+effectively many, and few trajectories diverge (Vehtari et al. 2021, Bayesian Analysis 16).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.averaging import Effect
+from gyrostat.identification.diagnosis import TORQUES
+from gyrostat.identification.effects import nuisances, torque_noise
+from gyrostat.identification.least_squares import Prior
+from gyrostat.identification.posterior_density import Posed, density, posed, record_data
+from gyrostat.identification.prediction import SpeedPrediction
+
+CHAINS, WARM_UP, DRAWS = 32, 60, 125
+"""Chains, which advance together; steps of each of the two stages of warm-up; draws of each chain.
+Many short chains cost little more than a few, and share what they learn about the covariance."""
+STEP, DEEPEST = 0.4, 5
+"""Step size in coordinates of unit covariance, and largest number of doublings of a trajectory."""
+CHUNK = 20
+"""Steps between two messages."""
+QUANTILES = (0.025, 0.16, 0.5, 0.84, 0.975)
+LARGEST_RHAT, FEWEST = 1.02, 400.0
+"""Largest R-hat and smallest effective number of draws of a valid posterior."""
+MOST_DIVERGENT = 0.01
+"""Largest fraction of divergent trajectories. The density has kinks where a zero crossing passes a
+sample, so that a few trajectories diverge in a sound posterior too."""
+PRESENT = 0.5
+"""Probability from which an effect outside the model is part of the likelihood."""
+
+
+@dataclass(frozen=True)
+class Marginal:
+    """Posterior of one parameter or difference, SI.
+
+    Attributes:
+        name: Parameter, or a difference such as "static-coulomb".
+        mean: Mean.
+        sigma: Standard deviation.
+        quantiles: At the probabilities `QUANTILES`, (5,).
+        rhat: Split R-hat.
+        effective: Effective number of draws.
+        draws: All draws, (m,).
+    """
+
+    name: str
+    mean: float
+    sigma: float
+    quantiles: Vector
+    rhat: float
+    effective: float
+    draws: Vector
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Sampled posterior.
+
+    Attributes:
+        marginals: Each estimated parameter, then the differences that can vanish.
+        chains: Number of chains.
+        divergences: Number of divergent trajectories.
+        effects: Names of the effects outside the model in the likelihood.
+        faults: Reasons why the posterior is not valid; empty if it is.
+    """
+
+    marginals: tuple[Marginal, ...]
+    chains: int
+    divergences: int
+    effects: tuple[str, ...]
+    faults: tuple[str, ...]
+
+    @property
+    def valid(self) -> bool:
+        """Whether the chains mixed."""
+        return not self.faults
+
+    def to_dict(self) -> dict[str, object]:
+        """Entry `posterior` of fit.json."""
+        return {
+            "sampler": "NUTS",
+            "valid": self.valid,
+            "faults": list(self.faults),
+            "chains": self.chains,
+            "draws": len(self.marginals[0].draws),
+            "divergences": self.divergences,
+            "effects": list(self.effects),
+            "parameters": {
+                m.name: {
+                    "mean": m.mean,
+                    "sigma": m.sigma,
+                    "quantiles": dict(zip(map(str, QUANTILES), m.quantiles.tolist(), strict=True)),
+                    "interval_95": [float(m.quantiles[0]), float(m.quantiles[-1])],
+                    "rhat": m.rhat,
+                    "effective_draws": m.effective,
+                }
+                for m in self.marginals
+            },
+        }
+
+
+def check_sampler() -> None:
+    """Refuse to start where the sampler is not installed.
+
+    Raises:
+        InputError: blackjax is not installed.
+    """
+    if find_spec("blackjax") is None:
+        raise InputError(
+            "--posterior: found no blackjax, expected the extra: pip install 'gyrostat[posterior]'"
+        )
+
+
+@lru_cache
+def _program(log_density: Callable):
+    """Compile CHUNK steps of several chains."""
+    import blackjax
+
+    def chunk(key, position, mass, data):
+        nuts = blackjax.nuts(lambda u: log_density(u, data), STEP, mass, max_num_doublings=DEEPEST)
+
+        def one(state, own):
+            state, info = nuts.step(own, state)
+            return state, (state.position, info.is_divergent)
+
+        keys = jax.random.split(key, CHUNK)
+        return jax.lax.scan(one, nuts.init(position), keys)[1]
+
+    return jax.jit(jax.vmap(chunk, (0, 0, None, None)))
+
+
+def sample(
+    log_density: Callable,
+    data: Any,
+    dimension: int,
+    *,
+    seed: int = 0,
+    chains: int = CHAINS,
+    warm_up: int = WARM_UP,
+    draws: int = DRAWS,
+    on_progress: Callable[[int], None] = lambda count: None,
+) -> tuple[Vector, int]:
+    """Draw from a density by several chains.
+
+    The first stage of warm-up has unit covariance; the second one and the draws have that of all
+    chains in the second half of the first stage.
+
+    Args:
+        log_density: Function (u, data) -> logarithm of the density; u of about unit scale around
+            zero.
+        data: Pytree of arrays.
+        dimension: Length n of u.
+        seed: Seed of all random numbers.
+        chains: Number of chains.
+        warm_up: Steps of each of the two stages of warm-up, which are discarded.
+        draws: Draws of each chain.
+        on_progress: Called with the draws of each chain so far.
+
+    Returns:
+        Draws, (chains, draws, n), and the number of divergent trajectories among them.
+    """
+    chunk = _program(log_density)
+    key, own = jax.random.split(jax.random.key(seed))
+    position, mass = jax.random.normal(own, (chains, dimension)), jnp.eye(dimension)
+
+    def run(steps: int, said: Callable[[int], None]) -> tuple[Vector, int]:
+        nonlocal key, position
+        parts, divergent = [], 0
+        for done in range(0, steps, CHUNK):
+            key, own = jax.random.split(key)
+            drawn, failed = chunk(jax.random.split(own, chains), position, mass, data)
+            position, used = drawn[:, -1], min(CHUNK, steps - done)
+            parts.append(np.asarray(drawn)[:, :used])
+            divergent += int(np.sum(np.asarray(failed)[:, :used]))
+            said(done + used)
+        return np.concatenate(parts, axis=1), divergent
+
+    first, _ = run(warm_up, lambda count: None)
+    late = first[:, warm_up // 2 :].reshape(-1, dimension)
+    mass = jnp.asarray(np.cov(late.T).reshape(dimension, dimension) + 1e-6 * np.eye(dimension))
+    run(warm_up, lambda count: None)
+    return run(draws, on_progress)
+
+
+def sample_posterior(
+    prediction: SpeedPrediction,
+    names: Sequence[str],
+    values: Mapping[str, float],
+    covariance: Matrix,
+    prior: Prior,
+    speed_sigmas: Sequence[float],
+    effects: Sequence[Effect] = (),
+    *,
+    seed: int = 0,
+    on_progress: Callable[[int], None] = lambda count: None,
+) -> Posterior:
+    """Sample the posterior around a fit.
+
+    Args:
+        prediction: Records and friction model.
+        names: Names of the n estimated parameters.
+        values: Name -> value of all parameters, SI.
+        covariance: Covariance of the estimates, (n, n), SI.
+        prior: A-priori knowledge of the estimated parameters.
+        speed_sigmas: Standard deviation of the measured speed of each record, rad/s.
+        effects: Effects outside the model; those more likely present than absent take part.
+        seed: Seed of the sampler.
+        on_progress: Called with the draws of each chain so far.
+
+    Raises:
+        InputError: blackjax is not installed.
+    """
+    check_sampler()
+    likely = {e.name: e for e in effects if e.probability > PRESENT}
+    linear = prediction.linearise(np.array([values[n] for n in prediction.names]))
+    assert linear is not None  # the fit was predicted
+    sigma = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+    allowed = [e for e in nuisances(prediction, linear, values, sigma) if e.name in likely]
+    levels = [likely[n].value if n in likely else 0.0 for n, _ in TORQUES]
+    records = [
+        record_data(
+            prediction,
+            k,
+            noise,
+            torque_noise(prediction, record, each, values),
+            levels,
+            each.transition,
+            np.column_stack(
+                [
+                    np.zeros((len(record.time), 0)),
+                    *(_spread(likely[e.name]) * e.columns[k] for e in allowed),
+                ]
+            ),
+        )
+        for k, (record, each, noise) in enumerate(
+            zip(prediction.records, linear, speed_sigmas, strict=True)
+        )
+    ]
+    data = posed(prediction, names, values, covariance, prior, records)
+    log_density = density(prediction.model, prediction.hold, prediction.shared)
+    drawn, divergent = sample(log_density, data, len(names), seed=seed, on_progress=on_progress)
+    differences = [
+        (names.index(n), names.index(r))
+        for n, r in prediction.model.vanishing_at.items()
+        if n in names and r in names
+    ]
+    return judged(parameters_of(data, drawn), names, differences, divergent, tuple(likely))
+
+
+def _spread(effect: Effect) -> float:
+    """Prior sigma of a coefficient: wide compared with what the fit found."""
+    return 3.0 * max(abs(effect.value), effect.sigma or 0.0)
+
+
+def parameters_of(data: Posed, drawn: Vector) -> Vector:
+    """Parameters of draws u, (chains, draws, n), SI."""
+    every = jax.vmap(lambda u: data.coordinates.values(u)[0])
+    return np.asarray(every(jnp.asarray(drawn.reshape(-1, drawn.shape[-1])))).reshape(drawn.shape)
+
+
+def judged(
+    drawn: Vector,
+    names: Sequence[str],
+    differences: Sequence[tuple[int, int]],
+    divergent: int,
+    effects: tuple[str, ...] = (),
+) -> Posterior:
+    """Summarise draws, and judge whether the chains mixed.
+
+    Args:
+        drawn: Parameters, (chains, draws, n), SI.
+        names: Names of the n parameters.
+        differences: Pairs of indices whose difference is listed too.
+        divergent: Number of divergent trajectories.
+        effects: Names of the effects in the likelihood.
+    """
+    from blackjax.diagnostics import effective_sample_size, potential_scale_reduction
+
+    columns = [(name, drawn[:, :, k]) for k, name in enumerate(names)]
+    columns += [(f"{names[a]}-{names[b]}", drawn[:, :, a] - drawn[:, :, b]) for a, b in differences]
+    marginals = []
+    for name, own in columns:
+        halves = own[:, : 2 * (own.shape[1] // 2)].reshape(2 * len(own), -1)
+        marginals.append(
+            Marginal(
+                name=name,
+                mean=float(np.mean(own)),
+                sigma=float(np.std(own)),
+                quantiles=np.quantile(own, QUANTILES),
+                rhat=float(potential_scale_reduction(halves)),
+                effective=float(effective_sample_size(halves)),
+                draws=own.ravel(),
+            )
+        )
+    faults = []
+    worst = max(marginals, key=lambda m: m.rhat)
+    fewest = min(marginals, key=lambda m: m.effective)
+    if not worst.rhat <= LARGEST_RHAT:
+        faults.append(f"the chains differ in {worst.name} (R-hat {worst.rhat:.3f})")
+    if not fewest.effective >= FEWEST:
+        faults.append(f"{fewest.name} has only {fewest.effective:.0f} effective draws")
+    if divergent > MOST_DIVERGENT * drawn.shape[0] * drawn.shape[1]:
+        faults.append(f"{divergent} trajectories diverged")
+    return Posterior(tuple(marginals), len(drawn), divergent, effects, tuple(faults))
