@@ -50,6 +50,7 @@ def test_the_uncertainty_after_a_record_is_that_of_linear_regression():
         root=np.array([[before]]),
         wanted=np.array([[1.0]]),
         speed_sigma=NOISE,
+        initial_speed=1.0,
     )
     rows = np.column_stack([0.1 * time / INERTIA, np.ones(601)]) / NOISE
     a_priori = np.diag([before**-2, (UNKNOWN_START * NOISE) ** -2])
@@ -58,7 +59,7 @@ def test_the_uncertainty_after_a_record_is_that_of_linear_regression():
     half = rows[time <= 30.0]
     expected = np.linalg.inv(half.T @ half + a_priori)[0, 0]
     assert gained.covariance[0, 0, 14, 0, 0] == pytest.approx(expected, rel=1e-9)
-    assert gained.events[0, 0, -1] == 1.0
+    assert gained.events[0, 0, -1] == 0.0
 
 
 def test_the_predicted_sigma_is_that_of_the_identification_of_both_records(record):
@@ -95,7 +96,7 @@ def test_the_predicted_sigma_is_that_of_the_identification_of_both_records(recor
         wanted=np.array([[0.0], [0.0], [-1.0], [1.0]]),
         speed_sigma=NOISE,
     )
-    assert np.sqrt(gained.covariance[0, 0, -1, 0, 0]) == pytest.approx(np.sqrt(found), rel=1e-3)
+    assert np.sqrt(gained.covariance[0, 0, -1, 0, 0]) == pytest.approx(np.sqrt(found), rel=0.01)
     assert both.parameters["static"] - both.parameters["coulomb"] == pytest.approx(
         26e-6, abs=4.0 * np.sqrt(found)
     )
@@ -122,6 +123,7 @@ def test_one_minute_of_ramps_shows_the_static_torque(known, short_search):
     wanted = design.wanted[0]
     assert design.shape.family == "ramps"
     assert wanted.reliable < 26e-6 / 3.0 < wanted.before / 3.0
+    assert design.events >= 1.0
     assert wanted.after <= wanted.reliable
     assert all(row.after <= row.before for row in design.parameters)
     rippled = design_record(

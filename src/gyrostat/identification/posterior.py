@@ -122,9 +122,12 @@ def check_sampler() -> None:
         )
 
 
-@lru_cache
-def _program(log_density: Callable):
-    """Compile CHUNK steps of several chains."""
+def chain(log_density: Callable) -> Callable:
+    """CHUNK steps of one chain: function (key, position, mass matrix, data) -> draws, divergent.
+
+    Args:
+        log_density: Function (u, data) -> logarithm of the density.
+    """
     import blackjax
 
     def chunk(key, position, mass, data):
@@ -137,7 +140,13 @@ def _program(log_density: Callable):
         keys = jax.random.split(key, CHUNK)
         return jax.lax.scan(one, nuts.init(position), keys)[1]
 
-    return jax.jit(jax.vmap(chunk, (0, 0, None, None)))
+    return chunk
+
+
+@lru_cache
+def _program(log_density: Callable):
+    """Compile CHUNK steps of several chains."""
+    return jax.jit(jax.vmap(chain(log_density), (0, 0, None, None)))
 
 
 def sample(

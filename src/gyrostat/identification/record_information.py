@@ -87,7 +87,7 @@ def information_gained(
 ) -> Gained:
     """Uncertainty of linear combinations of parameters after a record of each current.
 
-    The initial speed of the record is estimated with the parameters.
+    An initial speed other than zero is estimated with the parameters.
 
     Args:
         model: Friction model.
@@ -102,7 +102,9 @@ def information_gained(
     """
     count = len(places)
     full = np.zeros((count + 1, count + 1))
-    full[:count, :count], full[-1, -1] = root, UNKNOWN_START * speed_sigma
+    full[:count, :count] = root
+    # a wheel that starts from rest has a known speed
+    full[-1, -1] = UNKNOWN_START * speed_sigma if initial_speed else 0.0
     columns = np.vstack([wanted, np.zeros((1, wanted.shape[1]))])
     part = np.searchsorted(checkpoints(time), time * (1.0 - 1e-12))
     program = _program(model, tuple(places))
