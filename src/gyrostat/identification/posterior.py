@@ -31,8 +31,9 @@ STEP, DEEPEST = 0.4, 5
 CHUNK = 20
 """Steps between two messages."""
 QUANTILES = (0.025, 0.16, 0.5, 0.84, 0.975)
-LARGEST_RHAT, FEWEST = 1.02, 400.0
-"""Largest R-hat and smallest effective number of draws of a valid posterior."""
+LARGEST_RHAT, FEWEST = 1.05, 400.0
+"""Largest R-hat and smallest effective number of draws of a valid posterior. The R-hat of many short
+chains has a sampling error of some 0.02, so that 1.01, the limit for few long ones, is too strict."""
 MOST_DIVERGENT = 0.01
 """Largest fraction of divergent trajectories. The density has kinks where a zero crossing passes a
 sample, so that a few trajectories diverge in a sound posterior too."""

@@ -120,7 +120,7 @@ def coordinates(
     limited = positive & (centre < FAR * scale)
     # the start lies inside the limits: at one sigma where the estimate lies outside
     z = np.where(limited, np.maximum(centre / scale, 0.5), centre / scale)
-    z = np.where(limited, np.log(np.expm1(z)), z)
+    z = np.where(limited, np.log(np.expm1(np.where(limited, z, 1.0))), z)
     correlation = spread / np.outer(scale, scale)
     root = np.linalg.cholesky(correlation + 1e-12 * np.eye(len(names)))
     return Coordinates(np.linalg.inv(difference), scale, limited, z, root)
