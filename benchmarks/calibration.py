@@ -17,7 +17,7 @@ from scipy.stats import chi2
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import RPM
 from gyrostat.identification.least_squares import Prior
-from gyrostat.identification.posterior import chain, parameters_of
+from gyrostat.identification.posterior import parameters_of
 from gyrostat.identification.posterior_density import (
     Posed,
     RecordData,
@@ -25,6 +25,7 @@ from gyrostat.identification.posterior_density import (
     posed,
     record_data,
 )
+from gyrostat.identification.posterior_sampler import chain
 from gyrostat.identification.prediction import SpeedPrediction
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import Stribeck

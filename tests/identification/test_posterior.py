@@ -8,9 +8,10 @@ import pytest
 import gyrostat as gs
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import RPM
-from gyrostat.identification import posterior as sampling
+from gyrostat.identification import posterior_sampler
 from gyrostat.identification.effects import TorqueNoise
 from gyrostat.identification.least_squares import Prior
+from gyrostat.identification.posterior import judged
 from gyrostat.identification.posterior_density import coordinates, density, posed, record_data
 from gyrostat.identification.prediction import SpeedPrediction
 from gyrostat.wheel.friction import Stribeck
@@ -101,7 +102,7 @@ def test_the_coordinates_reach_every_possible_wheel_and_no_other():
 
 
 def test_without_the_sampler_one_line_says_so(record, monkeypatch):
-    monkeypatch.setattr(sampling, "find_spec", lambda name: None)
+    monkeypatch.setattr(posterior_sampler, "find_spec", lambda name: None)
     with pytest.raises(gs.InputError, match=r"--posterior: found no blackjax, expected the extra"):
         gs.identify(record(), inertia=1.5e-3, posterior=True)
 
@@ -119,8 +120,8 @@ def gaussian(u, precision):
 
 def test_the_posterior_of_a_gaussian_is_that_gaussian(sampler):
     covariance = np.array([[1.0, 0.8], [0.8, 2.0]])
-    drawn, divergent = sampling.sample(gaussian, jnp.asarray(np.linalg.inv(covariance)), 2)
-    found = sampling.judged(drawn, ["a", "b"], [(0, 1)], divergent)
+    drawn, divergent = posterior_sampler.sample(gaussian, jnp.asarray(np.linalg.inv(covariance)), 2)
+    found = judged(drawn, ["a", "b"], [(0, 1)], divergent)
     assert found.valid
     assert divergent == 0
     many = min(m.effective for m in found.marginals)
@@ -137,7 +138,7 @@ def test_the_posterior_of_a_gaussian_is_that_gaussian(sampler):
 def test_chains_that_did_not_mix_are_no_valid_posterior(sampler):
     random = np.random.default_rng(0)
     apart = random.standard_normal((4, 200, 1)) + np.array([0.0, 0.0, 0.0, 3.0])[:, None, None]
-    found = sampling.judged(apart, ["a"], [], 100)
+    found = judged(apart, ["a"], [], 100)
     assert not found.valid
     assert "the chains differ in a" in found.faults[0]
     assert found.faults[-1] == "100 trajectories diverged"

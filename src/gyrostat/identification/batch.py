@@ -22,7 +22,8 @@ from gyrostat.identification.checks import (
 from gyrostat.identification.conclude import conclude
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.loss import Loss, loss_named
-from gyrostat.identification.posterior import check_sampler, sample_posterior
+from gyrostat.identification.posterior import sample_posterior
+from gyrostat.identification.posterior_sampler import check_sampler
 from gyrostat.identification.prediction import CurrentHold, SpeedPrediction, friction_model
 from gyrostat.identification.selection import Selection, select
 from gyrostat.identification.signs import lost_sign
