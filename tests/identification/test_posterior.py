@@ -1,6 +1,8 @@
 """Sampled posterior: its density, its limits, its sampler and its verdict."""
 
 import importlib.util
+import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,9 +13,10 @@ from gyrostat.core.units import RPM
 from gyrostat.identification import posterior_sampler
 from gyrostat.identification.effects import TorqueNoise
 from gyrostat.identification.least_squares import Prior
-from gyrostat.identification.posterior import judged
+from gyrostat.identification.posterior import Marginal, Posterior, judged
 from gyrostat.identification.posterior_density import coordinates, density, posed, record_data
 from gyrostat.identification.prediction import SpeedPrediction
+from gyrostat.reports.page import fit_page
 from gyrostat.wheel.friction import Stribeck
 
 NOISE = 5.0 * RPM
@@ -143,3 +146,30 @@ def test_chains_that_did_not_mix_are_no_valid_posterior(sampler):
     assert "the chains differ in a" in found.faults[0]
     assert found.faults[-1] == "100 trajectories diverged"
     assert found.to_dict()["valid"] is False
+
+
+def test_text_json_and_report_show_the_posterior_beside_the_gaussian(given):
+    names = [*given.names, "static-coulomb"]
+    random = np.random.default_rng(0)
+    marginals = tuple(
+        Marginal(n, 1.0, 0.1, np.linspace(0.8, 1.2, 5), 1.2, 50.0, random.standard_normal(200))
+        for n in names
+    )
+    fault = "static has only 50 effective draws"
+    fit = replace(given, posterior=Posterior(marginals, 4, 3, (), (fault,)))
+    text = str(fit)
+    assert f"no valid posterior: {fault}" in text
+    assert "posterior: 200 draws in 4 chains, 3 divergent" in text
+    row = next(line for line in text.splitlines() if "static-coulomb" in line and " to " in line)
+    assert "0.8 to 1.2" in row
+    place = [fit.names.index(n) for n in ("static", "coulomb")]
+    variance = np.array([1.0, -1.0]) @ fit.covariance[np.ix_(place, place)] @ np.array([1.0, -1.0])
+    low = fit.parameters["static"] - fit.parameters["coulomb"] - 1.959964 * np.sqrt(variance)
+    assert f"{low:.4g} to " in row
+    content = json.loads(json.dumps(fit.to_dict(), allow_nan=False))["posterior"]
+    assert content["valid"] is False
+    assert content["parameters"]["coulomb"]["interval_95"] == [0.8, 1.2]
+    assert content["parameters"]["coulomb"]["quantiles"]["0.5"] == 1.0
+    page = fit_page(fit, command="test")
+    assert "no valid posterior" in page
+    assert page.count("<svg") == fit_page(given, command="test").count("<svg") + 1

@@ -7,7 +7,7 @@ from gyrostat.core.text import aligned, or_none, plain
 from gyrostat.core.units import SI_UNIT
 
 if TYPE_CHECKING:
-    from gyrostat.identification.experiment_design import Combination, Design
+    from gyrostat.identification.design import Combination, Design
 
 CLEAR = 3.0
 """Significance that the probability of a design refers to."""

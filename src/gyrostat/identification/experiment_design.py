@@ -6,8 +6,7 @@ over wheels drawn from the earlier estimates, so that the profile also serves a 
 from the estimate: a ramp must reach a breakaway torque that is not known yet.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -15,7 +14,8 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.validation import check_seed, require
 from gyrostat.identification.current_profiles import COORDINATES, FAMILIES, Limits, Shape
-from gyrostat.identification.design_text import CLEAR, table
+from gyrostat.identification.design import Combination, Design
+from gyrostat.identification.design_text import CLEAR
 from gyrostat.identification.known_wheel import KnownWheel
 from gyrostat.identification.prediction import build_wheel
 from gyrostat.identification.record_information import Gained, checkpoints, information_gained
@@ -33,82 +33,6 @@ MOST_SAMPLES = 1200
 RELIABLE = 0.9
 """Fraction of the wheels drawn that reach the stated uncertainty."""
 INFEASIBLE = 1e6
-
-
-@dataclass(frozen=True)
-class Combination:
-    """Predicted uncertainty of one parameter or linear combination, SI.
-
-    Attributes:
-        name: Text such as "static-coulomb".
-        dimension: Key of `gyrostat.core.units.SI_UNIT`.
-        value: Estimate before the record.
-        before: Standard deviation before the record.
-        after: Median over the wheels drawn of the standard deviation after the record.
-        reliable: The standard deviation that nine of ten wheels reach.
-        target: Wanted standard deviation; None without one.
-        clear: Fraction of the wheels drawn whose value then exceeds three standard deviations.
-    """
-
-    name: str
-    dimension: str
-    value: float
-    before: float
-    after: float
-    reliable: float
-    target: float | None = None
-    clear: float | None = None
-
-
-@dataclass(frozen=True, repr=False)
-class Design:
-    """Designed record.
-
-    Attributes:
-        shape: Family and numbers of the profile.
-        numbers: Name -> number of the profile, SI.
-        time: Sample times, (N,), s.
-        current: Current, held from sample to sample, (N,), A.
-        speed: Speed of the estimated wheel, (N,), rad/s.
-        wanted: The combinations that the design is for.
-        parameters: All uncertain parameters.
-        reached: Time at which nine of ten wheels have all wanted standard deviations, s; None if
-            not within the record or without a target.
-        history: Times, (k,), s, and standard deviation of the first combination that nine of ten
-            wheels have then, (k,).
-        events: Median number of breakaways and zero crossings.
-        ripple: Torque ripple assumed, N·m rms.
-        needed: Number of breakaways at different angles of the rotor at which the ripple alone
-            allows the target; None without a target or ripple.
-        limits: Limits of driver, wheel and record.
-        speed_sigma: Standard deviation of the measured speed, rad/s.
-        candidates: Number of profiles tried.
-    """
-
-    shape: Shape
-    numbers: Mapping[str, float]
-    time: Vector
-    current: Vector
-    speed: Vector
-    wanted: tuple[Combination, ...]
-    parameters: tuple[Combination, ...]
-    reached: float | None
-    history: tuple[Vector, Vector]
-    events: float
-    ripple: float
-    needed: int | None
-    limits: Limits
-    speed_sigma: float
-    candidates: int
-
-    @property
-    def names(self) -> list[str]:
-        """Wanted combinations, as text."""
-        return [each.name for each in self.wanted]
-
-    def __repr__(self) -> str:
-        """Table that the command line prints."""
-        return "\n".join(table(self))
 
 
 def breakaway_current(known: KnownWheel) -> float:
@@ -146,16 +70,21 @@ class _Search:
         self.stride = -(-len(full) // MOST_SAMPLES)
         self.time = full[:: self.stride]
         self.noise = speed_sigma / np.sqrt(self.stride)
-        at_rest = [known.names.index(n) for n in known.model.vanishing_at if n in known.names]
-        self.rippled = ripple * wanted[at_rest].sum(axis=0)
+        self.ripple = ripple
         self.wheels = known.draws(FINAL_WHEELS, random, ripple)
+
+    def at_rest(self, columns: Matrix) -> Vector:
+        """Coefficients of the torques that act at rest alone in combinations (n, c), (c,)."""
+        names = self.known.names
+        own = [names.index(n) for n in self.known.model.vanishing_at if n in names]
+        return columns[own].sum(axis=0)
 
     def current(self, shape: Shape, time: Vector) -> Vector:
         """Current of a shape within the limits, (N,), A."""
         wanted = shape.current(time, self.limits, self.breakaway)
         return self.limits.apply(wanted, time[1] - time[0])
 
-    def gained(self, currents: Matrix, wheels: Matrix, wanted: Matrix) -> Gained:
+    def gained(self, currents: Matrix, wheels: Matrix) -> Gained:
         """Uncertainty after each current on each wheel."""
         return information_gained(
             self.known.model,
@@ -164,15 +93,23 @@ class _Search:
             self.time,
             places=self.places,
             root=self.root,
-            wanted=wanted,
             speed_sigma=self.noise,
             initial_speed=self.limits.initial_speed,
         )
 
-    def covariance(self, gained: Gained) -> Vector:
-        """Covariance of the wanted combinations with the ripple averaged over the breakaways."""
-        each = np.outer(self.rippled, self.rippled)
-        return gained.covariance + each / np.maximum(gained.events, 1.0)[..., None, None]
+    def covariance(self, gained: Gained, columns: Matrix) -> Vector:
+        """Covariance of combinations, with the ripple averaged over the breakaways.
+
+        Args:
+            gained: Uncertainty after b currents on d wheels, at k times.
+            columns: Coefficients of c combinations, (n, c).
+
+        Returns:
+            Covariance, (b, d, k, c, c), SI.
+        """
+        rippled = self.ripple * self.at_rest(columns)
+        each = np.outer(rippled, rippled) / np.maximum(gained.events, 1.0)[..., None, None]
+        return columns.T @ gained.covariance @ columns + each
 
     def scores(self, shapes: Sequence[Shape]) -> Vector:
         """Score of each shape.
@@ -182,8 +119,8 @@ class _Search:
         the time where they are.
         """
         currents = np.array([self.current(shape, self.time) for shape in shapes])
-        gained = self.gained(currents, self.wheels[:SEARCH_WHEELS], self.wanted)
-        covariance = self.covariance(gained)
+        gained = self.gained(currents, self.wheels[:SEARCH_WHEELS])
+        covariance = self.covariance(gained, self.wanted)
         variance = np.diagonal(covariance, axis1=-2, axis2=-1)
         if self.targets is None:
             scale = np.sqrt(np.diag(self.before))
@@ -196,9 +133,16 @@ class _Search:
             first = np.argmax(left <= 0.0, axis=1)
             early = checkpoints(self.time)[first] / self.limits.duration - 1.0
             score = np.where(np.any(left <= 0.0, axis=1), early - 1.0, left[:, -1])
-        fast = np.max(np.abs(gained.speed), axis=(1, 2)) > self.limits.speed
-        wrong = fast | ~np.all(gained.resolved, axis=1)
-        return np.where(wrong, INFEASIBLE + np.max(np.abs(gained.speed), axis=(1, 2)), score)
+        fastest = np.nan_to_num(np.max(np.abs(gained.speed), axis=(1, 2)), nan=np.inf)
+        wrong = (fastest > self.limits.speed) | ~np.all(gained.resolved, axis=1)
+        return np.where(wrong, INFEASIBLE + fastest, score)
+
+    def keeps_to_limits(self, shape: Shape) -> bool:
+        """Whether no wheel drawn exceeds the largest speed."""
+        if np.isinf(self.limits.speed):
+            return True
+        speed = self.gained(self.current(shape, self.time)[None], self.wheels).speed
+        return bool(np.max(np.abs(speed)) <= self.limits.speed)
 
     def run(self, say: Callable[[str], None]) -> tuple[Shape, int]:
         """Best shape, and the number tried."""
@@ -226,13 +170,13 @@ class _Search:
             ]
             shapes += new
             scores = np.concatenate([scores, self.scores(new)])
-        best = int(np.argmin(scores))
-        if scores[best] >= INFEASIBLE:
-            raise InputError(
-                f"max speed: found {self.limits.speed:g} rad/s, expected more: every profile tried "
-                f"reaches at least {scores[best] - INFEASIBLE:.3g} rad/s"
-            )
-        return shapes[best], len(shapes)
+        for best in np.argsort(scores, kind="stable"):
+            if scores[best] < INFEASIBLE and self.keeps_to_limits(shapes[best]):
+                return shapes[best], len(shapes)
+        raise InputError(
+            f"max speed: found {self.limits.speed:g} rad/s, expected more: every profile tried "
+            "exceeds it"
+        )
 
 
 def design_record(
@@ -282,7 +226,7 @@ def design_record(
     random = np.random.default_rng(seed)
     search = _Search(known, contrast, goals, limits, speed_sigma, torque, random)
     shape, tried = search.run(say)
-    return _concluded(search, shape, tried, wanted, torque, speed_sigma)
+    return _concluded(search, shape, tried, wanted, speed_sigma)
 
 
 def _concluded(
@@ -290,19 +234,15 @@ def _concluded(
     shape: Shape,
     tried: int,
     wanted: Sequence[str],
-    ripple: float,
     speed_sigma: float,
 ) -> Design:
     """Predict the uncertainty of the chosen profile over all wheels drawn, and cut it."""
     known, goals, count = search.known, search.targets, len(wanted)
     current = search.current(shape, search.time)[None]
     columns = np.column_stack([search.wanted, np.eye(len(known.names))])
-    gained = search.gained(current, search.wheels, columns)
-    variance = np.diagonal(gained.covariance[0], axis1=-2, axis2=-1)  # (wheels, times, all)
-    at_rest = [known.names.index(n) for n in known.model.vanishing_at if n in known.names]
-    rippled = ripple * columns[at_rest].sum(axis=0)
-    variance = variance + rippled**2 / np.maximum(gained.events[0], 1.0)[:, :, None]
-    sigma = np.sqrt(variance)
+    gained = search.gained(current, search.wheels)
+    covariance = search.covariance(gained, columns)[0]
+    sigma = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))  # (wheels, times, all)
     reliable = np.quantile(sigma, RELIABLE, axis=0)
     times, last, reached = checkpoints(search.time), len(reliable) - 1, None
     if goals is not None:
@@ -333,10 +273,11 @@ def _concluded(
             )
         )
     needed = None
-    if goals is not None and np.any(search.rippled):
-        needed = int(np.ceil(np.max((search.rippled / goals) ** 2)))
+    rippled = search.ripple * search.at_rest(search.wanted)
+    if goals is not None and np.any(rippled):
+        needed = int(np.ceil(np.max((rippled / goals) ** 2)))
     estimate = np.array([list(known.values.values())])
-    speed = search.gained(current, estimate, search.wanted).speed[0, 0]
+    speed = search.gained(current, estimate).speed[0, 0]
     return Design(
         shape=shape,
         numbers=shape.numbers(search.limits, search.breakaway),
@@ -348,7 +289,7 @@ def _concluded(
         reached=reached,
         history=(times[: last + 1], reliable[: last + 1, 0]),
         events=float(np.median(gained.events[0, :, last])),
-        ripple=ripple,
+        ripple=search.ripple,
         needed=needed,
         limits=search.limits,
         speed_sigma=speed_sigma,

@@ -27,7 +27,7 @@ class Gained(NamedTuple):
     """Uncertainty after b currents on d wheels, at k times.
 
     Attributes:
-        covariance: Covariance of the c wanted combinations, (b, d, k, c, c), SI.
+        covariance: Covariance of the n uncertain parameters, (b, d, k, n, n), SI.
         events: Number of breakaways and zero crossings so far, (b, d, k).
         speed: Speed at the samples, (b, d, N), rad/s.
         resolved: Whether the motion was resolved and all numbers are finite, (b, d).
@@ -44,7 +44,7 @@ def _program(model: type[Friction], places: tuple[int, ...]):
     """Compile the information of LANES records, each with its own wheel and current."""
     respond = compiled_response(model, "zero-order")
 
-    def lane(theta, current, time, noise, part, root, wanted):
+    def lane(theta, current, time, noise, part, root):
         still = jnp.zeros_like(time)
         speed, jacobian, _, resolved = respond(theta, time, current, still > 0.0, still)
         # in units of the earlier uncertainty, so that the matrix is well conditioned
@@ -52,16 +52,13 @@ def _program(model: type[Friction], places: tuple[int, ...]):
         rows = own @ root / noise
         added = jax.ops.segment_sum(rows[:, :, None] * rows[:, None, :], part, CHECKPOINTS)
         information = jnp.eye(len(root)) + jnp.cumsum(added, axis=0)
-        contrast = root.T @ wanted
-        every = jnp.broadcast_to(contrast, (CHECKPOINTS, *contrast.shape))
-        solved = jnp.linalg.solve(information, every)
-        covariance = jnp.einsum("pc,kpd->kcd", contrast, solved)
+        covariance = (root @ jnp.linalg.inv(information) @ root.T)[:, :-1, :-1]
         starts = (speed[:-1] == 0.0) & (speed[1:] != 0.0) | (speed[:-1] * speed[1:] < 0.0)
         events = jax.ops.segment_sum(starts.astype(float), part[1:], CHECKPOINTS)
         sound = resolved & jnp.all(jnp.isfinite(covariance))
         return covariance, jnp.cumsum(events), speed, sound
 
-    return jax.jit(jax.vmap(lane, (0, 0, None, None, None, None, None)))
+    return jax.jit(jax.vmap(lane, (0, 0, None, None, None, None)))
 
 
 def checkpoints(time: Vector) -> Vector:
@@ -81,11 +78,10 @@ def information_gained(
     *,
     places: Sequence[int],
     root: Matrix,
-    wanted: Matrix,
     speed_sigma: float,
     initial_speed: float = 0.0,
 ) -> Gained:
-    """Uncertainty of linear combinations of parameters after a record of each current.
+    """Uncertainty of the parameters after a record of each current.
 
     An initial speed other than zero is estimated with the parameters.
 
@@ -96,7 +92,6 @@ def information_gained(
         time: Sample times, (N,), s, from zero.
         places: Indices of the n uncertain parameters among the m.
         root: Square root of their covariance before the record, (n, n), SI.
-        wanted: Coefficients of c combinations of the uncertain parameters, (n, c).
         speed_sigma: Standard deviation of the measured speed at each sample, rad/s.
         initial_speed: Speed at the first sample, rad/s.
     """
@@ -105,7 +100,6 @@ def information_gained(
     full[:count, :count] = root
     # a wheel that starts from rest has a known speed
     full[-1, -1] = UNKNOWN_START * speed_sigma if initial_speed else 0.0
-    columns = np.vstack([wanted, np.zeros((1, wanted.shape[1]))])
     part = np.searchsorted(checkpoints(time), time * (1.0 - 1e-12))
     program = _program(model, tuple(places))
     lanes = [(b, d) for b in range(len(currents)) for d in range(len(wheels))]
@@ -114,7 +108,7 @@ def information_gained(
     for first in range(0, len(lanes), LANES):
         own = [lanes[k % len(lanes)] for k in range(first, first + LANES)]
         b, d = (np.array(index) for index in zip(*own, strict=True))
-        result = program(theta[d], currents[b], time, speed_sigma, jnp.asarray(part), full, columns)
+        result = program(theta[d], currents[b], time, speed_sigma, jnp.asarray(part), full)
         found.append([np.asarray(column) for column in result])
     joined = [np.concatenate(column)[: len(lanes)] for column in zip(*found, strict=True)]
     shape = (len(currents), len(wheels))

@@ -5,8 +5,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gyrostat.core.units import RPM, SI_UNIT
+from gyrostat.identification.design import Design
 from gyrostat.identification.design_text import HEADER, rows, summary
-from gyrostat.identification.experiment_design import Design
 from gyrostat.reports.figures import MARK, MODEL, STYLE, svg
 from gyrostat.reports.page import render
 

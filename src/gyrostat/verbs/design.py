@@ -11,7 +11,7 @@ from gyrostat.verbs.wheel_arguments import wheel_model
 
 if TYPE_CHECKING:
     from gyrostat.identification import Fit
-    from gyrostat.identification.experiment_design import Design
+    from gyrostat.identification.design import Design
     from gyrostat.identification.known_wheel import KnownWheel
     from gyrostat.wheel import Wheel, WheelModel
 

@@ -22,7 +22,7 @@ from gyrostat.verbs.wheel_arguments import HOLDS, load_records, parameters_in_si
 
 if TYPE_CHECKING:
     from gyrostat.identification import Fit, Validation
-    from gyrostat.identification.experiment_design import Design
+    from gyrostat.identification.design import Design
     from gyrostat.telemetry import Record
     from gyrostat.wheel import Wheel, WheelModel
 
