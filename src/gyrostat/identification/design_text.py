@@ -63,7 +63,9 @@ def summary(design: "Design") -> list[str]:
             "and crossings"
         )
     if design.needed is not None:
-        lines.append(f"the ripple alone takes {design.needed} breakaways at different angles")
+        lines.append(
+            f"the ripple alone takes at least {design.needed} breakaways at different angles"
+        )
     return lines
 
 

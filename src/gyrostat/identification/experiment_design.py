@@ -71,7 +71,8 @@ class _Search:
         self.time = full[:: self.stride]
         self.noise = speed_sigma / np.sqrt(self.stride)
         self.ripple = ripple
-        self.wheels = known.draws(FINAL_WHEELS, random, ripple)
+        estimate = known.nearest_possible(np.array([list(known.values.values())]))
+        self.wheels = np.vstack([estimate, known.draws(FINAL_WHEELS - 1, random, ripple)])
 
     def at_rest(self, columns: Matrix) -> Vector:
         """Coefficients of the torques that act at rest alone in combinations (n, c), (c,)."""
@@ -276,14 +277,12 @@ def _concluded(
     rippled = search.ripple * search.at_rest(search.wanted)
     if goals is not None and np.any(rippled):
         needed = int(np.ceil(np.max((rippled / goals) ** 2)))
-    estimate = np.array([list(known.values.values())])
-    speed = search.gained(current, estimate).speed[0, 0]
     return Design(
         shape=shape,
         numbers=shape.numbers(search.limits, search.breakaway),
         time=time,
         current=search.current(shape, search.limits.time())[: len(time)],
-        speed=np.interp(time, search.time, speed),
+        speed=np.interp(time, search.time, gained.speed[0, 0]),
         wanted=tuple(rows[:count]),
         parameters=tuple(rows[count:]),
         reached=reached,

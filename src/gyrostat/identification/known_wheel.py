@@ -214,7 +214,7 @@ class KnownWheel:
         own = [every.index(n) for n in self.names]
         noise = random.standard_normal((len(drawn), len(own)))
         drawn[:, own] += noise @ square_root(self.covariance).T
-        limited = self._limited(drawn)
+        limited = self.nearest_possible(drawn)
         possible = np.flatnonzero(np.all(limited == drawn, axis=1))
         order = np.concatenate([possible, np.setdiff1d(np.arange(len(drawn)), possible)])
         chosen = limited[order[:count]]
@@ -224,8 +224,12 @@ class KnownWheel:
             chosen[:, place] = np.maximum(chosen[:, place], chosen[:, every.index(reference)])
         return chosen
 
-    def _limited(self, drawn: Matrix) -> Matrix:
-        """Nearest wheels that can exist, (m, all)."""
+    def nearest_possible(self, drawn: Matrix) -> Matrix:
+        """Nearest wheels that can exist.
+
+        Args:
+            drawn: Parameters in the order of `values`, (m, all), SI.
+        """
         every, found = list(self.values), drawn.copy()
         for name in self.model.dimensions():
             least = 0.1 * self.values[name] if name in self.model.held_by_default else 0.0
