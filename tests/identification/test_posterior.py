@@ -50,7 +50,7 @@ def test_the_density_is_that_of_white_residuals_and_its_gradient_is_exact(proble
     u = jnp.array([0.3, -0.2, 0.1, 0.5, -0.1])
     x, determinant = data.coordinates.values(u)
     shifted = np.array(data.start)
-    shifted[data.index] = x
+    shifted[data.free] = x
     ((speed, _),) = prediction(shifted)
     residual = (prediction.records[0].speed - speed) / NOISE
     assert log_density(u, data) - determinant == pytest.approx(-0.5 * residual @ residual)
@@ -82,7 +82,7 @@ def test_random_torques_and_effects_enter_as_a_dense_covariance(problem):
     u = jnp.array([0.3, -0.2, 0.1, 0.5, -0.1])
     x, determinant = data.coordinates.values(u)
     shifted = np.array(data.start)
-    shifted[data.index] = x
+    shifted[data.free] = x
     ((speed, _),) = prediction(shifted)
     residual = prediction.records[0].speed - speed
     found = density(Stribeck, "zero-order", prediction.shared)(u, data) - determinant

@@ -192,7 +192,10 @@ def judged(
         divergent: Number of divergent trajectories.
         effects: Names of the effects in the likelihood.
     """
-    from blackjax.diagnostics import effective_sample_size, potential_scale_reduction
+    from blackjax.diagnostics import (  # pyright: ignore[reportMissingImports]
+        effective_sample_size,
+        potential_scale_reduction,
+    )
 
     columns = [(name, drawn[:, :, k]) for k, name in enumerate(names)]
     columns += [(f"{names[a]}-{names[b]}", drawn[:, :, a] - drawn[:, :, b]) for a, b in differences]

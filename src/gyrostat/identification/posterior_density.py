@@ -11,7 +11,7 @@ Sampling takes place in unlimited coordinates, whitened by the covariance of the
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -68,7 +68,7 @@ class Coordinates(NamedTuple):
 
     mix: Matrix
     scale: Vector
-    limited: Vector
+    limited: Any
     centre: Vector
     root: Matrix
 
@@ -86,7 +86,7 @@ class Posed(NamedTuple):
         records: Data of each record.
         coordinates: Map to the estimated parameters.
         start: All parameters of the prediction, (p,), SI; held ones keep their value.
-        index: Indices of the n estimated parameters among them.
+        free: Indices of the n estimated parameters among them.
         rows: Whitened rows of the a-priori knowledge, (k, n).
         mean: Mean of the a-priori knowledge, (n,).
     """
@@ -94,7 +94,7 @@ class Posed(NamedTuple):
     records: tuple[RecordData, ...]
     coordinates: Coordinates
     start: Vector
-    index: Vector
+    free: Any
     rows: Matrix
     mean: Vector
 
@@ -122,8 +122,9 @@ def coordinates(
     z = np.where(limited, np.maximum(centre / scale, 0.5), centre / scale)
     z = np.where(limited, np.log(np.expm1(np.where(limited, z, 1.0))), z)
     correlation = spread / np.outer(scale, scale)
-    root = np.linalg.cholesky(correlation + 1e-12 * np.eye(len(names)))
-    return Coordinates(np.linalg.inv(difference), scale, limited, z, root)
+    root: Any = np.linalg.cholesky(correlation + 1e-12 * np.eye(len(names)))
+    mix: Any = np.linalg.inv(difference)
+    return Coordinates(mix, scale, limited, z, root)
 
 
 def record_data(
@@ -227,15 +228,15 @@ def density(model: type[Friction], hold: CurrentHold, shared: int):
 
     def value_and_slope(u, posed: Posed):
         x, _ = posed.coordinates.values(u)
-        values = jnp.asarray(posed.start).at[posed.index].set(x)
+        values = jnp.asarray(posed.start).at[posed.free].set(x)
         found = [products(values, data) for data in posed.records]
-        total = sum(part for part, _ in found)
+        total = jnp.sum(jnp.stack([part for part, _ in found]), axis=0)
         size = 1 + len(posed.start)
         effects = jnp.eye(total.shape[0] - size) + total[size:, size:]
         beside = jnp.linalg.solve(effects, total[size:, :size])
         left = total[:size, :size] - total[:size, size:] @ beside
         apart = posed.rows @ (x - posed.mean)
-        slope_x = -left[0, 1:][posed.index] - posed.rows.T @ apart
+        slope_x = -left[0, 1:][posed.free] - posed.rows.T @ apart
         log = -0.5 * left[0, 0] - 0.5 * apart @ apart
         (dx, determinant), pull = jax.vjp(posed.coordinates.values, u)
         (slope,) = pull((slope_x, jnp.ones_like(determinant)))
@@ -279,7 +280,7 @@ def posed(
         records=tuple(records),
         coordinates=coordinates(prediction.model, names, estimates, covariance),
         start=np.array([values[n] for n in prediction.names]),
-        index=np.array([prediction.names.index(n) for n in names]),
+        free=np.array([prediction.names.index(n) for n in names]),
         rows=prior.rows(),
         mean=prior.mean,
     )

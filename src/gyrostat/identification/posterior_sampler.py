@@ -41,7 +41,7 @@ def chain(log_density: Callable) -> Callable:
     Args:
         log_density: Function (u, data) -> logarithm of the density.
     """
-    import blackjax
+    import blackjax  # pyright: ignore[reportMissingImports]
 
     def chunk(key, position, mass, data):
         nuts = blackjax.nuts(lambda u: log_density(u, data), STEP, mass, max_num_doublings=DEEPEST)
