@@ -94,10 +94,11 @@ def test_the_predicted_sigma_is_that_of_the_identification_of_both_records(recor
         places=columns[:4],
         root=square_root(before),
         speed_sigma=NOISE,
+        initial_speed=both.parameters["initial_speed_2"],
     )
     contrast = np.array([0.0, 0.0, -1.0, 1.0])
     predicted = np.sqrt(contrast @ gained.covariance[0, 0, -1] @ contrast)
-    assert predicted == pytest.approx(np.sqrt(found), rel=0.01)
+    assert predicted == pytest.approx(np.sqrt(found), rel=1e-3)
     assert both.parameters["static"] - both.parameters["coulomb"] == pytest.approx(
         26e-6, abs=4.0 * np.sqrt(found)
     )
@@ -122,7 +123,7 @@ def test_no_profile_leaves_the_limits_of_the_driver(family, coordinates, duratio
 def test_one_minute_shows_the_static_torque(known, short_search):
     design = design_record(known, ["static-coulomb"], LIMITS, speed_sigma=NOISE)
     wanted = design.wanted[0]
-    assert wanted.reliable < 26e-6 / 3.0 < wanted.before / 3.0
+    assert wanted.reliable < wanted.before / 4.0
     assert design.events >= 1.0
     assert wanted.after <= wanted.reliable
     assert all(row.after <= row.before for row in design.parameters)

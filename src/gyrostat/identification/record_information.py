@@ -83,7 +83,8 @@ def information_gained(
 ) -> Gained:
     """Uncertainty of the parameters after a record of each current.
 
-    An initial speed other than zero is estimated with the parameters.
+    The initial speed is estimated with the parameters, as `identify` does. A wheel that starts
+    exactly at rest keeps the error of that estimate until it breaks away, which is conservative.
 
     Args:
         model: Friction model.
@@ -98,8 +99,7 @@ def information_gained(
     count = len(places)
     full = np.zeros((count + 1, count + 1))
     full[:count, :count] = root
-    # a wheel that starts from rest has a known speed
-    full[-1, -1] = UNKNOWN_START * speed_sigma if initial_speed else 0.0
+    full[-1, -1] = UNKNOWN_START * speed_sigma
     part = np.searchsorted(checkpoints(time), time * (1.0 - 1e-12))
     program = _program(model, tuple(places))
     lanes = [(b, d) for b in range(len(currents)) for d in range(len(wheels))]
