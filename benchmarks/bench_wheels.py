@@ -55,7 +55,8 @@ USUAL = Effects(ripple=0.05, drift=0.1, lag=0.05)
 
 
 @lru_cache
-def _simulate():
+def simulator():
+    """Compile the speeds of wheels, (count, N), from their parameters, currents and drifts."""
     substeps = round(1.0 / (RATE * STEP))
 
     def lane(wheel, current, drift, dry_drift):
@@ -163,7 +164,7 @@ def records(
             each(effects.second),
         ]
     )
-    speed = np.asarray(_simulate()(wheel, current, drift, dry_drift))
+    speed = np.asarray(simulator()(wheel, current, drift, dry_drift))
     noise = effects.speed_sigma * random.standard_normal(speed.shape)
     truth = np.column_stack([motor, viscous, coulomb, static])
     apparent = truth * (INERTIA / inertia)[:, None]

@@ -119,7 +119,7 @@ def test_record_without_a_crossing_works_and_static_is_not_observable(record, ch
     fit = identify(short, inertia=INERTIA, hold={"motor_constant": 0.0228})
     assert fit.crossings == 0
     assert not fit.observability["static"].observable
-    assert any("never crosses zero" in w for w in fit.warnings)
+    assert any("bench fit.json --design static-coulomb" in w for w in fit.warnings)
 
 
 def test_stribeck_speed_can_be_freed_where_the_wheel_is_sticky(record, truth):

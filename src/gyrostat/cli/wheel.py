@@ -17,6 +17,7 @@ from gyrostat.cli.options import (
     Out,
     UnsignedSpeed,
 )
+from gyrostat.core.errors import InputError
 
 
 class Method(StrEnum):
@@ -95,6 +96,9 @@ def identify(
         Path | None, typer.Option(help="File of a tachometer's edge times, s, instead of speeds.")
     ] = None,
     pulses: Annotated[int, typer.Option(help="Edges per revolution, with --edges.")] = 1,
+    posterior: Annotated[
+        bool, typer.Option(help="Sample the posterior too (extra: gyrostat[posterior]).")
+    ] = False,
     force: Force = False,
     json_output: Json = False,
 ) -> None:
@@ -102,7 +106,8 @@ def identify(
     fit = call(verbs.identify, locals(), command=command_line())
     if json_output:
         print_json(out / "fit.json")
-    if not fit.converged or fit.impossible:
+    unmixed = fit.posterior is not None and not fit.posterior.valid
+    if not fit.converged or fit.impossible or unmixed:
         raise typer.Exit(1)
 
 
@@ -137,7 +142,9 @@ def validate(
 
 
 def bench(
-    model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
+    model: Annotated[
+        Path, typer.Argument(help="model.toml of the wheel; with --design also fit.json.")
+    ],
     out: Annotated[Path, typer.Option(help="Record to write, .csv or .parquet.")],
     profile: Annotated[str, typer.Option(help="Current profile: steps, sines or ramps.")] = "steps",
     duration: Annotated[str, typer.Option(help="Duration, s or with a unit.")] = "300",
@@ -151,7 +158,28 @@ def bench(
     jitter: Annotated[float, typer.Option(help="Time jitter, fraction of the interval.")] = 0.0,
     dropouts: Annotated[float, typer.Option(help="Fraction of missing speeds.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Seed of currents and noise.")] = 0,
+    design: Annotated[
+        list[str] | None,
+        typer.Option(help="Parameter or difference to determine, such as static-coulomb."),
+    ] = None,
+    target_sigma: Annotated[
+        str | None, typer.Option(help="Its wanted sigma, SI or with a unit; A,B for two.")
+    ] = None,
+    max_speed: Annotated[
+        str | None, typer.Option(help="Largest speed of a designed record, rad/s.")
+    ] = None,
+    slew: Annotated[
+        float | None, typer.Option(help="Largest rate of the designed current, A/s.")
+    ] = None,
+    ripple: Annotated[
+        float | None, typer.Option(help="Torque ripple, rms over the dry friction torque.")
+    ] = None,
     force: ForceModel = False,
+    json_output: Json = False,
 ) -> None:
-    """Simulate the bench record of a known wheel."""
-    call(verbs.bench, locals())
+    """Simulate the bench record of a known wheel, or with --design design the next record."""
+    if json_output and not design:
+        raise InputError("--json: found without --design, expected with it: a record is no JSON")
+    call(verbs.bench, {**locals(), "design": design or None}, command=command_line())
+    if json_output:
+        print_json(out.with_suffix(".json"))

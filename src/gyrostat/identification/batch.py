@@ -5,7 +5,7 @@ a result that does not explain the records, other start values are tried and the
 kept.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +22,8 @@ from gyrostat.identification.checks import (
 from gyrostat.identification.conclude import conclude
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.loss import Loss, loss_named
+from gyrostat.identification.posterior import sample_posterior
+from gyrostat.identification.posterior_sampler import check_sampler
 from gyrostat.identification.prediction import CurrentHold, SpeedPrediction, friction_model
 from gyrostat.identification.selection import Selection, select
 from gyrostat.identification.signs import lost_sign
@@ -124,6 +126,8 @@ def identify(
     tolerance: Mapping[str, float] | None = None,
     white_noise: bool = False,
     include: Collection[str] = (),
+    posterior: bool = False,
+    on_draws: Callable[[int], None] = lambda count: None,
 ) -> Fit:
     """Identify a wheel from one or several records, fitted together.
 
@@ -158,6 +162,8 @@ def identify(
         white_noise: Whether to assume that the friction model with white noise is exact (plain
             least squares). The resulting uncertainty is too small for real wheels.
         include: Names of further effects to average over, as the diagnosis names them.
+        posterior: Whether to sample the posterior too (`gyrostat.identification.posterior`).
+        on_draws: Called with the number of draws of the posterior so far.
 
     Returns:
         The fit; `converged` says whether it is valid.
@@ -166,6 +172,13 @@ def identify(
         InputError: The arguments or the records do not allow an estimate.
     """
     records = as_records(records)
+    if posterior:
+        check_sampler()
+        if model == AUTO or loss != "quadratic":
+            raise InputError(
+                "--posterior: found --model auto or --loss, expected one friction model and the "
+                "quadratic loss"
+            )
     if model == AUTO:
         return identify_automatically(
             identify,
@@ -228,7 +241,7 @@ def identify(
         again = refine(selection, shown, best.values, chosen_loss, most, best.solution.iterations)
         if again is not None:
             best, measure = again, shown
-    return conclude(
+    fit = conclude(
         prediction,
         selection,
         best,
@@ -241,3 +254,17 @@ def identify(
         tolerances=tolerances,
         include=include,
     )
+    if not (posterior and fit.converged):
+        return fit
+    own = [fit.names.index(name) for name in selection.free]
+    found = sample_posterior(
+        prediction,
+        selection.free,
+        fit.parameters,
+        fit.covariance[np.ix_(own, own)],
+        selection.prior,
+        measure.sigmas,
+        () if white_noise else fit.effects,
+        on_progress=on_draws,
+    )
+    return replace(fit, posterior=found)

@@ -125,7 +125,7 @@ def result(
         {**held, **estimates},
         names,
         square_root(covariance),
-        lambda name, _: f"hold it at a known value, or {cures[name]}",
+        lambda name: f"hold it at a known value, or {cures[name]}",
     )
     fit = Fit(
         model=model,

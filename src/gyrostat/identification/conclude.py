@@ -203,7 +203,6 @@ def conclude(
             everything,
             solution,
             deterministic,
-            crossings,
             _widening(prediction.model, selection.free, own, formal),
         ),
         converged=solution.converged,

@@ -25,6 +25,7 @@ from gyrostat.wheel.friction import Friction
 
 if TYPE_CHECKING:
     from gyrostat.identification.comparison import Candidate
+    from gyrostat.identification.posterior import Posterior
     from gyrostat.identification.temperature import TemperatureTrend
 
 
@@ -98,6 +99,7 @@ class Fit:
         choices: Choices of an automatic model selection; empty without one.
         comparison: Ranking of the friction models, best first, if requested.
         temperatures: Trends of parameters over temperature, if the records show any.
+        posterior: Sampled posterior, if requested.
     """
 
     model: type[Friction]
@@ -130,6 +132,7 @@ class Fit:
     choices: tuple[str, ...] = ()
     comparison: "tuple[Candidate, ...]" = ()
     temperatures: "tuple[TemperatureTrend, ...]" = ()
+    posterior: "Posterior | None" = None
 
     def __repr__(self) -> str:
         """Table that the command line prints."""

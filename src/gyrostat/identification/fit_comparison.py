@@ -180,7 +180,7 @@ def compare_fits(
     when = days(fits)
     if when is not None:
         order = np.argsort(when, kind="stable").tolist()
-        fits, labels = [fits[k] for k in order], tuple(labels[k] for k in order)
+        fits, labels = [fits[k] for k in order], [labels[k] for k in order]
     asked = [*(["inertia"] if same_wheel else []), *(BENCH if same_bench else [])]
     joint = _Joint(fits, asked)
     trends, spreads = [], []

@@ -64,6 +64,8 @@ def content(fit: "Fit") -> dict[str, object]:
         found["comparison"] = [row.to_dict() for row in fit.comparison]
     if fit.temperatures:
         found["temperature"] = [trend.to_dict() for trend in fit.temperatures]
+    if fit.posterior is not None:
+        found["posterior"] = fit.posterior.to_dict()
     return found
 
 

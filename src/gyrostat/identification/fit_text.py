@@ -3,15 +3,21 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gyrostat.core.text import aligned, measured, plain
 from gyrostat.core.units import RPM, SI_UNIT
 from gyrostat.identification.averaging import Effect
 
 if TYPE_CHECKING:
     from gyrostat.identification.fit import Fit
+    from gyrostat.identification.posterior import Posterior
 
 LIKELY = 0.5
 """Posterior probability from which an effect is listed in the table."""
+
+
+POSTERIOR_HEADER = ("posterior", "median", "95 % interval", "Gaussian 95 % interval", "unit")
 
 
 def likely(effect: Effect) -> bool:
@@ -34,6 +40,9 @@ def table(fit: "Fit") -> list[str]:
     for trend in fit.temperatures:
         slope = measured(trend.slope, trend.slope_sigma)
         lines.append(f"  {trend.name} changes by {slope} {trend.unit} per °C")
+    if fit.posterior is not None:
+        lines += posterior_summary(fit.posterior)
+        lines += [f"  {line}" for line in aligned(list(posterior_rows(fit)), POSTERIOR_HEADER)]
     lines += [f"warning: {warning}" for warning in fit.warnings]
     if fit.impossible:
         lines += [
@@ -82,6 +91,34 @@ def score_rows(fit: "Fit") -> Iterator[tuple[str, str, str]]:
         factor, unit = (100.0, "%") if score.unit == "1" else (1.0, score.unit)
         size = f"{measured(factor * score.value, factor * score.sigma)} {unit}"
         yield score.title, size, f"{score.significance:.1f}"
+
+
+def posterior_summary(posterior: "Posterior") -> list[str]:
+    """Draws of a posterior, and whether it is valid, one sentence per line."""
+    draws = len(posterior.marginals[0].draws)
+    lines = [
+        f"posterior: {draws} draws in {posterior.chains} chains, {posterior.divergences} divergent"
+    ]
+    if not posterior.valid:
+        lines.append(f"no valid posterior: {'; '.join(posterior.faults)}")
+    return lines
+
+
+def posterior_rows(fit: "Fit") -> Iterator[tuple[str, str, str, str, str]]:
+    """Rows of the posterior: name, median, 95 % interval, that of the Gaussian, unit.
+
+    Args:
+        fit: A fit with a posterior; without one there are no rows.
+    """
+    for own in () if fit.posterior is None else fit.posterior.marginals:
+        first, _, second = own.name.partition("-")
+        contrast = np.array([float(n == first) - float(n == second) for n in fit.names])
+        value = float(contrast @ fit.values)
+        half = 1.959964 * float(np.sqrt(contrast @ fit.covariance @ contrast))
+        interval = f"{plain(own.quantiles[0])} to {plain(own.quantiles[-1])}"
+        gaussian = f"{plain(value - half)} to {plain(value + half)}"
+        unit = SI_UNIT[fit.dimensions[first]]
+        yield own.name, plain(own.quantiles[2]), interval, gaussian, unit
 
 
 def share_rows(fit: "Fit") -> Iterator[tuple[str, ...]]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.least_squares import Solution
-from gyrostat.identification.prediction import SpeedPrediction
+from gyrostat.identification.prediction import SpeedPrediction, wheel_dimensions
 from gyrostat.identification.selection import Selection
 from gyrostat.identification.start_values import StartValues
 from gyrostat.wheel.friction import Friction
@@ -45,7 +45,7 @@ def judge(
     values: Mapping[str, float],
     names: Sequence[str],
     root: Matrix,
-    cure: Callable[[str, float], str],
+    cure: Callable[[str], str],
     sizes: Mapping[str, float] | None = None,
     widening: Mapping[str, float] | None = None,
 ) -> dict[str, Observability]:
@@ -59,7 +59,7 @@ def judge(
         values: Name -> value of estimated and held parameters, SI.
         names: Names of the n estimates.
         root: Square root of their covariance, (n, k), SI.
-        cure: Function from name and significance to advice.
+        cure: Function from name to advice.
         sizes: Name -> effect that replaces the value, SI.
         widening: Name -> factor on the standard deviation of its effect, 1 by default.
 
@@ -81,7 +81,7 @@ def judge(
         significance = float(effect / sigma)
         clear = abs(significance) > CLEAR
         text = f"{name}: not observable in this record ({label} is {significance:.1f} sigma)"
-        advice = "" if clear else f"{text}: {cure(name, significance)}"
+        advice = "" if clear else f"{text}: {cure(name)}"
         judged[name] = Observability(clear, significance, advice)
     return judged
 
@@ -123,7 +123,6 @@ def observability(
     values: Mapping[str, float],
     solution: Solution,
     deterministic: StartValues,
-    crossings: int,
     widening: Mapping[str, float],
 ) -> dict[str, Observability]:
     """Observability of every estimated parameter from the measurements alone.
@@ -136,7 +135,6 @@ def observability(
         values: Name -> value of all parameters, SI.
         solution: Solution for the estimated parameters.
         deterministic: Levels of the signals.
-        crossings: Number of zero crossings in the records.
         widening: Name -> standard deviation of its effect, relative to that in white noise alone.
 
     Returns:
@@ -148,19 +146,17 @@ def observability(
 
     told = bool(np.any(selection.prior.sigma < selection.scale))
 
-    def cure(name: str, significance: float) -> str:
+    def cure(name: str) -> str:
         place = selection.free.index(name)
         if told and alone[place] > DECIDED * informed[place]:
             return "its value comes from the a-priori knowledge, not from the record"
-        if name not in prediction.model.vanishing_at:
+        if name not in wheel_dimensions(prediction.model):
             return "hold it at a known value, or record with more varied currents and speeds"
-        ramps = "slow current ramps from rest (bench --profile ramps) show the breakaway directly"
-        if crossings == 0:
-            return f"the speed never crosses zero; {ramps}"
-        times = (3.0 / max(abs(significance), 0.05)) ** 2
+        reference = prediction.model.vanishing_at.get(name)
+        wanted = name if reference is None else f"{name}-{reference}"
         return (
-            f"for 3 sigma, record about {times:.0f} times as many zero crossings or use a "
-            f"tachometer {np.sqrt(times):.1f} times quieter; {ramps}"
+            f"hold it at a known value, or record what shows it: gyrostat bench fit.json --design "
+            f"{wanted} --duration 60 --out next.csv"
         )
 
     sizes = {

@@ -76,7 +76,7 @@ def over_intervals(values: Matrix) -> Matrix:
 
 
 @lru_cache
-def _compiled(model: type[Friction], hold: CurrentHold):
+def compiled_response(model: type[Friction], hold: CurrentHold):
     """Compile theta -> speeds and their derivatives, for theta = wheel parameters, bias, w(0).
 
     At a sample that starts a segment, the speed is the given initial one, and the last derivative
@@ -141,6 +141,11 @@ class SpeedPrediction:
             each record and one for each further segment of the records.
         dimensions: Name -> dimension.
         initial_speeds: Names of the initial speeds.
+        hold: Interpolation of the current between samples.
+        shared: Number of leading parameters that all records share.
+        inputs: Time, current and segment starts of each record, padded.
+        columns: Index of the initial speed of each segment, for each record.
+        at_temperature: Map of the parameters to those at the temperature of each record.
     """
 
     def __init__(self, records: Sequence[Record], model: type[Friction], hold: CurrentHold) -> None:
@@ -153,7 +158,8 @@ class SpeedPrediction:
         """
         self.records = tuple(records)
         self.model = model
-        self._shared = len(wheel_dimensions(model)) + 1
+        self.hold: CurrentHold = hold
+        self.shared = len(wheel_dimensions(model)) + 1
         first = (
             ("initial_speed",)
             if len(records) == 1
@@ -171,22 +177,22 @@ class SpeedPrediction:
             **slopes,
         }
         self.names = tuple(self.dimensions)
-        self._at_temperature = [
+        self.at_temperature = [
             at_temperature(model, self.names, offset)
             for offset in offsets or (0.0,) * len(self.records)
         ]
-        self._respond = _compiled(model, hold)
-        self._inputs, self._columns = [], []
-        restart = self._shared + len(records)
+        self._respond = compiled_response(model, hold)
+        self.inputs, self.columns = [], []
+        restart = self.shared + len(records)
         for k, record in enumerate(self.records):
             again = np.zeros(len(record.time), dtype=bool)
             again[[part.start for part in record.segments[1:]]] = True
             parts = (record.time - record.time[0], record.current)
             inputs = [jnp.asarray(_padded(part)) for part in parts]
             flags = np.pad(again, (0, len(inputs[0]) - len(again)))
-            self._inputs.append((*inputs, jnp.asarray(flags)))
+            self.inputs.append((*inputs, jnp.asarray(flags)))
             further = range(restart, restart + len(record.segments) - 1)
-            self._columns.append([self._shared + k, *further])
+            self.columns.append([self.shared + k, *further])
             restart += len(further)
 
     def admissible(self, values: Vector) -> bool:
@@ -210,18 +216,18 @@ class SpeedPrediction:
             return None
         predicted = []
         for record, inputs, columns, at in zip(
-            self.records, self._inputs, self._columns, self._at_temperature, strict=True
+            self.records, self.inputs, self.columns, self.at_temperature, strict=True
         ):
             own = at @ values
             first = np.zeros(len(inputs[0]))
             first[[part.start for part in record.segments]] = own[columns]
-            shared = own[[*range(self._shared), columns[0]]]
+            shared = own[[*range(self.shared), columns[0]]]
             response = self._respond(jnp.asarray(shared), *inputs, jnp.asarray(first))
             count = len(record.time)
             speed, slim, slopes = (np.asarray(part) for part in response[:3])
             speed, slopes = speed[:count], slopes[: count - 1]
             jacobian = np.zeros((count, len(values)))
-            jacobian[:, : self._shared] = slim[:count, :-1]
+            jacobian[:, : self.shared] = slim[:count, :-1]
             for column, part in zip(columns, record.segments, strict=True):
                 jacobian[part, column] = slim[part, -1]
             finite = all(np.isfinite(found).all() for found in (speed, jacobian, slopes))

@@ -18,8 +18,8 @@ from gyrostat.identification.comparison_text import (
     verdict,
 )
 from gyrostat.identification.fit_changes import DAY
-from gyrostat.reports.figures import BAND, MARK, MEASURED, MODEL, STYLE, literal, svg
-from gyrostat.reports.page import render
+from gyrostat.reports.drawing import BAND, MARK, MEASURED, MODEL, STYLE, literal, svg
+from gyrostat.reports.template import render
 
 POINTS = 60
 """Points of a trend line."""

@@ -5,8 +5,11 @@ from gyrostat.core.units import SI_UNIT
 from gyrostat.identification import Fit
 from gyrostat.identification.acceptance_text import HEADER, acceptance_rows
 from gyrostat.identification.fit_text import (
+    POSTERIOR_HEADER,
     effect_rows,
     parameter_rows,
+    posterior_rows,
+    posterior_summary,
     score_rows,
     share_rows,
     summary,
@@ -15,6 +18,7 @@ from gyrostat.identification.torque_points import torque_regression
 from gyrostat.identification.validation import Validation
 from gyrostat.reports import figures
 from gyrostat.reports.drawing import svg
+from gyrostat.reports.posterior import posterior_figure
 from gyrostat.reports.template import render
 
 
@@ -39,6 +43,10 @@ def fit_page(fit: Fit, *, command: str) -> str:
         summary=summary(fit),
         rows=list(parameter_rows(fit)),
         shares=list(share_rows(fit)),
+        posterior=list(posterior_rows(fit)),
+        posterior_header=POSTERIOR_HEADER,
+        posterior_summary=[] if fit.posterior is None else posterior_summary(fit.posterior),
+        posterior_figure=None if fit.posterior is None else svg(posterior_figure(fit)),
         effects=list(effect_rows(fit)),
         scores=list(score_rows(fit)),
         records=drawn,

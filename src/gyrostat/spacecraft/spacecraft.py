@@ -5,6 +5,7 @@ from typing import Annotated
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
+from numpy.typing import ArrayLike
 
 from gyrostat.core.checked import Checked, Rule
 from gyrostat.core.errors import InputError
@@ -16,7 +17,7 @@ SYMMETRY = 1e-9
 """Largest asymmetry of an inertia matrix, relative to its largest element."""
 
 
-def check_inertia(inertia: Float[Array, "... 3 3"]) -> None:
+def check_inertia(inertia: ArrayLike) -> None:
     """Validate the inertia matrix of a rigid body.
 
     Args:

@@ -59,6 +59,7 @@ def identify(
     missing: str = "refuse",
     edges: "str | Path | None" = None,
     pulses: int = 1,
+    posterior: bool = False,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.identify",
@@ -94,21 +95,23 @@ def identify(
             rows.
         edges: File with the times of a tachometer's edges, s, in place of a speed.
         pulses: Edges per revolution, with `edges`.
+        posterior: Whether to sample the posterior too, for parameters whose uncertainty is not
+            Gaussian (extra `posterior`).
         force: Whether to replace files that gyrostat did not write.
         say: Function that receives each message for the user.
         command: Text that the report names as its origin.
 
     Returns:
         The fit: `print` shows it as a table, `wheel()` gives the wheel. The result is valid if it
-        has `converged` and nothing in it is `impossible`.
+        has `converged` and nothing in it is `impossible`; a posterior says itself if it is `valid`.
 
     Raises:
         InputError: A record or option cannot be used, or existing files would be replaced.
     """
     from gyrostat import identification as stage
     from gyrostat.core.outputs import check_outputs
-    from gyrostat.identification.prediction import friction_model
     from gyrostat.reports.write import FILES, write_fit
+    from gyrostat.wheel.friction import FRICTION_MODELS
 
     if out is not None:
         check_outputs(Path(out), FILES, by="identify", force=force)
@@ -137,7 +140,7 @@ def identify(
     }
     measured = [record.scaled(**factors) for record in load_records(records, say, **reading)]
     if method == "batch":
-        friction_model(named_model)
+        one_of(name, ("auto", *FRICTION_MODELS), "--model")
         say(f"identifying {name} friction from {', '.join(r.name for r in measured)}")
         options: dict[str, Any] = {
             **common,
@@ -152,6 +155,8 @@ def identify(
             measured,
             model=name,
             tolerance=tolerance,
+            posterior=posterior,
+            on_draws=lambda count: say(f"  posterior: {count} draws of each chain"),
             on_progress=lambda stage, count, cost: say(
                 f"  {stage}: iteration {count}, cost {cost:.6g}"
             ),
@@ -176,6 +181,7 @@ def identify(
             "--current-hold": current_hold,
             "--compare": compare,
             "--held-out": held_out,
+            "--posterior": posterior,
             "more than one --speed-sigma": sigmas[1:],
         }
         refuse_given(batch_only, f"--method {method}", "--method batch")

@@ -1,7 +1,7 @@
 """Verbs on a known wheel: validate, bench."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,12 +15,15 @@ from gyrostat.verbs.arguments import (
     in_si_or_none,
     named,
     one_of,
+    refuse_given,
     silent,
 )
+from gyrostat.verbs.design import design as design_bench
 from gyrostat.verbs.wheel_arguments import HOLDS, load_records, parameters_in_si, wheel_model
 
 if TYPE_CHECKING:
     from gyrostat.identification import Fit, Validation
+    from gyrostat.identification.design import Design
     from gyrostat.telemetry import Record
     from gyrostat.wheel import Wheel, WheelModel, WheelSheet
 
@@ -141,39 +144,96 @@ def bench(
     jitter: float = 0.0,
     dropouts: float = 0.0,
     seed: int = 0,
+    design: str | Iterable[str] | None = None,
+    target_sigma: Quantity | Iterable[Quantity] | None = None,
+    max_speed: Quantity | None = None,
+    slew: float | None = None,
+    ripple: float | None = None,
     force: bool = False,
     say: Say = silent,
-) -> "Record":
-    """Simulate the bench record of a known wheel.
+    command: str = "gyrostat.bench",
+) -> "Record | Design":
+    """Simulate the bench record of a known wheel, or design the next record of an identified one.
 
     Args:
-        model: Wheel, its model, an identification, or path of model.toml.
-        out: File for the record, .csv or .parquet; None writes no file.
+        model: Wheel, its model, an identification, or path of model.toml; with `design` also of
+            fit.json.
+        out: File for the record, .csv or .parquet; None writes no file. With `design`, a .csv with
+            the current and the speed of the estimated wheel, and NAME.json and NAME.html beside it.
         profile: "steps", "sines" or "ramps".
-        duration: Duration of the record, s.
+        duration: Duration of the record, s; with `design` the longest one.
         rate: Samples per second, Hz.
         low: Smallest current amplitude, A.
-        high: Largest current amplitude, A.
+        high: Largest current amplitude, A; with `design` the limit of the current, by default four
+            times the breakaway current.
         period: Period of one step, cycle or ramp, s.
         initial_speed: Wheel speed at the first sample, rad/s.
-        speed_sigma: Standard deviation of the tachometer noise, rad/s.
+        speed_sigma: Standard deviation of the tachometer noise, rad/s; with `design`, zero means
+            that of the fit.
         speed_quantum: Quantisation step of the tachometer, rad/s.
         jitter: Jitter of the sample times, fraction of the interval.
         dropouts: Fraction of missing speeds.
-        seed: Seed of currents and noise.
+        seed: Seed of currents and noise; with `design` of the search.
+        design: Parameters or linear combinations, such as "static-coulomb", that the next record
+            is to determine best (c-optimal for one, D-optimal for several).
+        target_sigma: Standard deviation wanted of each of them, SI or with a unit; the record then
+            ends as soon as nine of ten wheels that agree with the fit reach it.
+        max_speed: Largest speed that a designed record may reach, rad/s.
+        slew: Largest rate of change of the current of a designed record, A/s.
+        ripple: Torque ripple, rms over the dry friction torque; by default that of the fit.
         force: Whether to replace a file that gyrostat did not write, and to accept a wheel that its
             identification marked as impossible.
         say: Function that receives each message for the user.
+        command: Text that the page of a design names as its origin.
 
     Raises:
         InputError: A wheel or option cannot be used, or an existing file would be replaced.
     """
+    path = None if out is None else Path(out)
+    if path is not None and path.suffix.lower() not in (".csv", ".parquet"):
+        raise InputError(
+            f"--out: found {str(path)!r}, expected a name that ends in .csv or .parquet"
+        )
+    if design is not None:
+        simulated = {
+            "--profile": profile if profile != "steps" else None,
+            "--low": low,
+            "--period": period,
+            "--speed-quantum": speed_quantum if speed_quantum not in (0.0, "0") else None,
+            "--jitter": jitter or None,
+            "--dropouts": dropouts or None,
+        }
+        refuse_given(simulated, "--design", "a simulated record")
+        return design_bench(
+            model,
+            design,
+            path,
+            duration=duration,
+            rate=rate,
+            most=high,
+            slew=slew,
+            max_speed=max_speed,
+            initial_speed=initial_speed,
+            speed_sigma=speed_sigma,
+            target_sigma=target_sigma,
+            ripple=ripple,
+            seed=seed,
+            force=force,
+            say=say,
+            command=command,
+        )
+    designed = {
+        "--target-sigma": target_sigma,
+        "--max-speed": max_speed,
+        "--slew": slew,
+        "--ripple": ripple,
+    }
+    refuse_given(designed, "a simulated record", "--design")
     from gyrostat.core.files import check_writable
     from gyrostat.core.outputs import new_files
     from gyrostat.simulation import CurrentRange, Telemetry, bench_record, default_range
     from gyrostat.telemetry import write_record
 
-    path = None if out is None else Path(out)
     if path is not None:
         check_writable(path.parent)
     wheel = wheel_model(model, force=force).wheel()

@@ -1,0 +1,286 @@
+"""Posterior density of the parameters of a wheel, without linearisation.
+
+The likelihood is that of the prediction errors: the residual of the exact prediction, whitened by
+the Kalman filter of `innovations` with the gains of the fit, and with the coefficients of lag and
+drift integrated out. In white noise without further effects it is the Gaussian likelihood of the
+residual. The prior is that of the fit, limited to wheels that can exist: friction parameters, and
+differences such as that of static and Coulomb torque, of 0 or more.
+
+Sampling takes place in unlimited coordinates, whitened by the covariance of the fit.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.effects import TorqueNoise
+from gyrostat.identification.least_squares import Prior
+from gyrostat.identification.prediction import CurrentHold, SpeedPrediction, compiled_response
+from gyrostat.wheel.friction import Friction
+
+FAR = 8.0
+"""Distance from its limit, in standard deviations, from which a parameter has no limit."""
+
+
+class RecordData(NamedTuple):
+    """One record as arrays, padded to a rounded length P.
+
+    Attributes:
+        inputs: Time, current and whether a segment starts, as `compiled_response` takes them.
+        place: Index of the initial speed of each sample's segment, (P,).
+        at: Map of the parameters to those at the temperature of the record, (n, n).
+        averaged: Weight of the sample before each one in its mean, (P,): 0 or 1/2.
+        speed: Measured speed, (P,), rad/s; 0 where missing.
+        variance: Variance of the measured speed, (P,); infinite where missing.
+        noise: Transition, gain, ripple variance and walk variance of each interval, (P, 4), and the
+            variance of the first wandering torque, at the levels of the fit.
+        columns: Derivatives of the speed with respect to m coefficients in units of their prior
+            sigma, (P, m).
+    """
+
+    inputs: tuple
+    place: Vector
+    at: Matrix
+    averaged: Vector
+    speed: Vector
+    variance: Vector
+    noise: tuple
+    columns: Matrix
+
+
+class Coordinates(NamedTuple):
+    """Map of whitened coordinates u to the n estimated parameters.
+
+    The limited quantities are g = D x; those near their limit are g = s log(1 + exp(z)), the others
+    g = s z, with z = z0 + L u.
+
+    Attributes:
+        mix: D inverse, (n, n).
+        scale: s, (n,).
+        limited: Whether each quantity is near its limit, (n,).
+        centre: z0, (n,).
+        root: L, (n, n).
+    """
+
+    mix: Matrix
+    scale: Vector
+    limited: Any
+    centre: Vector
+    root: Matrix
+
+    def values(self, u):
+        """Parameters, (n,), and the logarithm of the Jacobian determinant up to a constant."""
+        z = self.centre + self.root @ u
+        quantity = self.scale * jnp.where(self.limited, jax.nn.softplus(z), z)
+        return self.mix @ quantity, jnp.sum(jnp.where(self.limited, jax.nn.log_sigmoid(z), 0.0))
+
+
+class Posed(NamedTuple):
+    """Everything that the density needs.
+
+    Attributes:
+        records: Data of each record.
+        coordinates: Map to the estimated parameters.
+        start: All parameters of the prediction, (p,), SI; held ones keep their value.
+        free: Indices of the n estimated parameters among them.
+        rows: Whitened rows of the a-priori knowledge, (k, n).
+        mean: Mean of the a-priori knowledge, (n,).
+    """
+
+    records: tuple[RecordData, ...]
+    coordinates: Coordinates
+    start: Vector
+    free: Any
+    rows: Matrix
+    mean: Vector
+
+
+def coordinates(
+    model: type[Friction], names: Sequence[str], values: Vector, covariance: Matrix
+) -> Coordinates:
+    """Whitened coordinates around an estimate.
+
+    Args:
+        model: Friction model.
+        names: Names of the n estimated parameters.
+        values: Estimates, (n,), SI.
+        covariance: Their covariance, (n, n), SI.
+    """
+    difference = np.eye(len(names))
+    for name, reference in model.vanishing_at.items():
+        if name in names and reference in names:
+            difference[names.index(name), names.index(reference)] = -1.0
+    centre, spread = difference @ values, difference @ covariance @ difference.T
+    scale = np.sqrt(np.diag(spread))
+    positive = np.array([n in model.dimensions() or n == "inertia" for n in names])
+    limited = positive & (centre < FAR * scale)
+    # the start lies inside the limits: at one sigma where the estimate lies outside
+    z = np.where(limited, np.maximum(centre / scale, 0.5), centre / scale)
+    z = np.where(limited, np.log(np.expm1(np.where(limited, z, 1.0))), z)
+    correlation = spread / np.outer(scale, scale)
+    root: Any = np.linalg.cholesky(correlation + 1e-12 * np.eye(len(names)))
+    mix: Any = np.linalg.inv(difference)
+    return Coordinates(mix, scale, limited, z, root)
+
+
+def record_data(
+    prediction: SpeedPrediction,
+    number: int,
+    sigma: float,
+    noise: TorqueNoise | None = None,
+    levels: Sequence[float] = (0.0, 0.0),
+    transition: Vector | None = None,
+    columns: Matrix | None = None,
+) -> RecordData:
+    """Arrays of one record of a prediction.
+
+    Args:
+        prediction: Records and friction model.
+        number: Index of the record.
+        sigma: Standard deviation of the measured speed, rad/s.
+        noise: Random torque at level one; None without.
+        levels: Levels of ripple and wandering torque.
+        transition: Transition of each interval at the fit, (N - 1,), with `noise`.
+        columns: Derivatives by the coefficients of further effects in units of their prior sigma,
+            (N, m); None without.
+    """
+    record, inputs = prediction.records[number], prediction.inputs[number]
+    size, count = len(inputs[0]), len(record.time)
+    place = np.zeros(size, dtype=int)
+    weight = np.zeros(size)
+    for column, part in zip(prediction.columns[number], record.segments, strict=True):
+        place[part] = column
+        weight[part.start + 1 : part.stop] = 0.5 if record.averaged else 0.0
+
+    def pad(values: Vector, rest: float = 0.0) -> Vector:
+        fill = [(0, size - len(values)), *[(0, 0)] * (values.ndim - 1)]
+        return np.pad(values, fill, constant_values=rest)
+
+    still = np.zeros(count - 1)
+    parts = (still, still, still, still)
+    if noise is not None and transition is not None:
+        crossings, walk = levels[0] ** 2 * noise.crossings, levels[1] ** 2 * noise.walk
+        parts = (transition, noise.gain, crossings, walk)
+    first = 0.0 if noise is None else levels[1] ** 2 * noise.first
+    return RecordData(
+        inputs=inputs,
+        place=place,
+        at=prediction.at_temperature[number],
+        averaged=weight,
+        speed=pad(np.where(record.valid, np.nan_to_num(record.speed), 0.0)),
+        variance=pad(np.where(record.valid, sigma**2, np.inf), np.inf),
+        noise=(np.column_stack([pad(part) for part in parts]), first),
+        columns=pad(np.zeros((count, 0)) if columns is None else columns),
+    )
+
+
+def _whitened(columns, data: RecordData):
+    """Prediction errors of columns (P, c) over their standard deviations, (P, c)."""
+    parts, first = data.noise
+
+    def sample(carry, entry):
+        x, u, xx, xu, uu = carry
+        row, variance, (f, g, v, w) = entry
+        error, total = row - x, xx + variance
+        weight = jnp.where(jnp.isfinite(variance), 1.0 / total, 0.0)
+        kx, ku = xx * weight, xu * weight
+        x, u = x + kx * error, u + ku * error
+        xx, xu, uu = xx - kx * xx, xu - kx * xu, uu - ku * xu
+        ahead = f * f * xx + 2.0 * f * g * xu + g * g * uu + v
+        carry = (f * x + g * u, u, ahead, f * xu + g * uu, uu + w)
+        return carry, error * jnp.sqrt(weight)
+
+    nothing = jnp.zeros(columns.shape[1])
+    start = (nothing, nothing, jnp.zeros(()), jnp.zeros(()), jnp.asarray(first, dtype=float))
+    return jax.lax.scan(sample, start, (columns, data.variance, parts))[1]
+
+
+@lru_cache
+def density(model: type[Friction], hold: CurrentHold, shared: int):
+    """Logarithm of the density over (u, `Posed`), with its gradient by exact sensitivities.
+
+    Args:
+        model: Friction model.
+        hold: Interpolation of the current between samples.
+        shared: Number of parameters that all records share.
+    """
+    respond = compiled_response(model, hold)
+
+    def products(values, data: RecordData):
+        own = data.at @ values
+        first = own[data.place]
+        speed, slim, _, resolved = respond(jnp.append(own[:shared], first[0]), *data.inputs, first)
+        slopes = jax.nn.one_hot(data.place, len(values)) * slim[:, -1:]
+        slopes = slopes.at[:, :shared].add(slim[:, :-1]) @ data.at
+        model_columns = jnp.column_stack([speed, slopes])
+        weight = data.averaged[:, None]
+        model_columns = (1.0 - weight) * model_columns + weight * jnp.roll(model_columns, 1, axis=0)
+        residual = data.speed - model_columns[:, 0]
+        every = jnp.column_stack([residual, -model_columns[:, 1:], data.columns])
+        # a missing sample has no residual, and the padding none either
+        every = jnp.where(jnp.isfinite(data.variance)[:, None], every, 0.0)
+        white = _whitened(every, data)
+        return white.T @ white, resolved
+
+    def value_and_slope(u, posed: Posed):
+        x, _ = posed.coordinates.values(u)
+        values = jnp.asarray(posed.start).at[posed.free].set(x)
+        found = [products(values, data) for data in posed.records]
+        total = jnp.sum(jnp.stack([part for part, _ in found]), axis=0)
+        size = 1 + len(posed.start)
+        effects = jnp.eye(total.shape[0] - size) + total[size:, size:]
+        beside = jnp.linalg.solve(effects, total[size:, :size])
+        left = total[:size, :size] - total[:size, size:] @ beside
+        apart = posed.rows @ (x - posed.mean)
+        slope_x = -left[0, 1:][posed.free] - posed.rows.T @ apart
+        log = -0.5 * left[0, 0] - 0.5 * apart @ apart
+        (dx, determinant), pull = jax.vjp(posed.coordinates.values, u)
+        (slope,) = pull((slope_x, jnp.ones_like(determinant)))
+        sound = jnp.all(jnp.array([resolved for _, resolved in found])) & jnp.isfinite(log)
+        sound = sound & jnp.all(jnp.isfinite(dx)) & jnp.all(jnp.isfinite(slope))
+        log = jnp.where(sound, log + determinant, -jnp.inf)
+        return log, jnp.where(sound, slope, 0.0)
+
+    # reverse mode cannot pass the loop over segments; the sensitivities give the gradient
+    @jax.custom_vjp
+    def log_density(u, posed: Posed):
+        return value_and_slope(u, posed)[0]
+
+    def backward(slope, cotangent):
+        return cotangent * slope, None
+
+    log_density.defvjp(lambda u, posed: value_and_slope(u, posed), backward)
+    return log_density
+
+
+def posed(
+    prediction: SpeedPrediction,
+    names: Sequence[str],
+    values: Mapping[str, float],
+    covariance: Matrix,
+    prior: Prior,
+    records: Sequence[RecordData],
+) -> Posed:
+    """Collect what the density needs.
+
+    Args:
+        prediction: Records and friction model.
+        names: Names of the n estimated parameters.
+        values: Name -> value of all parameters of the prediction, SI.
+        covariance: Covariance of the estimates, (n, n), SI.
+        prior: A-priori knowledge of the estimated parameters.
+        records: Data of each record.
+    """
+    estimates = np.array([values[n] for n in names])
+    return Posed(
+        records=tuple(records),
+        coordinates=coordinates(prediction.model, names, estimates, covariance),
+        start=np.array([values[n] for n in prediction.names]),
+        free=np.array([prediction.names.index(n) for n in names]),
+        rows=prior.rows(),
+        mean=prior.mean,
+    )

@@ -1,0 +1,53 @@
+"""Page of a designed bench record."""
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from gyrostat.core.units import RPM, SI_UNIT
+from gyrostat.identification.design import Design
+from gyrostat.identification.design_text import HEADER, rows, summary
+from gyrostat.reports.drawing import MARK, MODEL, STYLE, svg
+from gyrostat.reports.template import render
+
+
+def design_figure(design: Design) -> Figure:
+    """Plot current, predicted speed and predicted standard deviation over time."""
+    first = design.wanted[0]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(9.0, 6.4))
+        figure.subplots_adjust(left=0.09, right=0.99, bottom=0.075, top=0.985, hspace=0.1)
+        axes = figure.subplots(3, 1, sharex=True)
+        axes[0].step(design.time, design.current, where="post", lw=1.0, color="#444a52")
+        axes[0].set_ylabel("current (A)")
+        axes[1].plot(design.time, design.speed / RPM, lw=1.2, color=MODEL)
+        axes[1].set_ylabel("speed of the estimate (rpm)")
+        when, sigma = design.history
+        axes[2].semilogy(
+            np.append(0.0, when), np.append(first.before, sigma), lw=1.2, color=MODEL, marker="."
+        )
+        if first.target is not None:
+            axes[2].axhline(first.target, lw=0.9, ls="--", color=MARK, label="wanted")
+            axes[2].legend(loc="upper right")
+        axes[2].set_ylabel(f"sigma of {first.name} ({SI_UNIT[first.dimension]})")
+        axes[2].set_xlabel("time (s)")
+        figure.align_ylabels(axes)
+    return figure
+
+
+def design_page(design: Design, *, command: str) -> str:
+    """HTML page of a designed record.
+
+    Args:
+        design: The design.
+        command: Command line that produced it.
+    """
+    return render(
+        "design.html",
+        design=design,
+        command=command,
+        summary=summary(design),
+        header=HEADER,
+        rows=rows(design),
+        figure=svg(design_figure(design)),
+    )

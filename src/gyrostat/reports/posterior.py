@@ -1,0 +1,40 @@
+"""Figure of a sampled posterior."""
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from gyrostat.core.units import SI_UNIT
+from gyrostat.identification import Fit
+from gyrostat.reports.drawing import BAND, MODEL, STYLE
+
+COLUMNS = 3
+
+
+def posterior_figure(fit: Fit) -> Figure:
+    """Plot the marginal of each parameter with the Gaussian of value and sigma.
+
+    Args:
+        fit: A fit with a posterior.
+    """
+    assert fit.posterior is not None
+    marginals = fit.posterior.marginals
+    rows = -(-len(marginals) // COLUMNS)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(9.0, 2.2 * rows), layout="constrained")
+        grid = figure.subplots(rows, COLUMNS, squeeze=False)
+        for axes, own in zip(grid.flat, marginals, strict=False):
+            heights, edges = np.histogram(own.draws, bins=40, density=True)
+            axes.stairs(heights, edges, fill=True, color=BAND)
+            first, _, second = own.name.partition("-")
+            contrast = np.array([float(n == first) - float(n == second) for n in fit.names])
+            value = float(contrast @ fit.values)
+            sigma = float(np.sqrt(contrast @ fit.covariance @ contrast))
+            x = np.linspace(edges[0], edges[-1], 200)
+            density = np.exp(-0.5 * ((x - value) / sigma) ** 2) / (sigma * np.sqrt(2.0 * np.pi))
+            axes.plot(x, density, color=MODEL, lw=1.2)
+            axes.set_yticks([])
+            axes.set_xlabel(f"{own.name} ({SI_UNIT[fit.dimensions[first]]})")
+        for axes in grid.flat[len(marginals) :]:
+            axes.set_visible(False)
+    return figure

@@ -1,0 +1,141 @@
+"""Design of the next bench record, a mode of the verb `bench`."""
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gyrostat.core.errors import InputError
+from gyrostat.verbs.arguments import Quantity, Say, in_si, parts_of
+from gyrostat.verbs.wheel_arguments import wheel_model
+
+if TYPE_CHECKING:
+    from gyrostat.identification import Fit
+    from gyrostat.identification.design import Design
+    from gyrostat.identification.known_wheel import KnownWheel
+    from gyrostat.wheel import Wheel, WheelModel
+
+USUAL_CURRENT = 4.0
+"""Largest current without a stated limit, in breakaway currents of the estimated wheel."""
+
+
+def known_wheel(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) -> "KnownWheel":
+    """Wheel with its uncertainty: a fit, fit.json, or a model with sigmas.
+
+    Args:
+        model: Object or path.
+        force: Whether to accept a wheel that its identification marked as impossible.
+
+    Raises:
+        InputError: The wheel or its uncertainty is not known.
+    """
+    from gyrostat.identification import Fit
+    from gyrostat.identification.known_wheel import KnownWheel
+
+    if isinstance(model, str | Path) and Path(model).suffix.lower() == ".json":
+        return KnownWheel.read(Path(model), force=force)
+    if isinstance(model, Fit):
+        wheel_model(model, force=force)
+        return KnownWheel.from_fit(model)
+    return KnownWheel.from_model(wheel_model(model, force=force))
+
+
+def design(
+    model: "WheelModel | Wheel | Fit | str | Path",
+    wanted: str | Iterable[str],
+    out: Path | None,
+    *,
+    duration: Quantity,
+    rate: float,
+    most: Quantity | None,
+    slew: float | None,
+    max_speed: Quantity | None,
+    initial_speed: Quantity,
+    speed_sigma: Quantity,
+    target_sigma: Quantity | Iterable[Quantity] | None,
+    ripple: float | None,
+    seed: int,
+    force: bool,
+    say: Say,
+    command: str,
+) -> "Design":
+    """Design the next record; write it, its prediction as JSON and its page.
+
+    Args:
+        model: Fit, fit.json or model with sigmas.
+        wanted: Parameters or linear combinations.
+        out: File for the profile, .csv; the other files have its name with .json and .html.
+        duration: Longest duration, s.
+        rate: Samples per second, Hz.
+        most: Largest current, A.
+        slew: Largest rate of change of the current, A/s.
+        max_speed: Largest speed, rad/s.
+        initial_speed: Speed at the start, rad/s.
+        speed_sigma: Standard deviation of the measured speed, rad/s; zero: that of the fit.
+        target_sigma: Wanted standard deviation of each combination.
+        ripple: Torque ripple, rms over the dry friction torque.
+        seed: Seed of the search.
+        force: Whether to replace files that gyrostat did not write, and to accept an impossible
+            wheel.
+        say: Function that receives each message.
+        command: Text that the page names as its origin.
+
+    Raises:
+        InputError: An argument cannot be used, or an existing file would be replaced.
+    """
+    import numpy as np
+
+    from gyrostat.core.outputs import check_outputs, new_files
+    from gyrostat.identification.current_profiles import Limits
+    from gyrostat.identification.design_text import content, table
+    from gyrostat.identification.experiment_design import breakaway_current, design_record
+    from gyrostat.reports.design import design_page
+    from gyrostat.telemetry import Record, write_record
+
+    names: list[str] = []
+    if out is not None:
+        if out.suffix.lower() != ".csv":
+            raise InputError(f"{out}: found the suffix {out.suffix!r}, expected .csv")
+        names = [out.name, f"{out.stem}.json", f"{out.stem}.html"]
+        check_outputs(out.parent, names, by="bench", force=force)
+    known = known_wheel(model, force=force)
+    combinations = [str(text).strip() for text in parts_of(wanted)]
+    torques = {known.dimension(text, "--design") for text in combinations}
+    targets = () if target_sigma is None else parts_of(target_sigma)
+    dimension = torques.pop() if len(torques) == 1 else None
+    noise = in_si(speed_sigma, "speed", "--speed-sigma") or known.speed_sigma
+    if noise is None:
+        raise InputError("--speed-sigma: found none, expected the tachometer noise, or a fit.json")
+    usual = USUAL_CURRENT * breakaway_current(known)
+    limits = Limits(
+        duration=in_si(duration, "time", "--duration"),
+        rate=rate,
+        current=usual if most is None else in_si(most, "current", "--high"),
+        slew=np.inf if slew is None else slew,
+        speed=np.inf if max_speed is None else in_si(max_speed, "speed", "--max-speed"),
+        initial_speed=in_si(initial_speed, "speed", "--initial-speed"),
+    )
+    say(f"designing a record for {', '.join(combinations)}")
+    found = design_record(
+        known,
+        combinations,
+        limits,
+        speed_sigma=noise,
+        targets=[in_si(t, dimension, "--target-sigma") if dimension else float(t) for t in targets],
+        ripple=ripple,
+        seed=seed,
+        say=say,
+    )
+    for line in table(found):
+        say(line)
+    if out is not None:
+        text = json.dumps(content(found), indent=1, ensure_ascii=False, allow_nan=False)
+        page = design_page(found, command=command)
+        every = np.ones(len(found.time), dtype=bool)
+        record = Record(out.name, found.time, found.current, found.speed, every)
+        with new_files(out.parent, by="bench", force=force) as folder:
+            write_record(record, folder / out.name)
+            (folder / names[1]).write_text(text + "\n", encoding="utf-8")
+            (folder / names[2]).write_text(page, encoding="utf-8")
+        say(f"written: {', '.join(str(out.parent / name) for name in names)}")
+    return found

@@ -1,0 +1,204 @@
+"""Design of the next record: its information, its limits and its files."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given as examples
+from hypothesis import strategies as st
+
+import gyrostat as gs
+from gyrostat.core.units import RPM
+from gyrostat.identification import experiment_design, identify
+from gyrostat.identification.current_profiles import FAMILIES, Limits, Shape
+from gyrostat.identification.experiment_design import design_record
+from gyrostat.identification.known_wheel import KnownWheel
+from gyrostat.identification.prediction import SpeedPrediction
+from gyrostat.identification.record_information import UNKNOWN_START, information_gained
+from gyrostat.identification.uncertainty import square_root
+from gyrostat.telemetry import Record, read_record
+from gyrostat.wheel import speed_response
+from gyrostat.wheel.friction import Stribeck, ViscousCoulomb
+
+INERTIA, NOISE = 1.5e-3, 5.0 * RPM
+LIMITS = Limits(duration=60.0, rate=10.0, current=0.15)
+
+
+@pytest.fixture
+def short_search(monkeypatch):
+    """A search of few profiles."""
+    monkeypatch.setattr(experiment_design, "FIRST", 8)
+    monkeypatch.setattr(experiment_design, "ROUNDS", 2)
+    monkeypatch.setattr(experiment_design, "FINAL_WHEELS", 32)
+
+
+@pytest.fixture(scope="module")
+def known(given):
+    return KnownWheel.from_fit(given)
+
+
+def test_the_uncertainty_after_a_record_is_that_of_linear_regression():
+    """Without viscous friction and in one direction: dw/dk_m = I t / J, dw/dw(0) = 1."""
+    wheel = np.array([[0.0228, INERTIA, 0.0, 0.9e-3, 0.0]])
+    time = np.arange(601) / 10.0
+    current, before = np.full((1, 601), 0.1), 1e-4
+    gained = information_gained(
+        ViscousCoulomb,
+        wheel,
+        current,
+        time,
+        places=[0],
+        root=np.array([[before]]),
+        speed_sigma=NOISE,
+        initial_speed=1.0,
+    )
+    rows = np.column_stack([0.1 * time / INERTIA, np.ones(601)]) / NOISE
+    a_priori = np.diag([before**-2, (UNKNOWN_START * NOISE) ** -2])
+    expected = np.linalg.inv(rows.T @ rows + a_priori)[0, 0]
+    assert gained.covariance[0, 0, -1, 0, 0] == pytest.approx(expected, rel=1e-9)
+    half = rows[time <= 30.0]
+    expected = np.linalg.inv(half.T @ half + a_priori)[0, 0]
+    assert gained.covariance[0, 0, 14, 0, 0] == pytest.approx(expected, rel=1e-9)
+    assert gained.events[0, 0, -1] == 0.0
+
+
+def test_the_predicted_sigma_is_that_of_the_identification_of_both_records(record):
+    """A ramp through the breakaway torque, fitted together with profile 2."""
+    first = record()
+    time = LIMITS.time()
+    current = np.linspace(0.94, 1.12, len(time)) * 0.9055e-3 / 0.0228
+    wheel = gs.Wheel(
+        inertia=INERTIA,
+        motor_constant=0.0228,
+        friction=Stribeck(
+            viscous=4.83e-6, coulomb=0.8795e-3, static=0.9055e-3, stribeck_speed=0.418879
+        ),
+    )
+    speed = np.asarray(speed_response(wheel, time, current, 0.0)[0])
+    noise = NOISE * np.random.default_rng(1).standard_normal(len(time))
+    ramp = Record("ramp", time, current, speed + noise, time >= 0.0)
+    both = identify([first, ramp], inertia=INERTIA, speed_sigma=NOISE, white_noise=True)
+    place = [both.names.index(n) for n in ("static", "coulomb")]
+    found = np.array([1.0, -1.0]) @ both.covariance[np.ix_(place, place)] @ np.array([1.0, -1.0])
+    names = ("motor_constant", "viscous", "coulomb", "static")
+    alone = SpeedPrediction([first], Stribeck, "zero-order")
+    values = {**both.parameters, "initial_speed": both.parameters["initial_speed_1"]}
+    shared = [values[n] for n in alone.names]
+    ((_, rows),) = alone(np.array(shared))
+    columns = [alone.names.index(n) for n in (*names, "initial_speed")]
+    before = np.linalg.inv(rows[:, columns].T @ rows[:, columns] / NOISE**2)[:4, :4]
+    gained = information_gained(
+        Stribeck,
+        np.array([shared[:-1]]),
+        current[None],
+        time,
+        places=columns[:4],
+        root=square_root(before),
+        speed_sigma=NOISE,
+        initial_speed=both.parameters["initial_speed_2"],
+    )
+    contrast = np.array([0.0, 0.0, -1.0, 1.0])
+    predicted = np.sqrt(contrast @ gained.covariance[0, 0, -1] @ contrast)
+    assert predicted == pytest.approx(np.sqrt(found), rel=1e-3)
+    assert both.parameters["static"] - both.parameters["coulomb"] == pytest.approx(
+        26e-6, abs=4.0 * np.sqrt(found)
+    )
+
+
+@examples(
+    family=st.sampled_from(sorted(FAMILIES)),
+    coordinates=st.lists(st.floats(0.0, 1.0), min_size=4, max_size=4),
+    duration=st.floats(2.0, 50.0),
+    current=st.floats(1e-3, 10.0),
+    slew=st.floats(1e-3, 100.0),
+)
+def test_no_profile_leaves_the_limits_of_the_driver(family, coordinates, duration, current, slew):
+    limits = Limits(duration=duration, rate=10.0, current=current, slew=slew)
+    time = limits.time()
+    found = limits.apply(Shape(family, np.array(coordinates)).current(time, limits, 0.04), 0.1)
+    assert np.all(np.isfinite(found))
+    assert np.max(np.abs(found)) <= current
+    assert np.max(np.abs(np.diff(found, prepend=0.0))) <= slew * 0.1 * (1.0 + 1e-9) + 1e-15
+
+
+def test_one_minute_shows_the_static_torque(known, short_search):
+    design = design_record(known, ["static-coulomb"], LIMITS, speed_sigma=NOISE)
+    wanted = design.wanted[0]
+    assert wanted.reliable < wanted.before / 3.0
+    assert design.events >= 1.0
+    assert wanted.after <= wanted.reliable
+    assert all(row.after <= row.before for row in design.parameters)
+    rippled = design_record(
+        known, ["static-coulomb"], LIMITS, speed_sigma=NOISE, ripple=0.04, targets=[8.7e-6]
+    )
+    assert rippled.needed == int(np.ceil((0.04 * known.dry_torque() / 8.7e-6) ** 2))
+    assert rippled.events > 1.0
+    assert rippled.reached is None
+    assert "record longer" in repr(rippled)
+
+
+def test_the_record_ends_when_the_target_is_reached(known, short_search):
+    design = design_record(known, ["static-coulomb"], LIMITS, speed_sigma=NOISE, targets=[15e-6])
+    assert design.reached is not None
+    assert design.time[-1] == pytest.approx(design.reached, abs=0.11)
+    assert design.wanted[0].reliable <= 15e-6
+    assert len(design.time) == len(design.current) == len(design.speed)
+
+
+def test_the_verb_writes_the_profile_its_prediction_and_a_page(given, tmp_path, short_search):
+    (tmp_path / "fit.json").write_text(json.dumps(given.to_dict()), encoding="utf-8")
+    said = []
+    design = gs.bench(
+        tmp_path / "fit.json",
+        tmp_path / "next.csv",
+        design="static, coulomb",
+        duration="1 min",
+        high=0.15,
+        max_speed="200 rpm",
+        say=said.append,
+    )
+    assert np.max(np.abs(design.speed)) < 200.0 * RPM
+    record = read_record(tmp_path / "next.csv")
+    np.testing.assert_array_equal(record.current, design.current)
+    content = json.loads((tmp_path / "next.json").read_text(encoding="utf-8"))
+    assert [row["name"] for row in content["wanted"]] == design.names == ["static", "coulomb"]
+    assert content["parameters"]["coulomb"]["before"] == pytest.approx(given.sigma["coulomb"])
+    assert "<svg" in (tmp_path / "next.html").read_text(encoding="utf-8")
+    assert any(line.startswith("profile of ") for line in said)
+
+
+@pytest.mark.parametrize(
+    ("options", "found"),
+    [
+        ({"design": "drag"}, "--design: found 'drag', expected a parameter that the fit estimates"),
+        ({"design": "inertia"}, "found 'inertia'"),
+        ({"design": "static-viscous"}, "expected parameters of one unit"),
+        ({"design": "static-static"}, "always zero"),
+        ({"design": "static", "duration": 1.0}, "found 10 samples, expected at least 20"),
+        ({"design": "static", "low": 0.1}, "found --low, expected these with a simulated record"),
+        ({"design": "static", "target_sigma": [1.0, 2.0]}, "found 2 values, expected 1"),
+        ({"slew": 1.0}, "found --slew, expected these with --design only"),
+    ],
+)
+def test_a_design_that_cannot_be_made_says_why(given, options, found):
+    with pytest.raises(gs.InputError, match=found):
+        gs.bench(given, **options)
+
+
+def test_a_wheel_without_uncertainty_is_refused(given, tmp_path):
+    with pytest.raises(gs.InputError, match=r"found no table \[sigma\]"):
+        gs.bench(given.wheel(), design="static", speed_sigma=NOISE)
+    (tmp_path / "fit.json").write_text('{"parameters": {}}', encoding="utf-8")
+    with pytest.raises(gs.InputError, match=r"expected a fit\.json"):
+        gs.bench(tmp_path / "fit.json", design="static")
+
+
+def test_wheels_drawn_can_exist_and_spread_as_the_estimates(known):
+    wheels = known.draws(2000, np.random.default_rng(0))
+    names = list(known.values)
+    drawn = dict(zip(names, wheels.T, strict=True))
+    assert np.all(drawn["static"] >= drawn["coulomb"])
+    place = known.names.index("motor_constant")
+    assert np.std(drawn["motor_constant"]) == pytest.approx(
+        np.sqrt(known.covariance[place, place]), rel=0.1
+    )
