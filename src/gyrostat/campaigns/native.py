@@ -92,7 +92,8 @@ class Program(NamedTuple):
         for first in self.starts:
             made = self.chunk((*carry, np.int64(first), *given), asked)
             carry, (counted, *rows) = made[: len(carry)], made[len(carry) :]
-            seen = Seen(*carry[-len(Seen._fields) :])
+            own: Any = carry[-len(Seen._fields) :]
+            seen = Seen(*own)
             yield seen, counted, jax.tree.map(rows.__getitem__, self.rows)
 
 
@@ -117,7 +118,8 @@ def program_of(structure: Structure, plans: Plans, *, verify: bool = False) -> P
         if None not in libraries:
             return _loaded(structure, stored, *libraries)
     traces, rows = _trace(structure, plans)
-    made = Stored(*map(_part, traces), rows)
+    begin, chunk = map(_part, traces)
+    made = Stored(begin, chunk, rows)
     if verify and stored is not None and [*stored[:2]] != [*made[:2]]:
         raise InputError(
             f"{cache and cache.path}: found a stored program {name} that differs from a new trace, "

@@ -180,7 +180,8 @@ def compare_fits(
     when = days(fits)
     if when is not None:
         order = np.argsort(when, kind="stable").tolist()
-        fits, labels = [fits[k] for k in order], [labels[k] for k in order]
+        fits = [fits[k] for k in order]
+        labels = [labels[k] for k in order]
     asked = [*(["inertia"] if same_wheel else []), *(BENCH if same_bench else [])]
     joint = _Joint(fits, asked)
     trends, spreads = [], []
