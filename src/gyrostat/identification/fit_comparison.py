@@ -179,7 +179,7 @@ def compare_fits(
         raise InputError("compare: found no parameter that two fits have in common, expected one")
     when = days(fits)
     if when is not None:
-        order = np.argsort(when, kind="stable").tolist()
+        order: list[int] = np.argsort(when, kind="stable").tolist()
         fits = [fits[k] for k in order]
         labels = [labels[k] for k in order]
     asked = [*(["inertia"] if same_wheel else []), *(BENCH if same_bench else [])]
