@@ -21,8 +21,8 @@ from gyrostat.identification.prediction import SpeedPrediction
 
 QUANTILES = (0.025, 0.16, 0.5, 0.84, 0.975)
 LARGEST_RHAT, FEWEST = 1.05, 400.0
-"""Largest R-hat and smallest effective number of draws of a valid posterior. The usual limit of R-hat,
-1.01, is for few long chains; that of many short ones has a larger sampling error."""
+"""Largest R-hat and smallest effective number of draws of a valid posterior. The usual limit of
+R-hat, 1.01, is for few long chains; that of many short ones has a larger sampling error."""
 MOST_DIVERGENT = 0.01
 """Largest fraction of divergent trajectories. The density has kinks where a zero crossing passes a
 sample, so that a few trajectories diverge in a sound posterior too."""
