@@ -97,7 +97,7 @@ def test_residual_scales_sigma_where_the_noise_is_not_given(record, given, plain
 
 def test_static_torque_of_the_paper_is_not_observable_and_says_what_would_cure_it(given):
     assert not given.observability["static"].observable
-    assert "zero crossings" in given.observability["static"].advice
+    assert "bench fit.json --design" in given.observability["static"].advice
     assert all(given.observability[n].observable for n in ("motor_constant", "viscous", "coulomb"))
 
 

@@ -190,10 +190,6 @@ def bench(
         InputError: A wheel or option cannot be used, or an existing file would be replaced.
     """
     path = None if out is None else Path(out)
-    if path is not None and path.suffix.lower() not in (".csv", ".parquet"):
-        raise InputError(
-            f"--out: found {str(path)!r}, expected a name that ends in .csv or .parquet"
-        )
     if design is not None:
         simulated = {
             "--profile": profile if profile != "steps" else None,
@@ -259,6 +255,8 @@ def bench(
         name="bench" if path is None else path.name,
     )
     if path is not None:
+        if path.suffix.lower() not in (".csv", ".parquet"):
+            raise InputError(f"--out: found {str(path)!r}, expected a name in .csv or .parquet")
         with new_files(path.parent, by="bench", force=force) as folder:
             write_record(record, folder / path.name)
         source = model if isinstance(model, str | Path) else type(model).__name__
