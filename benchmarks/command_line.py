@@ -101,7 +101,7 @@ def main():
 
         table.row("`--help`", lambda k: [COMMAND, "--help"], cache)
         table.row("`simulate`, first", simulate, folder / "first", 1)
-        table.row("`simulate`, empty cache, bytecode there", simulate, cache, 1)
+        table.row("`simulate`, empty cache", simulate, cache, 1)
         table.row("`simulate`, again", simulate, cache)
         table.row("`simulate`, another number", changed, cache)
         table.row("`campaign --runs 1000`, first", campaign, folder / "second", 1)
@@ -122,7 +122,8 @@ def main():
         table.row("`recover`, first", lambda k: recover, cache, 1)
         table.row("`recover`, again", lambda k: recover, cache)
         export = [COMMAND, "export", "fit/model.toml", "--to", "c", "--what", "compensator"]
-        export += ["--period", "100ms", "--out", "flight"]
+        export += ["--period", "100ms", "--gains", "0.0571,0.00234,0.3126", "--table-inertia"]
+        export += ["0.495", "--speed-sigma", "5rpm", "--out", "flight"]
         table.row("`export --to c`", lambda k: export, cache)
         table.row("a notebook's `gs.simulate`", lambda k: [sys.executable, "-c", NOTEBOOK], cache)
         for ready in READY if given.scenarios else ():
