@@ -47,7 +47,7 @@ class SafeFrit(Checked):
     - The covariance is limited, since forgetting without excitation lets it grow without bound.
     - A channel is not updated while its error is small.
     - No channel is updated while the actuators saturate, and until its effect has decayed in the
-    filters.
+      filters.
 
     Y. Wakasa and others, as in `frit.py`; projection and limit of the covariance: P. A. Ioannou, J.
     Sun, "Robust Adaptive Control", sections 4.4 and 8.5.
