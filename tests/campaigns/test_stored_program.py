@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gyrostat.campaigns import native
+from gyrostat.campaigns.components import COMPENSATORS
 from gyrostat.campaigns.draws import draw
 from gyrostat.campaigns.native import program_of
 from gyrostat.campaigns.plans import plans_of
@@ -127,6 +128,21 @@ def test_a_program_whose_library_was_removed_is_made_again(scenario, small, monk
     monkeypatch.setattr(native, "traced", lambda *a, **o: made.append(1) or traced(*a, **o))
     program_of(structure, plans)
     assert len(made) == 2
+
+
+def test_components_of_a_user_are_always_traced(scenario, small, monkeypatch):
+    """Their code may change; the digest covers this package only."""
+    structure, plans = structure_of(scenario), plans_of(scenario)
+    program_of(structure, plans)
+
+    def own(*arguments):
+        return COMPENSATORS["friction_model"].make(*arguments)
+
+    changed = replace(COMPENSATORS["friction_model"], make=own)
+    other = replace(scenario, compensator="own")
+    monkeypatch.setitem(COMPENSATORS, "own", changed)
+    monkeypatch.setattr(native, "private_cache", lambda: pytest.fail("stored or looked up"))
+    program_of(structure_of(other), plans)
 
 
 def test_a_stored_program_that_differs_is_reported(scenario, small):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.stats import binom
 
@@ -50,5 +50,8 @@ def test_ends_of_an_interval_read_apart():
 
 
 @given(st.floats(1e-6, 1.0 - 1e-6), st.integers(1, 20000), st.floats(1e-4, 1.0 - 1e-4))
+@example(0.5, 87, 0.5)  # the cumulative probability of 43 is exactly one half
 def test_quantiles_are_those_of_the_binomial_distribution(level, count, share):
-    assert _binomial_quantile(level, count, share) == binom.ppf(level, count, share)
+    found = _binomial_quantile(level, count, share)
+    assert binom.cdf(found, count, share) >= level * (1.0 - 1e-9)
+    assert binom.cdf(found - 1, count, share) < level * (1.0 + 1e-9)

@@ -22,6 +22,7 @@ from gyrostat.campaigns.schema import (
     friction_keys,
 )
 from gyrostat.campaigns.schema import INERTIA as INERTIA_KEY
+from gyrostat.campaigns.structure import Structure
 from gyrostat.wheel.friction import FRICTION_MODELS
 
 KINDS: Mapping[str, Mapping[str, Component]] = {
@@ -32,6 +33,19 @@ KINDS: Mapping[str, Mapping[str, Component]] = {
     "environment": ENVIRONMENTS,
 }
 """Section of a scenario file -> components that its `kind` can name."""
+
+
+def is_shipped(scenario: Scenario | Structure) -> bool:
+    """Whether all components of a scenario are of this package.
+
+    The digest of this package identifies their code. Others may change, and are always traced.
+    """
+    parts = [kinds[getattr(scenario, section)] for section, kinds in KINDS.items()]
+    code = [
+        getattr(part, name) for part in parts for name in ("make", "plan") if hasattr(part, name)
+    ]
+    code.append(FRICTION_MODELS[scenario.friction])
+    return all(getattr(each, "__module__", "").startswith("gyrostat.") for each in code)
 
 
 def numbers_of(scenario: Scenario) -> dict[str, Key]:

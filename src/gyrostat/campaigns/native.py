@@ -15,6 +15,7 @@ import numpy as np
 
 from gyrostat.campaigns.build import Plans
 from gyrostat.campaigns.fingerprint import FLAGS, engine_record
+from gyrostat.campaigns.kinds import is_shipped
 from gyrostat.campaigns.metrics import Seen
 from gyrostat.campaigns.run_loop import ON_DEMAND, OWN, loop_of, runner_of
 from gyrostat.campaigns.structure import Structure
@@ -100,6 +101,8 @@ class Program(NamedTuple):
 def program_of(structure: Structure, plans: Plans, *, verify: bool = False) -> Program:
     """Program of a scenario: from the cache, or traced, compiled and stored.
 
+    A program with a component that is not of this package is always traced and never stored.
+
     Args:
         structure: Structure of the scenario.
         plans: Designs; only the shapes and types of their numbers are used.
@@ -110,7 +113,8 @@ def program_of(structure: Structure, plans: Plans, *, verify: bool = False) -> P
             program differs.
     """
     required()
-    cache, name = private_cache(), _name(structure, plans)
+    cache = private_cache() if is_shipped(structure) else None
+    name = _name(structure, plans)
     content = None if cache is None else cache.read(name)
     stored = None if content is None else pickle.loads(content)
     if stored is not None and not verify:

@@ -3,12 +3,14 @@
 import hashlib
 import os
 import pickle
+from typing import Any
 
 import equinox as eqx
 import numpy as np
 
 from gyrostat.campaigns.build import Plans, build, plan
 from gyrostat.campaigns.fingerprint import FLAGS, engine_record
+from gyrostat.campaigns.kinds import is_shipped
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import structure_of
 from gyrostat.core.cache import private_cache
@@ -20,19 +22,20 @@ def plans_of(scenario: Scenario) -> Plans:
     """Design the controllers of a scenario and validate all its parts.
 
     The designs of a scenario with the same content, code and versions are taken from the cache,
-    which has them only if the parts were valid.
+    which has them only if the parts were valid. Designs by a controller that is not of this package
+    are always computed.
 
     Raises:
         InputError: A part refuses its parameters, or the working wheels do not suffice in a phase.
     """
     about = engine_record("cpu", FLAGS["cpu"]), os.environ.get("JAX_PLATFORMS"), scenario.text()
     name = f"scenario-{hashlib.sha256(repr(about).encode()).hexdigest()}"
-    cache = private_cache()
+    cache = private_cache() if is_shipped(scenario) else None
     content = None if cache is None else cache.read(name)
     if content is not None:
         return pickle.loads(content)
     plans = plan(scenario)
-    numbers = {key: np.asarray(value) for key, value in scenario.values.items()}
+    numbers: Any = {key: np.asarray(value) for key, value in scenario.values.items()}
     # one program compiles in less time than the single operations
     setup = eqx.filter_jit(build)(structure_of(scenario), numbers, plans)
     check_parts(setup.plant, setup.controller, setup.sensor)
