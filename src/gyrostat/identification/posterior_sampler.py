@@ -87,7 +87,7 @@ def sample(
         chains: Number of chains.
         warm_up: Steps of each of the two stages of warm-up, which are discarded.
         draws: Draws of each chain.
-        on_progress: Called with the draws of each chain so far.
+        on_progress: Called with the draws of each chain so far, 0 before the warm-up.
 
     Returns:
         Draws, (chains, draws, n), and the number of divergent trajectories among them.
@@ -108,6 +108,7 @@ def sample(
             said(done + used)
         return np.concatenate(parts, axis=1), divergent
 
+    on_progress(0)
     first, _ = run(warm_up, lambda count: None)
     late = first[:, warm_up // 2 :].reshape(-1, dimension)
     mass = jnp.asarray(np.cov(late.T).reshape(dimension, dimension) + 1e-6 * np.eye(dimension))
