@@ -25,8 +25,9 @@ from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.run_loop import OWN, loop_of, runner_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import Structure, structure_of
+from gyrostat.codegen.simd.batch_scope import random_keys
 from gyrostat.codegen.simd.compiler import required
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import jax
 from gyrostat.core.threefry import Words
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.validation import check_seed
@@ -75,8 +76,7 @@ class _Ready:
         self, nominal: Vector, drawn: Matrix, plans: Plans, keys: Words, asked: Sequence[int]
     ) -> Iterator[tuple[Seen, Matrix, Any]]:
         """Simulate 64 runs by JAX; see `gyrostat.campaigns.native.Program.chunks`."""
-        pairs = np.stack([keys >> np.uint64(32), keys], axis=-1).astype(np.uint32)
-        given = (nominal, drawn, plans, jax.random.wrap_key_data(jnp.asarray(pairs)))
+        given = (nominal, drawn, plans, random_keys(keys))
         carry = _begin(structure_of(self.scenario))(*given)
         for (_, seen), (counted, rows) in self.runner.chunks(*given, carry=carry, asked=asked):
             yield seen, counted, rows

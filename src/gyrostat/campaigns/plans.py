@@ -3,6 +3,7 @@
 import hashlib
 import os
 import pickle
+from functools import lru_cache
 from typing import Any
 
 import equinox as eqx
@@ -18,6 +19,7 @@ from gyrostat.core.jax64 import jax
 from gyrostat.core.validation import check_parts, check_period
 
 
+@lru_cache(maxsize=8)
 def plans_of(scenario: Scenario) -> Plans:
     """Design the controllers of a scenario and validate all its parts.
 

@@ -1,8 +1,8 @@
 """Read [[dispersion]] tables: distributions, or the covariance of an identified wheel."""
 
 import difflib
-import json
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,8 @@ from gyrostat.campaigns.scenario import Dispersion, Scenario
 from gyrostat.campaigns.schema import DISTRIBUTIONS, Key
 from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
-from gyrostat.core.toml_file import read_text
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.fit_json import read_fit
 from gyrostat.identification.uncertainty import square_root
 
 
@@ -120,27 +121,16 @@ def _from_fit(row: Table, scenario: Scenario, force: bool) -> Dispersion:
     wheel = row.text("wheel", None)
     if wheel not in scenario.wheels:
         raise row.refuse("wheel", wheel, f"one of {', '.join(scenario.wheels)}")
-    try:
-        content = json.loads(read_text(path, "fit.json"))
+
+    def of_wheel(content: Mapping[str, Any]) -> tuple[list[str], Vector, Matrix]:
         parameters, correlation = content["parameters"], content["correlation"]
         names = [n for n in correlation["names"] if f"wheel.{wheel}.{n}" in scenario.values]
         sigma = np.array([float(parameters[n]["sigma"]) for n in names])
         order = [correlation["names"].index(n) for n in names]
-        matrix = np.array(correlation["matrix"], dtype=float)[np.ix_(order, order)]
-    except InputError:
-        raise
-    except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as error:
-        raise InputError(
-            f"{path}: found no parameters with sigma and correlation ({type(error).__name__}: "
-            f"{error}), expected a fit.json of gyrostat identify"
-        ) from None
-    if content.get("converged") is False:
-        raise InputError(f"{path}: found a fit that did not converge, expected one that did")
-    if content.get("impossible") and not force:
-        raise InputError(
-            f"{path}: found a wheel that cannot exist ({content['impossible'][0]}), expected one "
-            "that can, or --force"
-        )
+        return names, sigma, np.array(correlation["matrix"], dtype=float)[np.ix_(order, order)]
+
+    # a covariance may be written by hand, without a statement on convergence
+    names, sigma, matrix = read_fit(path, of_wheel, force=force, stated=False)
     if not names:
         raise InputError(f"{path}: found no parameter of wheel {wheel}, expected friction")
     if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(sigma)) and np.all(sigma >= 0.0)):

@@ -1,14 +1,21 @@
-"""Content of fit.json."""
+"""Content of fit.json: from an identification, and read again."""
 
+import json
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from gyrostat.core.errors import InputError
+from gyrostat.core.toml_file import read_text
 from gyrostat.core.units import SI_UNIT
 
 if TYPE_CHECKING:
     from gyrostat.identification.fit import Fit
+
+T = TypeVar("T")
 
 
 def content(fit: "Fit") -> dict[str, object]:
@@ -80,3 +87,68 @@ def _tolerances(fit: "Fit") -> dict[str, dict[str, object]]:
         }
         for k, name in enumerate(fit.tolerances.names)
     }
+
+
+def read_fit(
+    path: Path,
+    parse: Callable[[Mapping[str, Any]], T],
+    *,
+    force: bool = False,
+    stated: bool = True,
+) -> T:
+    """Read a fit.json; for the arguments and errors see `parsed`."""
+    try:
+        content = json.loads(read_text(path, "a fit.json"))
+    except InputError:
+        raise
+    except (ValueError, RecursionError) as error:
+        raise InputError(
+            f"{path}: found invalid JSON ({error}), expected a fit.json of gyrostat identify"
+        ) from None
+    return parsed(str(path), content, parse, force=force, stated=stated)
+
+
+def parsed(
+    name: str,
+    content: Mapping[str, Any],
+    parse: Callable[[Mapping[str, Any]], T],
+    *,
+    force: bool = False,
+    stated: bool = True,
+) -> T:
+    """Take what is needed from the content of a fit.json, if the fit is valid.
+
+    Args:
+        name: Path of the file or name of the fit, for messages.
+        content: Content of fit.json.
+        parse: Function that takes what is needed from the content.
+        force: Whether to accept a wheel that its identification marked as impossible.
+        stated: Whether the content must state that the fit converged.
+
+    Returns:
+        Result of `parse`.
+
+    Raises:
+        InputError: The content is not that of a fit.json, the fit did not converge, or its wheel is
+            impossible.
+    """
+    try:
+        found = parse(content)
+        converged = content["converged"] if stated else content.get("converged", True)
+        impossible = [str(reason) for reason in content.get("impossible", ())]
+    except InputError:
+        raise
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
+        where = f"key {error}" if isinstance(error, KeyError) else "its content"
+        raise InputError(
+            f"{name}: found no parameters with sigma and correlation ({where}: found none or "
+            "another type), expected a fit.json of gyrostat identify"
+        ) from None
+    if not converged:
+        raise InputError(f"{name}: found a fit that did not converge, expected one that did")
+    if impossible and not force:
+        raise InputError(
+            f"{name}: found a wheel that cannot exist ({'; '.join(impossible)}), expected one that "
+            "can, or --force"
+        )
+    return found

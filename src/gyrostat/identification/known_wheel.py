@@ -1,19 +1,18 @@
 """Wheel with uncertain parameters, read from an identification or a model file."""
 
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.toml_file import read_text
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.averaging import Effect
 from gyrostat.identification.fit import Fit
+from gyrostat.identification.fit_json import read_fit
 from gyrostat.identification.prediction import friction_model, wheel_dimensions
 from gyrostat.identification.uncertainty import square_root
 from gyrostat.wheel import WheelModel
@@ -91,32 +90,8 @@ class KnownWheel:
             InputError: The file is not a fit.json of a wheel with friction, or the fit is not
                 valid.
         """
-        try:
-            content = json.loads(read_text(path, "a fit.json"))
-            parameters, names = content["parameters"], tuple(content["correlation"]["names"])
-            sigma = np.array([float(parameters[n]["sigma"]) for n in names])
-            covariance = np.array(content["correlation"]["matrix"], dtype=float)
-            covariance = covariance * np.outer(sigma, sigma)
-            values = {n: float(v) for n, v in content["held"].items()}
-            values |= {n: float(row["value"]) for n, row in parameters.items()}
-            model, noise = friction_model(content["model"]), float(content["speed_sigma"])
-            effects = {e["name"]: Effect(**e) for e in content.get("effects", ())}
-            valid, impossible = content["converged"], content.get("impossible", ())
-            missing = set(wheel_dimensions(model)) - set(values)
-        except InputError:
-            raise
-        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-            raise InputError(
-                f"{path}: found no values with sigma and correlation ({type(error).__name__}: "
-                f"{error}), expected a fit.json of gyrostat identify"
-            ) from None
-        if not valid:
-            raise InputError(f"{path}: found a fit that did not converge, expected one that did")
-        if impossible and not force:
-            raise InputError(
-                f"{path}: found a wheel that cannot exist ({impossible[0]}), expected one that "
-                "can, or --force"
-            )
+        model, values, names, covariance, noise, effects = read_fit(path, _content, force=force)
+        missing = set(wheel_dimensions(model)) - set(values)
         if missing:
             raise InputError(f"{path}: found no {min(missing)}, expected its value")
         finite = np.isfinite(covariance).all() and np.isfinite([*values.values(), noise]).all()
@@ -242,3 +217,15 @@ class KnownWheel:
             place = every.index(name)
             found[:, place] = np.maximum(found[:, place], found[:, every.index(reference)])
         return found
+
+
+def _content(content: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Model, values, names, covariance, speed noise and effects in a fit.json."""
+    parameters, names = content["parameters"], tuple(content["correlation"]["names"])
+    sigma = np.array([float(parameters[n]["sigma"]) for n in names])
+    covariance = np.array(content["correlation"]["matrix"], dtype=float) * np.outer(sigma, sigma)
+    values = {n: float(v) for n, v in content["held"].items()}
+    values |= {n: float(row["value"]) for n, row in parameters.items()}
+    model, noise = friction_model(content["model"]), float(content["speed_sigma"])
+    effects = {e["name"]: Effect(**e) for e in content.get("effects", ())}
+    return model, values, names, covariance, noise, effects

@@ -1,20 +1,20 @@
 """Identified parameters with their provenance, from a fit or its fit.json."""
 
-import json
 import math
 import os
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.toml_file import read_text
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.fit_json import parsed, read_fit
 
 if TYPE_CHECKING:
     from gyrostat.identification.fit import Fit
@@ -93,39 +93,12 @@ def stored_fit(fit: "Fit | str | os.PathLike[str]", *, force: bool = False) -> S
     """
     if isinstance(fit, str | os.PathLike):
         path = Path(fit)
-        try:
-            content: Any = json.loads(read_text(path, "fit.json of an identification", 100_000_000))
-        except InputError:
-            raise
-        except (ValueError, RecursionError) as error:
-            raise InputError(
-                f"{path}: found invalid JSON ({error}), expected fit.json of an identification"
-            ) from None
-        name = str(path)
-    else:
-        content, name = fit.to_dict(), ", ".join(record.name for record in fit.records)
-    try:
-        found = _parsed(name, content)
-        converged = content["converged"]
-        impossible = [str(reason) for reason in content.get("impossible", ())]
-    except InputError:
-        raise
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-        where = f"key {error}" if isinstance(error, KeyError) else "its content"
-        raise InputError(
-            f"{name}: {where}: found none or another type, expected fit.json of an identification"
-        ) from None
-    if not converged:
-        raise InputError(f"{name}: found a fit that did not converge, expected a valid one")
-    if impossible and not force:
-        raise InputError(
-            f"{name}: found a wheel that cannot exist ({'; '.join(impossible)}), "
-            "expected one that can; --force compares it nevertheless"
-        )
-    return found
+        return read_fit(path, partial(_stored, str(path)), force=force)
+    name = ", ".join(record.name for record in fit.records)
+    return parsed(name, fit.to_dict(), partial(_stored, name), force=force)
 
 
-def _parsed(name: str, content: Mapping[str, Any]) -> StoredFit:
+def _stored(name: str, content: Mapping[str, Any]) -> StoredFit:
     parameters = content["parameters"]
     names = tuple(
         n

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from gyrostat.codegen.lower import Lowering
 from gyrostat.codegen.program import Function, Name, Operand, Table
 from gyrostat.codegen.prune import prune
-from gyrostat.codegen.simd.batch_scope import BATCH, batch_kind, numbers
+from gyrostat.codegen.simd.batch_scope import BATCH, batch_kind, numbers, random_keys
 from gyrostat.codegen.simd.call import KEY, Compiled, Layout, Place, Type
 from gyrostat.codegen.simd.compiler import library
 from gyrostat.codegen.simd.module import module
 from gyrostat.codegen.simd.rarely_taken import branch_rarely_taken
 from gyrostat.codegen.simd.simplify import simplify
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import jax
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Lanes:
         ]
         made = self.compiled(leaves, asked, threads)
         results = [
-            _random_keys(found) if place.type.dtype == KEY else found
+            random_keys(found) if place.type.dtype == KEY else found
             for found, place in zip(made, layout.places, strict=True)
         ]
         return jax.tree.unflatten(jax.tree.structure(self.traced.results), results)
@@ -205,8 +205,3 @@ def _plain(leaf: Any, known: Type) -> Any:
             f"{known.dtype}{list(known.shape)}, which this was compiled for"
         )
     return numbers(leaf)
-
-
-def _random_keys(words: NDArray[np.uint64]) -> Any:
-    pair = np.stack([words >> np.uint64(32), words], axis=-1).astype(np.uint32)
-    return jax.random.wrap_key_data(jnp.asarray(pair))

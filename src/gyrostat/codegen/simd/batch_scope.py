@@ -33,6 +33,12 @@ def numbers(array: Any) -> NDArray[Any]:
     return np.asarray(array)
 
 
+def random_keys(words: NDArray[np.uint64]) -> Any:
+    """Random keys of words of 64 bits; the inverse of `numbers`."""
+    pair = np.stack([words >> np.uint64(32), words], axis=-1).astype(np.uint32)
+    return jax.random.wrap_key_data(jnp.asarray(pair))
+
+
 def _drawn(build: Builder, keys: Scalars) -> Scalars:
     """Words of a key's random stream, one for each element: 64 bits, or a new key.
 
