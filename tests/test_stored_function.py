@@ -20,7 +20,7 @@ def kept(cache):
     return sorted(
         entry.path.name
         for entry in cache_entries.entries(cache.path)
-        if entry.path.name.startswith("function-")
+        if entry.path.name.startswith("jax-function-")
     )
 
 

@@ -27,7 +27,7 @@ _HEADER = len(_MARK) + 32
 _LARGEST = 2**30
 _LOCK = "lock"
 _UNFINISHED = "making-"
-_PATTERNS = (_LOCK, f"{_UNFINISHED}*", "lanes-*", "jax-*", "function-*", "scenario-*", "jax")
+_PATTERNS = (_LOCK, f"{_UNFINISHED}*", "lanes-*", "jax-*", "scenario-*", "jax")
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ def _executable(compiled: Any, given: list[Any], name: str) -> Callable[..., Any
     cache = private_cache() if jax.default_backend() == "cpu" else None
     if cache is None:
         return compiled
-    entry = f"function-{hashlib.sha256(f'{name} {_machine()}'.encode()).hexdigest()}"
+    entry = f"jax-function-{hashlib.sha256(f'{name} {_machine()}'.encode()).hexdigest()}"
     content = cache.read(entry)
     if content is not None:
         return deserialize_and_load(*pickle.loads(content))
