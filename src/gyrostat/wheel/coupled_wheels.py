@@ -8,11 +8,13 @@ segment, and of several overloaded wheels the one with the largest excess is rel
 
 from typing import NamedTuple
 
+import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rarely import rarely
 from gyrostat.wheel.bearing_equation import Motion
 from gyrostat.wheel.coupled_bearings import CoupledBearings, Modes
 from gyrostat.wheel.segment import (
@@ -109,12 +111,19 @@ class _Trial(NamedTuple):
     steps: Int[Array, ""]
 
 
-def _travel(contacts: CoupledBearings, motion: Motion, modes: Modes, start, remaining):
-    """Move in fixed modes until the end of the interval, the segment limit or an event.
+class _Whole(NamedTuple):
+    """Segment without events: state, time and whether the interval ends, at its end."""
+
+    end: Motion
+    duration: Scalar
+    last: Bool[Array, ""]
+
+
+def _without_events(contacts: CoupledBearings, motion: Motion, modes: Modes, start, remaining):
+    """Move in fixed modes until the end of the interval or the segment limit.
 
     Returns:
-        State and time at the end, whether it is the end of the interval, the wheels that had an
-        event, and the direction in which the torque on each resting wheel grows.
+        `_Whole`, whether an event is certainly absent, and the rate of the state at the start.
     """
     torque = contacts.torques(motion, modes, start)
     rate = contacts.rate_under(motion, torque, modes, start)
@@ -130,13 +139,33 @@ def _travel(contacts: CoupledBearings, motion: Motion, modes: Modes, start, rema
     turns_on = (first > 0.0) & (final > 0.0) & (heads_for > 0.0)
     rests_on = stays(contacts, modes, begin, end, start + duration, duration)
     calm = jnp.all(jnp.where(direction == 0.0, rests_on, turns_on))
-    whole = (end, duration, last)
+    return _Whole(end, duration, last), calm, rate
+
+
+def _travel(contacts: CoupledBearings, motion: Motion, modes: Modes, start, remaining):
+    """Move in fixed modes until the end of the interval, the segment limit or an event.
+
+    Returns:
+        State and time at the end, whether it is the end of the interval, the wheels that had an
+        event, and the direction in which the torque on each resting wheel grows.
+    """
+    whole, calm, rate = _without_events(contacts, motion, modes, start, remaining)
+    direction = modes.direction
 
     def look_closer(_):
         return _look_closer(contacts, motion, modes, start, remaining, rate, whole)
 
     nothing = (jnp.zeros(direction.shape, dtype=bool), jnp.zeros_like(direction))
     return jax.lax.cond(calm, lambda _: (*whole, *nothing), look_closer, None)
+
+
+def _quick_step(contacts, motion, duration):
+    """Advance by one segment without a search for events; also whether that is all there is."""
+    motion = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), motion)
+    time = jnp.zeros(())
+    modes = _modes(contacts, motion, jnp.zeros_like(motion.speed), time)
+    whole, calm, _ = _without_events(contacts, motion, modes, time, duration)
+    return (whole.end, jnp.array(True)), calm & whole.last
 
 
 def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
@@ -253,6 +282,19 @@ def step_coupled_wheels(
         State at the end, and whether the interval was resolved: False if it needed more than
         `MAX_SEGMENTS` segments. Differentiable in forward mode in every argument and parameter.
     """
+    arrays, static = eqx.partition(contacts, eqx.is_array_like)
+
+    def exact(arrays, motion, duration):
+        return _step(eqx.combine(arrays, static), motion, duration)
+
+    def quick(arrays, motion, duration):
+        return _quick_step(eqx.combine(arrays, static), motion, duration)
+
+    return rarely(quick, exact)(arrays, motion, duration)
+
+
+def _step(contacts, motion, duration):
+    """Advance through all segments of an interval."""
 
     def go(segment: Segment, duration: Scalar) -> Segment:
         motion, elapsed = segment.motion, segment.elapsed
