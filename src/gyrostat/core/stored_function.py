@@ -10,10 +10,12 @@ import pickle
 import platform
 from collections.abc import Callable
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jax.core import Tracer
 
 from gyrostat.core.cache import private_cache
 from gyrostat.core.jax64 import jax
@@ -37,7 +39,7 @@ def stored_function(function: Callable[..., Any], *about: Any) -> Callable[..., 
     ours = all(each.__module__.startswith("gyrostat.") for each in about if isinstance(each, type))
 
     def call(*arguments: Any) -> Any:
-        if not ours or any(isinstance(each, jax.core.Tracer) for each in arguments):
+        if not ours or any(isinstance(each, Tracer) for each in arguments):
             return compiled(*arguments)
         given = [np.asarray(each) for each in arguments]
         types = tuple((each.shape, str(each.dtype)) for each in given)
@@ -82,5 +84,5 @@ def _machine() -> str:
     except OSError:
         text = ""
     lines = {line for line in text.splitlines() if line.startswith(("flags", "Features", "model"))}
-    versions = (jax.__version__, jax.lib.__version__, np.__version__, source_digest())
+    versions = (jax.__version__, version("jaxlib"), np.__version__, source_digest())
     return repr((sorted(options.items()), platform.platform(), sorted(lines), versions))

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -40,7 +40,8 @@ def _compiled(model: type[Friction]):
 
     def point(theta, speed, direction):
         slopes, _ = jax.jacfwd(parts, (0, 1))(theta, speed, direction)
-        return FrictionTorques(*parts(theta, speed, direction), *slopes)
+        made: Any = (*parts(theta, speed, direction), *slopes)
+        return FrictionTorques(*made)
 
     return stored_function(jax.vmap(point, (None, 0, 0)), model)
 

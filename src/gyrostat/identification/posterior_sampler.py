@@ -15,7 +15,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.types import Vector
 
 CHAINS, STAGES, DRAWS = 32, 5, 150
 """Chains, which advance together; stages of warm-up, a chunk each; draws of each chain."""
@@ -104,7 +104,7 @@ def sample(
     size, parts, rates = 2.38 / np.sqrt(dimension), [], []
     for k in range(STAGES + draws // CHUNK):
         key, own = jax.random.split(key)
-        root: Matrix = np.linalg.cholesky(covariance)
+        root: Any = np.linalg.cholesky(covariance)
         drawn, accepted = chunk(jax.random.split(own, chains), position, size * root, data)
         position, rate = drawn[:, -1], float(jnp.mean(accepted))
         if k < STAGES:
