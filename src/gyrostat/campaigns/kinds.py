@@ -17,6 +17,7 @@ from gyrostat.campaigns.schema import (
     RUN,
     START,
     WHEEL_ALL,
+    WINDOW,
     Key,
     event_keys,
     friction_keys,
@@ -56,6 +57,7 @@ def numbers_of(scenario: Scenario) -> dict[str, Key]:
         **{f"wheel.{w}": {**friction_keys(friction), **WHEEL_ALL} for w in scenario.wheels},
         **{"run": RUN, "start": START, "metrics": METRICS, "guard": GUARD},
         **{section: kinds[getattr(scenario, section)].keys for section, kinds in KINDS.items()},
+        **{f"window.{window.name}": WINDOW for window in scenario.windows},
         **{f"event.{e.name}": event_keys(e.kind, e.sensor, friction) for e in scenario.events},
     }
     return {

@@ -1,18 +1,21 @@
 """Metrics of a run, computed during the simulation with constant memory."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from gyrostat.campaigns import windows
 from gyrostat.campaigns.build import Setup
 from gyrostat.campaigns.percentiles import Collector
+from gyrostat.campaigns.results import metrics_of, percentile_name
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import Structure
-from gyrostat.core.arrays import Scalar
+from gyrostat.campaigns.windows import Sample, SeenWindow, WindowObserver, pointing_error
+from gyrostat.core.arrays import Quaternion, Scalar
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.rotations import angle_between, error_angle, to_inertial
 from gyrostat.core.types import Vector
 from gyrostat.simulation import Histories
 
@@ -40,6 +43,7 @@ class Seen(NamedTuple):
         torque_square: Sum of mean squared commanded motor torques of the wheels, N²·m².
         saturated: Number of samples with a saturated wheel.
         power: Sum of the mechanical power, W.
+        windows: Running values of each window.
     """
 
     status: Int[Array, ""]
@@ -58,6 +62,7 @@ class Seen(NamedTuple):
     torque_square: Scalar
     saturated: Int[Array, ""]
     power: Scalar
+    windows: tuple[SeenWindow, ...]
 
 
 class Pointing(NamedTuple):
@@ -65,11 +70,12 @@ class Pointing(NamedTuple):
 
     Attributes:
         error: Pointing error, rad.
-        counted: Pointing error, rad; infinite at samples that are not evaluated.
+        counted: Pointing errors of the run and of each window, rad; infinite at samples that are
+            not evaluated.
     """
 
     error: Scalar
-    counted: Scalar
+    counted: tuple[Scalar, ...]
 
 
 class Observer(eqx.Module):
@@ -80,10 +86,12 @@ class Observer(eqx.Module):
         values: Values of the sections "metrics" and "run", SI.
         count: Number of control periods of the run.
         boresight: Body direction whose pointing is evaluated, (3,); None for the full attitude.
+        windows: Observers of the windows.
     """
 
     setup: Setup
     values: dict[str, Scalar]
+    windows: tuple[WindowObserver, ...]
     count: int = eqx.field(static=True)
     boresight: tuple[float, ...] | None = eqx.field(static=True)
 
@@ -91,7 +99,8 @@ class Observer(eqx.Module):
     def of(cls, structure: Structure, setup: Setup, values: dict[str, Scalar]) -> Self:
         """Create the observer of a run with the given values."""
         own = {k: v for k, v in values.items() if k.split(".")[0] in ("metrics", "run")}
-        return cls(setup, own, structure.count, structure.boresight)
+        windows = tuple(WindowObserver.of(w, structure, values) for w in structure.windows)
+        return cls(setup, own, windows, structure.count, structure.boresight)
 
     def start(self) -> Seen:
         """Initial values before the first sample."""
@@ -101,27 +110,35 @@ class Observer(eqx.Module):
             *(zero, zero, zero, jnp.array(jnp.inf)),
             jnp.sign(self.setup.start.wheel_speed),
             *(jnp.array(-jnp.inf), none, zero, zero, zero, zero, none, zero),
+            tuple(window.start() for window in self.windows),
         )
 
-    def error(self, attitude: Float[Array, "4"], time: Scalar) -> Scalar:
-        """Pointing error at a time, rad."""
+    def target(self, time: Scalar) -> Quaternion:
+        """Target attitude at a time, (4,), scalar first."""
         phase = jnp.sum(self.setup.starts <= time + 1e-9) - 1
-        target = self.setup.targets[phase]
-        if self.boresight is None:
-            return error_angle(attitude, target)
-        body = jnp.asarray(self.boresight)
-        return angle_between(to_inertial(attitude, body), to_inertial(target, body))
+        return self.setup.targets[phase]
 
     def __call__(self, seen: Seen, row: Histories, k: Int[Array, ""]) -> tuple[Seen, Pointing]:
         """Update with sample k; returns the new values and the pointing error."""
         valid = (row.status == 0) & (k <= self.count)
         time = k * self.values["run.control_period"]
-        error = self.error(row.state.attitude, time)
+        target = self.target(time)
+        error = pointing_error(row.state.attitude, target, self.boresight)
+        sample = Sample(
+            *(time, error, row.record.rate, target),
+            *(row.state, row.measurement, row.command, row.record),
+        )
         after = self._seen(seen, row, time, error)
+        pairs = [each(old, sample, k) for each, old in zip(self.windows, seen.windows, strict=True)]
+        after = after._replace(windows=tuple(new for new, _ in pairs))
         kept = jax.tree.map(lambda new, old: jnp.where(valid, new, old), after, seen)
         counts = valid & (time + 1e-9 >= self.values["metrics.after"])
         status = jnp.where(k <= self.count, row.status, seen.status)
-        return kept._replace(status=status), Pointing(error, jnp.where(counts, error, jnp.inf))
+        counted = (
+            jnp.where(counts, error, jnp.inf),
+            *(jnp.where(valid, own, jnp.inf) for _, own in pairs),
+        )
+        return kept._replace(status=status), Pointing(error, counted)
 
     def _seen(self, seen: Seen, row: Histories, time: Scalar, error: Scalar) -> Seen:
         """New values except the status, for a valid sample."""
@@ -155,6 +172,7 @@ class Observer(eqx.Module):
             torque_square=seen.torque_square + jnp.mean(torque**2),
             saturated=seen.saturated + jnp.any(full),
             power=seen.power + jnp.sum(jnp.abs(torque * row.state.wheel_speed)),
+            windows=seen.windows,
         )
 
 
@@ -168,18 +186,18 @@ def ended(seen: Any, period: float) -> Vector:
     return np.maximum(np.asarray(seen.samples) - 1, 0) * period
 
 
-def concluded(scenario: Scenario, seen: Any, errors: Collector) -> dict[str, Vector]:
+def concluded(scenario: Scenario, seen: Any, errors: Sequence[Collector]) -> dict[str, Vector]:
     """Compute the metrics of several runs; NaN for incomplete runs and missing metrics.
 
     Args:
         scenario: Scenario of the runs.
         seen: `Seen` with a leading axis of runs.
-        errors: Collected pointing errors of the runs.
+        errors: Collected pointing errors of the runs, and of each window.
     """
     seen = jax.tree.map(np.asarray, seen)
     period = scenario.values["run.control_period"]
     counted, samples = np.maximum(seen.counted, 1), np.maximum(seen.samples, 1)
-    found = {f"error_p{p:g}": errors.percentile(p) for p in scenario.percentiles}
+    found = _percentiles(scenario, errors[0])
     some = seen.counted > 0
     found |= {
         "error_max": np.where(some, seen.error_max, np.nan),
@@ -194,4 +212,12 @@ def concluded(scenario: Scenario, seen: Any, errors: Collector) -> dict[str, Vec
         "saturated": seen.saturated / samples,
         "energy": seen.power * period,
     }
-    return {name: np.where(seen.status == 0, entry, np.nan) for name, entry in found.items()}
+    for window, own, collected in zip(scenario.windows, seen.windows, errors[1:], strict=True):
+        each = _percentiles(scenario, collected) | windows.concluded(own)
+        found |= {f"{window.name}.{name}": entry for name, entry in each.items()}
+    return {name: np.where(seen.status == 0, found[name], np.nan) for name in metrics_of(scenario)}
+
+
+def _percentiles(scenario: Scenario, errors: Collector) -> dict[str, Vector]:
+    """Percentiles of collected errors, by name."""
+    return {percentile_name(p): errors.percentile(p) for p in scenario.percentiles}

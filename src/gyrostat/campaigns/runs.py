@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gyrostat.campaigns.results import metrics_of
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.schema import RESULTS, metric_units
 from gyrostat.campaigns.store import Store
 
 if TYPE_CHECKING:
@@ -39,12 +39,13 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
             key: {"units": numbers[key].unit, "long_name": f"drawn {key}"}
             for key in scenario.dispersed
         },
-        **{name: {"units": unit} for name, unit in metric_units(scenario.percentiles).items()},
+        **{
+            name: {"units": metric.unit, "long_name": metric.meaning}
+            for name, metric in metrics_of(scenario).items()
+        },
         "ended": {"units": "s", "long_name": "Time until which the run is valid."},
         "status": status_attributes(),
     }
-    for name, (_, meaning) in RESULTS.items():
-        attributes[name]["long_name"] = meaning
     variables = {
         name: ("run", table[name].to_numpy(), attributes.get(name, {}))
         for name in table.column_names

@@ -56,6 +56,25 @@ class Dispersion:
     spread: tuple[tuple[float, ...], ...]
 
 
+@dataclass(frozen=True)
+class Window:
+    """Part of a run with metrics of its own; its keys start with "window.NAME.".
+
+    Attributes:
+        name: Name of the window, used in keys and in the names of its metrics.
+        event: Event from which the times of the window are counted, or None.
+        boresight: Body direction whose pointing error is evaluated, (3,); None: that of the
+            scenario.
+        propellant: Signal of the command or of the record whose integral is the propellant, kg/s,
+            or None.
+    """
+
+    name: str
+    event: str | None = None
+    boresight: tuple[float, ...] | None = None
+    propellant: str | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Scenario:
     """Definition of a simulation or campaign, independent of its file format.
@@ -82,6 +101,7 @@ class Scenario:
         values: Key -> number, SI, with the keys in alphabetical order.
         guard: Command after a rejected sample, "hold" or "zero"; None: measurements are not
             validated.
+        windows: Windows with metrics of their own.
     """
 
     name: str
@@ -104,6 +124,7 @@ class Scenario:
     dispersions: tuple[Dispersion, ...]
     values: Mapping[str, float]
     guard: str | None = None
+    windows: tuple[Window, ...] = ()
 
     @property
     def dispersed(self) -> tuple[str, ...]:
@@ -136,6 +157,7 @@ class Scenario:
         """Create a scenario from the result of `text`."""
         found = json.loads(text)
         found["events"] = tuple(Event(**_tuples(event)) for event in found["events"])
+        found["windows"] = tuple(Window(**_tuples(window)) for window in found["windows"])
         found["dispersions"] = tuple(Dispersion(**_tuples(d)) for d in found["dispersions"])
         return cls(**{name: _tuples(value) for name, value in found.items()})
 

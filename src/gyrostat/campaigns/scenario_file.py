@@ -14,9 +14,10 @@ from gyrostat.campaigns.components import ESTIMATOR_OF
 from gyrostat.campaigns.kinds import KINDS
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.read_dispersions import read_dispersions
-from gyrostat.campaigns.read_events import read_events, within_run
+from gyrostat.campaigns.read_events import read_events
+from gyrostat.campaigns.read_metrics import read_metrics
 from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
-from gyrostat.campaigns.schema import GUARD, METRICS, RUN, START, WHEEL, WHEEL_PARTS
+from gyrostat.campaigns.schema import GUARD, RUN, START, WHEEL, WHEEL_PARTS
 from gyrostat.campaigns.tables import Table, opened
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, printable
@@ -64,15 +65,13 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
             chosen["estimator"],
             f"{ESTIMATOR_OF[chosen['sensors']]} for the sensors {chosen['sensors']}",
         )
-    metrics = top.table("metrics", (*METRICS, "percentiles", "boresight"))
-    values |= metrics.numbers(METRICS)
-    within_run(metrics, "after", values["metrics.after"], values)
     guard = None
     if "guard" in top.row:
         table = top.table("guard", (*GUARD, "on_bad"))
         values |= table.numbers(GUARD)
         guard = table.one_of("on_bad", ON_BAD, "hold")
     events = read_events(top, craft, values, chosen["controller"])
+    metrics = read_metrics(top, values, events)
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
         wheels=craft.wheel_names,
@@ -81,11 +80,10 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
         **chosen,
         attitude=start.unit("attitude", 4, (1.0, 0.0, 0.0, 0.0)),
         target=top.table("controller", None).unit("target", 4, (1.0, 0.0, 0.0, 0.0)),
-        boresight=metrics.unit("boresight", 3, None) if "boresight" in metrics.row else None,
+        **metrics,
         count=count,
         substeps=substeps,
         command_delay=run.whole("command_delay", 0, 1000),
-        percentiles=metrics.rising("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0),
         events=tuple(sorted(events, key=lambda e: values[f"event.{e.name}.time"])),
         dispersions=(),
         # fixed order, so that a scenario and its copy from text compile to the same program

@@ -1,6 +1,6 @@
 """Keys of a scenario file: dimension, default and meaning of each."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, nan, pi
 
@@ -88,6 +88,23 @@ METRICS: dict[str, Key] = {
         "time", 10.0, "Time after a zero crossing in which `crossing_peak` is evaluated."
     ),
 }
+WINDOW: dict[str, Key] = {
+    "from": size("time", 0.0, "Start of the window, which includes a sample at this time."),
+    "until": size(
+        "time",
+        inf,
+        "End of the window, which includes a sample at this time; none: the next slew for a window "
+        "of an event, otherwise the end of the run.",
+    ),
+    "exposure": positive(
+        "time", None, "Exposure time of `smear`; a whole number of control periods."
+    ),
+    "jitter_above": positive("frequency", None, "Lower cut-off frequency of `jitter`."),
+    "jitter_below": positive("frequency", None, "Upper cut-off frequency of `jitter`."),
+    "dwell_above": size("speed", 0.0, "Lower end of the wheel speeds of `dwell`, of either sign."),
+    "dwell_below": positive("speed", None, "Upper end of the wheel speeds of `dwell`."),
+}
+"""Keys of a window; those without default are optional, and each adds a metric."""
 _TIME = size("time", None, "Time of the event.")
 _DETECTED = size(
     "time",
@@ -275,9 +292,36 @@ RESULTS: dict[str, tuple[str, str]] = {
     "energy": ("J", "Mechanical work of the commanded torques; braking counts as positive."),
 }
 """Metric -> its unit and meaning, except the percentiles of the pointing error."""
-
-
-def metric_units(percentiles: Iterable[float]) -> dict[str, str]:
-    """Every metric -> its unit; the given percentiles of the pointing error come first."""
-    first = {f"error_p{p:g}": "rad" for p in percentiles}
-    return first | {name: unit for name, (unit, _) in RESULTS.items()}
+PERCENTILE = ("rad", "Percentile of the pointing error over the time after `metrics.after`.")
+"""Unit and meaning of a percentile of the pointing error."""
+WINDOW_PERCENTILE = ("rad", "Percentile of the pointing error.")
+"""Unit and meaning of a percentile of the pointing error in a window."""
+WINDOW_RESULTS: dict[str, tuple[str, str, str]] = {
+    "error_max": ("rad", "", "Largest pointing error."),
+    "error_rms": ("rad", "", "Root mean square of the pointing error."),
+    "error_end": ("rad", "", "Pointing error at the last sample."),
+    "rotation_max": ("rad", "boresight", "Largest rotation about the boresight."),
+    "rotation_rms": ("rad", "boresight", "Root mean square of the rotation about the boresight."),
+    "rate_error_max": ("rad/s", "", "Largest body rate relative to the reference."),
+    "rate_error_rms": ("rad/s", "", "Root mean square of the body rate relative to the reference."),
+    "settling": (
+        "s",
+        "",
+        "Time from the start of the window after which it stays settled until its end, the longest "
+        "of all times that the window is entered; none: never.",
+    ),
+    "smear": (
+        "rad",
+        "exposure",
+        "Largest rotation of the boresight, relative to the reference, within an exposure; none: "
+        "the window is shorter.",
+    ),
+    "jitter": (
+        "rad",
+        "jitter_above",
+        "Root mean square of the pointing error above `jitter_above` and below `jitter_below`.",
+    ),
+    "dwell": ("1", "dwell_below", "Fraction of time in which any wheel has a speed in the band."),
+    "propellant": ("kg", "propellant", "Integral of the signal `propellant`."),
+}
+"""Metric of a window -> its unit, the key of the window that requests it, and its meaning."""

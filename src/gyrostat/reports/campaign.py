@@ -1,7 +1,8 @@
 """Report of a campaign: distributions, percentiles, drivers and worst runs."""
 
 import json
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,9 +10,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from gyrostat.campaigns import Campaign, Scenario, Store, worst_runs
+from gyrostat.campaigns import Campaign, Scenario, Store, Window, worst_runs
 from gyrostat.campaigns.drivers import find_drivers
-from gyrostat.campaigns.schema import RESULTS, metric_units
+from gyrostat.campaigns.results import metrics_of, percentile_name
 from gyrostat.campaigns.summary import percentile_of
 from gyrostat.core.text import or_none
 from gyrostat.reports.campaign_run import run_page, told
@@ -55,9 +56,8 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
         scenario=scenario,
         known=known,
         content=content,
-        figure=svg(distribution_figure(scenario, columns)),
-        units=metric_units(scenario.percentiles),
-        meanings={name: meaning for name, (_, meaning) in RESULTS.items()},
+        parts=_parts(scenario, columns),
+        metrics=metrics_of(scenario),
         told=lambda value, unit: told(np.nan if value is None else value, unit),
         told_percentile=told_percentile,
         folder=folder,
@@ -73,6 +73,38 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
     return text
 
 
+def _parts(scenario: Scenario, columns: "dict[str, Vector]") -> list[dict[str, Any]]:
+    """Sections of the page: the whole run, and each window."""
+    metrics = metrics_of(scenario)
+    parts = []
+    for window in (None, *scenario.windows):
+        own = None if window is None else window.name
+        names = [name for name, metric in metrics.items() if metric.window == own]
+        parts.append(
+            {
+                "title": None if window is None else f"Window {own}",
+                "text": None if window is None else window_text(scenario, window),
+                "names": names,
+                "figure": svg(distribution_figure(scenario, columns, names)),
+            }
+        )
+    return parts
+
+
+def window_text(scenario: Scenario, window: Window) -> str:
+    """Times and boresight of a window as a sentence."""
+    begin, end = (scenario.values[f"window.{window.name}.{key}"] for key in ("from", "until"))
+    after = "" if window.event is None else f" after event {window.event}"
+    default = (
+        "the end of the run" if window.event is None else "the next slew or the end of the run"
+    )
+    text = f"From {begin:g} s to {f'{end:g} s' if end < math.inf else default}{after}"
+    boresight = window.boresight or scenario.boresight
+    if boresight is None:
+        return f"{text}; full attitude error."
+    return f"{text}; boresight {', '.join(f'{part:.4g}' for part in boresight)} in body axes."
+
+
 def _content(
     scenario: Scenario, known: Campaign, columns: "dict[str, Vector]", store: Store
 ) -> dict[str, Any]:
@@ -83,16 +115,17 @@ def _content(
         kind.name.lower(): int(np.sum(status == kind)) for kind in Status if np.any(status == kind)
     }
     bad = np.flatnonzero(status != Status.COMPLETE)
-    units = metric_units(scenario.percentiles)
-    driving = find_drivers(drawn, np.stack([columns[name] for name in units], axis=1))
+    known_metrics = metrics_of(scenario)
+    driving = find_drivers(drawn, np.stack([columns[name] for name in known_metrics], axis=1))
     metrics: dict[str, Any] = {}
-    for (name, unit), rho, level in zip(
-        units.items(), driving.rank_correlation.T, driving.chance_level, strict=True
+    for (name, metric), rho, level in zip(
+        known_metrics.items(), driving.rank_correlation.T, driving.chance_level, strict=True
     ):
         found = [percentile_of(columns[name], percent) for percent in PERCENTILES]
         order = [k for k in np.argsort(-np.abs(rho)) if np.isfinite(rho[k])]
         metrics[name] = {
-            "unit": unit,
+            "unit": metric.unit,
+            "window": metric.window,
             "runs": int(np.sum(np.isfinite(columns[name]))),
             "percentiles": [{k: or_none(v) for k, v in vars(p).items()} for p in found],
             "chance_level": or_none(float(level)),
@@ -105,7 +138,7 @@ def _content(
                 for k in order
             ],
         }
-    ranked = f"error_p{scenario.percentiles[-1]:g}"
+    ranked = percentile_name(scenario.percentiles[-1])
     kept = store.histories(known)
     return {
         "scenario": scenario.name,
@@ -174,15 +207,18 @@ def _lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
     return lines
 
 
-def distribution_figure(scenario: Scenario, columns: "dict[str, Vector]") -> Figure:
+def distribution_figure(
+    scenario: Scenario, columns: "dict[str, Vector]", names: Sequence[str]
+) -> Figure:
     """Plot a histogram of every metric that differs between runs, with its 99.7 % percentile.
 
     Args:
         scenario: Scenario of the campaign.
         columns: Columns of the table of runs.
+        names: Names of the metrics.
     """
-    units = metric_units(scenario.percentiles)
-    finite = {name: columns[name][np.isfinite(columns[name])] for name in units}
+    metrics = metrics_of(scenario)
+    finite = {name: columns[name][np.isfinite(columns[name])] for name in names}
     shown = [name for name, values in finite.items() if len(values) and np.ptp(values) > 0.0]
     count = max(len(shown), 1)
     with mpl.rc_context(STYLE):
@@ -190,14 +226,14 @@ def distribution_figure(scenario: Scenario, columns: "dict[str, Vector]") -> Fig
         figure = Figure(figsize=(9.0, 1.9 * height + 0.2))
         grid = np.atleast_1d(figure.subplots(height, 3)).ravel()
         for axes, name in zip(grid, shown, strict=False):
-            degrees = units[name] == "rad"
+            degrees = metrics[name].unit == "rad"
             values = np.degrees(finite[name]) if degrees else finite[name]
             axes.stairs(
                 *np.histogram(values, bins=min(50, 5 + len(values) // 10)), fill=True, color=MODEL
             )
             mark = percentile_of(values, PERCENTILES[-1]).value
             axes.axvline(mark, color=MARK, lw=0.9, ls="--")
-            unit = "deg" if degrees else units[name]
+            unit = "deg" if degrees else metrics[name].unit
             axes.set_xlabel(name if unit == "1" else f"{name} ({unit})")
         for axes in grid[len(shown) :]:
             axes.set_visible(False)

@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
+from gyrostat.campaigns.results import metrics_of
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.schema import metric_units
 from gyrostat.core.outputs import new_files
 from gyrostat.core.text import plain
 from gyrostat.core.units import RPM
@@ -108,8 +108,8 @@ def told(value: float, unit: str, digits: int = 4) -> str:
 
 def metric_rows(scenario: Scenario, values: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Metrics as pairs of name and entry."""
-    units = metric_units(scenario.percentiles)
-    return [(name, told(float(values[name]), unit)) for name, unit in units.items()]
+    metrics = metrics_of(scenario)
+    return [(name, told(float(values[name]), each.unit)) for name, each in metrics.items()]
 
 
 def run_figure(scenario: Scenario, history: "xr.Dataset") -> Figure:

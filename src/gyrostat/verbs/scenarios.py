@@ -52,7 +52,7 @@ def simulate(
             replaced.
     """
     from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
-    from gyrostat.campaigns.schema import metric_units
+    from gyrostat.campaigns.results import metrics_of
     from gyrostat.core.outputs import check_outputs
     from gyrostat.core.validation import check_seed
 
@@ -78,7 +78,7 @@ def simulate(
 
         write_run(found, flown, path, command=command, say=say, force=force)
     assert flown.histories is not None
-    names = ("ended", *metric_units(found.percentiles))
+    names = ("ended", *metrics_of(found))
     values = {name: flown.columns[name][0].item() for name in names}
     return flown.histories.isel(run=0).assign_attrs(scenario=found.name, **values)
 
