@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 from math import inf, isfinite
 from typing import Any
 
-from gyrostat.campaigns.scenario import Event, Scenario, Window
+from gyrostat.campaigns.scenario import Event, Part, Scenario, Source, Window
 from gyrostat.campaigns.schema import MEASURED, WHEEL_IS_LOST
 
 
@@ -38,6 +38,9 @@ class Structure:
     substeps: int
     command_delay: int
     guard: str | None
+    reference: str
+    parts: tuple[Part, ...]
+    sources: tuple[Source, ...]
     windows: tuple[Window, ...]
     events: tuple[Event, ...]
     turning_points: tuple[Event, ...]
