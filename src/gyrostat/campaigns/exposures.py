@@ -14,10 +14,9 @@ EXPOSURES = 16
 class Exposures(NamedTuple):
     """Overlapping exposures, the latest first.
 
-    An exposure starts at every sample, or EXPOSURES times in an exposure time if it is longer. For
-    a direction that moves on a circle with period P, starts that are s apart underestimate the
-    largest angle within an exposure time T by the factor cos(pi s / (2 P)) at most; for T = P / 2
-    and 16 exposures this is 0.1 %.
+    An exposure starts at every sample, or about every sixteenth of the exposure time if that is
+    longer. Starts s apart give the largest angle of an oscillation with period P within an exposure
+    of at least P / 2 times (1 + cos(pi s / P)) / 2 or more: 0.997 for P of twice the exposure time.
 
     Attributes:
         held: Number of exposures that started in this interval.
