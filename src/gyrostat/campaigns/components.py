@@ -110,7 +110,9 @@ def _tracker_gyro(options: Options, plant: Any, known: Spacecraft) -> TrackerGyr
     )
 
 
-def _kalman(options: Options, controller: Any, sensors: Options) -> OutputFeedback:
+def _kalman(
+    options: Options, controller: Any, known: Spacecraft, sensors: Options
+) -> OutputFeedback:
     names = ("attitude_sigma", "angle_walk", "bias_walk")
     noise = {name: sensors[name] for name in names}
     # the filter corrects the remaining coning
@@ -228,7 +230,7 @@ SENSORS: dict[str, Component] = {
     ),
 }
 ESTIMATORS: dict[str, Component] = {
-    "none": Component("No estimator.", {}, lambda options, controller, sensors: controller),
+    "none": Component("No estimator.", {}, lambda options, controller, known, sensors: controller),
     "kalman": Component(
         "Multiplicative Kalman filter for attitude and gyro bias "
         "(`gyrostat.estimation.AttitudeFilter`). It assumes the nominal sensor noise.",
