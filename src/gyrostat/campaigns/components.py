@@ -222,7 +222,12 @@ SENSORS: dict[str, Component] = {
             "bias_walk": size("rad/s/√s", 0.0, "Random walk of the gyro bias."),
             "bias": vector("speed", "Initial bias of the gyro."),
             "scale_factor": Key(
-                "1", 0.0, "Scale factor error of each gyro axis.", least=-1.0, positive=True, size=3
+                "1",
+                0.0,
+                "Scale factor error of each gyro axis.",
+                least=-1.0,
+                positive=True,
+                shape=(3,),
             ),
             "misalignment": vector("angle", "Rotation vector from body to gyro axes."),
             "rate_limit": positive("speed", inf, "Largest rate that a gyro axis measures."),

@@ -11,7 +11,6 @@ import importlib
 import importlib.machinery
 import linecache
 import sys
-import traceback
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import PurePosixPath
@@ -52,34 +51,19 @@ def load(sources: tuple[Source, ...], kind: str) -> Any:
         kind: "FILE.py:NAME".
 
     Raises:
-        InputError: The file cannot be executed, or has no such name.
+        InputError: The file has no such name; further, what the file raises when it is executed.
     """
     file, _, name = kind.partition(":")
     if file not in {source.path for source in sources}:
         raise InputError(f"{kind}: found no file {file}, expected its text in the scenario")
     module = f"{package_of(sources)}.{module_name(file)}"
-    try:
-        found = importlib.import_module(module)
-    except (Exception, SystemExit) as error:
-        raise InputError(f"{file}{cause(error)}, expected Python that can be imported") from error
+    found = importlib.import_module(module)
     if not hasattr(found, name):
         own = [n for n, v in vars(found).items() if getattr(v, "__module__", None) == module]
         raise InputError(
             f"{file}: found no {name}, expected one of {', '.join(own) or 'its names'}"
         )
     return getattr(found, name)
-
-
-def cause(error: BaseException) -> str:
-    """Line of the user's Python that raised an exception, and the exception, for a message."""
-    line = ""
-    for frame in traceback.extract_tb(error.__traceback__):
-        if frame.filename.startswith(f"<{PREFIX}"):
-            line = f", line {frame.lineno}"
-    text = str(error).strip().partition("\n")[0]
-    if isinstance(error, SyntaxError):
-        line, text = f", line {error.lineno}", error.msg
-    return f"{line}: found {type(error).__name__}{f' ({text[:200]})' if text else ''}"
 
 
 class _Finder:
@@ -120,7 +104,7 @@ class _Loader:
 
 
 def _compiled(package: str, source: Source) -> CodeType:
-    name = f"<{package}>/{source.path}"
+    name = f"{package}/{source.path}"
     # tracebacks show the lines of the text; without a modification time, it stays
     lines = source.text.splitlines(keepends=True)
     linecache.cache[name] = (len(source.text), None, lines, name)
