@@ -4,7 +4,7 @@ To add a component, add an entry: its keys, and a function that builds it from t
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
@@ -39,11 +39,13 @@ class Component:
         keys: Keys of its parameters.
         make: Function of their values and of other parts that builds it. It is traced by JAX, so
             that it cannot validate values.
+        unit: Unit of the value of a sensor.
     """
 
     meaning: str
     keys: Mapping[str, Key]
     make: Callable[..., Any]
+    unit: str = field(default="1", kw_only=True)
 
 
 def _friction_model(

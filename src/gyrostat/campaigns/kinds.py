@@ -125,7 +125,10 @@ def numbers_of(scenario: Scenario) -> dict[str, Key]:
             f"{part.section}.{part.name}": component(part.section, part.kind, scenario.sources).keys
             for part in scenario.parts
         },
-        **{f"event.{e.name}": keys_of_event(e, friction, fields, scenario.sources)
+        **{
+            f"event.{e.name}": own_event_keys(e.kind, scenario.sources)
+            if is_own(e.kind)
+            else event_keys(e.kind, e.sensor, friction, fields)
             for e in scenario.events
         },
     }

@@ -80,7 +80,7 @@ def _part(section: str, row: Table, others: Collection[str]) -> Part:
         found = sorted(row.row) or "none"
         raise InputError(
             f"{row.place('python')}: found keys {', '.join(found)}, expected "
-            "python = \"FILE.py:NAME\""
+            'python = "FILE.py:NAME"'
         )
     else:
         kind = row.one_of("kind", kinds)
@@ -106,6 +106,8 @@ def _name(section: str, row: Table, kind: str, others: Collection[str]) -> str:
         if name.startswith(beginning):
             owner = f"{beginning}measured"
             raise row.refuse(
-                "name", name, f"a name that does not begin with {beginning}, as fields of {owner} do"
+                "name",
+                name,
+                f"a name that does not begin with {beginning}, as fields of {owner} do",
             )
     return name
