@@ -87,7 +87,7 @@ class OwnPart:
         if not inspect.isclass(self.made):
             raise self.refuse("a function", "a class")
         for method, form in methods.items():
-            if not callable(getattr(self.made, method, None)):
+            if not any(method in vars(base) for base in self.made.__mro__):
                 raise self.refuse(f"no method {method}", f"{method}{form}")
         return self
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from gyrostat.campaigns.components import ESTIMATOR_OF
 from gyrostat.campaigns.kinds import KINDS, component
+from gyrostat.campaigns.own_errors import OwnError
 from gyrostat.campaigns.own_parts import OWN, is_own
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.read_dispersions import read_dispersions
@@ -20,6 +21,7 @@ from gyrostat.campaigns.read_sources import own_kind, own_sources
 from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
 from gyrostat.campaigns.schema import GUARD, METRICS, RUN, START, WHEEL, WHEEL_PARTS
 from gyrostat.campaigns.tables import Table, opened
+from gyrostat.campaigns.trial import try_shapes
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, printable
 from gyrostat.core.toml_file import LONGEST_NAME
@@ -57,7 +59,10 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
     chosen = _kinds(top)
     sources = own_sources(top, chosen)
     for section, kind in chosen.items():
-        keys = component(section, kind, sources).keys
+        try:
+            keys = component(section, kind, sources).keys
+        except OwnError as error:
+            raise InputError(f"{path}: {error}") from None
         extra = ("kind", "python") if section in OWN else ("kind",)
         extra = (*extra, "target") if section == "controller" else extra
         values |= top.table(section, (*keys, *extra)).numbers(keys)
@@ -93,9 +98,20 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
     )
     scenario = replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
     try:
-        plans_of(scenario)
+        return validated(scenario)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def validated(scenario: Scenario) -> Scenario:
+    """Return the scenario itself after its controllers were designed and its parts were tried.
+
+    Raises:
+        InputError: A part refuses its parameters or cannot be used.
+    """
+    plans = plans_of(scenario)
+    if scenario.sources:
+        try_shapes(scenario, plans)
     return scenario
 
 
