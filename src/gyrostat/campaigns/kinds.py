@@ -70,6 +70,12 @@ def chosen(scenario: Scenario | Structure, section: str) -> Any:
     return component(section, getattr(scenario, section), scenario.sources)
 
 
+def components_of(scenario: Scenario | Structure) -> dict[str, str]:
+    """Section -> kind of its component, of all components that a scenario names."""
+    found = {section: getattr(scenario, section) for section in KINDS}
+    return found | {f"{part.section}.{part.name}": part.kind for part in scenario.parts}
+
+
 def is_shipped(scenario: Scenario | Structure) -> bool:
     """Whether all components of a scenario are of this package.
 

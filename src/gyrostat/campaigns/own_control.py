@@ -5,7 +5,7 @@ from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 
-from gyrostat.campaigns.own_errors import OwnError, numbers, reported, same_memory
+from gyrostat.campaigns.own_errors import OwnError, described, numbers, reported, same_memory
 from gyrostat.control.missing_sample import predicted
 from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import Scalar
@@ -88,7 +88,7 @@ class OwnControl(eqx.Module):
             made = self.inner(memory.inner, timed(measurement, memory))
         if not isinstance(made, tuple) or len(made) != 2 or hasattr(made, "_fields"):
             raise OwnError(
-                f"{self.name}: found {type(made).__name__} as result, expected (memory, command)"
+                f"{self.name}: found {described(made)} as result, expected (memory, command)"
             )
         inner = same_memory(self.name, memory.inner, made[0])
         return memory._replace(inner=inner, sample=memory.sample + 1.0), self._command(made[1])
@@ -96,10 +96,10 @@ class OwnControl(eqx.Module):
     def _command(self, command: Any) -> Any:
         fields = getattr(command, "_fields", None)
         if fields is None or "torque" not in fields:
-            found = type(command).__name__ if fields is None else f"fields {', '.join(fields)}"
+            found = described(command) if fields is None else f"fields {', '.join(fields)}"
             raise OwnError(
                 f"{self.name}: found {found} as command, expected a named tuple with the field "
-                f"torque ({self.wheels},), N·m"
+                f"torque ({self.wheels},), N·m, one number for each wheel"
             )
         shapes: Mapping[str, tuple[int, ...]] = {"torque": (self.wheels,), "external_torque": (3,)}
         return type(command)(

@@ -12,6 +12,7 @@ import numpy as np
 
 from gyrostat.campaigns.components import ESTIMATOR_OF
 from gyrostat.campaigns.kinds import KINDS, component, measured
+from gyrostat.campaigns.own_errors import OwnError
 from gyrostat.campaigns.own_parts import OWN, is_own
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.read_dispersions import read_dispersions
@@ -21,6 +22,7 @@ from gyrostat.campaigns.read_sources import own_kind, own_sources
 from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
 from gyrostat.campaigns.schema import METRICS, RUN, START, WHEEL, WHEEL_PARTS, guard_keys
 from gyrostat.campaigns.tables import Table, opened
+from gyrostat.campaigns.trial import try_shapes
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, printable
 from gyrostat.core.toml_file import LONGEST_NAME
@@ -49,6 +51,18 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
             value that is not allowed.
     """
     path = Path(path)
+    try:
+        scenario = _read(path, force=force)
+    except OwnError as error:
+        raise InputError(f"{path}: {error}") from None
+    try:
+        return validated(scenario)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _read(path: Path, *, force: bool) -> Scenario:
+    """Scenario from a file; its parts have not been tried."""
     top = opened(path, "a scenario file", SECTIONS)
     craft = read_spacecraft(path.parent / _spacecraft(top), force=force)
     values: dict[str, float] = dict(_spacecraft_values(craft))
@@ -98,11 +112,18 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
         parts=tuple(part for part, _ in parts),
         sources=sources,
     )
-    scenario = replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
-    try:
-        plans_of(scenario)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    return replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
+
+
+def validated(scenario: Scenario) -> Scenario:
+    """Return the scenario itself after its controllers were designed and its parts were tried.
+
+    Raises:
+        InputError: A part refuses its parameters or cannot be used.
+    """
+    plans = plans_of(scenario)
+    if scenario.sources:
+        try_shapes(scenario, plans)
     return scenario
 
 

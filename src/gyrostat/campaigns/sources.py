@@ -23,7 +23,7 @@ from gyrostat.core.errors import InputError
 PREFIX = "gyrostat_own_"
 """Start of the names of the private packages."""
 _PACKAGES: dict[str, Mapping[str, Source]] = {}
-"""Name of a private package -> its modules, by their names below the package."""
+"""Name of a private package -> its files, by the names of their modules below the package."""
 
 
 def module_name(path: str) -> str:
@@ -64,6 +64,13 @@ def load(sources: tuple[Source, ...], kind: str) -> Any:
             f"{file}: found no {name}, expected one of {', '.join(own) or 'its names'}"
         )
     return getattr(found, name)
+
+
+def packaged(module: str) -> tuple[str, tuple[Source, ...]] | None:
+    """Path and all files of a module of a private package; None for any other module."""
+    package, _, inner = module.partition(".")
+    files = _PACKAGES.get(package)
+    return None if files is None else (files[inner].path, tuple(files.values()))
 
 
 class _Finder:
