@@ -53,20 +53,24 @@ def own_sources(top: Table, kinds: Mapping[str, str]) -> tuple[Source, ...]:
     )
 
 
-def sources_below(folder: Path, named: Mapping[str, str]) -> tuple[Source, ...]:
+def sources_below(
+    folder: Path, named: Mapping[str, str], texts: Mapping[str, str] | None = None
+) -> tuple[Source, ...]:
     """Files below a folder, and the local modules below it that they import.
 
     Args:
         folder: Folder of the scenario.
         named: Path relative to it -> place where it is named, for the error message.
+        texts: Path -> text, for files that are not read.
 
     Raises:
         InputError: See `own_sources`.
     """
-    waiting, found = dict(named), {}
+    texts = texts or {}
+    waiting, found = {**named, **dict.fromkeys(texts, "")}, {}
     while waiting:
         path, place = waiting.popitem()
-        text = _text(folder, path, place)
+        text = texts[path] if path in texts else _text(folder, path, place)
         found[path] = Source(path, text)
         for other in _imports(folder, path, text):
             if other not in found:

@@ -183,6 +183,21 @@ class Scenario:
         """Hash of name and values; the text would take most of a millisecond in every block."""
         return hash((self.name, *self.values.values()))
 
+    def replace(self, **changes: Any) -> "Scenario":
+        """Scenario with changes, validated like a scenario that is read.
+
+        Args:
+            changes: Component of a section, as the name of its kind or as an object of an own
+                class: `controller=EarthPointer(kp=0.02)`. Value of a key, SI or text with a unit:
+                `**{"controller.kp": 0.03}`. Attribute of `Scenario`: `name="other"`.
+
+        Raises:
+            InputError: There is no such section, key or attribute, or a value is not allowed.
+        """
+        from gyrostat.campaigns.changes import replaced  # it imports this module
+
+        return replaced(self, changes)
+
     def text(self) -> str:
         """Scenario as JSON text; `from_text` restores it exactly."""
         return json.dumps(asdict(self), ensure_ascii=False, sort_keys=True)

@@ -11,16 +11,19 @@ from pathlib import Path
 import numpy as np
 
 from gyrostat.campaigns.components import ESTIMATOR_OF
-from gyrostat.campaigns.kinds import KINDS, component
+from gyrostat.campaigns.kinds import KINDS, component, measured
+from gyrostat.campaigns.own_errors import OwnError
 from gyrostat.campaigns.own_parts import OWN, is_own
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.read_dispersions import read_dispersions
 from gyrostat.campaigns.read_events import read_events
 from gyrostat.campaigns.read_metrics import read_metrics
+from gyrostat.campaigns.read_parts import own_kinds, part_values, read_parts
 from gyrostat.campaigns.read_sources import own_kind, own_sources
 from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
-from gyrostat.campaigns.schema import GUARD, RUN, START, WHEEL, WHEEL_PARTS
+from gyrostat.campaigns.schema import RUN, START, WHEEL, WHEEL_PARTS, guard_keys
 from gyrostat.campaigns.tables import Table, opened
+from gyrostat.campaigns.trial import try_shapes
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, printable
 from gyrostat.core.toml_file import LONGEST_NAME
@@ -29,10 +32,12 @@ from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
-    *("guard", "event", "dispersion", "metrics", *WHEEL_PARTS),
+    *("guard", "sensor", "actuator", "event", "dispersion", "metrics", *WHEEL_PARTS),
 )
 DEFAULTS = {"compensator": "none", "sensors": "white_noise", "environment": "constant"}
 """Section -> default of its `kind`; that of the controller is required."""
+BESIDE = {"controller": ("target",), "environment": ("torque",)}
+"""Section -> keys that are no numbers."""
 
 
 def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scenario:
@@ -47,6 +52,18 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
             value that is not allowed.
     """
     path = Path(path)
+    try:
+        scenario = _read(path, force=force)
+    except OwnError as error:
+        raise InputError(f"{path}: {error}") from None
+    try:
+        return validated(scenario)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _read(path: Path, *, force: bool) -> Scenario:
+    """Scenario from a file; its parts have not been tried."""
     top = opened(path, "a scenario file", SECTIONS)
     craft = read_spacecraft(path.parent / _spacecraft(top), force=force)
     values: dict[str, float] = dict(_spacecraft_values(craft))
@@ -55,20 +72,23 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
     count, substeps = _steps(run, values)
     start = top.table("start", (*START, "attitude", "wheel_speed"))
     values |= start.numbers(START) | _wheel_values(top, start, craft)
-    chosen = _kinds(top)
-    sources = own_sources(top, chosen)
+    chosen, parts = _kinds(top), read_parts(top)
+    sources = own_sources(top, {**chosen, **dict(own_kinds(top))})
     for section, kind in chosen.items():
         keys = component(section, kind, sources).keys
         extra = ("kind", "python") if section in OWN else ("kind",)
-        extra = (*extra, "target") if section == "controller" else extra
+        extra = (*extra, *BESIDE.get(section, ()))
         values |= top.table(section, (*keys, *extra)).numbers(keys)
+    values |= part_values(parts, sources)
+    fields = measured([part for part, _ in parts], sources)
     guard = None
     if "guard" in top.row:
-        table = top.table("guard", (*GUARD, "on_bad"))
-        values |= table.numbers(GUARD)
+        keys = guard_keys(fields)
+        table = top.table("guard", (*keys, "on_bad"))
+        values |= table.numbers(keys)
         guard = table.one_of("on_bad", ON_BAD, "hold")
     controller = component("controller", chosen["controller"], sources)
-    events = read_events(top, craft, values, controller)
+    events = read_events(top, craft, values, controller, fields, sources)
     metrics = read_metrics(top, values, events)
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
@@ -87,13 +107,21 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
         # fixed order, so that a scenario and its copy from text compile to the same program
         values=dict(sorted(values.items())),
         guard=guard,
+        parts=tuple(part for part, _ in parts),
         sources=sources,
     )
-    scenario = replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
-    try:
-        plans_of(scenario)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    return replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
+
+
+def validated(scenario: Scenario) -> Scenario:
+    """Return the scenario itself after its controllers were designed and its parts were tried.
+
+    Raises:
+        InputError: A part refuses its parameters or cannot be used.
+    """
+    plans = plans_of(scenario)
+    if scenario.sources:
+        try_shapes(scenario, plans)
     return scenario
 
 

@@ -11,7 +11,6 @@ import importlib
 import importlib.machinery
 import linecache
 import sys
-import traceback
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import PurePosixPath
@@ -24,7 +23,7 @@ from gyrostat.core.errors import InputError
 PREFIX = "gyrostat_own_"
 """Start of the names of the private packages."""
 _PACKAGES: dict[str, Mapping[str, Source]] = {}
-"""Name of a private package -> its modules, by their names below the package."""
+"""Name of a private package -> its files, by the names of their modules below the package."""
 
 
 def module_name(path: str) -> str:
@@ -52,16 +51,13 @@ def load(sources: tuple[Source, ...], kind: str) -> Any:
         kind: "FILE.py:NAME".
 
     Raises:
-        InputError: The file cannot be executed, or has no such name.
+        InputError: The file has no such name; further, what the file raises when it is executed.
     """
     file, _, name = kind.partition(":")
     if file not in {source.path for source in sources}:
         raise InputError(f"{kind}: found no file {file}, expected its text in the scenario")
     module = f"{package_of(sources)}.{module_name(file)}"
-    try:
-        found = importlib.import_module(module)
-    except (Exception, SystemExit) as error:
-        raise InputError(f"{file}{cause(error)}, expected Python that can be imported") from error
+    found = importlib.import_module(module)
     if not hasattr(found, name):
         own = [n for n, v in vars(found).items() if getattr(v, "__module__", None) == module]
         raise InputError(
@@ -70,16 +66,11 @@ def load(sources: tuple[Source, ...], kind: str) -> Any:
     return getattr(found, name)
 
 
-def cause(error: BaseException) -> str:
-    """Line of the user's Python that raised an exception, and the exception, for a message."""
-    line = ""
-    for frame in traceback.extract_tb(error.__traceback__):
-        if frame.filename.startswith(f"<{PREFIX}"):
-            line = f", line {frame.lineno}"
-    text = str(error).strip().partition("\n")[0]
-    if isinstance(error, SyntaxError):
-        line, text = f", line {error.lineno}", error.msg
-    return f"{line}: found {type(error).__name__}{f' ({text[:200]})' if text else ''}"
+def packaged(module: str) -> tuple[str, tuple[Source, ...]] | None:
+    """Path and all files of a module of a private package; None for any other module."""
+    package, _, inner = module.partition(".")
+    files = _PACKAGES.get(package)
+    return None if files is None else (files[inner].path, tuple(files.values()))
 
 
 class _Finder:
@@ -120,7 +111,7 @@ class _Loader:
 
 
 def _compiled(package: str, source: Source) -> CodeType:
-    name = f"<{package}>/{source.path}"
+    name = f"{package}/{source.path}"
     # tracebacks show the lines of the text; without a modification time, it stays
     lines = source.text.splitlines(keepends=True)
     linecache.cache[name] = (len(source.text), None, lines, name)
