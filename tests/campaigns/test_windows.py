@@ -10,8 +10,9 @@ from scipy.signal import butter, sosfilt, sosfilt_zi
 from scipy.spatial.transform import Rotation
 
 from gyrostat.campaigns.results import window_metrics
+from gyrostat.campaigns.sample import Sample
 from gyrostat.campaigns.scenario import Event, Window
-from gyrostat.campaigns.windows import Sample, WindowObserver, concluded, pointing_error
+from gyrostat.campaigns.windows import WindowObserver, concluded, pointing_error
 from gyrostat.core.jax64 import jax, jnp
 
 PERIOD = 0.1
@@ -53,7 +54,7 @@ def program(window, slews):
             k, attitude, rate, speed, flow = row
             error = pointing_error(attitude, target, None)
             state, signals = State(attitude, speed), Signals(flow)
-            sample = Sample(k * PERIOD, error, rate, target, state, (), signals, signals)
+            sample = Sample(k * PERIOD, error, rate, target, {}, state, (), signals, signals)
             return observer(seen, sample, k)
 
         return jax.lax.scan(step, observer.start(), rows)

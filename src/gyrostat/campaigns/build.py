@@ -42,6 +42,7 @@ class Setup(NamedTuple):
         start: State of the plant at time 0.
         starts: Start times of the phases, (phases,), s.
         targets: Target attitude of each phase, (phases, 4), scalar first.
+        metrics: Own metrics by name.
     """
 
     plant: Any
@@ -50,6 +51,7 @@ class Setup(NamedTuple):
     start: Any
     starts: Float[Array, " phases"]
     targets: Float[Array, "phases 4"]
+    metrics: dict[str, Any]
 
 
 class Plans(NamedTuple):
@@ -263,4 +265,6 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     sensor = with_sensors(structure, values, sensor, plant, plans.known)
     sensor = with_faults(structure, values, sensor)
     controller = guarded(structure, values, controller, sensor, start)
-    return Setup(plant, controller, sensor, start, starts, jnp.asarray(plans.targets))
+    metrics = named_parts(structure, values, "metric", spacecraft=plans.known)
+    targets = jnp.asarray(plans.targets)
+    return Setup(plant, controller, sensor, start, starts, targets, metrics)

@@ -11,9 +11,10 @@ from gyrostat.campaigns import windows
 from gyrostat.campaigns.build import Setup
 from gyrostat.campaigns.percentiles import Collector
 from gyrostat.campaigns.results import metrics_of, percentile_name
+from gyrostat.campaigns.sample import Sample
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import Structure
-from gyrostat.campaigns.windows import Sample, SeenWindow, WindowObserver, pointing_error
+from gyrostat.campaigns.windows import SeenWindow, WindowObserver, pointing_error
 from gyrostat.core.arrays import Quaternion, Scalar
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Vector
@@ -44,6 +45,7 @@ class Seen(NamedTuple):
         saturated: Number of samples with a saturated wheel.
         power: Sum of the mechanical power, W.
         windows: Running values of each window.
+        own: Own metric -> its memory, and its result after the last sample.
     """
 
     status: Int[Array, ""]
@@ -63,6 +65,7 @@ class Seen(NamedTuple):
     saturated: Int[Array, ""]
     power: Scalar
     windows: tuple[SeenWindow, ...]
+    own: dict[str, tuple[Any, Scalar]]
 
 
 class Pointing(NamedTuple):
@@ -111,6 +114,7 @@ class Observer(eqx.Module):
             jnp.sign(self.setup.start.wheel_speed),
             *(jnp.array(-jnp.inf), none, zero, zero, zero, zero, none, zero),
             tuple(window.start() for window in self.windows),
+            {name: (own.start(), zero) for name, own in self.setup.metrics.items()},
         )
 
     def target(self, time: Scalar) -> Quaternion:
@@ -125,12 +129,16 @@ class Observer(eqx.Module):
         target = self.target(time)
         error = pointing_error(row.state.attitude, target, self.boresight)
         sample = Sample(
-            *(time, error, row.record.rate, target),
+            *(time, error, row.record.rate, target, {}),
             *(row.state, row.measurement, row.command, row.record),
         )
         after = self._seen(seen, row, time, error)
         pairs = [each(old, sample, k) for each, old in zip(self.windows, seen.windows, strict=True)]
         after = after._replace(windows=tuple(new for new, _ in pairs))
+        inside = {
+            w.window.name: new.inside for w, new in zip(self.windows, after.windows, strict=True)
+        }
+        after = after._replace(own=self._own(seen, sample._replace(windows=inside), k))
         kept = jax.tree.map(lambda new, old: jnp.where(valid, new, old), after, seen)
         counts = valid & (time + 1e-9 >= self.values["metrics.after"])
         status = jnp.where(k <= self.count, row.status, seen.status)
@@ -140,8 +148,16 @@ class Observer(eqx.Module):
         )
         return kept._replace(status=status), Pointing(error, counted)
 
+    def _own(self, seen: Seen, sample: Sample, k: Int[Array, ""]) -> dict[str, Any]:
+        """New memories and results of the own metrics, for a valid sample."""
+        found = {}
+        for name, own in self.setup.metrics.items():
+            memory = own(seen.own[name][0], sample)
+            found[name] = memory, own.result_if(k == self.count, memory)
+        return found
+
     def _seen(self, seen: Seen, row: Histories, time: Scalar, error: Scalar) -> Seen:
-        """New values except the status, for a valid sample."""
+        """New values except status, windows and own metrics, for a valid sample."""
         values, wheels = self.values, self.setup.plant.spacecraft.wheels
         momentum, torque = row.record.wheel_momentum, row.command.torque
         counts = time + 1e-9 >= values["metrics.after"]
@@ -173,6 +189,7 @@ class Observer(eqx.Module):
             saturated=seen.saturated + jnp.any(full),
             power=seen.power + jnp.sum(jnp.abs(torque * row.state.wheel_speed)),
             windows=seen.windows,
+            own=seen.own,
         )
 
 
@@ -215,6 +232,7 @@ def concluded(scenario: Scenario, seen: Any, errors: Sequence[Collector]) -> dic
     for window, own, collected in zip(scenario.windows, seen.windows, errors[1:], strict=True):
         each = _percentiles(scenario, collected) | windows.concluded(own)
         found |= {f"{window.name}.{name}": entry for name, entry in each.items()}
+    found |= {name: result for name, (_, result) in seen.own.items()}
     return {name: np.where(seen.status == 0, found[name], np.nan) for name in metrics_of(scenario)}
 
 

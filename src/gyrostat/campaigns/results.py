@@ -3,6 +3,7 @@
 from collections.abc import Collection
 from typing import NamedTuple
 
+from gyrostat.campaigns.kinds import component
 from gyrostat.campaigns.scenario import Scenario, Window
 from gyrostat.campaigns.schema import PERCENTILE, RESULTS, WINDOW_PERCENTILE, WINDOW_RESULTS
 
@@ -32,6 +33,10 @@ def metrics_of(scenario: Scenario) -> dict[str, Metric]:
         own = {name: Metric(*WINDOW_PERCENTILE, window.name) for name in percentiles}
         own |= window_metrics(window, keys, scenario.wheels, scenario.boresight)
         found |= {f"{window.name}.{name}": metric for name, metric in own.items()}
+    for part in scenario.parts:
+        if part.section == "metric":
+            own = component(part.section, part.kind, scenario.sources)
+            found[part.name] = Metric(own.unit, own.meaning)
     return found
 
 

@@ -32,7 +32,7 @@ from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
-    *("guard", "sensor", "actuator", "event", "dispersion", "metrics", *WHEEL_PARTS),
+    *("guard", "sensor", "actuator", "event", "dispersion", "metric", "metrics", *WHEEL_PARTS),
 )
 DEFAULTS = {"compensator": "none", "sensors": "white_noise", "environment": "constant"}
 """Section -> default of its `kind`; that of the controller is required."""
@@ -120,7 +120,7 @@ def validated(scenario: Scenario) -> Scenario:
         InputError: A part refuses its parameters or cannot be used.
     """
     plans = plans_of(scenario)
-    if scenario.sources:
+    if scenario.sources or any(window.propellant for window in scenario.windows):
         try_shapes(scenario, plans)
     return scenario
 

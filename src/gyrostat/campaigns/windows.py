@@ -21,6 +21,7 @@ from gyrostat.campaigns.band_filter import (
 )
 from gyrostat.campaigns.exposures import Exposures, exposed, no_exposures
 from gyrostat.campaigns.results import window_metrics
+from gyrostat.campaigns.sample import Sample
 from gyrostat.campaigns.scenario import Window
 from gyrostat.campaigns.structure import Structure
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
@@ -45,30 +46,6 @@ STATISTIC = {
     "propellant": "sum",
 }
 """Metric -> statistic of its signal over the samples of the window; settling has none."""
-
-
-class Sample(NamedTuple):
-    """Sample of a run, from which metrics are computed.
-
-    Attributes:
-        time: Time, s.
-        error: Pointing error, rad; of the direction `metrics.boresight` if there is one.
-        rate_error: Body rate relative to the reference, body axes, (3,), rad/s.
-        target: Reference attitude, (4,), scalar first.
-        state: State of the plant.
-        measurement: Measurement.
-        command: Command that acts from this time.
-        record: Record of the plant.
-    """
-
-    time: Scalar
-    error: Scalar
-    rate_error: Vector3
-    target: Quaternion
-    state: Any
-    measurement: Any
-    command: Any
-    record: Any
 
 
 class SeenWindow(NamedTuple):
