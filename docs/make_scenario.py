@@ -4,20 +4,22 @@ from pathlib import Path
 
 from gyrostat.campaigns.components import COMPENSATORS, ENVIRONMENTS, ESTIMATORS, SENSORS
 from gyrostat.campaigns.controllers import CONTROLLERS
+from gyrostat.campaigns.metric_schema import (
+    METRICS,
+    PERCENTILE,
+    RESULTS,
+    WINDOW,
+    WINDOW_PERCENTILE,
+    WINDOW_RESULTS,
+)
 from gyrostat.campaigns.schema import (
     EVENTS,
     GUARD,
     INERTIA,
-    METRICS,
-    PERCENTILE,
-    RESULTS,
     RUN,
     START,
     WHEEL_ALL,
     WHEEL_PARTS,
-    WINDOW,
-    WINDOW_PERCENTILE,
-    WINDOW_RESULTS,
 )
 
 HEAD = """# Scenario file

@@ -12,16 +12,15 @@ from gyrostat.campaigns.components import (
     Component,
 )
 from gyrostat.campaigns.controllers import CONTROLLERS
+from gyrostat.campaigns.metric_schema import METRICS, WINDOW
 from gyrostat.campaigns.own_parts import is_own, own_component
 from gyrostat.campaigns.scenario import INERTIA, Part, Scenario, Source
 from gyrostat.campaigns.schema import (
     EVENT_TIME,
     MEASURED,
-    METRICS,
     RUN,
     START,
     WHEEL_ALL,
-    WINDOW,
     Key,
     Measured,
     event_keys,

@@ -1,12 +1,13 @@
 """Read the [metrics] table of a scenario file and its windows, [[metrics.window]]."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import inf
 from typing import Any
 
+from gyrostat.campaigns.metric_schema import METRICS, WINDOW
 from gyrostat.campaigns.read_events import within_run
-from gyrostat.campaigns.scenario import Event, Window
-from gyrostat.campaigns.schema import METRICS, WINDOW
+from gyrostat.campaigns.results import percentile_name
+from gyrostat.campaigns.scenario import Event, Part, Window
 from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 from gyrostat.core.validation import MOST_PERIODS
@@ -15,13 +16,16 @@ TEXTS = ("name", "event", "boresight", "propellant")
 """Keys of a window that are no numbers."""
 
 
-def read_metrics(top: Table, values: dict[str, float], events: Sequence[Event]) -> dict[str, Any]:
+def read_metrics(
+    top: Table, values: dict[str, float], events: Sequence[Event], parts: Iterable[Part]
+) -> dict[str, Any]:
     """Read the metrics of a scenario file and add their numbers to its values.
 
     Args:
         top: Top-level table of the file.
         values: Full key -> number, SI; the numbers of the metrics are added.
         events: Events of the scenario.
+        parts: Parts of the scenario, with the own metrics.
 
     Returns:
         Fields of the scenario: boresight, percentiles and windows.
@@ -33,6 +37,12 @@ def read_metrics(top: Table, values: dict[str, float], events: Sequence[Event]) 
     values |= table.numbers(METRICS)
     within_run(table, "after", values["metrics.after"], values)
     boresight = table.unit("boresight", 3, None) if "boresight" in table.row else None
+    percentiles = table.rising("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0)
+    for part in parts:
+        if part.section == "metric" and part.name in map(percentile_name, percentiles):
+            raise Table(top.path, f"metric[{part.name}].", {}).refuse(
+                "name", part.name, "another name than that of a percentile"
+            )
     windows: list[Window] = []
     taken = {*(key.split(".")[0] for key in values), "window"}
     for number, row in enumerate(table.tables("window")):
@@ -47,7 +57,7 @@ def read_metrics(top: Table, values: dict[str, float], events: Sequence[Event]) 
         windows.append(_window(row, name, boresight, values, events))
     return {
         "boresight": boresight,
-        "percentiles": table.rising("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0),
+        "percentiles": percentiles,
         "windows": tuple(windows),
     }
 

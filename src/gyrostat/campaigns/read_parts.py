@@ -5,9 +5,9 @@ import re
 from collections.abc import Collection, Iterator
 
 from gyrostat.campaigns.kinds import PARTS, component
+from gyrostat.campaigns.metric_schema import RESULTS
 from gyrostat.campaigns.read_sources import own_kind
 from gyrostat.campaigns.scenario import Part, Source
-from gyrostat.campaigns.schema import RESULTS
 from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 from gyrostat.spacecraft import SpacecraftMeasurement, TrackerGyroMeasurement

@@ -4,8 +4,13 @@ from collections.abc import Collection
 from typing import NamedTuple
 
 from gyrostat.campaigns.kinds import component
+from gyrostat.campaigns.metric_schema import (
+    PERCENTILE,
+    RESULTS,
+    WINDOW_PERCENTILE,
+    WINDOW_RESULTS,
+)
 from gyrostat.campaigns.scenario import Scenario, Window
-from gyrostat.campaigns.schema import PERCENTILE, RESULTS, WINDOW_PERCENTILE, WINDOW_RESULTS
 
 
 class Metric(NamedTuple):

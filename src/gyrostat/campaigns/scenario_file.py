@@ -89,7 +89,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         guard = table.one_of("on_bad", ON_BAD, "hold")
     controller = component("controller", chosen["controller"], sources)
     events = read_events(top, craft, values, controller, fields, sources)
-    metrics = read_metrics(top, values, events)
+    metrics = read_metrics(top, values, events, [part for part, _ in parts])
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
         wheels=craft.wheel_names,
