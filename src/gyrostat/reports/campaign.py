@@ -15,7 +15,7 @@ from gyrostat.campaigns.drivers import find_drivers
 from gyrostat.campaigns.results import metrics_of, percentile_name
 from gyrostat.campaigns.summary import percentile_of
 from gyrostat.core.text import or_none
-from gyrostat.reports.campaign_run import run_page, told
+from gyrostat.reports.campaign_run import IN_DEGREES, run_page, told
 from gyrostat.reports.drawing import MARK, MODEL, STYLE, svg
 from gyrostat.reports.template import render
 from gyrostat.simulation import Status
@@ -82,7 +82,7 @@ def _parts(scenario: Scenario, columns: "dict[str, Vector]") -> list[dict[str, A
         names = [name for name, metric in metrics.items() if metric.window == own]
         parts.append(
             {
-                "title": None if window is None else f"Window {own}",
+                "window": own,
                 "text": None if window is None else window_text(scenario, window),
                 "names": names,
                 "figure": svg(distribution_figure(scenario, columns, names)),
@@ -140,6 +140,14 @@ def _content(
         }
     ranked = percentile_name(scenario.percentiles[-1])
     kept = store.histories(known)
+
+    def worst(metric: str) -> dict[str, Any]:
+        runs = [
+            {"run": run, "value": or_none(float(columns[metric][run])), "kept": run in kept}
+            for run in worst_runs(store, SHOWN, metric)
+        ]
+        return {"worst_by": metric, "worst": runs}
+
     return {
         "scenario": scenario.name,
         "digest": known.digest,
@@ -156,15 +164,8 @@ def _content(
         ],
         "chance_level": metrics[ranked]["chance_level"],
         "metrics": metrics,
-        "worst_by": ranked,
-        "worst": [
-            {
-                "run": run,
-                "value": or_none(float(columns[ranked][run])),
-                "kept": run in kept,
-            }
-            for run in worst_runs(store, SHOWN, ranked)
-        ],
+        **worst(ranked),
+        "windows": {w.name: worst(f"{w.name}.{ranked}") for w in scenario.windows},
         "engine": dict(known.engine),
     }
 
@@ -226,14 +227,14 @@ def distribution_figure(
         figure = Figure(figsize=(9.0, 1.9 * height + 0.2))
         grid = np.atleast_1d(figure.subplots(height, 3)).ravel()
         for axes, name in zip(grid, shown, strict=False):
-            degrees = metrics[name].unit == "rad"
-            values = np.degrees(finite[name]) if degrees else finite[name]
+            unit = metrics[name].unit
+            values = np.degrees(finite[name]) if unit in IN_DEGREES else finite[name]
             axes.stairs(
                 *np.histogram(values, bins=min(50, 5 + len(values) // 10)), fill=True, color=MODEL
             )
             mark = percentile_of(values, PERCENTILES[-1]).value
             axes.axvline(mark, color=MARK, lw=0.9, ls="--")
-            unit = "deg" if degrees else metrics[name].unit
+            unit = IN_DEGREES.get(unit, unit)
             axes.set_xlabel(name if unit == "1" else f"{name} ({unit})")
         for axes in grid[len(shown) :]:
             axes.set_visible(False)

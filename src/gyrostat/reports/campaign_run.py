@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 LEAST_SHOWN = 1e-5
 """Smallest value drawn, deg; smaller ones are rounding errors."""
 
+IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
+"""Unit of a metric -> unit in which reports show it."""
+
 
 def write_run(
     scenario: Scenario,
@@ -98,11 +101,11 @@ def _verdict(values: Mapping[str, Any]) -> str:
 
 
 def told(value: float, unit: str, digits: int = 4) -> str:
-    """Format a value with a number of significant digits; angles are shown in degrees."""
+    """Format a value with a number of significant digits; angles and rates in degrees."""
     if not math.isfinite(value):
         return "none"
-    if unit == "rad":
-        return f"{plain(math.degrees(value), digits)} deg"
+    if unit in IN_DEGREES:
+        value, unit = math.degrees(value), IN_DEGREES[unit]
     return plain(value, digits) if unit == "1" else f"{plain(value, digits)} {unit}"
 
 
