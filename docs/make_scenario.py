@@ -198,7 +198,7 @@ def entry(name, key):
         if key.default is None
         else f"{key.default:.4g}".removeprefix("-inf").replace("inf", "none") or "none"
     )
-    default = "[0, 0, 0]" if key.size == 3 else DEFAULTS.get(name, default)
+    default = "[0, 0, 0]" if key.shape == (3,) else DEFAULTS.get(name, default)
     return f"| `{name}` | {key.unit} | {default} | {key.meaning} |"
 
 
@@ -231,7 +231,7 @@ def kinds(components):
 
 def named(name, key):
     """A row with the full key of a number, or those of a vector."""
-    names = f"`{name}.x`, `.y`, `.z`" if key.size == 3 else f"`{name}`"
+    names = f"`{name}.x`, `.y`, `.z`" if key.shape == (3,) else f"`{name}`"
     return f"| {names} | {key.unit} | {key.meaning} |"
 
 

@@ -27,6 +27,7 @@ from gyrostat.telemetry import read_record as read_record
 from gyrostat.verbs import bench as bench
 from gyrostat.verbs import cache as cache
 from gyrostat.verbs import campaign as campaign
+from gyrostat.verbs import check as check
 from gyrostat.verbs import compare as compare
 from gyrostat.verbs import export as export
 from gyrostat.verbs import feasible as feasible

@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat.campaigns.components import COMPENSATORS, ENVIRONMENTS, ESTIMATORS, SENSORS, stacked
-from gyrostat.campaigns.controllers import CONTROLLERS, IGNORED, NOTIFIED, DesignCase
+from gyrostat.campaigns.components import stacked
+from gyrostat.campaigns.controllers import IGNORED, NOTIFIED, DesignCase
+from gyrostat.campaigns.kinds import chosen
 from gyrostat.campaigns.phases import Phases
 from gyrostat.campaigns.scenario import AXES, INERTIA, Event, Scenario
 from gyrostat.campaigns.schema import WHEEL_IS_LOST
@@ -144,7 +145,7 @@ def _friction_steps(structure: Structure, values: Values, before: Friction) -> F
 
 def phases_of(structure: Structure) -> list[Event]:
     """Events that start a new phase with another controller design, in nominal order."""
-    is_notified = CONTROLLERS[structure.controller].losses == NOTIFIED
+    is_notified = chosen(structure, "controller").losses == NOTIFIED
     return [e for e in structure.turning_points if is_notified or e.kind == "slew"]
 
 
@@ -161,27 +162,27 @@ def plan(scenario: Scenario) -> Plans:
     """
     structure = structure_of(scenario)
     known = spacecraft_of(structure, scenario.values)
-    chosen = CONTROLLERS[scenario.controller]
+    controller = chosen(scenario, "controller")
     count = len(scenario.wheels)
     left, seized = np.ones(count, bool), np.zeros(count, bool)
     target, found, targets = scenario.target, [], []
     slews = {event.name: event.target for event in scenario.events}
     for event in (None, *structure.turning_points):
         wheel = None if event is None else event.wheel
-        if event is not None and wheel is not None and chosen.losses != IGNORED:
+        if event is not None and wheel is not None and controller.losses != IGNORED:
             left[wheel] = False
             seized[wheel] |= event.kind == "seized"
         if event is not None:
             target = slews[event.name] or target
         rank = np.linalg.matrix_rank(np.asarray(scenario.axes) * left[:, None], tol=1e-6)
         # a controller that ignores failures validates its wheels itself
-        if rank < 3 and chosen.losses != IGNORED:
+        if rank < 3 and controller.losses != IGNORED:
             raise InputError(
                 f"key {'controller' if event is None else f'event[{event.name}]'}: found working "
                 "wheels that do not span space, expected wheels about every axis (gyrostat recover "
                 "simulates fewer)"
             )
-        told = chosen.losses == NOTIFIED
+        told = controller.losses == NOTIFIED
         if wheel is not None and not told:
             continue
         case = DesignCase(
@@ -191,7 +192,7 @@ def plan(scenario: Scenario) -> Plans:
             target=np.array(target),
             delay=scenario.command_delay,
         )
-        made = chosen.plan(case)
+        made = controller.plan(case)
         found.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), made))
         targets.append(target)
     sensors = options_of(scenario.values, "sensors")
@@ -206,7 +207,7 @@ def plan(scenario: Scenario) -> Plans:
 
 def _plant(structure: Structure, values: Values, options: Values, attitude: Any) -> Any:
     """Spacecraft with environment, and its initial state."""
-    own = ENVIRONMENTS[structure.environment].make(options_of(values, "environment"))
+    own = chosen(structure, "environment").make(options_of(values, "environment"))
     if "external_torque_limit" in options:
         own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
     craft = spacecraft_of(structure, values)
@@ -239,22 +240,20 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     """Build the parts of a run from its values; pure, for `jit` and `vmap` over the values."""
     options = options_of(values, "controller")
     plant, start = _plant(structure, values, options, plans.attitude)
-    made = [
-        CONTROLLERS[structure.controller].make(plan, options, start.momentum)
-        for plan in plans.controllers
-    ]
+    law = chosen(structure, "controller")
+    made = [law.make(plan, options, start.momentum) for plan in plans.controllers]
     starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(structure, values)])
     joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
-    controller = COMPENSATORS[structure.compensator].make(
+    controller = chosen(structure, "compensator").make(
         options_of(values, "compensator"),
         Phases(starts, joined),
         plans.known,
         structure.command_delay,
     )
-    controller = ESTIMATORS[structure.estimator].make(
-        options_of(values, "estimator"), controller, plans.sensors
+    controller = chosen(structure, "estimator").make(
+        options_of(values, "estimator"), controller, plans.known, plans.sensors
     )
-    sensor = SENSORS[structure.sensors].make(options_of(values, "sensors"), plant, plans.known)
+    sensor = chosen(structure, "sensors").make(options_of(values, "sensors"), plant, plans.known)
     sensor = with_faults(structure, values, sensor)
     controller = guarded(structure, values, controller, sensor, start)
     return Setup(plant, controller, sensor, start, starts, jnp.asarray(plans.targets))

@@ -110,7 +110,9 @@ def _tracker_gyro(options: Options, plant: Any, known: Spacecraft) -> TrackerGyr
     )
 
 
-def _kalman(options: Options, controller: Any, sensors: Options) -> OutputFeedback:
+def _kalman(
+    options: Options, controller: Any, known: Spacecraft, sensors: Options
+) -> OutputFeedback:
     names = ("attitude_sigma", "angle_walk", "bias_walk")
     noise = {name: sensors[name] for name in names}
     # the filter corrects the remaining coning
@@ -211,7 +213,12 @@ SENSORS: dict[str, Component] = {
             "bias_walk": size("rad/s/√s", 0.0, "Random walk of the gyro bias."),
             "bias": vector("speed", "Initial bias of the gyro."),
             "scale_factor": Key(
-                "1", 0.0, "Scale factor error of each gyro axis.", least=-1.0, positive=True, size=3
+                "1",
+                0.0,
+                "Scale factor error of each gyro axis.",
+                least=-1.0,
+                positive=True,
+                shape=(3,),
             ),
             "misalignment": vector("angle", "Rotation vector from body to gyro axes."),
             "rate_limit": positive("speed", inf, "Largest rate that a gyro axis measures."),
@@ -228,7 +235,7 @@ SENSORS: dict[str, Component] = {
     ),
 }
 ESTIMATORS: dict[str, Component] = {
-    "none": Component("No estimator.", {}, lambda options, controller, sensors: controller),
+    "none": Component("No estimator.", {}, lambda options, controller, known, sensors: controller),
     "kalman": Component(
         "Multiplicative Kalman filter for attitude and gyro bias "
         "(`gyrostat.estimation.AttitudeFilter`). It assumes the nominal sensor noise.",

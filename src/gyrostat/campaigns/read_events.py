@@ -2,7 +2,7 @@
 
 from math import inf
 
-from gyrostat.campaigns.controllers import CONTROLLERS, NOTIFIED
+from gyrostat.campaigns.controllers import NOTIFIED, PlannedController
 from gyrostat.campaigns.scenario import AXES, Event
 from gyrostat.campaigns.schema import EVENTS, MEASURED, SENSOR_FAULT, event_keys
 from gyrostat.campaigns.tables import Table
@@ -19,7 +19,7 @@ def within_run(table: Table, key: str, time: float, values: dict[str, float]) ->
 
 
 def read_events(
-    top: Table, craft: SpacecraftFile, values: dict[str, float], controller: str
+    top: Table, craft: SpacecraftFile, values: dict[str, float], controller: PlannedController
 ) -> list[Event]:
     """Read the events of a scenario file and add their numbers to its values.
 
@@ -27,7 +27,7 @@ def read_events(
         top: Top-level table of the file.
         craft: Spacecraft of the scenario.
         values: Full key -> number, SI; the numbers of the events are added.
-        controller: Kind of the controller.
+        controller: Controller of the scenario.
 
     Raises:
         InputError: A key is unknown, missing or has a value that is not allowed.
@@ -55,7 +55,11 @@ def read_events(
 
 
 def _event(
-    row: Table, name: str, craft: SpacecraftFile, values: dict[str, float], controller: str
+    row: Table,
+    name: str,
+    craft: SpacecraftFile,
+    values: dict[str, float],
+    controller: PlannedController,
 ) -> Event:
     kind = row.one_of("kind", EVENTS)
     sensor = row.one_of("sensor", MEASURED) if kind.startswith(SENSOR_FAULT) else None
@@ -64,12 +68,12 @@ def _event(
         own = ("sensor", *{"rate": ("axis",), "wheel_speed": ("wheel",)}.get(sensor, ()))
     friction = craft.spacecraft.wheels.friction.dimensions()
     keys = event_keys(kind, sensor, friction)
-    if "detected_after" in keys and CONTROLLERS[controller].losses != NOTIFIED:
+    if "detected_after" in keys and controller.losses != NOTIFIED:
         if "detected_after" in row.row:
             raise row.refuse(
                 "detected_after",
                 row.row["detected_after"],
-                f"none: the controller {controller} is not notified of failures",
+                "none: this controller is not notified of failures",
             )
         del keys["detected_after"]
     row.known(("name", "kind", *own, *keys))

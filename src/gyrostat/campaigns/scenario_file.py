@@ -11,13 +11,17 @@ from pathlib import Path
 import numpy as np
 
 from gyrostat.campaigns.components import ESTIMATOR_OF
-from gyrostat.campaigns.kinds import KINDS
+from gyrostat.campaigns.kinds import KINDS, component
+from gyrostat.campaigns.own_errors import OwnError
+from gyrostat.campaigns.own_parts import OWN, is_own
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.read_dispersions import read_dispersions
 from gyrostat.campaigns.read_events import read_events, within_run
+from gyrostat.campaigns.read_sources import own_kind, own_sources
 from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
 from gyrostat.campaigns.schema import GUARD, METRICS, RUN, START, WHEEL, WHEEL_PARTS
 from gyrostat.campaigns.tables import Table, opened
+from gyrostat.campaigns.trial import try_shapes
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, printable
 from gyrostat.core.toml_file import LONGEST_NAME
@@ -52,18 +56,16 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
     count, substeps = _steps(run, values)
     start = top.table("start", (*START, "attitude", "wheel_speed"))
     values |= start.numbers(START) | _wheel_values(top, start, craft)
-    chosen: dict[str, str] = {}
-    for section, kinds in KINDS.items():
-        default = DEFAULTS.get(section) or ESTIMATOR_OF.get(chosen.get("sensors", ""))
-        kind = chosen[section] = top.table(section, None).one_of("kind", kinds, default)
-        extra = ("kind", "target") if section == "controller" else ("kind",)
-        values |= top.table(section, (*kinds[kind].keys, *extra)).numbers(kinds[kind].keys)
-    if chosen["estimator"] != ESTIMATOR_OF[chosen["sensors"]]:
-        raise top.table("estimator", None).refuse(
-            "kind",
-            chosen["estimator"],
-            f"{ESTIMATOR_OF[chosen['sensors']]} for the sensors {chosen['sensors']}",
-        )
+    chosen = _kinds(top)
+    sources = own_sources(top, chosen)
+    for section, kind in chosen.items():
+        try:
+            keys = component(section, kind, sources).keys
+        except OwnError as error:
+            raise InputError(f"{path}: {error}") from None
+        extra = ("kind", "python") if section in OWN else ("kind",)
+        extra = (*extra, "target") if section == "controller" else extra
+        values |= top.table(section, (*keys, *extra)).numbers(keys)
     metrics = top.table("metrics", (*METRICS, "percentiles", "boresight"))
     values |= metrics.numbers(METRICS)
     within_run(metrics, "after", values["metrics.after"], values)
@@ -72,7 +74,8 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
         table = top.table("guard", (*GUARD, "on_bad"))
         values |= table.numbers(GUARD)
         guard = table.one_of("on_bad", ON_BAD, "hold")
-    events = read_events(top, craft, values, chosen["controller"])
+    controller = component("controller", chosen["controller"], sources)
+    events = read_events(top, craft, values, controller)
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
         wheels=craft.wheel_names,
@@ -91,13 +94,46 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
         # fixed order, so that a scenario and its copy from text compile to the same program
         values=dict(sorted(values.items())),
         guard=guard,
+        sources=sources,
     )
     scenario = replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
     try:
-        plans_of(scenario)
+        return validated(scenario)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def validated(scenario: Scenario) -> Scenario:
+    """Return the scenario itself after its controllers were designed and its parts were tried.
+
+    Raises:
+        InputError: A part refuses its parameters or cannot be used.
+    """
+    plans = plans_of(scenario)
+    if scenario.sources:
+        try_shapes(scenario, plans)
     return scenario
+
+
+def _kinds(top: Table) -> dict[str, str]:
+    """Section -> kind of its component."""
+    chosen: dict[str, str] = {}
+    for section, kinds in KINDS.items():
+        table = top.table(section, None)
+        default = DEFAULTS.get(section) or ESTIMATOR_OF.get(chosen.get("sensors", ""))
+        if section in OWN and "python" in table.row:
+            chosen[section] = own_kind(table)
+        else:
+            chosen[section] = table.one_of("kind", kinds, default)
+    needed = ESTIMATOR_OF[chosen["sensors"]]
+    given = "estimator" in top.row
+    if is_own(chosen["controller"]) and not given:
+        chosen["estimator"] = "none"
+    elif chosen["estimator"] != needed and not is_own(chosen["estimator"]):
+        raise top.table("estimator", None).refuse(
+            "kind", chosen["estimator"], f"{needed} for the sensors {chosen['sensors']}"
+        )
+    return chosen
 
 
 def _spacecraft(top: Table) -> str:

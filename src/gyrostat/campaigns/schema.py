@@ -1,54 +1,70 @@
 """Keys of a scenario file: dimension, default and meaning of each."""
 
+import itertools
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf, nan, pi
 
 from gyrostat.campaigns.scenario import AXES
-from gyrostat.core.units import SI_UNIT
+from gyrostat.core.units import ANY_UNIT, SI_UNIT
 from gyrostat.core.validation import LARGEST
 
 
 @dataclass(frozen=True)
 class Key:
-    """Entry of the schema: a number or vector in a scenario.
+    """Entry of the schema: a number or array in a scenario.
+
+    A field of an own part is described by it: `Annotated[Scalar, Key("1/s", positive=True)]`.
 
     Attributes:
-        dimension: Key of `gyrostat.core.units.SI_UNIT`, or the SI unit of a number that
-            is given without unit.
-        default: Default value, SI; None if the key is required.
+        dimension: Key of `gyrostat.core.units.SI_UNIT`; or `ANY_UNIT`; or the SI unit of a number
+            that is given without unit.
+        default: Default value, SI, one for all components or one for each; None if the key is
+            required.
         meaning: One sentence for the documentation.
         least: Smallest allowed value.
         most: Largest allowed value.
         positive: Whether `least` itself is excluded.
-        size: Number of components of a vector; 1 for a number.
+        shape: Shape of an array; () for a number.
     """
 
     dimension: str
-    default: float | None
-    meaning: str
+    default: float | tuple[float, ...] | None = None
+    meaning: str = ""
     least: float = -inf
     most: float = inf
     positive: bool = False
-    size: int = 1
+    shape: tuple[int, ...] = ()
 
     @property
     def unit(self) -> str:
-        """SI unit."""
+        """SI unit; empty if it is not known."""
+        if self.dimension == ANY_UNIT:
+            return ""
         return SI_UNIT.get(self.dimension, self.dimension)
 
     def ends(self, name: str) -> tuple[str, ...]:
-        """Full keys of a number, or of the components of a vector, with this name."""
-        return (name,) if self.size == 1 else tuple(f"{name}.{axis}" for axis in AXES)
+        """Full keys of a number, or of the components of an array, with this name."""
+        if self.shape == (3,):
+            return tuple(f"{name}.{axis}" for axis in AXES)
+        places = itertools.product(*map(range, self.shape))
+        return tuple(".".join((name, *map(str, place))) for place in places)
+
+    def defaults(self) -> tuple[float, ...]:
+        """Default value of each component; empty if the key is required."""
+        if self.default is None or isinstance(self.default, tuple):
+            return self.default or ()
+        return (self.default,) * math.prod(self.shape)
 
     def allows(self, value: float) -> bool:
         """Whether a value is allowed; NaN is not."""
         inside = self.least <= value <= self.most and not (self.positive and value == self.least)
-        return inside and (abs(value) <= LARGEST or value == self.default)
+        return inside and (abs(value) <= LARGEST or value in self.defaults())
 
     def range(self, found: float = nan) -> str:
         """Allowed values, for an error message about the value `found`."""
-        unit = "" if self.unit == "1" else f", in {self.unit}"
+        unit = "" if self.unit in ("", "1") else f", in {self.unit}"
         if abs(found) > LARGEST:
             return f"a size of {LARGEST:g} or less{unit}"
         if self.least == -inf:
@@ -69,7 +85,7 @@ def size(dimension: str, default: float | None, meaning: str) -> Key:
 
 def vector(dimension: str, meaning: str) -> Key:
     """Key of a vector in body axes, (3,), zero by default."""
-    return Key(dimension, 0.0, meaning, size=3)
+    return Key(dimension, 0.0, meaning, shape=(3,))
 
 
 RUN: dict[str, Key] = {

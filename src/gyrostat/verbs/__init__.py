@@ -11,13 +11,14 @@ from gyrostat.verbs.exports import export
 from gyrostat.verbs.failures import feasible, recover
 from gyrostat.verbs.identification import identify
 from gyrostat.verbs.papers import reproduce
-from gyrostat.verbs.scenarios import campaign, replay, report, simulate
+from gyrostat.verbs.scenarios import campaign, check, replay, report, simulate
 from gyrostat.verbs.wheels import bench, validate
 
 __all__ = [
     "bench",
     "cache",
     "campaign",
+    "check",
     "compare",
     "export",
     "feasible",

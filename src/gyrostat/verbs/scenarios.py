@@ -1,8 +1,8 @@
-"""Verbs on scenarios: simulate, campaign, replay, report."""
+"""Verbs on scenarios: check, simulate, campaign, replay, report."""
 
 import json
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,7 @@ def simulate(
     verify: bool = False,
     say: Say = silent,
     command: str = "gyrostat.simulate",
+    **changes: Any,
 ) -> "xr.Dataset":
     """Simulate one run of a scenario with its nominal values.
 
@@ -41,6 +42,8 @@ def simulate(
         verify: Whether to make the compiled program again and compare it with the stored one.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
+        changes: Changes of the scenario, see `gyrostat.campaigns.Scenario.replace`: own parts as
+            objects, `controller=EarthPointer(kp=0.02)`, or other values.
 
     Returns:
         Histories over `time`: state, measurements, commands and `error` (pointing error, rad), with
@@ -69,7 +72,7 @@ def simulate(
     from gyrostat.campaigns.engine import fly
     from gyrostat.campaigns.execute import chosen_engine
 
-    found = _scenario(scenario, force=force)
+    found = _scenario(scenario, force=force, changes=changes)
     say(f"simulating {found.name}: {found.duration:g} s")
     engine = chosen_engine(engine, found, device, say, verify=verify)
     flown = fly(found, seed, None, keep=[0], engine=engine)
@@ -102,6 +105,7 @@ def campaign(
     on_progress: Callable[[int, int], None] | None = None,
     say: Say = silent,
     command: str = "gyrostat.campaign",
+    **changes: Any,
 ) -> "xr.Dataset":
     """Simulate a scenario many times, each run with its own draws; resume an interrupted campaign.
 
@@ -126,6 +130,7 @@ def campaign(
         on_progress: Function called with the number of runs done and the total number.
         say: Function that receives each message for the user.
         command: Text that the report names as its origin.
+        changes: Changes of the scenario, as for `simulate`.
 
     Returns:
         The dataset that `campaign_runs` reads: every drawn parameter and metric, one value per
@@ -145,7 +150,7 @@ def campaign(
         raise InputError(f"--worst: found {worst}, expected 0 or more")
     _check_device(device)
     engine = engine_named(engine, say, "--engine")
-    found = _scenario(scenario, force=force)
+    found = _scenario(scenario, force=force, changes=changes)
     if not found.dispersions:
         place = scenario if isinstance(scenario, str | Path) else found.name
         raise InputError(f"{place}: key dispersion: found none, expected at least one dispersion")
@@ -174,6 +179,48 @@ def campaign(
     )
     write_campaign(folder, command=command, say=say)
     return campaign_runs(folder)
+
+
+def check(
+    scenario: "Scenario | str | Path",
+    *,
+    force: bool = False,
+    say: Say = silent,
+    **changes: Any,
+) -> dict[str, str]:
+    """Check a scenario without simulating it: keys, controller designs, and one call of every part.
+
+    Own parts are called once on shapes alone; the controller also computes its first command.
+
+    Args:
+        scenario: Scenario, or path of scenario.toml.
+        force: Whether to accept wheels that are marked as impossible.
+        say: Function that receives each message for the user.
+        changes: Changes of the scenario, as for `simulate`.
+
+    Returns:
+        Section -> kind of its component.
+
+    Raises:
+        InputError: The scenario has a mistake; the message names the file, the key or the part,
+            what was found and what was expected.
+    """
+    from gyrostat.campaigns.kinds import components_of
+    from gyrostat.campaigns.scenario_file import validated
+
+    found = _scenario(scenario, force=force, changes=changes)
+    if not isinstance(scenario, str | Path) and not changes:
+        validated(found)
+    named = components_of(found)
+    for section, kind in named.items():
+        start = f"{section}."
+        own = [
+            f"{key.removeprefix(start)} = {value:g}"
+            for key, value in found.values.items()
+            if key.startswith(start) and ":" in kind
+        ]
+        say(" ".join([f"{section}: {kind}", *own]))
+    return named
 
 
 def replay(
@@ -237,11 +284,15 @@ def report(
     return json.loads(write_campaign(Path(folder), command=command, say=say))
 
 
-def _scenario(scenario: "Scenario | str | Path", *, force: bool) -> "Scenario":
-    """Read scenario.toml; return a scenario object unchanged."""
+def _scenario(
+    scenario: "Scenario | str | Path", *, force: bool, changes: Mapping[str, Any] | None = None
+) -> "Scenario":
+    """Scenario, read from its file unless it is an object, with changes."""
     from gyrostat.campaigns.scenario_file import read_scenario
 
-    return read_scenario(scenario, force=force) if isinstance(scenario, str | Path) else scenario
+    if isinstance(scenario, str | Path):
+        scenario = read_scenario(scenario, force=force)
+    return scenario.replace(**changes) if changes else scenario
 
 
 def _folder_name(name: str, runs: int, seed: int) -> str:

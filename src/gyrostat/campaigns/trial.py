@@ -1,0 +1,60 @@
+"""Trial of own parts: one control period on shapes alone, and the first command in numbers."""
+
+from typing import Any
+
+import numpy as np
+
+from gyrostat.campaigns.build import Plans, Setup, build
+from gyrostat.campaigns.own_errors import OwnError
+from gyrostat.campaigns.own_parts import is_own
+from gyrostat.campaigns.run_loop import loop_of
+from gyrostat.campaigns.scenario import Scenario
+from gyrostat.campaigns.sensing import Values
+from gyrostat.campaigns.structure import Structure, structure_of
+from gyrostat.core.jax64 import jax
+
+LOOP = ("controller", "compensator", "estimator")
+"""Sections whose components compute the command, from the inside to the outside."""
+
+
+def try_shapes(scenario: Scenario, plans: Plans) -> None:
+    """Trace one control period of a scenario, so that every part is called once.
+
+    Raises:
+        InputError: An own part cannot be traced, or returns something else than expected.
+    """
+    structure = structure_of(scenario)
+
+    def period(*given: Any) -> Any:
+        loop = loop_of(structure)(*given)
+        return loop.tick(loop.begin(), 0)
+
+    numbers = np.zeros(len(structure.keys)), np.zeros(len(structure.dispersed))
+    jax.eval_shape(period, *numbers, plans, jax.random.key(0))
+
+
+def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Setup, Any]:
+    """Parts of a run, and the controller's memory and command after the first sample."""
+    setup = build(structure, values, plans)
+    period = values["run.control_period"]
+    memory = setup.sensor.start(setup.start, period)
+    _, measurement = setup.sensor(memory, setup.start, jax.random.key(0))
+    return setup, setup.controller(setup.controller.start(period), measurement)
+
+
+def check_first_command(scenario: Scenario, made: Any) -> None:
+    """Validate memory and command after the first sample.
+
+    Raises:
+        OwnError: A number is not finite.
+    """
+    memory, command = made
+    own = [f"{name} {kind}" for name in LOOP if is_own(kind := getattr(scenario, name))]
+    named = {f"command.{n}": v for n, v in zip(command._fields, command, strict=True)}
+    for place, value in {**named, "memory": memory}.items():
+        for leaf in jax.tree.leaves(value):
+            if not np.all(np.isfinite(leaf)) and own:
+                raise OwnError(
+                    f"{', '.join(own)}: found {place} with NaN or an infinite number at the first "
+                    "sample, expected finite numbers"
+                )
