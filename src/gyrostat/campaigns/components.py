@@ -4,7 +4,7 @@ To add a component, add an entry: its keys, and a function that builds it from t
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
@@ -39,11 +39,13 @@ class Component:
         keys: Keys of its parameters.
         make: Function of their values and of other parts that builds it. It is traced by JAX, so
             that it cannot validate values.
+        unit: Unit of the value of a sensor.
     """
 
     meaning: str
     keys: Mapping[str, Key]
     make: Callable[..., Any]
+    unit: str = field(default="1", kw_only=True)
 
 
 def _friction_model(
@@ -124,16 +126,25 @@ def _constant_torque(options: Options) -> dict[str, Any]:
     return {"external_torque": stacked(options, "external_torque")}
 
 
-def _in_orbit(options: Options) -> dict[str, Any]:
+def _orbit(options: Options) -> CircularOrbit:
     rate = jnp.sqrt(EARTH / (EARTH_RADIUS + options["altitude"]) ** 3)
     names = ("inclination", "ascending_node", "latitude")
-    orbit = CircularOrbit(rate, **{name: options[name] for name in names})
+    return CircularOrbit(rate, **{name: options[name] for name in names})
+
+
+def _in_orbit(options: Options) -> dict[str, Any]:
+    orbit = _orbit(options)
     harmonic = HarmonicTorque(
-        rate,
+        orbit.rate,
         cosine=stacked(options, "cosine_torque")[None],
         sine=stacked(options, "sine_torque")[None],
     )
     return {**_constant_torque(options), "environment": (GravityGradient(orbit), harmonic)}
+
+
+def _harmonic(options: Options) -> HarmonicTorque:
+    cosine, sine = (stacked(options, name)[None] for name in ("cosine", "sine"))
+    return HarmonicTorque(options["rate"], cosine=cosine, sine=sine)
 
 
 COMPENSATORS: dict[str, Component] = {
@@ -246,6 +257,12 @@ ESTIMATORS: dict[str, Component] = {
 ESTIMATOR_OF = {"white_noise": "none", "star_tracker_gyro": "kalman"}
 """Sensors -> estimator that they require."""
 _EXTERNAL = {"external_torque": vector("torque", "Constant external torque, in body axes.")}
+_ORBIT = {
+    "altitude": positive("m", None, "Altitude above the equatorial radius of the Earth."),
+    "inclination": Key("angle", 0.0, "Inclination to the inertial x-y plane."),
+    "ascending_node": Key("angle", 0.0, "Ascending node, from inertial x towards y."),
+    "latitude": Key("angle", 0.0, "Initial argument of latitude, from the ascending node."),
+}
 ENVIRONMENTS: dict[str, Component] = {
     "constant": Component("Constant external torque.", _EXTERNAL, _constant_torque),
     "orbit": Component(
@@ -254,10 +271,7 @@ ENVIRONMENTS: dict[str, Component] = {
         "(`gyrostat.spacecraft.HarmonicTorque`).",
         {
             **_EXTERNAL,
-            "altitude": positive("m", None, "Altitude above the equatorial radius of the Earth."),
-            "inclination": Key("angle", 0.0, "Inclination to the inertial x-y plane."),
-            "ascending_node": Key("angle", 0.0, "Ascending node, from inertial x towards y."),
-            "latitude": Key("angle", 0.0, "Initial argument of latitude, from the ascending node."),
+            **_ORBIT,
             "cosine_torque": vector(
                 "torque", "Amplitude of the torque cos(orbital rate × time), in body axes."
             ),
@@ -269,3 +283,26 @@ ENVIRONMENTS: dict[str, Component] = {
     ),
 }
 """Kind -> external torques; `make` returns arguments of `gyrostat.spacecraft.Gyrostat`."""
+TORQUES: dict[str, Component] = {
+    "constant": Component(
+        "Constant torque in body axes.",
+        {"torque": vector("torque", "Torque, in body axes.")},
+        lambda options, **given: HarmonicTorque(0.0, constant=stacked(options, "torque")),
+    ),
+    "gravity_gradient": Component(
+        "Gravity gradient torque in a circular Earth orbit "
+        "(`gyrostat.spacecraft.GravityGradient`).",
+        _ORBIT,
+        lambda options, **given: GravityGradient(_orbit(options)),
+    ),
+    "harmonic": Component(
+        "Torque of one frequency in body axes (`gyrostat.spacecraft.HarmonicTorque`).",
+        {
+            "rate": positive("speed", None, "Angular frequency, such as that of the orbit."),
+            "cosine": vector("torque", "Amplitude of cos(rate × time), in body axes."),
+            "sine": vector("torque", "Amplitude of sin(rate × time), in body axes."),
+        },
+        lambda options, **given: _harmonic(options),
+    ),
+}
+"""Kind -> external torque, any number of which can be added to the environment."""

@@ -1,0 +1,106 @@
+"""Environment torques, sensors, actuators and events of a user, in the simulated spacecraft.
+
+Each validates what the user's Python returns, and reports mistakes with the name of the part.
+"""
+
+from typing import Any
+
+import equinox as eqx
+from jaxtyping import PRNGKeyArray
+
+from gyrostat.campaigns.own_errors import OwnError, numbers, reported, same_memory
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.jax64 import jax
+from gyrostat.spacecraft import Spacecraft
+
+
+class OwnTorque(eqx.Module):
+    """Environment torque of a user; see `gyrostat.spacecraft.TorqueModel`.
+
+    Attributes:
+        inner: Part of the user.
+        name: Its name, for messages.
+    """
+
+    inner: Any
+    name: str = eqx.field(static=True)
+
+    def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
+        """Torque in body axes, (3,), N·m."""
+        with reported(self.name):
+            torque = self.inner(spacecraft, attitude, time)
+        return numbers(self.name, "torque, N·m in body axes", torque, (3,))
+
+
+class OwnActuator(eqx.Module):
+    """Actuator of a user; see `gyrostat.spacecraft.Actuator`.
+
+    Attributes:
+        inner: Part of the user.
+        name: Its name, for messages.
+    """
+
+    inner: Any
+    name: str = eqx.field(static=True)
+
+    def __call__(self, value: Any, attitude: Quaternion, time: Scalar) -> Vector3:
+        """Torque in body axes, (3,), N·m."""
+        with reported(self.name):
+            torque = self.inner(value, attitude, time)
+        return numbers(self.name, "torque, N·m in body axes", torque, (3,))
+
+
+class OwnChange(eqx.Module):
+    """Event of a user; see `gyrostat.spacecraft.Change`.
+
+    Attributes:
+        inner: Part of the user.
+        name: Its name, for messages.
+    """
+
+    inner: Any
+    name: str = eqx.field(static=True)
+
+    def __call__(self, plant: Any) -> Any:
+        """Plant after the event."""
+        with reported(self.name):
+            return self.inner(plant)
+
+
+class OwnSensor(eqx.Module):
+    """Sensor of a user; see `gyrostat.spacecraft.AddedSensor`.
+
+    Attributes:
+        inner: Part of the user.
+        name: Its name, for messages.
+    """
+
+    inner: Any
+    name: str = eqx.field(static=True)
+
+    @property
+    def unit(self) -> Any:
+        """Unit of the value, or None."""
+        return getattr(self.inner, "unit", None)
+
+    def start(self, state: Any, period: Scalar) -> Any:
+        """Memory before the first sample."""
+        with reported(self.name):
+            memory = self.inner.start(state, period)
+        return jax.tree.map(lambda leaf: numbers(self.name, "memory", leaf), memory)
+
+    def __call__(self, memory: Any, state: Any, key: PRNGKeyArray) -> tuple[Any, Any]:
+        """Measure.
+
+        Raises:
+            InputError: The part raised an exception, or returned something else than its memory
+                and a value.
+        """
+        with reported(self.name):
+            made = self.inner(memory, state, key)
+        if not isinstance(made, tuple) or len(made) != 2:
+            raise OwnError(
+                f"{self.name}: found {type(made).__name__} as result, expected (memory, value)"
+            )
+        after = same_memory(self.name, memory, made[0])
+        return after, numbers(self.name, "value", made[1])
