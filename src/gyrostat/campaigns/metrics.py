@@ -10,7 +10,8 @@ from gyrostat.campaigns.build import Setup
 from gyrostat.campaigns.percentiles import Collector
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import Structure
-from gyrostat.core.arrays import Scalar
+from gyrostat.control.guidance import Mode
+from gyrostat.core.arrays import Quaternion, Scalar
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import angle_between, error_angle, to_inertial
 from gyrostat.core.types import Vector
@@ -103,10 +104,16 @@ class Observer(eqx.Module):
             *(jnp.array(-jnp.inf), none, zero, zero, zero, zero, none, zero),
         )
 
-    def error(self, attitude: Float[Array, "4"], time: Scalar) -> Scalar:
-        """Pointing error at a time, rad."""
+    def target(self, row: Histories, time: Scalar) -> Quaternion:
+        """Target attitude at a sample, (4,); that of the reference by its recorded mode."""
+        if self.setup.reference is not None:
+            mode = Mode(row.command.mode, row.command.mode_start)
+            return self.setup.reference.at(mode, time).attitude
         phase = jnp.sum(self.setup.starts <= time + 1e-9) - 1
-        target = self.setup.targets[phase]
+        return self.setup.targets[phase]
+
+    def error(self, attitude: Quaternion, target: Quaternion) -> Scalar:
+        """Pointing error, rad."""
         if self.boresight is None:
             return error_angle(attitude, target)
         body = jnp.asarray(self.boresight)
@@ -116,7 +123,7 @@ class Observer(eqx.Module):
         """Update with sample k; returns the new values and the pointing error."""
         valid = (row.status == 0) & (k <= self.count)
         time = k * self.values["run.control_period"]
-        error = self.error(row.state.attitude, time)
+        error = self.error(row.state.attitude, self.target(row, time))
         after = self._seen(seen, row, time, error)
         kept = jax.tree.map(lambda new, old: jnp.where(valid, new, old), after, seen)
         counts = valid & (time + 1e-9 >= self.values["metrics.after"])

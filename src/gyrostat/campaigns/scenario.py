@@ -116,6 +116,8 @@ class Scenario:
         guard: Command after a rejected sample, "hold" or "zero"; None: measurements are not
             validated.
         reference: Kind of the reference attitude.
+        tables: Tables of the reference attitude, by content; the path of each is its section, such
+            as "reference.mode.NAME".
         parts: Further components, in the order of the file.
         sources: Python files of own parts and the local modules that they import, sorted by path.
     """
@@ -141,6 +143,7 @@ class Scenario:
     values: Mapping[str, float]
     guard: str | None = None
     reference: str = "fixed"
+    tables: tuple[Source, ...] = ()
     parts: tuple[Part, ...] = ()
     sources: tuple[Source, ...] = ()
 
@@ -194,7 +197,7 @@ class Scenario:
         return cls(**{name: _tuples(value) for name, value in found.items()})
 
 
-_ROWS = {"events": Event, "dispersions": Dispersion, "parts": Part, "sources": Source}
+_ROWS = {"events": Event, "dispersions": Dispersion, "parts": Part, "sources": Source, "tables": Source}
 """Field of a scenario -> class of its entries."""
 
 

@@ -53,7 +53,7 @@ class Nadir(Checked):
     """
 
     orbit: CircularOrbit
-    body: Annotated[Quaternion, is_unit]
+    body: Quaternion
 
     @classmethod
     def pointing(
@@ -67,25 +67,30 @@ class Nadir(Checked):
         Args:
             orbit: Circular orbit.
             to_earth: Body axis that points to the centre of the Earth, (3,), of any length.
-            along: Body axis whose part across `to_earth` points along the velocity, (3,).
+            along: Body axis whose part across `to_earth` points along the velocity, (3,). If both
+                axes are parallel, `check` refuses the profile.
+        """
+        down, forward = (jnp.asarray(axis, dtype=float) for axis in (to_earth, along))
+        down = down / jnp.sqrt(down @ down)
+        forward = forward / jnp.sqrt(forward @ forward)
+        forward = forward - (forward @ down) * down
+        length = jnp.sqrt(forward @ forward)
+        forward = jnp.where(length > PARALLEL, forward / length, jnp.nan)
+        # rows: zenith, velocity and orbit normal in body axes
+        matrix = jnp.stack([-down, forward, jnp.cross(-down, forward)])
+        return cls(orbit, rotations.from_matrix(matrix))
+
+    def check_own(self) -> None:
+        """Validate the body axes.
 
         Raises:
-            InputError: The two axes are parallel.
+            InputError: They are parallel.
         """
-        down = np.asarray(to_earth, dtype=float)
-        down = down / np.linalg.norm(down)
-        forward = np.asarray(along, dtype=float)
-        forward = forward / np.linalg.norm(forward)
-        forward = forward - (forward @ down) * down
-        if not np.linalg.norm(forward) > PARALLEL:
+        if not np.all(np.isfinite(self.body)):
             raise InputError(
-                f"nadir pointing: found the body axes {to_earth} to the Earth and {along} along the "
-                "velocity, expected axes that are not parallel"
+                "nadir pointing: found parallel body axes to the Earth and along the velocity, "
+                "expected axes with different directions"
             )
-        forward = forward / np.linalg.norm(forward)
-        # rows: zenith, velocity and orbit normal in body axes
-        matrix = np.array([-down, forward, np.cross(-down, forward)])
-        return cls(orbit, np.asarray(rotations.from_matrix(jnp.asarray(matrix))))
 
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s."""
