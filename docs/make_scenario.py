@@ -208,7 +208,9 @@ dwell_below = "20 rpm"     # dwell
 ```
 
 `boresight`: body direction whose error is evaluated; by default that of `[metrics]`. `event`: name
-of an event; without it, times are those of the run. `propellant`: name of a signal of the command
+of an event or of a `[[reference.slew]]`; times are counted from it. `mode`: name of a
+`[[reference.mode]]`; times are counted from its start, and the window ends with the mode. Without
+event and mode, times are those of the run. `propellant`: name of a signal of the command
 or of the record of the plant, kg/s. The numbers can be dispersed."""
 WINDOW_OUT = """The metrics of a window, each with the key of the window that requests it. A window
 without samples, such as one between two samples, has none of them (NaN).

@@ -24,7 +24,7 @@ def test_a_finished_campaign_flies_nothing_and_reports(run, small, folder):
     page = (small.out / "report.html").read_text()
     assert page.count("<svg") == 3  # the whole run and two windows
     assert "Window imaging" in page
-    assert "From 1 s to 6.9 s after event worn; boresight 0, 1, 0 in body axes." in page
+    assert "From 1 s to 6.9 s after worn; boresight 0, 1, 0 in body axes." in page
     assert "diverged after" in page
     assert not re.findall(r"""(?:src|href)=["']?(?:http|//)|url\(http|@import""", page)
 

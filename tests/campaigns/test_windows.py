@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from gyrostat.campaigns.results import window_metrics
 from gyrostat.campaigns.sample import Sample
-from gyrostat.campaigns.scenario import Event, Window
+from gyrostat.campaigns.scenario import Event, Part, Window
 from gyrostat.campaigns.windows import WindowObserver, concluded, pointing_error
+from gyrostat.control.guidance import AttitudeReference, Mode
 from gyrostat.core.jax64 import jax, jnp
 
 PERIOD = 0.1
@@ -43,18 +44,23 @@ def quaternions(vectors):
 def program(window, slews):
     """Compiled function: (values, history) -> running values of a window, its errors."""
     structure = SimpleNamespace(
-        wheels=WHEELS, boresight=None, events=[Event(name, "slew") for name in slews]
+        wheels=WHEELS,
+        boresight=None,
+        events=[Event(name, "slew") for name in slews],
+        parts=[Part("reference.mode", name, "nadir") for name in ("first", "second")],
     )
     target = jnp.array([1.0, 0.0, 0.0, 0.0])
+    reference = AttitudeReference(target, jnp.zeros(3), jnp.zeros(3))
 
     def run(values, rows):
         observer = WindowObserver.of(window, structure, values)
 
         def step(seen, row):
-            k, attitude, rate, speed, flow = row
+            k, attitude, rate, speed, flow, *mode = row
             error = pointing_error(attitude, target, None)
             state, signals = State(attitude, speed), Signals(flow)
-            sample = Sample(k * PERIOD, error, rate, target, {}, state, (), signals, signals)
+            about = (k * PERIOD, error, rate, reference, Mode(*mode), {})
+            sample = Sample(*about, state, (), signals, signals)
             return observer(seen, sample, k)
 
         return jax.lax.scan(step, observer.start(), rows)
@@ -62,7 +68,7 @@ def program(window, slews):
     return jax.jit(run)
 
 
-def observed(window, numbers, vectors, *, rate=None, speed=None, flow=None, slews=()):
+def observed(window, numbers, vectors, *, rate=None, speed=None, flow=None, slews=(), mode=None):
     """Metrics of a window over a history of error vectors, and the errors in the window."""
     count = len(vectors)
     rate = np.zeros((count, 3)) if rate is None else rate
@@ -71,7 +77,8 @@ def observed(window, numbers, vectors, *, rate=None, speed=None, flow=None, slew
     values = {"window.w.from": 0.0, "window.w.until": np.inf, "run.control_period": PERIOD}
     values |= SETTLED | {f"event.{name}.time": time for name, time in dict(slews).items()}
     values |= {f"window.w.{key}": value for key, value in numbers.items()}
-    rows = (jnp.arange(count), quaternions(vectors), rate, speed, flow)
+    mode = (np.zeros(count, int), np.zeros(count)) if mode is None else mode
+    rows = (jnp.arange(count), quaternions(vectors), rate, speed, flow, *mode)
     run = program(window, tuple(dict(slews)))
     seen, errors = run({key: jnp.asarray(value) for key, value in values.items()}, rows)
     found = concluded(jax.tree.map(np.asarray, seen))
@@ -251,3 +258,30 @@ def test_a_window_that_is_not_settled_at_its_end_never_settles():
     assert np.isnan(observed(Window("w"), {"until": 5.0}, vectors)[0]["settling"])
     assert observed(Window("w"), {"until": 5.1}, vectors)[0]["settling"] == pytest.approx(5.1)
     assert observed(Window("w"), {"until": 4.9}, vectors)[0]["settling"] == 0.0
+
+
+def test_a_window_of_a_mode_is_the_time_of_the_mode():
+    """Times are from its start; of several times, the longest settling counts."""
+    number = np.repeat([0, 1, 0, 1, 0], 20)
+    start = np.repeat([0.0, 2.0, 4.0, 6.0, 8.0], 20)
+    vectors = np.zeros((100, 3))
+    vectors[18:25, 0] = vectors[55:69, 0] = 0.1
+    window = Window("w", mode="second")
+    found, errors = observed(window, {}, vectors, mode=(number, start))
+    assert np.flatnonzero(np.isfinite(errors)).tolist() == [*range(20, 40), *range(60, 80)]
+    np.testing.assert_allclose(found["settling"], 0.9)
+    given = {"from": 0.5, "until": 1.0}
+    found, errors = observed(window, given, vectors, mode=(number, start))
+    assert np.flatnonzero(np.isfinite(errors)).tolist() == [*range(25, 31), *range(65, 71)]
+    np.testing.assert_allclose(found["settling"], 0.4)
+    vectors[39, 0] = 0.1
+    assert np.isnan(observed(window, {}, vectors, mode=(number, start))[0]["settling"])
+
+
+def test_an_exposure_does_not_extend_over_two_times_of_a_mode():
+    number, start = np.repeat([1, 0, 1], 10), np.repeat([0.0, 1.0, 2.0], 10)
+    vectors = np.zeros((30, 3))
+    vectors[20:, 0] = 0.1
+    window = Window("w", mode="second", boresight=Z)
+    found, _ = observed(window, {"exposure": 0.5}, vectors, mode=(number, start))
+    assert found["smear"] == 0.0

@@ -40,12 +40,14 @@ class Component:
         make: Function of their values and of other parts that builds it. It is traced by JAX, so
             that it cannot validate values.
         unit: Unit of the value of a sensor or metric.
+        texts: Names of keys that are texts; their reader stores them.
     """
 
     meaning: str
     keys: Mapping[str, Key]
     make: Callable[..., Any]
     unit: str = field(default="1", kw_only=True)
+    texts: tuple[str, ...] = field(default=(), kw_only=True)
 
 
 def _friction_model(
@@ -126,14 +128,14 @@ def _constant_torque(options: Options) -> dict[str, Any]:
     return {"external_torque": stacked(options, "external_torque")}
 
 
-def _orbit(options: Options) -> CircularOrbit:
+def orbit_of(options: Options) -> CircularOrbit:
     rate = jnp.sqrt(EARTH / (EARTH_RADIUS + options["altitude"]) ** 3)
     names = ("inclination", "ascending_node", "latitude")
     return CircularOrbit(rate, **{name: options[name] for name in names})
 
 
 def _in_orbit(options: Options) -> dict[str, Any]:
-    orbit = _orbit(options)
+    orbit = orbit_of(options)
     harmonic = HarmonicTorque(
         orbit.rate,
         cosine=stacked(options, "cosine_torque")[None],
@@ -257,7 +259,7 @@ ESTIMATORS: dict[str, Component] = {
 ESTIMATOR_OF = {"white_noise": "none", "star_tracker_gyro": "kalman"}
 """Sensors -> estimator that they require."""
 _EXTERNAL = {"external_torque": vector("torque", "Constant external torque, in body axes.")}
-_ORBIT = {
+ORBIT = {
     "altitude": positive("m", None, "Altitude above the equatorial radius of the Earth."),
     "inclination": Key("angle", 0.0, "Inclination to the inertial x-y plane."),
     "ascending_node": Key("angle", 0.0, "Ascending node, from inertial x towards y."),
@@ -271,7 +273,7 @@ ENVIRONMENTS: dict[str, Component] = {
         "(`gyrostat.spacecraft.HarmonicTorque`).",
         {
             **_EXTERNAL,
-            **_ORBIT,
+            **ORBIT,
             "cosine_torque": vector(
                 "torque", "Amplitude of the torque cos(orbital rate × time), in body axes."
             ),
@@ -292,8 +294,8 @@ TORQUES: dict[str, Component] = {
     "gravity_gradient": Component(
         "Gravity gradient torque in a circular Earth orbit "
         "(`gyrostat.spacecraft.GravityGradient`).",
-        _ORBIT,
-        lambda options, **given: GravityGradient(_orbit(options)),
+        ORBIT,
+        lambda options, **given: GravityGradient(orbit_of(options)),
     ),
     "harmonic": Component(
         "Torque of one frequency in body axes (`gyrostat.spacecraft.HarmonicTorque`).",

@@ -14,6 +14,7 @@ from gyrostat.campaigns.components import (
 from gyrostat.campaigns.controllers import CONTROLLERS
 from gyrostat.campaigns.metric_schema import METRICS, WINDOW
 from gyrostat.campaigns.own_parts import is_own, own_component
+from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
 from gyrostat.campaigns.scenario import INERTIA, Part, Scenario, Source
 from gyrostat.campaigns.schema import (
     EVENT_TIME,
@@ -37,10 +38,13 @@ KINDS: Mapping[str, Mapping[str, Component]] = {
     "sensors": SENSORS,
     "estimator": ESTIMATORS,
     "environment": ENVIRONMENTS,
+    "reference": REFERENCES,
 }
 """Section of a scenario file -> components of this package that its `kind` can name."""
 PARTS: Mapping[str, Mapping[str, Component]] = {
     "environment.torque": TORQUES,
+    "reference.mode": MODES,
+    "reference.slew": SLEWS,
     "sensor": {},
     "actuator": {},
     "metric": {},

@@ -15,8 +15,10 @@ from gyrostat.campaigns.sample import Sample
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import Structure
 from gyrostat.campaigns.windows import SeenWindow, WindowObserver, pointing_error
-from gyrostat.core.arrays import Quaternion, Scalar
+from gyrostat.control.guidance import AttitudeReference, Mode
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import error, to_body
 from gyrostat.core.types import Vector
 from gyrostat.simulation import Histories
 
@@ -117,22 +119,38 @@ class Observer(eqx.Module):
             {name: (own.start(), zero) for name, own in self.setup.metrics.items()},
         )
 
-    def target(self, time: Scalar) -> Quaternion:
-        """Target attitude at a time, (4,), scalar first."""
+    def reference(self, row: Histories, time: Scalar) -> tuple[AttitudeReference, Mode]:
+        """Reference at a sample, and its mode as recorded; of fixed targets the mode is 0."""
+        if self.setup.reference is not None:
+            mode = Mode(row.command.mode, row.command.mode_start)
+            return self.setup.reference.at(mode, time), mode
         phase = jnp.sum(self.setup.starts <= time + 1e-9) - 1
-        return self.setup.targets[phase]
+        at_rest = jnp.zeros(3)
+        target = AttitudeReference(self.setup.targets[phase], at_rest, at_rest)
+        return target, Mode(jnp.zeros((), dtype=int), jnp.zeros(()))
+
+    def sample(self, row: Histories, time: Scalar) -> Sample:
+        """Sample from which the metrics are computed."""
+        reference, mode = self.reference(row, time)
+        attitude, rate = row.state.attitude, row.record.rate
+        if self.setup.reference is not None:
+            rate = rate - to_body(error(attitude, reference.attitude), reference.rate)
+        return Sample(
+            time,
+            pointing_error(attitude, reference.attitude, self.boresight),
+            rate,
+            reference,
+            mode,
+            {},
+            *(row.state, row.measurement, row.command, row.record),
+        )
 
     def __call__(self, seen: Seen, row: Histories, k: Int[Array, ""]) -> tuple[Seen, Pointing]:
         """Update with sample k; returns the new values and the pointing error."""
         valid = (row.status == 0) & (k <= self.count)
         time = k * self.values["run.control_period"]
-        target = self.target(time)
-        error = pointing_error(row.state.attitude, target, self.boresight)
-        sample = Sample(
-            *(time, error, row.record.rate, target, {}),
-            *(row.state, row.measurement, row.command, row.record),
-        )
-        after = self._seen(seen, row, time, error)
+        sample = self.sample(row, time)
+        after = self._seen(seen, sample)
         pairs = [each(old, sample, k) for each, old in zip(self.windows, seen.windows, strict=True)]
         after = after._replace(windows=tuple(new for new, _ in pairs))
         inside = {
@@ -143,10 +161,10 @@ class Observer(eqx.Module):
         counts = valid & (time + 1e-9 >= self.values["metrics.after"])
         status = jnp.where(k <= self.count, row.status, seen.status)
         counted = (
-            jnp.where(counts, error, jnp.inf),
+            jnp.where(counts, sample.error, jnp.inf),
             *(jnp.where(valid, own, jnp.inf) for _, own in pairs),
         )
-        return kept._replace(status=status), Pointing(error, counted)
+        return kept._replace(status=status), Pointing(sample.error, counted)
 
     def _own(self, seen: Seen, sample: Sample, k: Int[Array, ""]) -> dict[str, Any]:
         """New memories and results of the own metrics, for a valid sample."""
@@ -156,18 +174,19 @@ class Observer(eqx.Module):
             found[name] = memory, own.result_if(k == self.count, memory)
         return found
 
-    def _seen(self, seen: Seen, row: Histories, time: Scalar, error: Scalar) -> Seen:
+    def _seen(self, seen: Seen, sample: Sample) -> Seen:
         """New values except status, windows and own metrics, for a valid sample."""
         values, wheels = self.values, self.setup.plant.spacecraft.wheels
-        momentum, torque = row.record.wheel_momentum, row.command.torque
+        time, error, record = sample.time, sample.error, sample.record
+        momentum, torque = record.wheel_momentum, sample.command.torque
         counts = time + 1e-9 >= values["metrics.after"]
-        sense = jnp.sign(row.state.wheel_speed)
+        sense = jnp.sign(sample.state.wheel_speed)
         crossing = jnp.sum(counts & (sense != seen.sense) & (seen.sense != 0.0))
         crossed = jnp.where(crossing > 0, time, seen.crossed)
         near = counts & (time - crossed <= values["metrics.crossing_window"] + 1e-9)
         settled = error < values["metrics.settled_angle"]
-        settled &= row.record.rate @ row.record.rate < values["metrics.settled_rate"] ** 2
-        full = row.record.saturated | (jnp.abs(torque) >= FULL * jnp.asarray(wheels.torque_limit))
+        settled &= sample.rate_error @ sample.rate_error < values["metrics.settled_rate"] ** 2
+        full = record.saturated | (jnp.abs(torque) >= FULL * jnp.asarray(wheels.torque_limit))
         full |= jnp.abs(momentum) >= FULL * jnp.asarray(wheels.momentum_limit)
         return Seen(
             status=seen.status,
@@ -187,7 +206,7 @@ class Observer(eqx.Module):
             torque_peak=jnp.maximum(seen.torque_peak, jnp.max(jnp.abs(torque))),
             torque_square=seen.torque_square + jnp.mean(torque**2),
             saturated=seen.saturated + jnp.any(full),
-            power=seen.power + jnp.sum(jnp.abs(torque * row.state.wheel_speed)),
+            power=seen.power + jnp.sum(jnp.abs(torque * sample.state.wheel_speed)),
             windows=seen.windows,
             own=seen.own,
         )

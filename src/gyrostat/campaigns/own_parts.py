@@ -20,7 +20,14 @@ from gyrostat.campaigns.controllers import IGNORED, DesignCase, PlannedControlle
 from gyrostat.campaigns.own_control import OwnControl
 from gyrostat.campaigns.own_errors import OwnError, reported
 from gyrostat.campaigns.own_metric import OwnMetric
-from gyrostat.campaigns.own_world import OwnActuator, OwnChange, OwnSensor, OwnTorque
+from gyrostat.campaigns.own_world import (
+    OwnActuator,
+    OwnChange,
+    OwnProfile,
+    OwnSensor,
+    OwnTorque,
+)
+from gyrostat.campaigns.references import UNTIL, single
 from gyrostat.campaigns.scenario import Source
 from gyrostat.campaigns.schema import Key
 from gyrostat.campaigns.sources import load
@@ -211,11 +218,32 @@ def _in_world(wrapper: Callable[[Any, str], Any], call: str, **methods: str) -> 
     return component
 
 
+def _profile(part: OwnPart) -> Any:
+    """Function that makes the attitude over time of an own reference or mode."""
+    if inspect.isclass(part.made):
+        part = part.with_methods(__call__="(time), which returns a quaternion (4,)")
+
+    def make(options: Options, planned: Any, place: str) -> OwnProfile:
+        return OwnProfile(part.build(options), part.name)
+
+    return make
+
+
+def _reference(part: OwnPart) -> Component:
+    return Component(part.meaning, part.keys, single(_profile(part)))
+
+
+def _mode(part: OwnPart) -> Component:
+    return Component(part.meaning, {**part.keys, **UNTIL}, _profile(part))
+
+
 TORQUE = "which returns a torque in body axes (3,), N·m"
 OWN: dict[str, Callable[[OwnPart], Any]] = {
     "controller": _controller,
     "compensator": _wrapping,
     "estimator": _wrapping,
+    "reference": _reference,
+    "reference.mode": _mode,
     "environment.torque": _in_world(OwnTorque, f"(spacecraft, attitude, time), {TORQUE}"),
     "actuator": _in_world(OwnActuator, f"(value, attitude, time), {TORQUE}"),
     "event": _in_world(OwnChange, "(plant), which returns the plant with other numbers"),

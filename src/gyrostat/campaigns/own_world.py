@@ -32,6 +32,24 @@ class OwnTorque(eqx.Module):
         return numbers(self.name, "torque, N·m in body axes", torque, (3,))
 
 
+class OwnProfile(eqx.Module):
+    """Attitude over time of a user; see `gyrostat.control.guidance.Profile`.
+
+    Attributes:
+        inner: Part of the user.
+        name: Its name, for messages.
+    """
+
+    inner: Any
+    name: str = eqx.field(static=True)
+
+    def __call__(self, time: Scalar) -> Quaternion:
+        """Attitude at a time, s."""
+        with reported(self.name):
+            attitude = self.inner(time)
+        return numbers(self.name, "attitude, a quaternion", attitude, (4,))
+
+
 class OwnActuator(eqx.Module):
     """Actuator of a user; see `gyrostat.spacecraft.Actuator`.
 

@@ -1,6 +1,6 @@
 """Read the [metrics] table of a scenario file and its windows, [[metrics.window]]."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from math import inf
 from typing import Any
 
@@ -9,15 +9,16 @@ from gyrostat.campaigns.read_events import within_run
 from gyrostat.campaigns.results import percentile_name
 from gyrostat.campaigns.scenario import Event, Part, Window
 from gyrostat.campaigns.tables import Table
+from gyrostat.campaigns.timeline import event_times, modes
 from gyrostat.core.errors import InputError
 from gyrostat.core.validation import MOST_PERIODS
 
-TEXTS = ("name", "event", "boresight", "propellant")
+TEXTS = ("name", "event", "mode", "boresight", "propellant")
 """Keys of a window that are no numbers."""
 
 
 def read_metrics(
-    top: Table, values: dict[str, float], events: Sequence[Event], parts: Iterable[Part]
+    top: Table, values: dict[str, float], events: Sequence[Event], parts: Sequence[Part]
 ) -> dict[str, Any]:
     """Read the metrics of a scenario file and add their numbers to its values.
 
@@ -25,7 +26,7 @@ def read_metrics(
         top: Top-level table of the file.
         values: Full key -> number, SI; the numbers of the metrics are added.
         events: Events of the scenario.
-        parts: Parts of the scenario, with the own metrics.
+        parts: Parts of the scenario: own metrics, modes and slews of the reference.
 
     Returns:
         Fields of the scenario: boresight, percentiles and windows.
@@ -43,6 +44,7 @@ def read_metrics(
             raise Table(top.path, f"metric[{part.name}].", {}).refuse(
                 "name", part.name, "another name than that of a percentile"
             )
+    origins = {"event": event_times(events, parts), "mode": dict.fromkeys(modes(parts))}
     windows: list[Window] = []
     taken = {*(key.split(".")[0] for key in values), "window"}
     for number, row in enumerate(table.tables("window")):
@@ -54,7 +56,7 @@ def read_metrics(
             )
         taken.add(name)
         row = Table(top.path, f"metrics.window[{name}].", row.row)
-        windows.append(_window(row, name, boresight, values, events))
+        windows.append(_window(row, name, boresight, values, origins))
     return {
         "boresight": boresight,
         "percentiles": percentiles,
@@ -67,29 +69,50 @@ def _window(
     name: str,
     boresight: tuple[float, ...] | None,
     values: dict[str, float],
-    events: Sequence[Event],
+    origins: Mapping[str, Mapping[str, str | None]],
 ) -> Window:
+    """Read a window and add its numbers to the values.
+
+    Args:
+        row: Table of the window.
+        name: Name of the window.
+        boresight: Boresight of the scenario.
+        values: Full key -> number, SI.
+        origins: Kind of origin of its times, "event" or "mode" -> known names, with the key of the
+            time of an event.
+    """
     row.known((*TEXTS, *WINDOW))
     given = {key: entry for key, entry in WINDOW.items() if key in row.row}
     given |= {key: WINDOW[key] for key in ("from", "until")}
     if "dwell_below" in given:
         given["dwell_above"] = WINDOW["dwell_above"]
     own = row.numbers(given, "")
-    event = None
-    if "event" in row.row:
-        event = row.one_of("event", [event.name for event in events])
+    event, mode = (_origin(row, kind, known) for kind, known in origins.items())
+    if event is not None and mode is not None:
+        raise row.refuse("mode", mode, "none beside an event")
     window = Window(
         name,
         event,
+        mode,
         row.unit("boresight", 3, None) if "boresight" in row.row else None,
         row.text("propellant", None) if "propellant" in row.row else None,
     )
-    _check_times(row, own, 0.0 if event is None else values[f"event.{event}.time"], values)
+    key = None if event is None else origins["event"][event]
+    _check_times(row, own, 0.0 if key is None else values[key], values)
     _check_bands(row, own, values["run.control_period"])
     if "exposure" in own and (window.boresight or boresight) is None:
         raise row.refuse("boresight", None, "the direction that is exposed, [x, y, z]")
     values |= {f"window.{name}.{key}": value for key, value in own.items()}
     return window
+
+
+def _origin(row: Table, kind: str, known: Mapping[str, str | None]) -> str | None:
+    """Name of the event or mode of a window; None if it has none."""
+    if kind not in row.row:
+        return None
+    if not known:
+        raise row.refuse(kind, row.row[kind], f"none: this scenario has no {kind}")
+    return row.one_of(kind, known)
 
 
 def _check_times(

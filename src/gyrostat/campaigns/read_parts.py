@@ -55,9 +55,9 @@ def part_values(
     """
     values: dict[str, float] = {}
     for part, row in parts:
-        keys = component(part.section, part.kind, sources).keys
-        row.known(("name", "kind", "python", *keys))
-        values |= row.numbers(keys, f"{part.section}.{part.name}.")
+        made = component(part.section, part.kind, sources)
+        row.known(("name", "kind", "python", *made.keys, *made.texts))
+        values |= row.numbers(made.keys, f"{part.section}.{part.name}.")
     return values
 
 
@@ -85,7 +85,7 @@ def _part(section: str, row: Table, others: Collection[str]) -> Part:
             'python = "FILE.py:NAME"'
         )
     else:
-        kind = row.one_of("kind", kinds)
+        kind = row.one_of("kind", kinds, next(iter(kinds)) if len(kinds) == 1 else None)
     return Part(section, _name(section, row, kind, others), kind)
 
 

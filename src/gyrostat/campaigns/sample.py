@@ -4,7 +4,8 @@ from typing import Any, NamedTuple
 
 from jaxtyping import Array, Bool
 
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.control.guidance import AttitudeReference, Mode
+from gyrostat.core.arrays import Scalar, Vector3
 
 
 class Sample(NamedTuple):
@@ -14,7 +15,8 @@ class Sample(NamedTuple):
         time: Time, s.
         error: Pointing error, rad; of the direction `metrics.boresight` if there is one.
         rate_error: Body rate relative to the reference, body axes, (3,), rad/s.
-        target: Reference attitude, (4,), scalar first.
+        reference: Reference attitude, and its rate and acceleration in axes of the reference.
+        mode: Mode of the reference.
         windows: Name of a window -> whether the sample is in it.
         state: State of the plant.
         measurement: Measurement.
@@ -25,7 +27,8 @@ class Sample(NamedTuple):
     time: Scalar
     error: Scalar
     rate_error: Vector3
-    target: Quaternion
+    reference: AttitudeReference
+    mode: Mode
     windows: dict[str, Bool[Array, ""]]
     state: Any
     measurement: Any

@@ -66,7 +66,8 @@ class Window:
 
     Attributes:
         name: Name of the window, used in keys and in the names of its metrics.
-        event: Event from which the times of the window are counted, or None.
+        event: Event or slew of the reference from which its times are counted, or None.
+        mode: Mode of the reference, from whose start its times are counted, or None.
         boresight: Body direction whose pointing error is evaluated, (3,); None: that of the
             scenario.
         propellant: Signal of the command or of the record whose integral is the propellant, kg/s,
@@ -75,6 +76,7 @@ class Window:
 
     name: str
     event: str | None = None
+    mode: str | None = None
     boresight: tuple[float, ...] | None = None
     propellant: str | None = None
 
@@ -135,6 +137,8 @@ class Scenario:
         guard: Command after a rejected sample, "hold" or "zero"; None: measurements are not
             validated.
         reference: Kind of the reference attitude.
+        tables: Tables of the reference attitude, by content; the path of each is its section, such
+            as "reference.mode.NAME".
         parts: Further components, in the order of the file.
         sources: Python files of own parts and the local modules that they import, sorted by path.
         windows: Windows with metrics of their own.
@@ -161,6 +165,7 @@ class Scenario:
     values: Mapping[str, float]
     guard: str | None = None
     reference: str = "fixed"
+    tables: tuple[Source, ...] = ()
     parts: tuple[Part, ...] = ()
     sources: tuple[Source, ...] = ()
     windows: tuple[Window, ...] = ()
@@ -220,6 +225,7 @@ _ROWS = {
     "dispersions": Dispersion,
     "parts": Part,
     "sources": Source,
+    "tables": Source,
     "windows": Window,
 }
 """Field of a scenario -> class of its entries."""

@@ -19,6 +19,7 @@ from gyrostat.campaigns.read_dispersions import read_dispersions
 from gyrostat.campaigns.read_events import read_events
 from gyrostat.campaigns.read_metrics import read_metrics
 from gyrostat.campaigns.read_parts import own_kinds, part_values, read_parts
+from gyrostat.campaigns.read_reference import check_reference, read_tables, with_defaults
 from gyrostat.campaigns.read_sources import own_kind, own_sources
 from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
 from gyrostat.campaigns.schema import RUN, START, WHEEL, WHEEL_PARTS, guard_keys
@@ -34,9 +35,18 @@ SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
     *("guard", "sensor", "actuator", "event", "dispersion", "metric", "metrics", *WHEEL_PARTS),
 )
-DEFAULTS = {"compensator": "none", "sensors": "white_noise", "environment": "constant"}
+DEFAULTS = {
+    "compensator": "none",
+    "sensors": "white_noise",
+    "environment": "constant",
+    "reference": "fixed",
+}
 """Section -> default of its `kind`; that of the controller is required."""
-BESIDE = {"controller": ("target",), "environment": ("torque",)}
+BESIDE = {
+    "controller": ("target",),
+    "environment": ("torque",),
+    "reference": ("mode", "slew"),
+}
 """Section -> keys that are no numbers."""
 
 
@@ -75,10 +85,14 @@ def _read(path: Path, *, force: bool) -> Scenario:
     chosen, parts = _kinds(top), read_parts(top)
     sources = own_sources(top, {**chosen, **dict(own_kinds(top))})
     for section, kind in chosen.items():
-        keys = component(section, kind, sources).keys
+        made = component(section, kind, sources)
         extra = ("kind", "python") if section in OWN else ("kind",)
-        extra = (*extra, *BESIDE.get(section, ()))
-        values |= top.table(section, (*keys, *extra)).numbers(keys)
+        extra = (*extra, *made.texts, *BESIDE.get(section, ()))
+        table = top.table(section, (*made.keys, *extra))
+        if section == "reference":
+            table = with_defaults(table, kind, values)
+        values |= table.numbers(made.keys)
+    parts = [(part, with_defaults(row, part.kind, values)) for part, row in parts]
     values |= part_values(parts, sources)
     fields = measured([part for part, _ in parts], sources)
     guard = None
@@ -89,6 +103,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         guard = table.one_of("on_bad", ON_BAD, "hold")
     controller = component("controller", chosen["controller"], sources)
     events = read_events(top, craft, values, controller, fields, sources)
+    check_reference(chosen["reference"], parts, top, events, values)
     metrics = read_metrics(top, values, events, [part for part, _ in parts])
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
@@ -109,6 +124,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         guard=guard,
         parts=tuple(part for part, _ in parts),
         sources=sources,
+        tables=read_tables(chosen["reference"], parts, top),
     )
     return replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
 

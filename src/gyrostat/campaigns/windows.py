@@ -24,6 +24,7 @@ from gyrostat.campaigns.results import window_metrics
 from gyrostat.campaigns.sample import Sample
 from gyrostat.campaigns.scenario import Window
 from gyrostat.campaigns.structure import Structure
+from gyrostat.campaigns.timeline import event_times, modes, slew_times
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
@@ -78,10 +79,11 @@ class WindowObserver(eqx.Module):
     Attributes:
         window: Window.
         wheels: Names of the wheels.
+        mode: Number of its mode; None for all modes.
         boresight: Body direction whose pointing is evaluated, (3,); None for the full attitude.
         values: Numbers of the window, SI.
-        begin: Start of the window, s.
-        end: End of the window, s.
+        begin: Start of the window, s; from the start of its mode, if it has one.
+        end: End of the window, s; from the start of its mode, if it has one.
         next_slew: Time from which a later slew holds, s; infinite if it does not end the window.
         period: Control period, s.
         settled_angle: Settling threshold of the pointing error, rad.
@@ -90,6 +92,7 @@ class WindowObserver(eqx.Module):
 
     window: Window = eqx.field(static=True)
     wheels: tuple[str, ...] = eqx.field(static=True)
+    mode: int | None = eqx.field(static=True)
     boresight: tuple[float, ...] | None = eqx.field(static=True)
     values: dict[str, Scalar]
     begin: Scalar
@@ -106,14 +109,14 @@ class WindowObserver(eqx.Module):
         own = {k.removeprefix(prefix): v for k, v in values.items() if k.startswith(prefix)}
         start, next_slew = 0.0, jnp.array(jnp.inf)
         if window.event is not None:
-            start = values[f"event.{window.event}.time"]
-            for event in structure.events:
-                if event.kind == "slew" and event.name != window.event:
-                    time = values[f"event.{event.name}.time"]
-                    next_slew = jnp.minimum(next_slew, jnp.where(time > start, time, jnp.inf))
+            start = values[event_times(structure.events, structure.parts)[window.event]]
+            for key in slew_times(structure.events, structure.parts):
+                later = jnp.where(values[key] > start, values[key], jnp.inf)
+                next_slew = jnp.minimum(next_slew, later)
         return cls(
             window,
             structure.wheels,
+            None if window.mode is None else modes(structure.parts).index(window.mode),
             window.boresight or structure.boresight,
             own,
             start + own["from"],
@@ -143,8 +146,12 @@ class WindowObserver(eqx.Module):
     def __call__(self, seen: SeenWindow, sample: Sample, k: Any) -> tuple[SeenWindow, Scalar]:
         """Update with sample k; returns the values and the error, infinite outside the window."""
         time = sample.time
-        inside = (time + TOLERANCE >= self.begin) & (time <= self.end + TOLERANCE)
+        start = 0.0 if self.mode is None else sample.mode.start
+        begin = start + self.begin
+        inside = (time + TOLERANCE >= begin) & (time <= start + self.end + TOLERANCE)
         inside &= time + TOLERANCE < self.next_slew
+        if self.mode is not None:
+            inside &= sample.mode.number == self.mode
         entered = inside & ~seen.inside
         angle, line, signals = self._pointing(sample)
         band, exposures = seen.band, seen.exposures
@@ -167,7 +174,7 @@ class WindowObserver(eqx.Module):
         after = SeenWindow(
             count=seen.count + inside,
             inside=inside,
-            since=jnp.where(entered, self.begin, seen.since),
+            since=jnp.where(entered, begin, seen.since),
             settled_from=jnp.where(inside, settled_from, seen.settled_from),
             settling=jnp.where(
                 entered, jnp.maximum(seen.settling, seen.settled_from - seen.since), seen.settling
@@ -187,13 +194,13 @@ class WindowObserver(eqx.Module):
         The direction is that of the boresight in axes of the reference; without a boresight it is
         the rotation vector of the error.
         """
-        turn = error(sample.state.attitude, sample.target)
+        turn = error(sample.state.attitude, sample.reference.attitude)
         if self.boresight is None:
             return sample.error, rotation_vector(turn), {}
         axis = jnp.asarray(self.boresight)
         angle = sample.error
         if self.window.boresight is not None:
-            angle = pointing_error(sample.state.attitude, sample.target, self.boresight)
+            angle = pointing_error(sample.state.attitude, sample.reference.attitude, self.boresight)
         # the error is a rotation about the boresight, followed by one that tilts it
         about = jnp.abs(2.0 * jnp.arctan2(turn[1:] @ axis, turn[0]))
         return angle, to_inertial(turn, axis), {"rotation_max": about, "rotation_rms": about}

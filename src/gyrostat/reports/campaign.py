@@ -94,10 +94,12 @@ def _parts(scenario: Scenario, columns: "dict[str, Vector]") -> list[dict[str, A
 def window_text(scenario: Scenario, window: Window) -> str:
     """Times and boresight of a window as a sentence."""
     begin, end = (scenario.values[f"window.{window.name}.{key}"] for key in ("from", "until"))
-    after = "" if window.event is None else f" after event {window.event}"
-    default = (
-        "the end of the run" if window.event is None else "the next slew or the end of the run"
-    )
+    after = default = ""
+    if window.event is not None:
+        after, default = f" after {window.event}", "the next slew or "
+    if window.mode is not None:
+        after, default = f" after the start of mode {window.mode}", "its end or "
+    default += "the end of the run"
     text = f"From {begin:g} s to {f'{end:g} s' if end < math.inf else default}{after}"
     boresight = window.boresight or scenario.boresight
     if boresight is None:
