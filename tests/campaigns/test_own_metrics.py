@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from gyrostat.campaigns.engine import fly
 from gyrostat.campaigns.results import metrics_of
@@ -25,9 +26,28 @@ attitude_error = ["0.2 deg", 0.0, 0.0]
 kind = "three_axis"
 [sensors]
 attitude_sigma = "0.003 deg"
+[reference]
+kind = "sequence"
+rate = "0.1 deg/s"
+[[reference.mode]]
+name = "first"
+kind = "fixed"
+target = [1.0, 0.0, 0.0, 0.0]
+until_time = "5 s"
+[[reference.mode]]
+name = "second"
+kind = "fixed"
+target = [0.9999995, 0.0, 0.0, 0.001]
 [[metrics.window]]
 name = "late"
-from = "12 s"
+mode = "second"
+from = "7 s"
+[[metrics.window]]
+name = "turning"
+mode = "second"
+until = "1 s"
+boresight = [1.0, 0.0, 0.0]
+exposure = "0.5 s"
 [[metric]]
 python = "mission.py:Blur"
 weight = 3.0
@@ -96,6 +116,12 @@ def test_an_own_metric_is_a_column_of_the_table(mission):
     weight = flown.columns["metric.blur.weight"]
     np.testing.assert_allclose(flown.columns["blur"][1], weight[1] * error.sum(), rtol=1e-12)
     np.testing.assert_array_equal(flown.columns["samples"], 81.0)
+    # the second mode starts at 5 s and turns at 0.1 deg/s about z before 5.25 s
+    turning = flown.histories.sel(run=1, time=slice(5.25, 6.0))
+    body = Rotation.from_quat(np.roll(turning.attitude.values, -1, axis=1))
+    reference = body.inv().apply(np.radians([0.0, 0.0, 0.1]))
+    error = np.linalg.norm(turning.rate.values - reference, axis=1)
+    np.testing.assert_allclose(flown.columns["turning.rate_error_max"][1], error.max(), rtol=1e-9)
     for name, values in fly(scenario, 3, [1], engine=engine).columns.items():
         np.testing.assert_array_equal(values, flown.columns[name][1:2], err_msg=name)
 
