@@ -20,7 +20,8 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
     Returns:
         Variables over `run`, with units and meanings: every drawn parameter under its key, such as
         "wheel.a.coulomb", every metric (NaN if a run has none), `status` and `ended` (s). The
-        attributes `folder`, `scenario` and `seed` identify the campaign.
+        attributes `folder`, `scenario` and `seed` identify the campaign. The unit of a column of
+        `to_dataframe()` is the attribute `units` of the variable with its name.
 
     Raises:
         InputError: The folder has no finished campaign.

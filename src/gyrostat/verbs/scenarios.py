@@ -224,12 +224,17 @@ def check(
 
 
 def replay(
-    folder: "str | Path", run: int, *, say: Say = silent, command: str = "gyrostat.replay"
+    folder: "str | Path | xr.Dataset",
+    run: int,
+    *,
+    say: Say = silent,
+    command: str = "gyrostat.replay",
 ) -> "xr.Dataset":
     """Simulate one run of a campaign again, bit for bit; write its history and its page.
 
     Args:
-        folder: Folder of a finished campaign; the files are runs/run_NNNNNN.nc and .html in it.
+        folder: Folder of a finished campaign, or the dataset that `campaign` returned; the files
+            are runs/run_NNNNNN.nc and .html in the folder.
         run: Number of the run.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
@@ -249,6 +254,7 @@ def replay(
     from gyrostat.campaigns.jobs import executor_for
     from gyrostat.reports.campaign import write_replay
 
+    folder = folder if isinstance(folder, str | Path) else folder.attrs["folder"]
     store = Store(Path(folder), say)
     known = store.known()
     if run not in range(known.runs):
