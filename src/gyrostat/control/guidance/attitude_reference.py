@@ -26,16 +26,25 @@ class AttitudeReference(NamedTuple):
     acceleration: Vector3
 
 
-def _with_rate(profile: Profile, time: Scalar) -> tuple[Vector3, Quaternion]:
-    """Rate w = 2 vec(q* q') / |q|² and unit quaternion of a profile.
+def rate_of(quaternion: Quaternion, slope: Quaternion) -> Vector3:
+    """Rate w = 2 vec(q* q') / |q|² in axes of the attitude, (3,), rad/s.
 
     A factor on q, constant or not, does not change w: it adds to the scalar part of q* q' only.
+
+    Args:
+        quaternion: Quaternion q of any length, (4,).
+        slope: Its time derivative, (4,), 1/s.
     """
+    turned = rotations.product(rotations.conjugate(quaternion), slope)[1:]
+    return 2.0 * turned / (quaternion @ quaternion)
+
+
+def _with_rate(profile: Profile, time: Scalar) -> tuple[Vector3, Quaternion]:
+    """Rate and unit quaternion of a profile."""
     found, slope = jax.jvp(
         lambda t: jnp.asarray(profile(t), dtype=float), (time,), (jnp.ones_like(time),)
     )
-    turned = rotations.product(rotations.conjugate(found), slope)[1:]
-    return 2.0 * turned / (found @ found), rotations.normalised(found)
+    return rate_of(found, slope), rotations.normalised(found)
 
 
 def reference_at(profile: Profile, time: Scalar) -> AttitudeReference:

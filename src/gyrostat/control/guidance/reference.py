@@ -17,7 +17,7 @@ from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar
 from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft
 
 
@@ -138,6 +138,16 @@ class Reference(Checked):
         """Mode before the first sample: the first mode, from time 0."""
         return Mode(jnp.zeros((), dtype=int), jnp.zeros(()))
 
+    def bound(self, mode: Mode) -> "BoundReference":
+        """Reference in a mode, as a function of time.
+
+        Args:
+            mode: Active mode.
+        """
+        if self.limits is None:
+            return BoundReference(self.modes[0])
+        return BoundReference(Transition.of(self._motions(mode), mode.start, self.limits))
+
     def at(self, mode: Mode, time: Scalar) -> AttitudeReference:
         """Attitude, rate and acceleration at a time.
 
@@ -145,8 +155,7 @@ class Reference(Checked):
             mode: Active mode.
             time: Time, s.
         """
-        found = self._transition(mode)
-        return reference_at(self.modes[0] if found is None else found, time)
+        return self.bound(mode)(time)
 
     def step(self, mode: Mode, measurement: Any, time: Scalar) -> Mode:
         """Mode that is active from a sample on.
@@ -158,9 +167,9 @@ class Reference(Checked):
                 conditions need no measurement.
             time: Time of the sample, s.
         """
-        found = self._transition(mode)
-        if found is None:
+        if self.limits is None:
             return mode
+        found = Transition.of(self._motions(mode), mode.start, self.limits)
         until = Until(*(jnp.asarray(each)[mode.number] for each in self.until))
         # multiples of a control period are subject to rounding
         elapsed = time - mode.start + 1e-9
@@ -185,33 +194,26 @@ class Reference(Checked):
         momentum = self.spacecraft.inertia_locked() @ rate + spun
         return holds & (jnp.sqrt(momentum @ momentum) > until.momentum_above)
 
-    def _transition(self, mode: Mode) -> Transition | None:
-        """Motion in a mode: from the mode before, then its own; None if there is one mode."""
-        if self.limits is None:
-            return None
-        return Transition.of(
-            lambda time: self._attitude(jnp.maximum(mode.number - 1, 0), time),
-            lambda time: self._attitude(mode.number, time),
-            mode.start,
-            self.limits,
-        )
+    def _motions(self, mode: Mode) -> Callable[[Scalar], Float[Array, "2 4"]]:
+        """Attitudes over time of the mode before and of the mode itself."""
+        rows = jnp.stack([jnp.maximum(mode.number - 1, 0), mode.number])
 
-    def _attitude(self, number: Any, time: Scalar) -> Quaternion:
-        every = [jnp.asarray(profile(time), dtype=float) for profile in self.modes]
-        return rotations.normalised(jnp.stack(every)[number])
+        def motions(time: Scalar) -> Float[Array, "2 4"]:
+            every = jnp.stack([jnp.asarray(mode(time), dtype=float) for mode in self.modes])
+            return jax.vmap(rotations.normalised)(every[rows])
+
+        return motions
 
 
 class BoundReference(eqx.Module):
-    """Reference with its mode: a function of time, for controllers with a field `reference`.
+    """Reference in one mode: a function of time, for controllers with a field `reference`.
 
     Attributes:
-        reference: Reference.
-        mode: Active mode.
+        motion: Attitude over time.
     """
 
-    reference: Reference
-    mode: Mode
+    motion: Profile
 
     def __call__(self, time: Scalar) -> AttitudeReference:
         """Attitude, rate and acceleration at a time, s, if the mode does not end before."""
-        return self.reference.at(self.mode, time)
+        return reference_at(self.motion, time)

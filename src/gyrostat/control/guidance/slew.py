@@ -1,13 +1,14 @@
 """Slews: limits, a list of slews, and the rotation from one moving reference to another."""
 
-from typing import Annotated, NamedTuple, Self
+from collections.abc import Callable
+from typing import Annotated, Self
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
-from gyrostat.control.guidance.attitude_reference import Profile, reference_at
+from gyrostat.control.guidance.attitude_reference import rate_of
 from gyrostat.control.guidance.profiles import is_unit
 from gyrostat.control.guidance.slew_profile import SlewProfile
 from gyrostat.control.guidance.wheel_envelope import WheelEnvelope
@@ -117,45 +118,46 @@ class Slews(Checked):
         return attitude
 
 
-class Transition(NamedTuple):
+class Transition(eqx.Module):
     """Rotation from one moving reference to another, along an eigenaxis of the latter's frame.
 
-    q(t) = q_b(t) exp((1 - s) p) exp((1 - s) e(t)), with the rotation p from `after` to `before` at
-    the start, the progress s from 0 to 1, and the rotation e by which the two references have since
-    moved apart. Attitude, rate and acceleration are continuous where the profile's are. Between
-    attitudes at rest, e is zero and the motion is an eigenaxis slew.
+    q(t) = q_b(t) exp((1 - s) p) exp((1 - s) e(t)), with the attitude q_b after the end, the rotation
+    p from there to the attitude before, at the start, the progress s from 0 to 1, and the rotation e
+    by which the two references have since moved apart. Attitude, rate and acceleration are
+    continuous where the profile's are. Between attitudes at rest, e is zero and the motion is an
+    eigenaxis slew.
 
     Attributes:
-        before: Attitude over time until the start.
-        after: Attitude over time after the end.
+        motions: Attitudes over time before the start and after the end: (time, s) -> (2, 4).
         start: Time of the start, s.
         turn: Rotation vector p, (3,), rad.
         profile: Profile of the progress.
     """
 
-    before: Profile
-    after: Profile
+    motions: Callable[[Scalar], Float[Array, "2 4"]]
     start: Scalar
     turn: Vector3
     profile: SlewProfile
 
     @classmethod
-    def of(cls, before: Profile, after: Profile, start: Scalar, limits: SlewLimits) -> Self:
+    def of(
+        cls, motions: Callable[[Scalar], Float[Array, "2 4"]], start: Scalar, limits: SlewLimits
+    ) -> Self:
         """Create the transition.
 
         Args:
-            before: Attitude over time until the start.
-            after: Attitude over time after the end.
+            motions: Attitudes over time before the start and after the end.
             start: Time of the start, s.
-            limits: Limits of the rotation relative to `after`.
+            limits: Limits of the rotation relative to the attitude after the end.
         """
-        old, new = reference_at(before, start), reference_at(after, start)
-        apart = rotations.error(old.attitude, new.attitude)
-        change = old.rate - rotations.to_body(apart, new.rate)
+        (before, after), (rate, slope) = jax.jvp(motions, (start,), (jnp.ones_like(start),))
+        rate, slope = rate_of(before, rate), rate_of(after, slope)
+        apart = rotations.error(before, after)
+        change = rate - rotations.to_body(apart, slope)
         turn = rotations.rotation_vector(apart)
         # the slew turns back along p, which has the same components in both frames
-        profile = limits.profile(-turn, old.attitude, start, jnp.sqrt(change @ change))
-        return cls(before, after, start, turn, profile)
+        profile = limits.profile(-turn, before, start, jnp.sqrt(change @ change))
+        return cls(motions, start, turn, profile)
 
     @property
     def duration(self) -> Scalar:
@@ -165,15 +167,12 @@ class Transition(NamedTuple):
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s, not before the start."""
         left = 1.0 - _progress(self.profile, time - self.start)
-        after = rotations.normalised(self.after(time))
-        apart = rotations.error(rotations.normalised(self.before(time)), after)
-        since = rotations.product(
-            rotations.conjugate(rotations.from_rotation_vector(self.turn)), apart
-        )
-        drift = rotations.rotation_vector(since)
+        before, after = self.motions(time)
+        first = rotations.conjugate(rotations.from_rotation_vector(self.turn))
+        since = rotations.product(first, rotations.error(before, after))
         turned = rotations.product(
             rotations.from_rotation_vector(left * self.turn),
-            rotations.from_rotation_vector(left * drift),
+            rotations.from_rotation_vector(left * rotations.rotation_vector(since)),
         )
         return rotations.product(after, turned)
 
