@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.campaigns.build_parts import named_parts, with_events, with_sensors
-from gyrostat.campaigns.components import stacked
 from gyrostat.campaigns.build_reference import planned_reference, reference_of, steps_reference
+from gyrostat.campaigns.components import stacked
 from gyrostat.campaigns.controllers import IGNORED, NOTIFIED, DesignCase
 from gyrostat.campaigns.kinds import chosen
 from gyrostat.campaigns.phases import Phases

@@ -197,7 +197,13 @@ class Scenario:
         return cls(**{name: _tuples(value) for name, value in found.items()})
 
 
-_ROWS = {"events": Event, "dispersions": Dispersion, "parts": Part, "sources": Source, "tables": Source}
+_ROWS = {
+    "events": Event,
+    "dispersions": Dispersion,
+    "parts": Part,
+    "sources": Source,
+    "tables": Source,
+}
 """Field of a scenario -> class of its entries."""
 
 

@@ -34,7 +34,12 @@ SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
     *("guard", "sensor", "actuator", "event", "dispersion", "metrics", *WHEEL_PARTS),
 )
-DEFAULTS = {"compensator": "none", "sensors": "white_noise", "environment": "constant", "reference": "fixed"}
+DEFAULTS = {
+    "compensator": "none",
+    "sensors": "white_noise",
+    "environment": "constant",
+    "reference": "fixed",
+}
 """Section -> default of its `kind`; that of the controller is required."""
 BESIDE = {
     "controller": ("target",),
