@@ -86,6 +86,7 @@ EXTRA = {
         ("on_bad", "", "hold", "Command after a rejected sample: hold or zero."),
     ],
     "environment": [("kind", "", "constant", "One of the kinds below.")],
+    "reference": [("kind", "", "fixed", "One of the kinds below, or `python` in its place.")],
     "metrics": [
         (
             "percentiles",
@@ -150,6 +151,9 @@ READY = {
     "wheel_array": (
         "In orbit, with star tracker and gyro; wheels are kept away from zero speed and unloaded."
     ),
+    "nadir_and_slew": (
+        "An Earth observation pass: sun, nadir, slew to a target and back, as a sequence of modes."
+    ),
     "carrara_kuga": (
         "Carrara and Kuga: a fan drives an air-bearing table. Its wheel passes zero speed with "
         "compensation of the identified friction."
@@ -179,6 +183,10 @@ its rate limit is rejected: the safe command is used until the next valid sample
 star tracker, whose measurements have a validity flag, only the affected values are rejected.
 `sample_status` and `samples_missed` are recorded. Omit the section for a controller without guard:
 a sample that is not finite then ends the run."""
+REFERENCE = """The wanted attitude over time. Controllers follow its attitude, rate and acceleration
+without lag ([how to](references.md)). With another kind than `fixed`, `controller.target` and
+events of the kind `slew` are refused. `python = "FILE.py:NAME"` in place of `kind` names an own
+function (time, s) -> quaternion, scalar first, or a class with such a `__call__`."""
 METRICS_OUT = """## Metrics
 
 The columns of the table of runs, in addition to `run`, the drawn values, `status` (0: complete)
@@ -246,7 +254,10 @@ def dispersed():
     rows += [named(f"start.{name}", key) for name, key in START.items()]
     parts = ", ".join(
         f"`{name}.KEY`"
-        for name in ("controller", "compensator", "estimator", "sensors", "environment", "guard")
+        for name in (
+            *("controller", "compensator", "estimator", "sensors", "environment", "reference"),
+            *("reference.slew.NAME", "reference.mode.NAME", "guard"),
+        )
     )
     rows.append(
         f"| {parts} | | Keys of the chosen kinds; for a vector `.x`, `.y`, `.z` of the key. |"
@@ -288,8 +299,11 @@ def page():
             "The estimator processes the measurements before the controller uses them.",
         ),
         ("environment", ENVIRONMENTS, ""),
+        ("reference", REFERENCES, REFERENCE),
     ):
         lines += [*section(name, {}, text), *kinds(components)]
+    for name, components in (("reference.slew", SLEWS), ("reference.mode", MODES)):
+        lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(components)]
     lines += section("guard", GUARD, GUARD_TEXT)
     lines += [
         "## [[event]]",
