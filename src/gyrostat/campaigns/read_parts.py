@@ -84,11 +84,21 @@ def _part(section: str, row: Table, others: Collection[str]) -> Part:
         )
     else:
         kind = row.one_of("kind", kinds)
-    return Part(section, _name(section, row, kind, others), kind)
+    return Part(section, part_name(section, row, kind, others), kind)
 
 
-def _name(section: str, row: Table, kind: str, others: Collection[str]) -> str:
-    """Name of a part; by default its kind, or its class in lower case with underscores."""
+def part_name(section: str, row: Table, kind: str, others: Collection[str]) -> str:
+    """Name of a part; by default its kind, or its class in lower case with underscores.
+
+    Args:
+        section: Section of the part.
+        row: Its table.
+        kind: Its kind.
+        others: Names of the other parts of the section.
+
+    Raises:
+        InputError: The name is not allowed, or exists already.
+    """
     short = kind.rpartition(":")[2]
     default = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", short).lower()
     name = row.text("name", default)
