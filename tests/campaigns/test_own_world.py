@@ -440,7 +440,7 @@ def test_mistakes_in_python_are_one_line(tmp_path, old, new, message):
         ('kind = "harmonic"', 'kind = "storm"', "found 'storm', expected one of constant, gravity"),
         ("area = 0.6", "aera = 0.6", r"torque\[drag\].aera.*did you mean.*area"),
         ('python = "mission.py:Rods"', 'kind = "rods"', r"expected python = \"FILE.py:NAME\""),
-        ("[[sensor]]", "[sensor]", r"key sensor: found .*, expected tables \[\[sensor\]\]"),
+        ("[[sensor]]", "[sensor]", r"found a table \[sensor\], expected \[sensors\], or tables"),
         ('time = "7.13 s"\n', "", r"key event\[boom\].time: found none"),
         ('time = "7.13 s"\n', 'time = "70 s"\n', r"key event\[boom\].time: found 70"),
         ('sensor = "field"', 'sensor = "filed"', "found 'filed', expected one of attitude.*field"),

@@ -68,6 +68,11 @@ def own_kinds(top: Table) -> Iterator[tuple[str, str]]:
 
 
 def _tables(top: Table, section: str) -> list[Table]:
+    if section == "sensor" and isinstance(top.row.get("sensor"), dict):
+        raise InputError(
+            f"{top.place('sensor')}: found a table [sensor], expected [sensors], or tables "
+            "[[sensor]] for further sensors"
+        )
     outer, _, inner = section.rpartition(".")
     return (top.table(outer, None) if outer else top).tables(inner)
 
