@@ -1,5 +1,6 @@
 """Own torques, sensors, actuators and events in a campaign, and every mistake in one line."""
 
+import re
 import shutil
 import signal
 import subprocess
@@ -348,6 +349,23 @@ def test_objects_replace_the_lists(plain):
 def test_objects_that_are_no_lists_are_refused(plain, changes, message):
     with pytest.raises(InputError, match=message):
         plain.replace(**changes)
+
+
+HEAD = SCENARIO[: SCENARIO.index("[controller]")]
+
+
+def test_the_examples_of_the_page_fly_together(tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "your_own_parts.md").read_text(encoding="utf-8")
+    page = page[page.index("## Environment torques") :]
+
+    def code(language):
+        return "\n".join(re.findall(rf"```{language}\n(.*?)```", page, flags=re.DOTALL))
+
+    path = written(tmp_path, HEAD + code("toml"), code("python")) / "mission.toml"
+    found = read_scenario(path)  # calls every part
+    names = [part.name for part in found.parts]
+    assert names == ["drag", "gravity_gradient", "field", "rods"]
+    assert found.dispersed == ("environment.torque.drag.area",)
 
 
 CROSS = "return jnp.cross(self.arm, -1e-5 * self.area * to_body(attitude, flow))"
