@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from gyrostat.campaigns.components import ORBIT
+from gyrostat.campaigns.environments import ORBIT
 from gyrostat.campaigns.read_events import within_run
 from gyrostat.campaigns.references import LIMITS, LISTS, attitude_table
 from gyrostat.campaigns.scenario import Event, Part, Source
