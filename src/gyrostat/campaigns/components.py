@@ -1,4 +1,4 @@
-"""Compensators, sensors, estimators and environments that a scenario can name, one entry each.
+"""Compensators, sensors and estimators that a scenario can name, one entry each.
 
 To add a component, add an entry: its keys, and a function that builds it from their values.
 """
@@ -14,16 +14,12 @@ from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.estimation import AttitudeFilter, FrictionTorqueFilter
 from gyrostat.spacecraft import (
-    CircularOrbit,
-    GravityGradient,
-    HarmonicTorque,
     RateGyro,
     Spacecraft,
     SpacecraftSensor,
     StarTracker,
     TrackerGyroSensors,
 )
-from gyrostat.spacecraft.environment import EARTH, EARTH_RADIUS
 from gyrostat.wheel import WheelTachometer
 
 Options = Mapping[str, Scalar]
@@ -122,31 +118,6 @@ def _kalman(
     # the filter corrects the remaining coning
     coning = 1.0 - sensors["coning_compensation"]
     return OutputFeedback(AttitudeFilter(**noise, **options, coning=coning), controller)
-
-
-def _constant_torque(options: Options) -> dict[str, Any]:
-    return {"external_torque": stacked(options, "external_torque")}
-
-
-def orbit_of(options: Options) -> CircularOrbit:
-    rate = jnp.sqrt(EARTH / (EARTH_RADIUS + options["altitude"]) ** 3)
-    names = ("inclination", "ascending_node", "latitude")
-    return CircularOrbit(rate, **{name: options[name] for name in names})
-
-
-def _in_orbit(options: Options) -> dict[str, Any]:
-    orbit = orbit_of(options)
-    harmonic = HarmonicTorque(
-        orbit.rate,
-        cosine=stacked(options, "cosine_torque")[None],
-        sine=stacked(options, "sine_torque")[None],
-    )
-    return {**_constant_torque(options), "environment": (GravityGradient(orbit), harmonic)}
-
-
-def _harmonic(options: Options) -> HarmonicTorque:
-    cosine, sine = (stacked(options, name)[None] for name in ("cosine", "sine"))
-    return HarmonicTorque(options["rate"], cosine=cosine, sine=sine)
 
 
 COMPENSATORS: dict[str, Component] = {
@@ -258,53 +229,3 @@ ESTIMATORS: dict[str, Component] = {
 }
 ESTIMATOR_OF = {"white_noise": "none", "star_tracker_gyro": "kalman"}
 """Sensors -> estimator that they require."""
-_EXTERNAL = {"external_torque": vector("torque", "Constant external torque, in body axes.")}
-ORBIT = {
-    "altitude": positive("m", None, "Altitude above the equatorial radius of the Earth."),
-    "inclination": Key("angle", 0.0, "Inclination to the inertial x-y plane."),
-    "ascending_node": Key("angle", 0.0, "Ascending node, from inertial x towards y."),
-    "latitude": Key("angle", 0.0, "Initial argument of latitude, from the ascending node."),
-}
-ENVIRONMENTS: dict[str, Component] = {
-    "constant": Component("Constant external torque.", _EXTERNAL, _constant_torque),
-    "orbit": Component(
-        "Circular Earth orbit: gravity gradient torque (`gyrostat.spacecraft.GravityGradient`), a "
-        "constant torque and a torque with the period of the orbit "
-        "(`gyrostat.spacecraft.HarmonicTorque`).",
-        {
-            **_EXTERNAL,
-            **ORBIT,
-            "cosine_torque": vector(
-                "torque", "Amplitude of the torque cos(orbital rate × time), in body axes."
-            ),
-            "sine_torque": vector(
-                "torque", "Amplitude of the torque sin(orbital rate × time), in body axes."
-            ),
-        },
-        _in_orbit,
-    ),
-}
-"""Kind -> external torques; `make` returns arguments of `gyrostat.spacecraft.Gyrostat`."""
-TORQUES: dict[str, Component] = {
-    "constant": Component(
-        "Constant torque in body axes.",
-        {"torque": vector("torque", "Torque, in body axes.")},
-        lambda options, **given: HarmonicTorque(0.0, constant=stacked(options, "torque")),
-    ),
-    "gravity_gradient": Component(
-        "Gravity gradient torque in a circular Earth orbit "
-        "(`gyrostat.spacecraft.GravityGradient`).",
-        ORBIT,
-        lambda options, **given: GravityGradient(orbit_of(options)),
-    ),
-    "harmonic": Component(
-        "Torque of one frequency in body axes (`gyrostat.spacecraft.HarmonicTorque`).",
-        {
-            "rate": positive("speed", None, "Angular frequency, such as that of the orbit."),
-            "cosine": vector("torque", "Amplitude of cos(rate × time), in body axes."),
-            "sine": vector("torque", "Amplitude of sin(rate × time), in body axes."),
-        },
-        lambda options, **given: _harmonic(options),
-    ),
-}
-"""Kind -> external torque, any number of which can be added to the environment."""

@@ -5,13 +5,12 @@ from typing import Any
 
 from gyrostat.campaigns.components import (
     COMPENSATORS,
-    ENVIRONMENTS,
     ESTIMATORS,
     SENSORS,
-    TORQUES,
     Component,
 )
 from gyrostat.campaigns.controllers import CONTROLLERS
+from gyrostat.campaigns.environments import ENVIRONMENTS, TORQUES
 from gyrostat.campaigns.metric_schema import METRICS, WINDOW
 from gyrostat.campaigns.own_parts import is_own, own_component
 from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS

@@ -106,10 +106,11 @@ def numbers(part: str, what: str, value: Any, shape: tuple[int, ...] | None = No
     """
     expected = "numbers" if shape is None else f"shape {shape}"
     try:
-        found = jnp.asarray(value)
+        found = None if isinstance(value, str | bytes) else jnp.asarray(value)
     except (TypeError, ValueError):
-        shown = type(value).__name__
-        raise OwnError(f"{part}: found {shown} as {what}, expected {expected}") from None
+        found = None
+    if found is None:
+        raise OwnError(f"{part}: found {type(value).__name__} as {what}, expected {expected}")
     if jnp.iscomplexobj(found):
         raise OwnError(f"{part}: found complex numbers as {what}, expected real {expected}")
     if shape is not None and found.shape != shape:

@@ -11,19 +11,29 @@ from jaxtyping import PRNGKeyArray
 from gyrostat.campaigns.own_errors import OwnError, numbers, reported, same_memory
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax
+from gyrostat.core.validation import check_parts
 from gyrostat.spacecraft import Spacecraft
 
 
-class OwnTorque(eqx.Module):
-    """Environment torque of a user; see `gyrostat.spacecraft.TorqueModel`.
+class _Own(eqx.Module):
+    """Part of a user.
 
     Attributes:
-        inner: Part of the user.
-        name: Its name, for messages.
+        inner: Instance of the user's class, or a function.
+        name: Name of the part, for messages.
     """
 
     inner: Any
     name: str = eqx.field(static=True)
+
+    def check(self) -> None:
+        """Validate parameters; raises `InputError`."""
+        with reported(self.name):
+            check_parts(self.inner)
+
+
+class OwnTorque(_Own):
+    """Environment torque of a user; see `gyrostat.spacecraft.TorqueModel`."""
 
     def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
         """Torque in body axes, (3,), N·m."""
@@ -32,16 +42,8 @@ class OwnTorque(eqx.Module):
         return numbers(self.name, "torque, N·m in body axes", torque, (3,))
 
 
-class OwnProfile(eqx.Module):
-    """Attitude over time of a user; see `gyrostat.control.guidance.Profile`.
-
-    Attributes:
-        inner: Part of the user.
-        name: Its name, for messages.
-    """
-
-    inner: Any
-    name: str = eqx.field(static=True)
+class OwnProfile(_Own):
+    """Attitude over time of a user; see `gyrostat.control.guidance.Profile`."""
 
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s."""
@@ -50,16 +52,8 @@ class OwnProfile(eqx.Module):
         return numbers(self.name, "attitude, a quaternion", attitude, (4,))
 
 
-class OwnActuator(eqx.Module):
-    """Actuator of a user; see `gyrostat.spacecraft.Actuator`.
-
-    Attributes:
-        inner: Part of the user.
-        name: Its name, for messages.
-    """
-
-    inner: Any
-    name: str = eqx.field(static=True)
+class OwnActuator(_Own):
+    """Actuator of a user; see `gyrostat.spacecraft.Actuator`."""
 
     def __call__(self, value: Any, attitude: Quaternion, time: Scalar) -> Vector3:
         """Torque in body axes, (3,), N·m."""
@@ -68,16 +62,8 @@ class OwnActuator(eqx.Module):
         return numbers(self.name, "torque, N·m in body axes", torque, (3,))
 
 
-class OwnChange(eqx.Module):
-    """Event of a user; see `gyrostat.spacecraft.Change`.
-
-    Attributes:
-        inner: Part of the user.
-        name: Its name, for messages.
-    """
-
-    inner: Any
-    name: str = eqx.field(static=True)
+class OwnChange(_Own):
+    """Event of a user; see `gyrostat.spacecraft.Change`."""
 
     def __call__(self, plant: Any) -> Any:
         """Plant after the event."""
@@ -85,16 +71,8 @@ class OwnChange(eqx.Module):
             return self.inner(plant)
 
 
-class OwnSensor(eqx.Module):
-    """Sensor of a user; see `gyrostat.spacecraft.AddedSensor`.
-
-    Attributes:
-        inner: Part of the user.
-        name: Its name, for messages.
-    """
-
-    inner: Any
-    name: str = eqx.field(static=True)
+class OwnSensor(_Own):
+    """Sensor of a user; see `gyrostat.spacecraft.AddedSensor`."""
 
     @property
     def unit(self) -> Any:
@@ -117,8 +95,7 @@ class OwnSensor(eqx.Module):
         with reported(self.name):
             made = self.inner(memory, state, key)
         if not isinstance(made, tuple) or len(made) != 2:
-            raise OwnError(
-                f"{self.name}: found {type(made).__name__} as result, expected (memory, value)"
-            )
+            found = "an array" if isinstance(made, jax.Array) else type(made).__name__
+            raise OwnError(f"{self.name}: found {found} as result, expected (memory, value)")
         after = same_memory(self.name, memory, made[0])
         return after, numbers(self.name, "value", made[1])

@@ -13,7 +13,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.spacecraft import SpacecraftFile
 
 
-def within_run(table: Table, key: str, time: float, values: dict[str, float]) -> None:
+def within_run(table: Table, key: str, time: float, values: Mapping[str, float]) -> None:
     """Validate that a time, s, is before the end of the run; raises `InputError`."""
     if time >= values["run.duration"]:
         raise table.refuse(

@@ -70,6 +70,11 @@ def own_kinds(top: Table) -> Iterator[tuple[str, str]]:
 
 
 def _tables(top: Table, section: str) -> list[Table]:
+    if section == "sensor" and isinstance(top.row.get("sensor"), dict):
+        raise InputError(
+            f"{top.place('sensor')}: found a table [sensor], expected [sensors], or tables "
+            "[[sensor]] for further sensors"
+        )
     outer, _, inner = section.rpartition(".")
     return (top.table(outer, None) if outer else top).tables(inner)
 
@@ -86,11 +91,21 @@ def _part(section: str, row: Table, others: Collection[str]) -> Part:
         )
     else:
         kind = row.one_of("kind", kinds, next(iter(kinds)) if len(kinds) == 1 else None)
-    return Part(section, _name(section, row, kind, others), kind)
+    return Part(section, part_name(section, row, kind, others), kind)
 
 
-def _name(section: str, row: Table, kind: str, others: Collection[str]) -> str:
-    """Name of a part; by default its kind, or its class in lower case with underscores."""
+def part_name(section: str, row: Table, kind: str, others: Collection[str]) -> str:
+    """Name of a part; by default its kind, or its class in lower case with underscores.
+
+    Args:
+        section: Section of the part.
+        row: Its table.
+        kind: Its kind.
+        others: Names of the other parts of the section.
+
+    Raises:
+        InputError: The name is not allowed, or exists already.
+    """
     short = kind.rpartition(":")[2]
     default = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", short).lower()
     name = row.text("name", default)

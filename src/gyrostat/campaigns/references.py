@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat.campaigns.components import ORBIT, Component, Options, orbit_of, stacked
+from gyrostat.campaigns.components import Component, Options, stacked
+from gyrostat.campaigns.environments import ORBIT, orbit_of
 from gyrostat.campaigns.schema import Key, positive, size
 from gyrostat.control.guidance import (
     NEVER,

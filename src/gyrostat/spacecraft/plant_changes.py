@@ -121,7 +121,10 @@ class ChangingPlant(Checked):
         plant = self.plant
         for change in self.changes:
             plant = change(plant, np.inf)
-            check_parts(plant)
+            try:
+                check_parts(plant)
+            except InputError as error:
+                raise InputError(f"event {change.name}: {error}") from None
 
     def start(self, **motion: Any) -> Any:
         """Create a state; for the arguments see `start` of the plant."""
