@@ -251,8 +251,10 @@ def scenario_of(
     scenario: "Scenario | str | Path", *, force: bool, changes: Mapping[str, Any] | None = None
 ) -> "Scenario":
     """Scenario, read from its file unless it is an object, with changes."""
+    from gyrostat.campaigns.scenario_file import read_scenario
+
     if isinstance(scenario, str | Path):
-        scenario = readscenario_of(scenario, force=force)
+        scenario = read_scenario(scenario, force=force)
     return scenario.replace(**changes) if changes else scenario
 
 
