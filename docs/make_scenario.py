@@ -50,6 +50,14 @@ sigma = "20 %"
 
 The optional key `name` at the top is shown in the reports; by default it is the name of the file.
 """
+OWN = (
+    "python",
+    "",
+    "none",
+    '`"FILE.py:NAME"`, [a class of your own](your_own_parts.md), whose fields are keys here. '
+    "A scenario that names Python runs it.",
+)
+"""Row of the key that names an own part."""
 EXTRA = {
     "run": [
         (
@@ -76,12 +84,21 @@ EXTRA = {
         ),
     ],
     "controller": [
-        ("kind", "", "required", "One of the kinds below."),
+        ("kind", "", "required", "One of the kinds below; or instead"),
+        OWN,
         ("target", "1", "[1, 0, 0, 0]", "Target attitude (quaternion), until an event changes it."),
     ],
-    "compensator": [("kind", "", "none", "One of the kinds below.")],
+    "compensator": [("kind", "", "none", "One of the kinds below; or instead"), OWN],
     "sensors": [("kind", "", "white_noise", "One of the kinds below.")],
-    "estimator": [("kind", "", "what the sensors need", "One of the kinds below.")],
+    "estimator": [
+        (
+            "kind",
+            "",
+            "what the sensors need; none for an own controller",
+            "One of the kinds below; or instead",
+        ),
+        OWN,
+    ],
     "guard": [
         ("on_bad", "", "hold", "Command after a rejected sample: hold or zero."),
     ],
@@ -149,6 +166,10 @@ READY = {
     ),
     "wheel_array": (
         "In orbit, with star tracker and gyro; wheels are kept away from zero speed and unloaded."
+    ),
+    "own_controller": (
+        "A cubesat with [a controller of your own](your_own_parts.md), the class in "
+        "`own_controller.py`; its gains are dispersed."
     ),
     "carrara_kuga": (
         "Carrara and Kuga: a fan drives an air-bearing table. Its wheel passes zero speed with "

@@ -1,9 +1,12 @@
 """Own controllers in a scenario: the same runs in every process, engine and repetition."""
 
+import ast
 import json
+import runpy
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import equinox as eqx
 import numpy as np
@@ -309,3 +312,28 @@ def test_a_class_of_a_script_is_extracted_with_what_it_uses(mission, own):
     assert "read_scenario" not in made.sources[1].text
     plain = own.replace(**{"controller.weights": np.eye(3)})
     np.testing.assert_allclose(first_torque(made), first_torque(plain), rtol=1e-12)
+
+
+def test_few_lines_beside_a_controller_fly_a_thousand_runs(monkeypatch):
+    """The example has at most five, and its class can be extracted."""
+    path = Path(__file__).parents[2] / "examples" / "own_controller_campaign.py"
+    tree = ast.parse(path.read_text())
+    beside = [
+        node
+        for node in tree.body[1:]  # after the docstring
+        if not isinstance(node, ast.ClassDef | ast.Import | ast.ImportFrom)
+    ]
+    assert len(beside) + 1 <= 5  # and import gyrostat
+    flown = []
+
+    def campaign(scenario, runs, out, *, controller, force):
+        flown.append((read_scenario(scenario).replace(controller=controller), runs))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(gs, "campaign", campaign, raising=False)
+    with pytest.raises(KeyboardInterrupt):
+        runpy.run_path(str(path), run_name="__main__")
+    ((scenario, runs),) = flown
+    assert runs == 1000
+    assert scenario.values["controller.kp"] == 0.004
+    assert scenario.compensator == "friction_model"

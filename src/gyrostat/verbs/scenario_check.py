@@ -48,5 +48,5 @@ def check(
             for key, value in found.values.items()
             if key.startswith(start) and ":" in kind
         ]
-        say(" ".join([f"{section}: {kind}", *own]))
+        say(", ".join([f"{section}: {kind}", *own]))
     return named
