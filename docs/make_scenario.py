@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from gyrostat.campaigns.components import COMPENSATORS, ENVIRONMENTS, ESTIMATORS, SENSORS
+from gyrostat.campaigns.components import COMPENSATORS, ESTIMATORS, SENSORS
 from gyrostat.campaigns.controllers import CONTROLLERS
+from gyrostat.campaigns.environments import ENVIRONMENTS, TORQUES
 from gyrostat.campaigns.schema import (
     EVENTS,
     GUARD,
@@ -200,6 +201,30 @@ its rate limit is rejected: the safe command is used until the next valid sample
 star tracker, whose measurements have a validity flag, only the affected values are rejected.
 `sample_status` and `samples_missed` are recorded. Omit the section for a controller without guard:
 a sample that is not finite then ends the run."""
+TORQUES_TEXT = """## [[environment.torque]]
+
+Any number of further external torques, added to that of `[environment]`: one of the kinds below, or
+[your own](your_own_parts.md#environment-torques) with `python = "FILE.py:NAME"` instead of `kind`.
+The optional `name` is used in keys such as `environment.torque.drag.area`; it consists of letters,
+digits and underscores. By default it is the kind, or the class in lower case with underscores.
+"""
+LISTS_TEXT = """## [[sensor]]
+
+Any number of [your own sensors](your_own_parts.md#sensors), `python = "FILE.py:NAME"`, in addition
+to `[sensors]`. `name` (by default the class in lower case with underscores) is the field of the
+measurement that the sensor gives. Sensor faults (`sensor = "NAME"`) and the limits of `[guard]`
+(`NAME_lower`, `NAME_upper`, `NAME_change`, in the unit of the sensor) apply to it. Its noise does
+not change that of the other sensors.
+
+## [[actuator]]
+
+Any number of [your own actuators](your_own_parts.md#actuators), `python = "FILE.py:NAME"`, in
+addition to the wheels. `name` is the field of the command that drives the actuator; the controller
+must command it. It is subject to `run.command_delay`.
+"""
+OWN_EVENT = """`python = "FILE.py:NAME"` instead of `kind`: [an event of your
+own](your_own_parts.md#events), which changes numbers of the spacecraft at the exact `time`.
+"""
 METRICS_OUT = """## Metrics
 
 The columns of the table of runs, in addition to `run`, the drawn values, `status` (0: complete)
@@ -272,6 +297,9 @@ def dispersed():
     rows.append(
         f"| {parts} | | Keys of the chosen kinds; for a vector `.x`, `.y`, `.z` of the key. |"
     )
+    lists = ("environment.torque", "sensor", "actuator")
+    parts = ", ".join(f"`{name}.NAME.KEY`" for name in lists)
+    rows.append(f"| {parts} | | Numbers of the part with this name. |")
     rows.append(
         "| `event.NAME.KEY` | | Numbers of an event; the order of the events must not change. |"
     )
@@ -311,6 +339,7 @@ def page():
         ("environment", ENVIRONMENTS, ""),
     ):
         lines += [*section(name, {}, text), *kinds(components)]
+    lines += [TORQUES_TEXT, *kinds(TORQUES), LISTS_TEXT]
     lines += section("guard", GUARD, GUARD_TEXT)
     lines += [
         "## [[event]]",
@@ -322,6 +351,7 @@ def page():
         "to affect only this element. A sensor may have several faults. `magnitude` of a spike is "
         "in the unit of the field.",
         "",
+        OWN_EVENT,
     ]
     for kind, (meaning, keys) in EVENTS.items():
         lines += [f'`kind = "{kind}"`: {meaning}', ""]

@@ -79,7 +79,10 @@ def test_the_digest_looks_at_the_content_alone(scenario, variant):
             ("duration =", "durration ="),
             "key run.durration: found an unknown key (did you mean run.d",
         ),
-        (("[sensors]", "[sensor]"), "key sensor: found an unknown key (did you mean sensors?)"),
+        (
+            ("[sensors]", "[sensor]"),
+            "key sensor: found a table [sensor], expected [sensors], or tables [[sensor]]",
+        ),
         (
             ("turn_gain", "turn_gian"),
             "key controller.turn_gian: found an unknown key (did you mean",

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Array, Float
 
+from gyrostat.campaigns.build_parts import named_parts, with_events, with_sensors
 from gyrostat.campaigns.components import stacked
 from gyrostat.campaigns.controllers import IGNORED, NOTIFIED, DesignCase
 from gyrostat.campaigns.kinds import chosen
@@ -205,17 +206,21 @@ def plan(scenario: Scenario) -> Plans:
     )
 
 
-def _plant(structure: Structure, values: Values, options: Values, attitude: Any) -> Any:
-    """Spacecraft with environment, and its initial state."""
+def _plant(structure: Structure, values: Values, options: Values, plans: Plans) -> Any:
+    """Spacecraft with environment, actuators and own events, and its initial state."""
     own = chosen(structure, "environment").make(options_of(values, "environment"))
     if "external_torque_limit" in options:
         own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
     craft = spacecraft_of(structure, values)
     own["friction_steps"] = _friction_steps(structure, values, craft.wheels.friction)
+    given = {"spacecraft": plans.known}
+    torques = named_parts(structure, values, "environment.torque", **given)
+    own["environment"] = (*own.get("environment", ()), *torques.values())
+    own["actuators"] = named_parts(structure, values, "actuator", **given)
     plant: Any = Gyrostat(craft, _failures(structure, values), **own)
     error = stacked(values, "start.attitude_error")
     motion = {
-        "attitude": product(jnp.asarray(attitude), from_rotation_vector(error)),
+        "attitude": product(jnp.asarray(plans.attitude), from_rotation_vector(error)),
         "rate": stacked(values, "start.rate"),
         "wheel_speed": _each(structure, values, "speed"),
     }
@@ -233,13 +238,14 @@ def _plant(structure: Structure, values: Values, options: Values, attitude: Any)
         # the torque limit is that of the wheel, not of the driver
         numbers = {n: _each(structure, values, n) for n in names if n != "torque_limit"}
         plant = DrivenGyrostat(plant, Driver(**numbers), _each(structure, values, "motor_constant"))
+    plant = with_events(structure, values, plant, plans.known)
     return plant, plant.start(**motion)
 
 
 def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     """Build the parts of a run from its values; pure, for `jit` and `vmap` over the values."""
     options = options_of(values, "controller")
-    plant, start = _plant(structure, values, options, plans.attitude)
+    plant, start = _plant(structure, values, options, plans)
     law = chosen(structure, "controller")
     made = [law.make(plan, options, start.momentum) for plan in plans.controllers]
     starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(structure, values)])
@@ -254,6 +260,7 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
         options_of(values, "estimator"), controller, plans.known, plans.sensors
     )
     sensor = chosen(structure, "sensors").make(options_of(values, "sensors"), plant, plans.known)
+    sensor = with_sensors(structure, values, sensor, plant, plans.known)
     sensor = with_faults(structure, values, sensor)
     controller = guarded(structure, values, controller, sensor, start)
     return Setup(plant, controller, sensor, start, starts, jnp.asarray(plans.targets))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.campaigns.change_parts import LISTS, is_list, own_list, with_list
 from gyrostat.campaigns.kinds import KINDS, component, numbers_of
 from gyrostat.campaigns.own_objects import own_object
 from gyrostat.campaigns.own_parts import OWN, is_own
@@ -24,10 +25,13 @@ FIXED = ("values", "count", "wheels", "axes", "friction", "sources", "parts")
 def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
     """Scenario with changes; see `Scenario.replace`."""
     own = {field.name for field in dataclasses.fields(Scenario)} - {*KINDS, *FIXED}
-    known = (*KINDS, *sorted(own))
-    parts = {name: value for name, value in changes.items() if name in KINDS}
-    for section, given in parts.items():
-        scenario = _with_component(scenario, section, given)
+    known = (*KINDS, *LISTS, *sorted(own))
+    parts = {name: value for name, value in changes.items() if name in KINDS or name in LISTS}
+    for name, given in parts.items():
+        if is_list(name, given):
+            scenario = _with_list(scenario, name, given)
+        else:
+            scenario = _with_component(scenario, name, given)
     numbers = {name: value for name, value in changes.items() if "." in name}
     others = {n: v for n, v in changes.items() if n not in parts and n not in numbers}
     refuse_unknown(Path(scenario.name), "", others, known)
@@ -61,9 +65,7 @@ def _with_component(scenario: Scenario, section: str, given: Any) -> Scenario:
                 f"{', '.join(KINDS[section])}"
             )
         kind, found, values = own_object(section, given)
-        kinds = [getattr(scenario, name) for name in KINDS if name != section]
-        kinds += [part.kind for part in scenario.parts]
-        sources = _joined(scenario, sources if any(map(is_own, kinds)) else (), found)
+        sources = _joined(scenario, _kept(scenario, section), found)
     keys = component(section, kind, sources).keys
     if values is None:
         table = Table(Path(scenario.name), f"{section}.", {})
@@ -83,6 +85,23 @@ def _with_component(scenario: Scenario, section: str, given: Any) -> Scenario:
         sources=sources,
         values=dict(sorted({**kept, **new}.items())),
     )
+
+
+def _with_list(scenario: Scenario, argument: str, given: Any) -> Scenario:
+    """Scenario with another list of own parts."""
+    found = own_list(scenario, argument, given)
+    sources = _kept(scenario, LISTS[argument])
+    for part in found:
+        sources = _joined(scenario, sources, part.sources)
+    return with_list(dataclasses.replace(scenario, sources=sources), argument, found)
+
+
+def _kept(scenario: Scenario, section: str) -> tuple[Source, ...]:
+    """Files of a scenario, if own parts of other sections need them."""
+    kinds = [getattr(scenario, name) for name in KINDS if name != section]
+    kinds += [part.kind for part in scenario.parts if part.section != section]
+    kinds += [event.kind for event in scenario.events if section != "event"]
+    return scenario.sources if any(map(is_own, kinds)) else ()
 
 
 def _joined(

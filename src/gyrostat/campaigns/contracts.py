@@ -7,8 +7,18 @@ part does not inherit from its protocol. docs/your_own_parts.md has an example o
 from typing import Any, Protocol
 
 from gyrostat.simulation.loop import Controller
+from gyrostat.spacecraft import Actuator, AddedSensor, Change, TorqueModel
 
-__all__ = ["Compensator", "Controller", "Estimator", "Predicting"]
+__all__ = [
+    "Actuator",
+    "AddedSensor",
+    "Change",
+    "Compensator",
+    "Controller",
+    "Estimator",
+    "Predicting",
+    "TorqueModel",
+]
 
 
 class Compensator(Controller, Protocol):

@@ -19,6 +19,7 @@ from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.controllers import IGNORED, DesignCase, PlannedController
 from gyrostat.campaigns.own_control import OwnControl
 from gyrostat.campaigns.own_errors import OwnError, reported
+from gyrostat.campaigns.own_world import OwnActuator, OwnChange, OwnSensor, OwnTorque
 from gyrostat.campaigns.scenario import Source
 from gyrostat.campaigns.schema import Key
 from gyrostat.campaigns.sources import load
@@ -59,14 +60,14 @@ class OwnPart:
         return (inspect.getdoc(self.made) or self.name).partition("\n")[0]
 
     def build(self, options: Options, **given: Any) -> Any:
-        """Instance of the class; a function as it is.
+        """Instance of the class; or the function, as a tree without leaves.
 
         Args:
             options: Values of its keys, SI.
             given: Values of reserved fields; those that the class does not have are not used.
         """
         if not inspect.isclass(self.made):
-            return self.made
+            return jax.tree_util.Partial(self.made)
         numbers = {}
         for name, key in self.keys.items():
             values = [jnp.asarray(options[end], dtype=float) for end in key.ends(name)]
@@ -90,6 +91,7 @@ class OwnPart:
         if not inspect.isclass(self.made):
             raise self.refuse("a function", "a class")
         for method, form in methods.items():
+            # every class has an attribute __call__, that of its type
             if not any(method in vars(base) for base in self.made.__mro__):
                 raise self.refuse(f"no method {method}", f"{method}{form}")
         return self
@@ -195,10 +197,43 @@ CONTROL = {
     "__call__": "(memory, measurement), which returns (memory, command)",
 }
 """Methods of a controller, compensator or estimator."""
+
+
+def _in_world(wrapper: Callable[[Any, str], Any], call: str, **methods: str) -> Any:
+    """Function that makes the component of a torque, sensor, actuator or event.
+
+    Args:
+        wrapper: Class of `gyrostat.campaigns.own_world`.
+        call: Arguments and result of the part.
+        methods: Other methods of the part; without any, it can be a function.
+    """
+
+    def component(part: OwnPart) -> Component:
+        def make(options: Options, *, place: str, **given: Any) -> Any:
+            file = part.name.rpartition(" ")[2]
+            return wrapper(part.build(options, **given), f"{place} {file}")
+
+        if methods or inspect.isclass(part.made):
+            part = part.with_methods(**methods, __call__=call)
+        unit = getattr(part.made, "unit", "1")
+        return Component(part.meaning, part.keys, make, unit=unit if isinstance(unit, str) else "1")
+
+    return component
+
+
+TORQUE = "which returns a torque in body axes (3,), N·m"
 OWN: dict[str, Callable[[OwnPart], Any]] = {
     "controller": _controller,
     "compensator": _wrapping,
     "estimator": _wrapping,
+    "environment.torque": _in_world(OwnTorque, f"(spacecraft, attitude, time), {TORQUE}"),
+    "actuator": _in_world(OwnActuator, f"(value, attitude, time), {TORQUE}"),
+    "event": _in_world(OwnChange, "(plant), which returns the plant with other numbers"),
+    "sensor": _in_world(
+        OwnSensor,
+        "(memory, state, key), which returns (memory, value)",
+        start="(state, period), which returns the memory",
+    ),
 }
 """Section of a scenario -> function that makes the component of an own part."""
 

@@ -14,7 +14,7 @@ from gyrostat.campaigns.fingerprint import FLAGS, engine_record
 from gyrostat.campaigns.kinds import is_shipped
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import structure_of
-from gyrostat.campaigns.trial import check_first_command, first_sample
+from gyrostat.campaigns.trial import check_first_sample, first_sample
 from gyrostat.core.cache import private_cache
 from gyrostat.core.jax64 import jax
 from gyrostat.core.validation import check_parts, check_period
@@ -42,8 +42,8 @@ def plans_of(scenario: Scenario) -> Plans:
     # one program compiles in less time than the single operations
     given = structure_of(scenario), numbers, plans
     if scenario.sources:
-        setup, made = eqx.filter_jit(first_sample)(*given)
-        check_first_command(scenario, made)
+        setup, *first = eqx.filter_jit(first_sample)(*given)
+        check_first_sample(scenario, *first)
     else:
         setup = eqx.filter_jit(build)(*given)
     check_parts(setup.plant, setup.controller, setup.sensor)

@@ -11,15 +11,16 @@ from pathlib import Path
 import numpy as np
 
 from gyrostat.campaigns.components import ESTIMATOR_OF
-from gyrostat.campaigns.kinds import KINDS, component
+from gyrostat.campaigns.kinds import KINDS, component, measured
 from gyrostat.campaigns.own_errors import OwnError
 from gyrostat.campaigns.own_parts import OWN, is_own
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.read_dispersions import read_dispersions
 from gyrostat.campaigns.read_events import read_events, within_run
+from gyrostat.campaigns.read_parts import own_kinds, part_values, read_parts
 from gyrostat.campaigns.read_sources import own_kind, own_sources
 from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
-from gyrostat.campaigns.schema import GUARD, METRICS, RUN, START, WHEEL, WHEEL_PARTS
+from gyrostat.campaigns.schema import METRICS, RUN, START, WHEEL, WHEEL_PARTS, guard_keys
 from gyrostat.campaigns.tables import Table, opened
 from gyrostat.campaigns.trial import try_shapes
 from gyrostat.control.measurement_guard import ON_BAD
@@ -30,10 +31,12 @@ from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
-    *("guard", "event", "dispersion", "metrics", *WHEEL_PARTS),
+    *("guard", "sensor", "actuator", "event", "dispersion", "metrics", *WHEEL_PARTS),
 )
 DEFAULTS = {"compensator": "none", "sensors": "white_noise", "environment": "constant"}
 """Section -> default of its `kind`; that of the controller is required."""
+BESIDE = {"controller": ("target",), "environment": ("torque",)}
+"""Section -> keys that are no numbers."""
 
 
 def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scenario:
@@ -48,6 +51,18 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
             value that is not allowed.
     """
     path = Path(path)
+    try:
+        scenario = _read(path, force=force)
+    except OwnError as error:
+        raise InputError(f"{path}: {error}") from None
+    try:
+        return validated(scenario)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _read(path: Path, *, force: bool) -> Scenario:
+    """Scenario from a file; its parts have not been tried."""
     top = opened(path, "a scenario file", SECTIONS)
     craft = read_spacecraft(path.parent / _spacecraft(top), force=force)
     values: dict[str, float] = dict(_spacecraft_values(craft))
@@ -56,26 +71,26 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
     count, substeps = _steps(run, values)
     start = top.table("start", (*START, "attitude", "wheel_speed"))
     values |= start.numbers(START) | _wheel_values(top, start, craft)
-    chosen = _kinds(top)
-    sources = own_sources(top, chosen)
+    chosen, parts = _kinds(top), read_parts(top)
+    sources = own_sources(top, {**chosen, **dict(own_kinds(top))})
     for section, kind in chosen.items():
-        try:
-            keys = component(section, kind, sources).keys
-        except OwnError as error:
-            raise InputError(f"{path}: {error}") from None
+        keys = component(section, kind, sources).keys
         extra = ("kind", "python") if section in OWN else ("kind",)
-        extra = (*extra, "target") if section == "controller" else extra
+        extra = (*extra, *BESIDE.get(section, ()))
         values |= top.table(section, (*keys, *extra)).numbers(keys)
+    values |= part_values(parts, sources)
+    fields = measured([part for part, _ in parts], sources)
     metrics = top.table("metrics", (*METRICS, "percentiles", "boresight"))
     values |= metrics.numbers(METRICS)
     within_run(metrics, "after", values["metrics.after"], values)
     guard = None
     if "guard" in top.row:
-        table = top.table("guard", (*GUARD, "on_bad"))
-        values |= table.numbers(GUARD)
+        keys = guard_keys(fields)
+        table = top.table("guard", (*keys, "on_bad"))
+        values |= table.numbers(keys)
         guard = table.one_of("on_bad", ON_BAD, "hold")
     controller = component("controller", chosen["controller"], sources)
-    events = read_events(top, craft, values, controller)
+    events = read_events(top, craft, values, controller, fields, sources)
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
         wheels=craft.wheel_names,
@@ -94,13 +109,10 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
         # fixed order, so that a scenario and its copy from text compile to the same program
         values=dict(sorted(values.items())),
         guard=guard,
+        parts=tuple(part for part, _ in parts),
         sources=sources,
     )
-    scenario = replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
-    try:
-        return validated(scenario)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    return replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
 
 
 def validated(scenario: Scenario) -> Scenario:

@@ -105,7 +105,7 @@ METRICS: dict[str, Key] = {
         "time", 10.0, "Time after a zero crossing in which `crossing_peak` is evaluated."
     ),
 }
-_TIME = size("time", None, "Time of the event.")
+EVENT_TIME = size("time", None, "Time of the event.")
 _DETECTED = size(
     "time",
     1.0,
@@ -114,46 +114,59 @@ _DETECTED = size(
 _DRAG = size("viscous", 0.0, "Viscous drag added to the bearing.")
 _UNTIL = size("time", inf, "End of the fault.")
 _SHARE = Key("1", 1.0, "Probability that a sample is affected.", least=0.0, most=1.0)
-MEASURED: dict[str, tuple[str, str | None]] = {
+Measured = tuple[str, str | None]
+"""Dimension of a measured field, and the unit of its rate of change; see `MEASURED`."""
+MEASURED: dict[str, Measured] = {
     "attitude": ("1", None),
     "rate": ("speed", "rad/s²"),
     "wheel_speed": ("speed", "rad/s²"),
 }
 """Measured field -> its dimension, and the unit of its rate of change. The unit is None for a
 quaternion, whose sign may change from one sample to the next."""
-GUARD: dict[str, Key] = {
-    **{f"{n}_lower": Key(d, -inf, "Smallest accepted value.") for n, (d, _) in MEASURED.items()},
-    **{f"{n}_upper": Key(d, inf, "Largest accepted value.") for n, (d, _) in MEASURED.items()},
-    **{
-        f"{name}_change": positive(unit, inf, "Largest accepted rate of change.")
-        for name, (_, unit) in MEASURED.items()
-        if unit is not None
-    },
-}
-"""Keys of the measurement limits."""
+
+
+def guard_keys(fields: Mapping[str, Measured]) -> dict[str, Key]:
+    """Keys of the measurement limits.
+
+    Args:
+        fields: Measured field -> its dimension, and the unit of its rate of change, see `MEASURED`.
+    """
+    return {
+        **{f"{n}_lower": Key(d, -inf, "Smallest accepted value.") for n, (d, _) in fields.items()},
+        **{f"{n}_upper": Key(d, inf, "Largest accepted value.") for n, (d, _) in fields.items()},
+        **{
+            f"{name}_change": positive(unit, inf, "Largest accepted rate of change.")
+            for name, (_, unit) in fields.items()
+            if unit is not None
+        },
+    }
+
+
+GUARD = guard_keys(MEASURED)
+"""Keys of the measurement limits without further sensors."""
 EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
-    "slew": ("The target attitude of the controller changes to `target`.", {"time": _TIME}),
+    "slew": ("The target attitude of the controller changes to `target`.", {"time": EVENT_TIME}),
     "torque_lost": (
         "The motor of `wheel` loses its torque; friction slows the rotor down.",
-        {"time": _TIME, "detected_after": _DETECTED, "added_viscous": _DRAG},
+        {"time": EVENT_TIME, "detected_after": _DETECTED, "added_viscous": _DRAG},
     ),
     "stuck_torque": (
         "The motor of `wheel` gives a constant torque and ignores commands.",
         {
-            "time": _TIME,
+            "time": EVENT_TIME,
             "detected_after": _DETECTED,
             "torque": Key("torque", None, "Constant motor torque."),
         },
     ),
     "seized": (
         "The rotor of `wheel` stops instantly; its momentum is transferred to the body.",
-        {"time": _TIME, "detected_after": _DETECTED},
+        {"time": EVENT_TIME, "detected_after": _DETECTED},
     ),
     "degraded": (
         "The motor of `wheel` gives a fraction of the commanded torque; the controller is not "
         "notified.",
         {
-            "time": _TIME,
+            "time": EVENT_TIME,
             "torque_share": Key("1", None, "Remaining fraction of torque.", least=0.0, most=1.0),
             "added_viscous": _DRAG,
         },
@@ -161,7 +174,7 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
     "drag": (
         "The viscous drag of the bearing of `wheel` increases; the controller is not notified.",
         {
-            "time": _TIME,
+            "time": EVENT_TIME,
             "added_viscous": size("viscous", None, "Viscous drag added to the bearing."),
         },
     ),
@@ -170,7 +183,7 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
         "the friction model, such as `coulomb`, get the values given here under their names; the "
         "controller is not notified.",
         {
-            "time": _TIME,
+            "time": EVENT_TIME,
             "factor": size(
                 "1", 1.0, "Factor on friction torques and viscous drag that are not given here."
             ),
@@ -178,19 +191,19 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
     ),
     "tachometer_lost": (
         "The speed of `wheel` is no longer measured: the measurement keeps its last value.",
-        {"time": _TIME},
+        {"time": EVENT_TIME},
     ),
     "sensor_dropout": (
         "Samples of the measured field `sensor` are missing: the controller gets NaN.",
-        {"time": _TIME, "until": _UNTIL, "share": _SHARE},
+        {"time": EVENT_TIME, "until": _UNTIL, "share": _SHARE},
     ),
     "sensor_spike": (
         "`magnitude` is added to samples of the measured field `sensor`, in the unit of the field.",
-        {"time": _TIME, "until": _UNTIL, "share": _SHARE},
+        {"time": EVENT_TIME, "until": _UNTIL, "share": _SHARE},
     ),
     "sensor_stuck": (
         "The measured field `sensor` keeps its last value.",
-        {"time": _TIME, "until": _UNTIL},
+        {"time": EVENT_TIME, "until": _UNTIL},
     ),
 }
 """Kind of event -> its meaning, and its keys."""
@@ -200,17 +213,23 @@ SENSOR_FAULT = "sensor_"
 """Prefix of the kinds of events that affect a sensor."""
 
 
-def event_keys(kind: str, sensor: str | None, friction: Mapping[str, str]) -> dict[str, Key]:
+def event_keys(
+    kind: str,
+    sensor: str | None,
+    friction: Mapping[str, str],
+    fields: Mapping[str, Measured] = MEASURED,
+) -> dict[str, Key]:
     """Keys of an event; those of the friction model are optional.
 
     Args:
         kind: Kind of the event, a key of `EVENTS`.
         sensor: Affected measured field, or None.
         friction: Dimensions of the parameters of the friction model.
+        fields: Measured fields, see `MEASURED`.
     """
     keys = dict(EVENTS[kind][1])
     if kind == "sensor_spike" and sensor is not None:
-        keys["magnitude"] = Key(MEASURED[sensor][0], None, "Offset added to the value.")
+        keys["magnitude"] = Key(fields[sensor][0], None, "Offset added to the value.")
     return keys | (friction_keys(friction) if kind == "friction_step" else {})
 
 

@@ -59,10 +59,17 @@ def structure_of(scenario: Scenario) -> Structure:
         "keys": tuple(scenario.values),
         # by the nominal value, so that all runs have the same structure
         "limited": tuple(
-            name for name in MEASURED if isfinite(scenario.values.get(f"guard.{name}_change", inf))
+            name
+            for name in measured_names(scenario)
+            if isfinite(scenario.values.get(f"guard.{name}_change", inf))
         ),
     }
     return Structure(**{**same, **own})
+
+
+def measured_names(scenario: Scenario | Structure) -> tuple[str, ...]:
+    """Names of the measured fields whose values can have limits and faults."""
+    return (*MEASURED, *(part.name for part in scenario.parts if part.section == "sensor"))
 
 
 def notified(event: Event, values: Mapping[str, Any]) -> Any:

@@ -8,12 +8,16 @@ import numpy as np
 from gyrostat.campaigns.build import Plans, Setup, build
 from gyrostat.campaigns.own_errors import OwnError
 from gyrostat.campaigns.own_parts import is_own
+from gyrostat.campaigns.own_world import OwnTorque
 from gyrostat.campaigns.run_loop import loop_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.sensing import Values
 from gyrostat.campaigns.structure import Structure, structure_of
+from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jax
 from gyrostat.simulation import Status
+from gyrostat.spacecraft import Gyrostat
+from gyrostat.spacecraft.torque_models import commanded_torques
 
 LOOP = ("controller", "compensator", "estimator")
 """Sections whose components compute the command, from the inside to the outside."""
@@ -35,17 +39,33 @@ def try_shapes(scenario: Scenario, plans: Plans) -> None:
     jax.eval_shape(period, *numbers, plans, jax.random.key(0))
 
 
-def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Setup, Any]:
-    """Parts of a run, and the controller's memory and command after the first sample."""
+def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Setup, Any, Any]:
+    """Parts of a run, the controller's memory and command after the first sample, own torques."""
     setup = build(structure, values, plans)
     period = values["run.control_period"]
     memory = setup.sensor.start(setup.start, period)
     _, measurement = setup.sensor(memory, setup.start, jax.random.key(0))
-    return setup, setup.controller(setup.controller.start(period), measurement)
+    made = setup.controller(setup.controller.start(period), measurement)
+    return setup, made, _own_torques(setup, made[1])
 
 
-def check_first_command(scenario: Scenario, made: Any) -> None:
-    """Validate memory and command after the first sample.
+def _own_torques(setup: Setup, command: Any) -> dict[str, Vector3]:
+    """Name of each own environment torque and actuator -> its torque at the first command."""
+    bodies = jax.tree.leaves(setup.plant, is_leaf=lambda part: isinstance(part, Gyrostat))
+    body = next(part for part in bodies if isinstance(part, Gyrostat))
+    attitude = setup.start.attitude
+    found = {
+        item.name: item(body.spacecraft, attitude, 0.0)
+        for item in body.environment
+        if isinstance(item, OwnTorque)
+    }
+    for item in commanded_torques(body.actuators, command):
+        found[f"actuator.{item.name}"] = item(body.spacecraft, attitude, 0.0)
+    return found
+
+
+def check_first_sample(scenario: Scenario, made: Any, torques: Mapping[str, Any]) -> None:
+    """Validate memory and command after the first sample, and torques.
 
     Raises:
         OwnError: A number is not finite.
@@ -60,6 +80,12 @@ def check_first_command(scenario: Scenario, made: Any) -> None:
                     f"{own}: found {place} with NaN or an infinite number at the first "
                     "sample, expected finite numbers"
                 )
+    for name, torque in torques.items():
+        if not np.all(np.isfinite(torque)):
+            raise OwnError(
+                f"{name}: found the torque {np.asarray(torque)} at the first sample, expected "
+                "finite numbers, N·m"
+            )
 
 
 def say_bad_commands(
