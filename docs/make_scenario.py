@@ -2,14 +2,22 @@
 
 from pathlib import Path
 
-from gyrostat.campaigns.components import COMPENSATORS, ENVIRONMENTS, ESTIMATORS, SENSORS
+from gyrostat.campaigns.components import COMPENSATORS, ESTIMATORS, SENSORS
 from gyrostat.campaigns.controllers import CONTROLLERS
+from gyrostat.campaigns.environments import ENVIRONMENTS, TORQUES
+from gyrostat.campaigns.metric_schema import (
+    METRICS,
+    PERCENTILE,
+    RESULTS,
+    WINDOW,
+    WINDOW_PERCENTILE,
+    WINDOW_RESULTS,
+)
+from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
 from gyrostat.campaigns.schema import (
     EVENTS,
     GUARD,
     INERTIA,
-    METRICS,
-    RESULTS,
     RUN,
     START,
     WHEEL_ALL,
@@ -50,6 +58,14 @@ sigma = "20 %"
 
 The optional key `name` at the top is shown in the reports; by default it is the name of the file.
 """
+OWN = (
+    "python",
+    "",
+    "none",
+    '`"FILE.py:NAME"`, [a class of your own](your_own_parts.md), whose fields are keys here. '
+    "A scenario that names Python runs it.",
+)
+"""Row of the key that names an own part."""
 EXTRA = {
     "run": [
         (
@@ -76,16 +92,26 @@ EXTRA = {
         ),
     ],
     "controller": [
-        ("kind", "", "required", "One of the kinds below."),
+        ("kind", "", "required", "One of the kinds below; or instead"),
+        OWN,
         ("target", "1", "[1, 0, 0, 0]", "Target attitude (quaternion), until an event changes it."),
     ],
-    "compensator": [("kind", "", "none", "One of the kinds below.")],
+    "compensator": [("kind", "", "none", "One of the kinds below; or instead"), OWN],
     "sensors": [("kind", "", "white_noise", "One of the kinds below.")],
-    "estimator": [("kind", "", "what the sensors need", "One of the kinds below.")],
+    "estimator": [
+        (
+            "kind",
+            "",
+            "what the sensors need; none for an own controller",
+            "One of the kinds below; or instead",
+        ),
+        OWN,
+    ],
     "guard": [
         ("on_bad", "", "hold", "Command after a rejected sample: hold or zero."),
     ],
     "environment": [("kind", "", "constant", "One of the kinds below.")],
+    "reference": [("kind", "", "fixed", "One of the kinds below, or `python` in its place.")],
     "metrics": [
         (
             "percentiles",
@@ -102,11 +128,13 @@ EXTRA = {
     ],
 }
 DEFAULTS = {
+    "until_momentum_above": "none",
     "motor_constant": "of the wheel's model",
     "static_imbalance": "of the wheel's sheet, or 0",
     "dynamic_imbalance": "of the wheel's sheet, or 0",
+    **{name: "none" for name, key in WINDOW.items() if key.default is None},
 }
-"""Defaults of keys that another file may give."""
+"""Defaults of keys that another file may give, and of those that may be absent."""
 DISPERSIONS = """## [[dispersion]]
 
 One table for each dispersed parameter or group of parameters. A campaign needs at least one; a
@@ -150,6 +178,13 @@ READY = {
     "wheel_array": (
         "In orbit, with star tracker and gyro; wheels are kept away from zero speed and unloaded."
     ),
+    "nadir_and_slew": (
+        "An Earth observation pass: sun, nadir, slew to a target and back, as a sequence of modes."
+    ),
+    "own_controller": (
+        "A cubesat with [a controller of your own](your_own_parts.md), the class in "
+        "`own_controller.py`; its gains are dispersed."
+    ),
     "carrara_kuga": (
         "Carrara and Kuga: a fan drives an air-bearing table. Its wheel passes zero speed with "
         "compensation of the identified friction."
@@ -179,27 +214,101 @@ its rate limit is rejected: the safe command is used until the next valid sample
 star tracker, whose measurements have a validity flag, only the affected values are rejected.
 `sample_status` and `samples_missed` are recorded. Omit the section for a controller without guard:
 a sample that is not finite then ends the run."""
+REFERENCE = """The wanted attitude over time. Controllers follow its attitude, rate and acceleration
+without lag ([how to](references.md)). With another kind than `fixed`, `controller.target` and
+events of the kind `slew` are refused. `python = "FILE.py:NAME"` in place of `kind` names an own
+function (time, s) -> quaternion, scalar first, or a class with such a `__call__`."""
+TORQUES_TEXT = """## [[environment.torque]]
+
+Any number of further external torques, added to that of `[environment]`: one of the kinds below, or
+[your own](your_own_parts.md#environment-torques) with `python = "FILE.py:NAME"` instead of `kind`.
+The optional `name` is used in keys such as `environment.torque.drag.area`; it consists of letters,
+digits and underscores. By default it is the kind, or the class in lower case with underscores.
+"""
+LISTS_TEXT = """## [[sensor]]
+
+Any number of [your own sensors](your_own_parts.md#sensors), `python = "FILE.py:NAME"`, in addition
+to `[sensors]`. `name` (by default the class in lower case with underscores) is the field of the
+measurement that the sensor gives. Sensor faults (`sensor = "NAME"`) and the limits of `[guard]`
+(`NAME_lower`, `NAME_upper`, `NAME_change`, in the unit of the sensor) apply to it. Its noise does
+not change that of the other sensors.
+
+## [[actuator]]
+
+Any number of [your own actuators](your_own_parts.md#actuators), `python = "FILE.py:NAME"`, in
+addition to the wheels. `name` is the field of the command that drives the actuator; the controller
+must command it. It is subject to `run.command_delay`.
+"""
+OWN_EVENT = """`python = "FILE.py:NAME"` instead of `kind`: [an event of your
+own](your_own_parts.md#events), which changes numbers of the spacecraft at the exact `time`.
+"""
+METRIC_TEXT = """## [[metric]]
+
+Any number of [your own metrics](your_own_parts.md#metrics), `python = "FILE.py:NAME"`. `name` (by
+default the class in lower case with underscores) is the column of the table of runs.
+"""
 METRICS_OUT = """## Metrics
 
 The columns of the table of runs, in addition to `run`, the drawn values, `status` (0: complete)
 and `ended` (s). They are computed during the run. Percentiles are exact, by rank, except in very
 long runs ([campaign](campaign.md#reading-the-report)).
-
-| metric | unit | meaning |
-|---|---|---|
-| `error_pNN` | rad | Percentile NN of the pointing error over the time after `metrics.after`. |
 """
+WINDOW_TEXT = """Metrics of a part of a run, such as the imaging after a slew. The names of these
+metrics start with the name of the window: `imaging.error_max`.
+
+```toml
+[[metrics.window]]
+name = "imaging"
+event = "turn"             # times are counted from the time of this event
+from = "90 s"
+until = "150 s"
+boresight = [0.0, 0.0, 1.0]
+exposure = "0.5 s"         # smear
+jitter_above = "0.1 Hz"    # jitter
+dwell_below = "20 rpm"     # dwell
+```
+
+`boresight`: body direction whose error is evaluated; by default that of `[metrics]`. `event`: name
+of an event or of a `[[reference.slew]]`; times are counted from it. `mode`: name of a
+`[[reference.mode]]`; times are counted from its start, and the window ends with the mode. Without
+event and mode, times are those of the run. `propellant`: name of a signal of the command
+or of the record of the plant, kg/s. The numbers can be dispersed."""
+WINDOW_OUT = """The metrics of a window, each with the key of the window that requests it. A window
+without samples, such as one between two samples, has none of them (NaN).
+"""
+DEFINITIONS = """Definitions:
+
+- The rotation about the boresight is that of the error quaternion, decomposed into this rotation
+  and a tilt of the boresight.
+- The smear is the largest angle between the boresight at the start of an exposure and at any later
+  sample of the same exposure, relative to the reference. Exposures lie within the window. They
+  start at every sample; those of more than 16 control periods start about every sixteenth of the
+  exposure time. A drift is exact. The smear of an oscillation with twice the exposure time as
+  period is at most 0.3 % too low, with half of it at most 4 %. For a faster one see `jitter`.
+- The jitter is the root mean square of the boresight's direction relative to the reference (without
+  boresight, of the rotation vector of the error) after a Butterworth high pass of order 4 with the
+  cut-off frequency `jitter_above`, and a Butterworth low pass of order 4 with `jitter_below` if it
+  is given. The amplitude gain is 0.707 at a cut-off frequency, above 0.998 one octave inside the
+  band and below 0.0625 one octave outside (both filters by the bilinear transform, so that it is
+  even lower near half of the sample frequency). The filter starts in steady state with the first
+  sample of the run and also processes samples before the window. A slew within or shortly before
+  the window is part of the jitter.
+- `dwell` counts samples in which the size of a wheel's speed is from `dwell_above` to
+  `dwell_below`.
+- A window of an event ends at the next slew by default. `settling` uses `metrics.settled_angle`,
+  and `metrics.settled_rate` for the rate error."""
 
 
 def entry(name, key):
     """A row of a table of keys."""
-    default = (
-        "required"
-        if key.default is None
-        else f"{key.default:.4g}".removeprefix("-inf").replace("inf", "none") or "none"
-    )
-    default = "[0, 0, 0]" if key.size == 3 else DEFAULTS.get(name, default)
-    return f"| `{name}` | {key.unit} | {default} | {key.meaning} |"
+    values = {0: ("required",)}.get(len(key.defaults()), tuple(map(shown, key.defaults())))
+    default = values[0] if len(values) == 1 else f"[{', '.join(values)}]"
+    return f"| `{name}` | {key.unit} | {DEFAULTS.get(name, default)} | {key.meaning} |"
+
+
+def shown(value):
+    """A default value, "none" where it is infinite."""
+    return f"{value:.4g}".removeprefix("-inf").replace("inf", "none") or "none"
 
 
 def per_wheel():
@@ -231,7 +340,7 @@ def kinds(components):
 
 def named(name, key):
     """A row with the full key of a number, or those of a vector."""
-    names = f"`{name}.x`, `.y`, `.z`" if key.size == 3 else f"`{name}`"
+    names = f"`{name}.x`, `.y`, `.z`" if key.shape == (3,) else f"`{name}`"
     return f"| {names} | {key.unit} | {key.meaning} |"
 
 
@@ -246,11 +355,18 @@ def dispersed():
     rows += [named(f"start.{name}", key) for name, key in START.items()]
     parts = ", ".join(
         f"`{name}.KEY`"
-        for name in ("controller", "compensator", "estimator", "sensors", "environment", "guard")
+        for name in (
+            *("controller", "compensator", "estimator", "sensors", "environment", "reference"),
+            *("reference.slew.NAME", "reference.mode.NAME", "guard"),
+        )
     )
     rows.append(
         f"| {parts} | | Keys of the chosen kinds; for a vector `.x`, `.y`, `.z` of the key. |"
     )
+    rows.append("| `window.NAME.KEY` | | Numbers of a window of the metrics. |")
+    lists = ("environment.torque", "sensor", "actuator", "metric")
+    parts = ", ".join(f"`{name}.NAME.KEY`" for name in lists)
+    rows.append(f"| {parts} | | Numbers of the part with this name. |")
     rows.append(
         "| `event.NAME.KEY` | | Numbers of an event; the order of the events must not change. |"
     )
@@ -288,8 +404,12 @@ def page():
             "The estimator processes the measurements before the controller uses them.",
         ),
         ("environment", ENVIRONMENTS, ""),
+        ("reference", REFERENCES, REFERENCE),
     ):
         lines += [*section(name, {}, text), *kinds(components)]
+    for name, components in (("reference.slew", SLEWS), ("reference.mode", MODES)):
+        lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(components)]
+    lines += [TORQUES_TEXT, *kinds(TORQUES), LISTS_TEXT]
     lines += section("guard", GUARD, GUARD_TEXT)
     lines += [
         "## [[event]]",
@@ -301,16 +421,26 @@ def page():
         "to affect only this element. A sensor may have several faults. `magnitude` of a spike is "
         "in the unit of the field.",
         "",
+        OWN_EVENT,
     ]
     for kind, (meaning, keys) in EVENTS.items():
         lines += [f'`kind = "{kind}"`: {meaning}', ""]
         lines += ["| key | unit | default | meaning |", "|---|---|---|---|"]
         lines += [*(entry(n, key) for n, key in keys.items()), ""]
     lines += section("metrics", METRICS)
+    window = section("[metrics.window]", WINDOW, WINDOW_TEXT)
+    lines += [*window, METRIC_TEXT, METRICS_OUT, "| metric | unit | meaning |", "|---|---|---|"]
+    results = {"error_pNN": PERCENTILE, **RESULTS}
+    lines += [*(f"| `{n}` | {u} | {m} |" for n, (u, m) in results.items()), ""]
+    lines += [WINDOW_OUT, "| metric | unit | requested by | meaning |", "|---|---|---|---|"]
+    unit, meaning = WINDOW_PERCENTILE
+    results = {"error_pNN": (unit, "", meaning), **WINDOW_RESULTS}
+    results["dwell.NAME"] = ("1", "dwell_below", "The same of the wheel with this name.")
     lines += [
-        METRICS_OUT + "\n".join(f"| `{n}` | {u} | {m} |" for n, (u, m) in RESULTS.items()),
-        "",
+        f"| `{n}` | {u} | {f'`{key}`' if key else 'always'} | {m} |"
+        for n, (u, key, m) in results.items()
     ]
+    lines += ["", DEFINITIONS, ""]
     lines += [DISPERSIONS + "\n".join(dispersed())]
     return "\n".join(lines) + "\n"
 

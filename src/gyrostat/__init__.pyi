@@ -1,6 +1,7 @@
 """Public names of gyrostat and the rooms that have them; `__init__.py` reads this file."""
 
 from gyrostat.campaigns.scenario_file import read_scenario as read_scenario
+from gyrostat.campaigns.schema import Key as Key
 from gyrostat.control import AttitudePID as AttitudePID
 from gyrostat.control import CurrentMode as CurrentMode
 from gyrostat.control import EstimatingCompensator as EstimatingCompensator
@@ -27,6 +28,7 @@ from gyrostat.telemetry import read_record as read_record
 from gyrostat.verbs import bench as bench
 from gyrostat.verbs import cache as cache
 from gyrostat.verbs import campaign as campaign
+from gyrostat.verbs import check as check
 from gyrostat.verbs import compare as compare
 from gyrostat.verbs import export as export
 from gyrostat.verbs import feasible as feasible

@@ -6,13 +6,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat.campaigns.components import COMPENSATORS, ENVIRONMENTS, ESTIMATORS, SENSORS, stacked
-from gyrostat.campaigns.controllers import CONTROLLERS, IGNORED, NOTIFIED, DesignCase
+from gyrostat.campaigns.build_parts import named_parts, with_events, with_sensors
+from gyrostat.campaigns.build_reference import planned_reference, reference_of, steps_reference
+from gyrostat.campaigns.components import stacked
+from gyrostat.campaigns.controllers import IGNORED, NOTIFIED, DesignCase
+from gyrostat.campaigns.kinds import chosen
 from gyrostat.campaigns.phases import Phases
+from gyrostat.campaigns.references import PlannedReference
 from gyrostat.campaigns.scenario import AXES, INERTIA, Event, Scenario
 from gyrostat.campaigns.schema import WHEEL_IS_LOST
 from gyrostat.campaigns.sensing import Values, guarded, options_of, with_faults
 from gyrostat.campaigns.structure import Structure, notified, structure_of
+from gyrostat.control.guidance import Guided, Reference
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -40,6 +45,8 @@ class Setup(NamedTuple):
         start: State of the plant at time 0.
         starts: Start times of the phases, (phases,), s.
         targets: Target attitude of each phase, (phases, 4), scalar first.
+        metrics: Own metrics by name.
+        reference: Reference attitude; None for the targets of the phases.
     """
 
     plant: Any
@@ -48,6 +55,8 @@ class Setup(NamedTuple):
     start: Any
     starts: Float[Array, " phases"]
     targets: Float[Array, "phases 4"]
+    metrics: dict[str, Any]
+    reference: Reference | None = None
 
 
 class Plans(NamedTuple):
@@ -59,6 +68,7 @@ class Plans(NamedTuple):
         attitude: Initial attitude before its error, (4,), scalar first.
         known: Nominal spacecraft, the model of the controller.
         sensors: Nominal options of the sensors, the model of the estimator.
+        reference: Part of the reference that is computed once; None for fixed targets.
     """
 
     controllers: tuple[Any, ...]
@@ -66,6 +76,7 @@ class Plans(NamedTuple):
     attitude: np.ndarray
     known: Spacecraft
     sensors: dict[str, np.ndarray]
+    reference: PlannedReference | None = None
 
 
 def _each(structure: Structure, values: Values, name: str) -> Any:
@@ -144,7 +155,7 @@ def _friction_steps(structure: Structure, values: Values, before: Friction) -> F
 
 def phases_of(structure: Structure) -> list[Event]:
     """Events that start a new phase with another controller design, in nominal order."""
-    is_notified = CONTROLLERS[structure.controller].losses == NOTIFIED
+    is_notified = chosen(structure, "controller").losses == NOTIFIED
     return [e for e in structure.turning_points if is_notified or e.kind == "slew"]
 
 
@@ -161,27 +172,32 @@ def plan(scenario: Scenario) -> Plans:
     """
     structure = structure_of(scenario)
     known = spacecraft_of(structure, scenario.values)
-    chosen = CONTROLLERS[scenario.controller]
+    controller = chosen(scenario, "controller")
     count = len(scenario.wheels)
     left, seized = np.ones(count, bool), np.zeros(count, bool)
-    target, found, targets = scenario.target, [], []
+    target, found, targets, working = scenario.target, [], [], []
+    if scenario.reference != "fixed" and not controller.follows:
+        raise InputError(
+            f"key controller.kind: found {scenario.controller} with the reference "
+            f"{scenario.reference}, expected a controller of three axes or the reference fixed"
+        )
     slews = {event.name: event.target for event in scenario.events}
     for event in (None, *structure.turning_points):
         wheel = None if event is None else event.wheel
-        if event is not None and wheel is not None and chosen.losses != IGNORED:
+        if event is not None and wheel is not None and controller.losses != IGNORED:
             left[wheel] = False
             seized[wheel] |= event.kind == "seized"
         if event is not None:
             target = slews[event.name] or target
         rank = np.linalg.matrix_rank(np.asarray(scenario.axes) * left[:, None], tol=1e-6)
         # a controller that ignores failures validates its wheels itself
-        if rank < 3 and chosen.losses != IGNORED:
+        if rank < 3 and controller.losses != IGNORED:
             raise InputError(
                 f"key {'controller' if event is None else f'event[{event.name}]'}: found working "
                 "wheels that do not span space, expected wheels about every axis (gyrostat recover "
                 "simulates fewer)"
             )
-        told = chosen.losses == NOTIFIED
+        told = controller.losses == NOTIFIED
         if wheel is not None and not told:
             continue
         case = DesignCase(
@@ -191,9 +207,10 @@ def plan(scenario: Scenario) -> Plans:
             target=np.array(target),
             delay=scenario.command_delay,
         )
-        made = chosen.plan(case)
+        made = controller.plan(case)
         found.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), made))
         targets.append(target)
+        working.append(case.working)
     sensors = options_of(scenario.values, "sensors")
     return Plans(
         tuple(found),
@@ -201,20 +218,25 @@ def plan(scenario: Scenario) -> Plans:
         np.array(scenario.attitude),
         known,
         {name: np.asarray(value) for name, value in sensors.items()},
+        planned_reference(scenario, known, np.array(working)),
     )
 
 
-def _plant(structure: Structure, values: Values, options: Values, attitude: Any) -> Any:
-    """Spacecraft with environment, and its initial state."""
-    own = ENVIRONMENTS[structure.environment].make(options_of(values, "environment"))
+def _plant(structure: Structure, values: Values, options: Values, plans: Plans) -> Any:
+    """Spacecraft with environment, actuators and own events, and its initial state."""
+    own = chosen(structure, "environment").make(options_of(values, "environment"))
     if "external_torque_limit" in options:
         own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
     craft = spacecraft_of(structure, values)
     own["friction_steps"] = _friction_steps(structure, values, craft.wheels.friction)
+    given = {"spacecraft": plans.known}
+    torques = named_parts(structure, values, "environment.torque", **given)
+    own["environment"] = (*own.get("environment", ()), *torques.values())
+    own["actuators"] = named_parts(structure, values, "actuator", **given)
     plant: Any = Gyrostat(craft, _failures(structure, values), **own)
     error = stacked(values, "start.attitude_error")
     motion = {
-        "attitude": product(jnp.asarray(attitude), from_rotation_vector(error)),
+        "attitude": product(jnp.asarray(plans.attitude), from_rotation_vector(error)),
         "rate": stacked(values, "start.rate"),
         "wheel_speed": _each(structure, values, "speed"),
     }
@@ -232,29 +254,37 @@ def _plant(structure: Structure, values: Values, options: Values, attitude: Any)
         # the torque limit is that of the wheel, not of the driver
         numbers = {n: _each(structure, values, n) for n in names if n != "torque_limit"}
         plant = DrivenGyrostat(plant, Driver(**numbers), _each(structure, values, "motor_constant"))
+    plant = with_events(structure, values, plant, plans.known)
     return plant, plant.start(**motion)
 
 
 def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     """Build the parts of a run from its values; pure, for `jit` and `vmap` over the values."""
     options = options_of(values, "controller")
-    plant, start = _plant(structure, values, options, plans.attitude)
-    made = [
-        CONTROLLERS[structure.controller].make(plan, options, start.momentum)
-        for plan in plans.controllers
-    ]
+    plant, start = _plant(structure, values, options, plans)
+    law = chosen(structure, "controller")
+    made = [law.make(plan, options, start.momentum) for plan in plans.controllers]
     starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(structure, values)])
     joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
-    controller = COMPENSATORS[structure.compensator].make(
+    controller: Any = Phases(starts, joined)
+    reference = reference_of(structure, values, plans, start, starts)
+    fixed = reference is None and getattr(made[0], "takes_reference", False)
+    followed = steps_reference(starts, plans.targets) if fixed else reference
+    if followed is not None:
+        controller = Guided(controller, followed, structure.command_delay)
+    controller = chosen(structure, "compensator").make(
         options_of(values, "compensator"),
-        Phases(starts, joined),
+        controller,
         plans.known,
         structure.command_delay,
     )
-    controller = ESTIMATORS[structure.estimator].make(
-        options_of(values, "estimator"), controller, plans.sensors
+    controller = chosen(structure, "estimator").make(
+        options_of(values, "estimator"), controller, plans.known, plans.sensors
     )
-    sensor = SENSORS[structure.sensors].make(options_of(values, "sensors"), plant, plans.known)
+    sensor = chosen(structure, "sensors").make(options_of(values, "sensors"), plant, plans.known)
+    sensor = with_sensors(structure, values, sensor, plant, plans.known)
     sensor = with_faults(structure, values, sensor)
     controller = guarded(structure, values, controller, sensor, start)
-    return Setup(plant, controller, sensor, start, starts, jnp.asarray(plans.targets))
+    metrics = named_parts(structure, values, "metric", spacecraft=plans.known)
+    targets = jnp.asarray(plans.targets)
+    return Setup(plant, controller, sensor, start, starts, targets, metrics, reference)

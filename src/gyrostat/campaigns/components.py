@@ -1,10 +1,10 @@
-"""Compensators, sensors, estimators and environments that a scenario can name, one entry each.
+"""Compensators, sensors and estimators that a scenario can name, one entry each.
 
 To add a component, add an entry: its keys, and a function that builds it from their values.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
@@ -14,16 +14,12 @@ from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.estimation import AttitudeFilter, FrictionTorqueFilter
 from gyrostat.spacecraft import (
-    CircularOrbit,
-    GravityGradient,
-    HarmonicTorque,
     RateGyro,
     Spacecraft,
     SpacecraftSensor,
     StarTracker,
     TrackerGyroSensors,
 )
-from gyrostat.spacecraft.environment import EARTH, EARTH_RADIUS
 from gyrostat.wheel import WheelTachometer
 
 Options = Mapping[str, Scalar]
@@ -39,11 +35,15 @@ class Component:
         keys: Keys of its parameters.
         make: Function of their values and of other parts that builds it. It is traced by JAX, so
             that it cannot validate values.
+        unit: Unit of the value of a sensor or metric.
+        texts: Names of keys that are texts; their reader stores them.
     """
 
     meaning: str
     keys: Mapping[str, Key]
     make: Callable[..., Any]
+    unit: str = field(default="1", kw_only=True)
+    texts: tuple[str, ...] = field(default=(), kw_only=True)
 
 
 def _friction_model(
@@ -110,28 +110,14 @@ def _tracker_gyro(options: Options, plant: Any, known: Spacecraft) -> TrackerGyr
     )
 
 
-def _kalman(options: Options, controller: Any, sensors: Options) -> OutputFeedback:
+def _kalman(
+    options: Options, controller: Any, known: Spacecraft, sensors: Options
+) -> OutputFeedback:
     names = ("attitude_sigma", "angle_walk", "bias_walk")
     noise = {name: sensors[name] for name in names}
     # the filter corrects the remaining coning
     coning = 1.0 - sensors["coning_compensation"]
     return OutputFeedback(AttitudeFilter(**noise, **options, coning=coning), controller)
-
-
-def _constant_torque(options: Options) -> dict[str, Any]:
-    return {"external_torque": stacked(options, "external_torque")}
-
-
-def _in_orbit(options: Options) -> dict[str, Any]:
-    rate = jnp.sqrt(EARTH / (EARTH_RADIUS + options["altitude"]) ** 3)
-    names = ("inclination", "ascending_node", "latitude")
-    orbit = CircularOrbit(rate, **{name: options[name] for name in names})
-    harmonic = HarmonicTorque(
-        rate,
-        cosine=stacked(options, "cosine_torque")[None],
-        sine=stacked(options, "sine_torque")[None],
-    )
-    return {**_constant_torque(options), "environment": (GravityGradient(orbit), harmonic)}
 
 
 COMPENSATORS: dict[str, Component] = {
@@ -211,7 +197,12 @@ SENSORS: dict[str, Component] = {
             "bias_walk": size("rad/s/√s", 0.0, "Random walk of the gyro bias."),
             "bias": vector("speed", "Initial bias of the gyro."),
             "scale_factor": Key(
-                "1", 0.0, "Scale factor error of each gyro axis.", least=-1.0, positive=True, size=3
+                "1",
+                0.0,
+                "Scale factor error of each gyro axis.",
+                least=-1.0,
+                positive=True,
+                shape=(3,),
             ),
             "misalignment": vector("angle", "Rotation vector from body to gyro axes."),
             "rate_limit": positive("speed", inf, "Largest rate that a gyro axis measures."),
@@ -228,7 +219,7 @@ SENSORS: dict[str, Component] = {
     ),
 }
 ESTIMATORS: dict[str, Component] = {
-    "none": Component("No estimator.", {}, lambda options, controller, sensors: controller),
+    "none": Component("No estimator.", {}, lambda options, controller, known, sensors: controller),
     "kalman": Component(
         "Multiplicative Kalman filter for attitude and gyro bias "
         "(`gyrostat.estimation.AttitudeFilter`). It assumes the nominal sensor noise.",
@@ -238,27 +229,3 @@ ESTIMATORS: dict[str, Component] = {
 }
 ESTIMATOR_OF = {"white_noise": "none", "star_tracker_gyro": "kalman"}
 """Sensors -> estimator that they require."""
-_EXTERNAL = {"external_torque": vector("torque", "Constant external torque, in body axes.")}
-ENVIRONMENTS: dict[str, Component] = {
-    "constant": Component("Constant external torque.", _EXTERNAL, _constant_torque),
-    "orbit": Component(
-        "Circular Earth orbit: gravity gradient torque (`gyrostat.spacecraft.GravityGradient`), a "
-        "constant torque and a torque with the period of the orbit "
-        "(`gyrostat.spacecraft.HarmonicTorque`).",
-        {
-            **_EXTERNAL,
-            "altitude": positive("m", None, "Altitude above the equatorial radius of the Earth."),
-            "inclination": Key("angle", 0.0, "Inclination to the inertial x-y plane."),
-            "ascending_node": Key("angle", 0.0, "Ascending node, from inertial x towards y."),
-            "latitude": Key("angle", 0.0, "Initial argument of latitude, from the ascending node."),
-            "cosine_torque": vector(
-                "torque", "Amplitude of the torque cos(orbital rate × time), in body axes."
-            ),
-            "sine_torque": vector(
-                "torque", "Amplitude of the torque sin(orbital rate × time), in body axes."
-            ),
-        },
-        _in_orbit,
-    ),
-}
-"""Kind -> external torques; `make` returns arguments of `gyrostat.spacecraft.Gyrostat`."""

@@ -17,8 +17,7 @@ from numpy.typing import ArrayLike
 from gyrostat.campaigns.build import phase_starts
 from gyrostat.campaigns.kinds import numbers_of
 from gyrostat.campaigns.scenario import INERTIA, Dispersion, Scenario
-from gyrostat.campaigns.schema import MEASURED
-from gyrostat.campaigns.structure import structure_of
+from gyrostat.campaigns.structure import measured_names, structure_of
 from gyrostat.core.errors import InputError
 from gyrostat.core.threefry import Words, threefry
 from gyrostat.core.types import Matrix, Vector
@@ -148,7 +147,7 @@ def _check_sensing(scenario: Scenario, numbers: range, drawn: Mapping[str, Vecto
     faults = [f"event.{event.name}" for event in scenario.events if event.sensor is not None]
     pairs = {key: (f"{key}.time", f"{key}.until", "an end before the start") for key in faults}
     if scenario.guard is not None:
-        for name in MEASURED:
+        for name in measured_names(scenario):
             key = f"guard.{name}"
             pairs[key] = (f"{key}_lower", f"{key}_upper", "an upper limit below the lower one")
     for key, (low, high, found) in pairs.items():

@@ -1,25 +1,31 @@
 """Components that a scenario file can name, and the resulting keys of the scenario."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from gyrostat.campaigns.components import (
     COMPENSATORS,
-    ENVIRONMENTS,
     ESTIMATORS,
     SENSORS,
     Component,
 )
 from gyrostat.campaigns.controllers import CONTROLLERS
-from gyrostat.campaigns.scenario import INERTIA, Scenario
+from gyrostat.campaigns.environments import ENVIRONMENTS, TORQUES
+from gyrostat.campaigns.metric_schema import METRICS, WINDOW
+from gyrostat.campaigns.own_parts import is_own, own_component
+from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
+from gyrostat.campaigns.scenario import INERTIA, Part, Scenario, Source
 from gyrostat.campaigns.schema import (
-    GUARD,
-    METRICS,
+    EVENT_TIME,
+    MEASURED,
     RUN,
     START,
     WHEEL_ALL,
     Key,
+    Measured,
     event_keys,
     friction_keys,
+    guard_keys,
 )
 from gyrostat.campaigns.schema import INERTIA as INERTIA_KEY
 from gyrostat.campaigns.structure import Structure
@@ -31,8 +37,46 @@ KINDS: Mapping[str, Mapping[str, Component]] = {
     "sensors": SENSORS,
     "estimator": ESTIMATORS,
     "environment": ENVIRONMENTS,
+    "reference": REFERENCES,
 }
-"""Section of a scenario file -> components that its `kind` can name."""
+"""Section of a scenario file -> components of this package that its `kind` can name."""
+PARTS: Mapping[str, Mapping[str, Component]] = {
+    "environment.torque": TORQUES,
+    "reference.mode": MODES,
+    "reference.slew": SLEWS,
+    "sensor": {},
+    "actuator": {},
+    "metric": {},
+}
+"""List of tables of a scenario file, such as [[sensor]] -> components of this package."""
+
+
+def component(section: str, kind: str, sources: tuple[Source, ...] = ()) -> Any:
+    """Component of a section by its kind.
+
+    Args:
+        section: Key of `KINDS`, of `PARTS`, or of `gyrostat.campaigns.own_parts.OWN`.
+        kind: Name of a component of this package, or "FILE.py:NAME" for a class or function of a
+            user's Python file.
+        sources: Python files of the scenario.
+
+    Raises:
+        InputError: The file has no such class or function, or it cannot be used in this section.
+    """
+    if is_own(kind):
+        return own_component(section, kind, sources)
+    return (KINDS.get(section) or PARTS[section])[kind]
+
+
+def chosen(scenario: Scenario | Structure, section: str) -> Any:
+    """Component that a scenario names in a section, a key of `KINDS`."""
+    return component(section, getattr(scenario, section), scenario.sources)
+
+
+def components_of(scenario: Scenario | Structure) -> dict[str, str]:
+    """Section -> kind of its component, of all components that a scenario names."""
+    found = {section: getattr(scenario, section) for section in KINDS}
+    return found | {f"{part.section}.{part.name}": part.kind for part in scenario.parts}
 
 
 def is_shipped(scenario: Scenario | Structure) -> bool:
@@ -40,7 +84,10 @@ def is_shipped(scenario: Scenario | Structure) -> bool:
 
     The digest of this package identifies their code. Others may change, and are always traced.
     """
-    parts = [kinds[getattr(scenario, section)] for section, kinds in KINDS.items()]
+    if scenario.sources:
+        return False
+    parts = [chosen(scenario, section) for section in KINDS]
+    parts += [component(part.section, part.kind) for part in scenario.parts]
     code = [
         getattr(part, name) for part in parts for name in ("make", "plan") if hasattr(part, name)
     ]
@@ -48,15 +95,52 @@ def is_shipped(scenario: Scenario | Structure) -> bool:
     return all(getattr(each, "__module__", "").startswith("gyrostat.") for each in code)
 
 
+def measured(parts: Iterable[Part], sources: tuple[Source, ...]) -> dict[str, Measured]:
+    """Measured fields -> dimension and unit of the rate of change, see `MEASURED`.
+
+    Args:
+        parts: Parts of a scenario.
+        sources: Python files of the scenario.
+    """
+    found: dict[str, Measured] = dict(MEASURED)
+    for part in parts:
+        if part.section == "sensor":
+            unit = component(part.section, part.kind, sources).unit
+            found[part.name] = (unit, "1/s" if unit == "1" else f"{unit}/s")
+    return found
+
+
+def own_event_keys(kind: str, sources: tuple[Source, ...]) -> dict[str, Key]:
+    """Keys of an own event.
+
+    Args:
+        kind: Kind of the event.
+        sources: Python files of the scenario.
+    """
+    return {**component("event", kind, sources).keys, "time": EVENT_TIME}
+
+
 def numbers_of(scenario: Scenario) -> dict[str, Key]:
     """Full key -> schema entry, for every number of a scenario with these components."""
     friction = FRICTION_MODELS[scenario.friction].dimensions()
+    fields = measured(scenario.parts, scenario.sources)
     sections: dict[str, Mapping[str, Key]] = {
         "body.inertia": dict.fromkeys(INERTIA, INERTIA_KEY),
         **{f"wheel.{w}": {**friction_keys(friction), **WHEEL_ALL} for w in scenario.wheels},
-        **{"run": RUN, "start": START, "metrics": METRICS, "guard": GUARD},
-        **{section: kinds[getattr(scenario, section)].keys for section, kinds in KINDS.items()},
-        **{f"event.{e.name}": event_keys(e.kind, e.sensor, friction) for e in scenario.events},
+        **{"run": RUN, "start": START, "metrics": METRICS},
+        "guard": guard_keys(fields),
+        **{f"window.{window.name}": WINDOW for window in scenario.windows},
+        **{section: chosen(scenario, section).keys for section in KINDS},
+        **{
+            f"{part.section}.{part.name}": component(part.section, part.kind, scenario.sources).keys
+            for part in scenario.parts
+        },
+        **{
+            f"event.{e.name}": own_event_keys(e.kind, scenario.sources)
+            if is_own(e.kind)
+            else event_keys(e.kind, e.sensor, friction, fields)
+            for e in scenario.events
+        },
     }
     return {
         end: entry

@@ -14,6 +14,7 @@ from gyrostat.campaigns.fingerprint import FLAGS, engine_record
 from gyrostat.campaigns.kinds import is_shipped
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import structure_of
+from gyrostat.campaigns.trial import check_first_sample, first_sample
 from gyrostat.core.cache import private_cache
 from gyrostat.core.jax64 import jax
 from gyrostat.core.validation import check_parts, check_period
@@ -39,7 +40,12 @@ def plans_of(scenario: Scenario) -> Plans:
     plans = plan(scenario)
     numbers: Any = {key: np.asarray(value) for key, value in scenario.values.items()}
     # one program compiles in less time than the single operations
-    setup = eqx.filter_jit(build)(structure_of(scenario), numbers, plans)
+    given = structure_of(scenario), numbers, plans
+    if scenario.sources:
+        setup, *first = eqx.filter_jit(first_sample)(*given)
+        check_first_sample(scenario, *first)
+    else:
+        setup = eqx.filter_jit(build)(*given)
     check_parts(setup.plant, setup.controller, setup.sensor)
     setup.plant.check_state(setup.start)
     check_period(scenario.values["run.control_period"], setup.controller)

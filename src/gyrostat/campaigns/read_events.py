@@ -1,16 +1,19 @@
 """Read [[event]] tables of a scenario file."""
 
+from collections.abc import Mapping
 from math import inf
 
-from gyrostat.campaigns.controllers import CONTROLLERS, NOTIFIED
-from gyrostat.campaigns.scenario import AXES, Event
-from gyrostat.campaigns.schema import EVENTS, MEASURED, SENSOR_FAULT, event_keys
+from gyrostat.campaigns.controllers import NOTIFIED, PlannedController
+from gyrostat.campaigns.kinds import own_event_keys
+from gyrostat.campaigns.read_sources import own_kind
+from gyrostat.campaigns.scenario import AXES, Event, Source
+from gyrostat.campaigns.schema import EVENTS, SENSOR_FAULT, Measured, event_keys
 from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 from gyrostat.spacecraft import SpacecraftFile
 
 
-def within_run(table: Table, key: str, time: float, values: dict[str, float]) -> None:
+def within_run(table: Table, key: str, time: float, values: Mapping[str, float]) -> None:
     """Validate that a time, s, is before the end of the run; raises `InputError`."""
     if time >= values["run.duration"]:
         raise table.refuse(
@@ -19,7 +22,12 @@ def within_run(table: Table, key: str, time: float, values: dict[str, float]) ->
 
 
 def read_events(
-    top: Table, craft: SpacecraftFile, values: dict[str, float], controller: str
+    top: Table,
+    craft: SpacecraftFile,
+    values: dict[str, float],
+    controller: PlannedController,
+    fields: Mapping[str, Measured],
+    sources: tuple[Source, ...],
 ) -> list[Event]:
     """Read the events of a scenario file and add their numbers to its values.
 
@@ -27,7 +35,9 @@ def read_events(
         top: Top-level table of the file.
         craft: Spacecraft of the scenario.
         values: Full key -> number, SI; the numbers of the events are added.
-        controller: Kind of the controller.
+        controller: Controller of the scenario.
+        fields: Measured fields, see `gyrostat.campaigns.kinds.measured`.
+        sources: Python files of the scenario.
 
     Raises:
         InputError: A key is unknown, missing or has a value that is not allowed.
@@ -41,7 +51,10 @@ def read_events(
                 "without a dot"
             )
         row = Table(top.path, f"event[{name}].", row.row)
-        event = _event(row, name, craft, values, controller)
+        if "python" in row.row:
+            found.append(_own_event(row, name, values, sources))
+            continue
+        event = _event(row, name, craft, values, controller, fields)
         step = event.kind == "friction_step"
         if event.wheel is not None and any(
             (other.wheel, other.kind == "friction_step") == (event.wheel, step) for other in found
@@ -54,22 +67,38 @@ def read_events(
     return found
 
 
+def _own_event(
+    row: Table, name: str, values: dict[str, float], sources: tuple[Source, ...]
+) -> Event:
+    event = Event(name, own_kind(row))
+    keys = own_event_keys(event.kind, sources)
+    row.known(("name", "python", *keys))
+    values |= row.numbers(keys, f"event.{name}.")
+    within_run(row, "time", values[f"event.{name}.time"], values)
+    return event
+
+
 def _event(
-    row: Table, name: str, craft: SpacecraftFile, values: dict[str, float], controller: str
+    row: Table,
+    name: str,
+    craft: SpacecraftFile,
+    values: dict[str, float],
+    controller: PlannedController,
+    fields: Mapping[str, Measured],
 ) -> Event:
     kind = row.one_of("kind", EVENTS)
-    sensor = row.one_of("sensor", MEASURED) if kind.startswith(SENSOR_FAULT) else None
+    sensor = row.one_of("sensor", fields) if kind.startswith(SENSOR_FAULT) else None
     own = ("target",) if kind == "slew" else ("wheel",)
     if sensor is not None:
         own = ("sensor", *{"rate": ("axis",), "wheel_speed": ("wheel",)}.get(sensor, ()))
     friction = craft.spacecraft.wheels.friction.dimensions()
-    keys = event_keys(kind, sensor, friction)
-    if "detected_after" in keys and CONTROLLERS[controller].losses != NOTIFIED:
+    keys = event_keys(kind, sensor, friction, fields)
+    if "detected_after" in keys and controller.losses != NOTIFIED:
         if "detected_after" in row.row:
             raise row.refuse(
                 "detected_after",
                 row.row["detected_after"],
-                f"none: the controller {controller} is not notified of failures",
+                "none: this controller is not notified of failures",
             )
         del keys["detected_after"]
     row.known(("name", "kind", *own, *keys))

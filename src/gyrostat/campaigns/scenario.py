@@ -1,5 +1,9 @@
 """Scenario as plain data: components, values, events, dispersions and metrics.
 
+A component is named by its kind: a name such as "three_axis" for a component of this package, or
+"mission.py:EarthPointer" for a class or function of a user's Python file, whose text is part of the
+scenario (`Scenario.sources`). `gyrostat.campaigns.kinds.component` finds both.
+
 All numbers are in one mapping of keys, such as "wheel.a.coulomb", to SI values; a dispersion
 replaces some of them in each run. `gyrostat.campaigns.kinds.numbers_of` gives the dimension and the
 bounds of each. The other fields are the structure of the scenario: they determine which numbers
@@ -56,6 +60,56 @@ class Dispersion:
     spread: tuple[tuple[float, ...], ...]
 
 
+@dataclass(frozen=True)
+class Window:
+    """Part of a run with metrics of its own; its keys start with "window.NAME.".
+
+    Attributes:
+        name: Name of the window, used in keys and in the names of its metrics.
+        event: Event or slew of the reference from which its times are counted, or None.
+        mode: Mode of the reference, from whose start its times are counted, or None.
+        boresight: Body direction whose pointing error is evaluated, (3,); None: that of the
+            scenario.
+        propellant: Signal of the command or of the record whose integral is the propellant, kg/s,
+            or None.
+    """
+
+    name: str
+    event: str | None = None
+    mode: str | None = None
+    boresight: tuple[float, ...] | None = None
+    propellant: str | None = None
+
+
+@dataclass(frozen=True)
+class Source:
+    """Python file of own parts, by its content.
+
+    Attributes:
+        path: Path relative to the folder of the scenario, with "/" between folders.
+        text: Content of the file.
+    """
+
+    path: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Part:
+    """Component of which a scenario can have any number; its keys start with "SECTION.NAME.".
+
+    Attributes:
+        section: Section of the scenario file: "environment.torque", "sensor", "actuator" or
+            "metric".
+        name: Name of the part, unique in its section.
+        kind: Kind, see `gyrostat.campaigns.kinds.component`.
+    """
+
+    section: str
+    name: str
+    kind: str
+
+
 @dataclass(frozen=True, eq=False)
 class Scenario:
     """Definition of a simulation or campaign, independent of its file format.
@@ -65,11 +119,11 @@ class Scenario:
         wheels: Names of the wheels, in their order.
         axes: Spin axes in body axes, unit length, (wheels, 3).
         friction: Name of the friction model of the wheels.
-        controller: Key of `gyrostat.campaigns.controllers.CONTROLLERS`.
-        compensator: Key of `gyrostat.campaigns.components.COMPENSATORS`.
-        sensors: Key of `gyrostat.campaigns.components.SENSORS`.
-        estimator: Key of `gyrostat.campaigns.components.ESTIMATORS`.
-        environment: Key of `gyrostat.campaigns.components.ENVIRONMENTS`.
+        controller: Kind of the controller.
+        compensator: Kind of the compensator.
+        sensors: Kind of the sensors.
+        estimator: Kind of the estimator.
+        environment: Kind of the environment.
         attitude: Initial attitude, before `start.attitude_error` is applied, (4,), scalar first.
         target: Initial target attitude, (4,), scalar first; events can change it.
         boresight: Body direction whose pointing error is evaluated, (3,); None: full attitude.
@@ -82,6 +136,12 @@ class Scenario:
         values: Key -> number, SI, with the keys in alphabetical order.
         guard: Command after a rejected sample, "hold" or "zero"; None: measurements are not
             validated.
+        reference: Kind of the reference attitude.
+        tables: Tables of the reference attitude, by content; the path of each is its section, such
+            as "reference.mode.NAME".
+        parts: Further components, in the order of the file.
+        sources: Python files of own parts and the local modules that they import, sorted by path.
+        windows: Windows with metrics of their own.
     """
 
     name: str
@@ -104,6 +164,11 @@ class Scenario:
     dispersions: tuple[Dispersion, ...]
     values: Mapping[str, float]
     guard: str | None = None
+    reference: str = "fixed"
+    tables: tuple[Source, ...] = ()
+    parts: tuple[Part, ...] = ()
+    sources: tuple[Source, ...] = ()
+    windows: tuple[Window, ...] = ()
 
     @property
     def dispersed(self) -> tuple[str, ...]:
@@ -123,6 +188,21 @@ class Scenario:
         """Hash of name and values; the text would take most of a millisecond in every block."""
         return hash((self.name, *self.values.values()))
 
+    def replace(self, **changes: Any) -> "Scenario":
+        """Scenario with changes, validated like a scenario that is read.
+
+        Args:
+            changes: Component of a section, as the name of its kind or as an object of an own
+                class: `controller=EarthPointer(kp=0.02)`. Value of a key, SI or text with a unit:
+                `**{"controller.kp": 0.03}`. Attribute of `Scenario`: `name="other"`.
+
+        Raises:
+            InputError: There is no such section, key or attribute, or a value is not allowed.
+        """
+        from gyrostat.campaigns.changes import replaced  # it imports this module
+
+        return replaced(self, changes)
+
     def text(self) -> str:
         """Scenario as JSON text; `from_text` restores it exactly."""
         return json.dumps(asdict(self), ensure_ascii=False, sort_keys=True)
@@ -135,9 +215,20 @@ class Scenario:
     def from_text(cls, text: str) -> Self:
         """Create a scenario from the result of `text`."""
         found = json.loads(text)
-        found["events"] = tuple(Event(**_tuples(event)) for event in found["events"])
-        found["dispersions"] = tuple(Dispersion(**_tuples(d)) for d in found["dispersions"])
+        for name, kind in _ROWS.items():
+            found[name] = tuple(kind(**_tuples(row)) for row in found.get(name, ()))
         return cls(**{name: _tuples(value) for name, value in found.items()})
+
+
+_ROWS = {
+    "events": Event,
+    "dispersions": Dispersion,
+    "parts": Part,
+    "sources": Source,
+    "tables": Source,
+    "windows": Window,
+}
+"""Field of a scenario -> class of its entries."""
 
 
 def _tuples(value: Any) -> Any:

@@ -11,13 +11,20 @@ from pathlib import Path
 import numpy as np
 
 from gyrostat.campaigns.components import ESTIMATOR_OF
-from gyrostat.campaigns.kinds import KINDS
+from gyrostat.campaigns.kinds import KINDS, component, measured
+from gyrostat.campaigns.own_errors import OwnError
+from gyrostat.campaigns.own_parts import OWN, is_own
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.read_dispersions import read_dispersions
-from gyrostat.campaigns.read_events import read_events, within_run
+from gyrostat.campaigns.read_events import read_events
+from gyrostat.campaigns.read_metrics import read_metrics
+from gyrostat.campaigns.read_parts import own_kinds, part_values, read_parts
+from gyrostat.campaigns.read_reference import check_reference, read_tables, with_defaults
+from gyrostat.campaigns.read_sources import own_kind, own_sources
 from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
-from gyrostat.campaigns.schema import GUARD, METRICS, RUN, START, WHEEL, WHEEL_PARTS
+from gyrostat.campaigns.schema import RUN, START, WHEEL, WHEEL_PARTS, guard_keys
 from gyrostat.campaigns.tables import Table, opened
+from gyrostat.campaigns.trial import try_shapes
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, printable
 from gyrostat.core.toml_file import LONGEST_NAME
@@ -26,10 +33,21 @@ from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
-    *("guard", "event", "dispersion", "metrics", *WHEEL_PARTS),
+    *("guard", "sensor", "actuator", "event", "dispersion", "metric", "metrics", *WHEEL_PARTS),
 )
-DEFAULTS = {"compensator": "none", "sensors": "white_noise", "environment": "constant"}
+DEFAULTS = {
+    "compensator": "none",
+    "sensors": "white_noise",
+    "environment": "constant",
+    "reference": "fixed",
+}
 """Section -> default of its `kind`; that of the controller is required."""
+BESIDE = {
+    "controller": ("target",),
+    "environment": ("torque",),
+    "reference": ("mode", "slew"),
+}
+"""Section -> keys that are no numbers."""
 
 
 def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scenario:
@@ -44,6 +62,18 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
             value that is not allowed.
     """
     path = Path(path)
+    try:
+        scenario = _read(path, force=force)
+    except OwnError as error:
+        raise InputError(f"{path}: {error}") from None
+    try:
+        return validated(scenario)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _read(path: Path, *, force: bool) -> Scenario:
+    """Scenario from a file; its parts have not been tried."""
     top = opened(path, "a scenario file", SECTIONS)
     craft = read_spacecraft(path.parent / _spacecraft(top), force=force)
     values: dict[str, float] = dict(_spacecraft_values(craft))
@@ -52,27 +82,29 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
     count, substeps = _steps(run, values)
     start = top.table("start", (*START, "attitude", "wheel_speed"))
     values |= start.numbers(START) | _wheel_values(top, start, craft)
-    chosen: dict[str, str] = {}
-    for section, kinds in KINDS.items():
-        default = DEFAULTS.get(section) or ESTIMATOR_OF.get(chosen.get("sensors", ""))
-        kind = chosen[section] = top.table(section, None).one_of("kind", kinds, default)
-        extra = ("kind", "target") if section == "controller" else ("kind",)
-        values |= top.table(section, (*kinds[kind].keys, *extra)).numbers(kinds[kind].keys)
-    if chosen["estimator"] != ESTIMATOR_OF[chosen["sensors"]]:
-        raise top.table("estimator", None).refuse(
-            "kind",
-            chosen["estimator"],
-            f"{ESTIMATOR_OF[chosen['sensors']]} for the sensors {chosen['sensors']}",
-        )
-    metrics = top.table("metrics", (*METRICS, "percentiles", "boresight"))
-    values |= metrics.numbers(METRICS)
-    within_run(metrics, "after", values["metrics.after"], values)
+    chosen, parts = _kinds(top), read_parts(top)
+    sources = own_sources(top, {**chosen, **dict(own_kinds(top))})
+    for section, kind in chosen.items():
+        made = component(section, kind, sources)
+        extra = ("kind", "python") if section in OWN else ("kind",)
+        extra = (*extra, *made.texts, *BESIDE.get(section, ()))
+        table = top.table(section, (*made.keys, *extra))
+        if section == "reference":
+            table = with_defaults(table, kind, values)
+        values |= table.numbers(made.keys)
+    parts = [(part, with_defaults(row, part.kind, values)) for part, row in parts]
+    values |= part_values(parts, sources)
+    fields = measured([part for part, _ in parts], sources)
     guard = None
     if "guard" in top.row:
-        table = top.table("guard", (*GUARD, "on_bad"))
-        values |= table.numbers(GUARD)
+        keys = guard_keys(fields)
+        table = top.table("guard", (*keys, "on_bad"))
+        values |= table.numbers(keys)
         guard = table.one_of("on_bad", ON_BAD, "hold")
-    events = read_events(top, craft, values, chosen["controller"])
+    controller = component("controller", chosen["controller"], sources)
+    events = read_events(top, craft, values, controller, fields, sources)
+    check_reference(chosen["reference"], parts, top, events, values)
+    metrics = read_metrics(top, values, events, [part for part, _ in parts])
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
         wheels=craft.wheel_names,
@@ -81,23 +113,53 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
         **chosen,
         attitude=start.unit("attitude", 4, (1.0, 0.0, 0.0, 0.0)),
         target=top.table("controller", None).unit("target", 4, (1.0, 0.0, 0.0, 0.0)),
-        boresight=metrics.unit("boresight", 3, None) if "boresight" in metrics.row else None,
+        **metrics,
         count=count,
         substeps=substeps,
         command_delay=run.whole("command_delay", 0, 1000),
-        percentiles=metrics.rising("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0),
         events=tuple(sorted(events, key=lambda e: values[f"event.{e.name}.time"])),
         dispersions=(),
         # fixed order, so that a scenario and its copy from text compile to the same program
         values=dict(sorted(values.items())),
         guard=guard,
+        parts=tuple(part for part, _ in parts),
+        sources=sources,
+        tables=read_tables(chosen["reference"], parts, top),
     )
-    scenario = replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
-    try:
-        plans_of(scenario)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    return replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
+
+
+def validated(scenario: Scenario) -> Scenario:
+    """Return the scenario itself after its controllers were designed and its parts were tried.
+
+    Raises:
+        InputError: A part refuses its parameters or cannot be used.
+    """
+    plans = plans_of(scenario)
+    if scenario.sources or any(window.propellant for window in scenario.windows):
+        try_shapes(scenario, plans)
     return scenario
+
+
+def _kinds(top: Table) -> dict[str, str]:
+    """Section -> kind of its component."""
+    chosen: dict[str, str] = {}
+    for section, kinds in KINDS.items():
+        table = top.table(section, None)
+        default = DEFAULTS.get(section) or ESTIMATOR_OF.get(chosen.get("sensors", ""))
+        if section in OWN and "python" in table.row:
+            chosen[section] = own_kind(table)
+        else:
+            chosen[section] = table.one_of("kind", kinds, default)
+    needed = ESTIMATOR_OF[chosen["sensors"]]
+    given = "estimator" in top.row
+    if is_own(chosen["controller"]) and not given:
+        chosen["estimator"] = "none"
+    elif chosen["estimator"] != needed and not is_own(chosen["estimator"]):
+        raise top.table("estimator", None).refuse(
+            "kind", chosen["estimator"], f"{needed} for the sensors {chosen['sensors']}"
+        )
+    return chosen
 
 
 def _spacecraft(top: Table) -> str:

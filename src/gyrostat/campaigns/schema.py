@@ -1,54 +1,71 @@
 """Keys of a scenario file: dimension, default and meaning of each."""
 
-from collections.abc import Iterable, Mapping
+import itertools
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf, nan, pi
+from math import inf, nan
 
 from gyrostat.campaigns.scenario import AXES
+from gyrostat.core.any_unit import ANY_UNIT
 from gyrostat.core.units import SI_UNIT
 from gyrostat.core.validation import LARGEST
 
 
 @dataclass(frozen=True)
 class Key:
-    """Entry of the schema: a number or vector in a scenario.
+    """Entry of the schema: a number or array in a scenario.
+
+    It describes a field of an own part: `Annotated[float, Key("N·m", least=0.0)]`.
 
     Attributes:
-        dimension: Key of `gyrostat.core.units.SI_UNIT`, or the SI unit of a number that
-            is given without unit.
-        default: Default value, SI; None if the key is required.
+        dimension: Key of `gyrostat.core.units.SI_UNIT`; or `ANY_UNIT`; or the SI unit of a number
+            that is given without unit. For a field of an own part, the SI unit in any case.
+        default: Default value, SI, one for all components or one for each; None if the key is
+            required.
         meaning: One sentence for the documentation.
         least: Smallest allowed value.
         most: Largest allowed value.
         positive: Whether `least` itself is excluded.
-        size: Number of components of a vector; 1 for a number.
+        shape: Shape of an array; () for a number.
     """
 
     dimension: str
-    default: float | None
-    meaning: str
+    default: float | tuple[float, ...] | None = None
+    meaning: str = ""
     least: float = -inf
     most: float = inf
     positive: bool = False
-    size: int = 1
+    shape: tuple[int, ...] = ()
 
     @property
     def unit(self) -> str:
-        """SI unit."""
+        """SI unit; empty if it is not known."""
+        if self.dimension == ANY_UNIT:
+            return ""
         return SI_UNIT.get(self.dimension, self.dimension)
 
     def ends(self, name: str) -> tuple[str, ...]:
-        """Full keys of a number, or of the components of a vector, with this name."""
-        return (name,) if self.size == 1 else tuple(f"{name}.{axis}" for axis in AXES)
+        """Full keys of a number, or of the components of an array, with this name."""
+        if self.shape == (3,):
+            return tuple(f"{name}.{axis}" for axis in AXES)
+        places = itertools.product(*map(range, self.shape))
+        return tuple(".".join((name, *map(str, place))) for place in places)
+
+    def defaults(self) -> tuple[float, ...]:
+        """Default value of each component; empty if the key is required."""
+        if self.default is None or isinstance(self.default, tuple):
+            return self.default or ()
+        return (self.default,) * math.prod(self.shape)
 
     def allows(self, value: float) -> bool:
         """Whether a value is allowed; NaN is not."""
         inside = self.least <= value <= self.most and not (self.positive and value == self.least)
-        return inside and (abs(value) <= LARGEST or value == self.default)
+        return inside and (abs(value) <= LARGEST or value in self.defaults())
 
     def range(self, found: float = nan) -> str:
         """Allowed values, for an error message about the value `found`."""
-        unit = "" if self.unit == "1" else f", in {self.unit}"
+        unit = "" if self.unit in ("", "1") else f", in {self.unit}"
         if abs(found) > LARGEST:
             return f"a size of {LARGEST:g} or less{unit}"
         if self.least == -inf:
@@ -69,7 +86,7 @@ def size(dimension: str, default: float | None, meaning: str) -> Key:
 
 def vector(dimension: str, meaning: str) -> Key:
     """Key of a vector in body axes, (3,), zero by default."""
-    return Key(dimension, 0.0, meaning, size=3)
+    return Key(dimension, 0.0, meaning, shape=(3,))
 
 
 RUN: dict[str, Key] = {
@@ -80,15 +97,7 @@ START: dict[str, Key] = {
     "attitude_error": vector("angle", "Rotation vector from `attitude` to the initial attitude."),
     "rate": vector("speed", "Initial body rate, in body axes."),
 }
-METRICS: dict[str, Key] = {
-    "after": size("time", 0.0, "Start of the interval that error and crossing metrics evaluate."),
-    "settled_angle": positive("angle", 0.1 * pi / 180.0, "Settling threshold: pointing error."),
-    "settled_rate": positive("speed", 0.01 * pi / 180.0, "Settling threshold: body rate."),
-    "crossing_window": positive(
-        "time", 10.0, "Time after a zero crossing in which `crossing_peak` is evaluated."
-    ),
-}
-_TIME = size("time", None, "Time of the event.")
+EVENT_TIME = size("time", None, "Time of the event.")
 _DETECTED = size(
     "time",
     1.0,
@@ -97,46 +106,59 @@ _DETECTED = size(
 _DRAG = size("viscous", 0.0, "Viscous drag added to the bearing.")
 _UNTIL = size("time", inf, "End of the fault.")
 _SHARE = Key("1", 1.0, "Probability that a sample is affected.", least=0.0, most=1.0)
-MEASURED: dict[str, tuple[str, str | None]] = {
+Measured = tuple[str, str | None]
+"""Dimension of a measured field, and the unit of its rate of change; see `MEASURED`."""
+MEASURED: dict[str, Measured] = {
     "attitude": ("1", None),
     "rate": ("speed", "rad/s²"),
     "wheel_speed": ("speed", "rad/s²"),
 }
 """Measured field -> its dimension, and the unit of its rate of change. The unit is None for a
 quaternion, whose sign may change from one sample to the next."""
-GUARD: dict[str, Key] = {
-    **{f"{n}_lower": Key(d, -inf, "Smallest accepted value.") for n, (d, _) in MEASURED.items()},
-    **{f"{n}_upper": Key(d, inf, "Largest accepted value.") for n, (d, _) in MEASURED.items()},
-    **{
-        f"{name}_change": positive(unit, inf, "Largest accepted rate of change.")
-        for name, (_, unit) in MEASURED.items()
-        if unit is not None
-    },
-}
-"""Keys of the measurement limits."""
+
+
+def guard_keys(fields: Mapping[str, Measured]) -> dict[str, Key]:
+    """Keys of the measurement limits.
+
+    Args:
+        fields: Measured field -> its dimension, and the unit of its rate of change, see `MEASURED`.
+    """
+    return {
+        **{f"{n}_lower": Key(d, -inf, "Smallest accepted value.") for n, (d, _) in fields.items()},
+        **{f"{n}_upper": Key(d, inf, "Largest accepted value.") for n, (d, _) in fields.items()},
+        **{
+            f"{name}_change": positive(unit, inf, "Largest accepted rate of change.")
+            for name, (_, unit) in fields.items()
+            if unit is not None
+        },
+    }
+
+
+GUARD = guard_keys(MEASURED)
+"""Keys of the measurement limits without further sensors."""
 EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
-    "slew": ("The target attitude of the controller changes to `target`.", {"time": _TIME}),
+    "slew": ("The target attitude of the controller changes to `target`.", {"time": EVENT_TIME}),
     "torque_lost": (
         "The motor of `wheel` loses its torque; friction slows the rotor down.",
-        {"time": _TIME, "detected_after": _DETECTED, "added_viscous": _DRAG},
+        {"time": EVENT_TIME, "detected_after": _DETECTED, "added_viscous": _DRAG},
     ),
     "stuck_torque": (
         "The motor of `wheel` gives a constant torque and ignores commands.",
         {
-            "time": _TIME,
+            "time": EVENT_TIME,
             "detected_after": _DETECTED,
             "torque": Key("torque", None, "Constant motor torque."),
         },
     ),
     "seized": (
         "The rotor of `wheel` stops instantly; its momentum is transferred to the body.",
-        {"time": _TIME, "detected_after": _DETECTED},
+        {"time": EVENT_TIME, "detected_after": _DETECTED},
     ),
     "degraded": (
         "The motor of `wheel` gives a fraction of the commanded torque; the controller is not "
         "notified.",
         {
-            "time": _TIME,
+            "time": EVENT_TIME,
             "torque_share": Key("1", None, "Remaining fraction of torque.", least=0.0, most=1.0),
             "added_viscous": _DRAG,
         },
@@ -144,7 +166,7 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
     "drag": (
         "The viscous drag of the bearing of `wheel` increases; the controller is not notified.",
         {
-            "time": _TIME,
+            "time": EVENT_TIME,
             "added_viscous": size("viscous", None, "Viscous drag added to the bearing."),
         },
     ),
@@ -153,7 +175,7 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
         "the friction model, such as `coulomb`, get the values given here under their names; the "
         "controller is not notified.",
         {
-            "time": _TIME,
+            "time": EVENT_TIME,
             "factor": size(
                 "1", 1.0, "Factor on friction torques and viscous drag that are not given here."
             ),
@@ -161,19 +183,19 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
     ),
     "tachometer_lost": (
         "The speed of `wheel` is no longer measured: the measurement keeps its last value.",
-        {"time": _TIME},
+        {"time": EVENT_TIME},
     ),
     "sensor_dropout": (
         "Samples of the measured field `sensor` are missing: the controller gets NaN.",
-        {"time": _TIME, "until": _UNTIL, "share": _SHARE},
+        {"time": EVENT_TIME, "until": _UNTIL, "share": _SHARE},
     ),
     "sensor_spike": (
         "`magnitude` is added to samples of the measured field `sensor`, in the unit of the field.",
-        {"time": _TIME, "until": _UNTIL, "share": _SHARE},
+        {"time": EVENT_TIME, "until": _UNTIL, "share": _SHARE},
     ),
     "sensor_stuck": (
         "The measured field `sensor` keeps its last value.",
-        {"time": _TIME, "until": _UNTIL},
+        {"time": EVENT_TIME, "until": _UNTIL},
     ),
 }
 """Kind of event -> its meaning, and its keys."""
@@ -183,17 +205,23 @@ SENSOR_FAULT = "sensor_"
 """Prefix of the kinds of events that affect a sensor."""
 
 
-def event_keys(kind: str, sensor: str | None, friction: Mapping[str, str]) -> dict[str, Key]:
+def event_keys(
+    kind: str,
+    sensor: str | None,
+    friction: Mapping[str, str],
+    fields: Mapping[str, Measured] = MEASURED,
+) -> dict[str, Key]:
     """Keys of an event; those of the friction model are optional.
 
     Args:
         kind: Kind of the event, a key of `EVENTS`.
         sensor: Affected measured field, or None.
         friction: Dimensions of the parameters of the friction model.
+        fields: Measured fields, see `MEASURED`.
     """
     keys = dict(EVENTS[kind][1])
     if kind == "sensor_spike" and sensor is not None:
-        keys["magnitude"] = Key(MEASURED[sensor][0], None, "Offset added to the value.")
+        keys["magnitude"] = Key(fields[sensor][0], None, "Offset added to the value.")
     return keys | (friction_keys(friction) if kind == "friction_step" else {})
 
 
@@ -249,35 +277,3 @@ def friction_keys(dimensions: Mapping[str, str]) -> dict[str, Key]:
         name: (positive if dimension == "speed" else size)(dimension, None, "Friction parameter.")
         for name, dimension in dimensions.items()
     }
-
-
-RESULTS: dict[str, tuple[str, str]] = {
-    "error_max": ("rad", "Largest pointing error after `metrics.after`."),
-    "error_rms": ("rad", "Root mean square of the pointing error after `metrics.after`."),
-    "error_end": ("rad", "Pointing error at the end of the run."),
-    "settling": (
-        "s",
-        "Time after which pointing error and body rate stay settled until the end; none: never.",
-    ),
-    "crossings": ("1", "Number of times that a wheel reaches zero speed after `metrics.after`."),
-    "crossing_peak": (
-        "rad",
-        "Largest pointing error within `metrics.crossing_window` after a zero crossing; none: no "
-        "crossing.",
-    ),
-    "momentum_peak": ("N·m·s", "Largest momentum of any wheel."),
-    "torque_peak": ("N·m", "Largest motor torque commanded to any wheel."),
-    "torque_rms": ("N·m", "Root mean square of the commanded motor torques of all wheels."),
-    "saturated": (
-        "1",
-        "Fraction of time in which any wheel is at a limit of torque, momentum or driver.",
-    ),
-    "energy": ("J", "Mechanical work of the commanded torques; braking counts as positive."),
-}
-"""Metric -> its unit and meaning, except the percentiles of the pointing error."""
-
-
-def metric_units(percentiles: Iterable[float]) -> dict[str, str]:
-    """Every metric -> its unit; the given percentiles of the pointing error come first."""
-    first = {f"error_p{p:g}": "rad" for p in percentiles}
-    return first | {name: unit for name, (unit, _) in RESULTS.items()}

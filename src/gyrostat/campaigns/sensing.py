@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
-from gyrostat.campaigns.schema import MEASURED, SENSOR_FAULT
-from gyrostat.campaigns.structure import Structure
+from gyrostat.campaigns.schema import SENSOR_FAULT
+from gyrostat.campaigns.structure import Structure, measured_names
 from gyrostat.control import FieldLimits, Guarded, MeasurementGuard
 from gyrostat.core.arrays import Scalar
-from gyrostat.core.jax64 import jax
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import FaultySensor, SensorFault
 
 Values = Mapping[str, Scalar]
@@ -56,9 +56,13 @@ def guarded(structure: Structure, values: Values, controller: Any, sensor: Any, 
         memory = sensor.start(start, values["run.control_period"])
         return sensor(memory, start, jax.random.key(0))[1]
 
+    shapes = jax.eval_shape(measured)
     limits = {}
-    for name in MEASURED:
+    for name in measured_names(structure):
+        if not jnp.issubdtype(getattr(shapes, name).dtype, jnp.floating):
+            continue
         rate = own[f"{name}_change"] if name in structure.limited else None
         limits[name] = FieldLimits(own[f"{name}_lower"], own[f"{name}_upper"], rate)
-    guard = MeasurementGuard.of(jax.eval_shape(measured), limits, structure.guard)
-    return Guarded(controller, guard)
+    guard = MeasurementGuard.of(shapes, limits, structure.guard)
+    actuators = tuple(part.name for part in structure.parts if part.section == "actuator")
+    return Guarded(controller, guard, actuators)

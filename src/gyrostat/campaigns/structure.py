@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 from math import inf, isfinite
 from typing import Any
 
-from gyrostat.campaigns.scenario import Event, Scenario
+from gyrostat.campaigns.scenario import Event, Part, Scenario, Source, Window
 from gyrostat.campaigns.schema import MEASURED, WHEEL_IS_LOST
 
 
@@ -17,7 +17,7 @@ class Structure:
     anything else.
 
     Attributes:
-        wheels: See `Scenario`; also the following attributes up to `guard`.
+        wheels: See `Scenario`; also the following attributes up to `windows`.
         events: Events in their nominal order of time, without targets.
         turning_points: Slews and wheel failures, in the nominal order of their notification.
         keys: Keys of all values.
@@ -38,6 +38,10 @@ class Structure:
     substeps: int
     command_delay: int
     guard: str | None
+    reference: str
+    parts: tuple[Part, ...]
+    sources: tuple[Source, ...]
+    windows: tuple[Window, ...]
     events: tuple[Event, ...]
     turning_points: tuple[Event, ...]
     keys: tuple[str, ...]
@@ -56,10 +60,17 @@ def structure_of(scenario: Scenario) -> Structure:
         "keys": tuple(scenario.values),
         # by the nominal value, so that all runs have the same structure
         "limited": tuple(
-            name for name in MEASURED if isfinite(scenario.values.get(f"guard.{name}_change", inf))
+            name
+            for name in measured_names(scenario)
+            if isfinite(scenario.values.get(f"guard.{name}_change", inf))
         ),
     }
     return Structure(**{**same, **own})
+
+
+def measured_names(scenario: Scenario | Structure) -> tuple[str, ...]:
+    """Names of the measured fields whose values can have limits and faults."""
+    return (*MEASURED, *(part.name for part in scenario.parts if part.section == "sensor"))
 
 
 def notified(event: Event, values: Mapping[str, Any]) -> Any:

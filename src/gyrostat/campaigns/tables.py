@@ -1,12 +1,13 @@
 """Typed reading of the tables of a scenario file; error messages contain the full key."""
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
 from gyrostat.campaigns.schema import Key
+from gyrostat.core.any_unit import ANY_UNIT, parse_any
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import name_text, number, quantity, read_toml, refuse_unknown
 from gyrostat.core.units import SI_UNIT
@@ -80,6 +81,8 @@ class Table:
     def value(self, key: str, found: object, dimension: str, *, positive: bool) -> float:
         """Convert a value with a dimension to SI; if the dimension is a unit, a plain number."""
         where = f"{self.prefix}{key}"
+        if dimension == ANY_UNIT and isinstance(found, str):
+            return parse_any(found, self.place(key))
         if dimension in SI_UNIT:
             return quantity(self.path, where, found, dimension, positive=positive)
         return number(self.path, where, found, positive=positive)
@@ -104,19 +107,28 @@ class Table:
             found: Value from the TOML parser; None for the default.
             full: Key of the scenario, without the axis of a component.
         """
-        default = entry.default
-        if found is None and default is not None:
-            return dict.fromkeys(entry.ends(full), default)
+        ends = entry.ends(full)
+        if found is None and entry.default is not None:
+            return dict(zip(ends, entry.defaults(), strict=True))
         if found is None:
             raise InputError(f"{self.place(key)}: found none, expected {entry.range()}")
-        if entry.size == 1:
-            return {full: self.allowed(key, found, entry)}
-        if not isinstance(found, list) or len(found) != entry.size:
-            raise self.refuse(key, found, f"{entry.size} values")
+        parts = self._components(key, found, entry.shape)
         return {
-            end: self.allowed(f"{key}[{k}]", part, entry)
-            for k, (end, part) in enumerate(zip(entry.ends(full), found, strict=True))
+            end: self.allowed(place, part, entry)
+            for end, (place, part) in zip(ends, parts, strict=True)
         }
+
+    def _components(
+        self, key: str, found: Any, shape: tuple[int, ...]
+    ) -> Iterator[tuple[str, object]]:
+        """Places and values of the components of an array, from nested lists."""
+        if not shape:
+            yield key, found
+            return
+        if not isinstance(found, list) or len(found) != shape[0]:
+            raise self.refuse(key, found, f"{shape[0]} values")
+        for k, part in enumerate(found):
+            yield from self._components(f"{key}[{k}]", part, shape[1:])
 
     def numbers(self, keys: Mapping[str, Key], section: str | None = None) -> dict[str, float]:
         """Read all entries of a schema: full keys -> values, SI.
@@ -135,7 +147,7 @@ class Table:
         """Read one value for all wheels, or one for each: full keys of the wheels -> values, SI."""
         given: Any = self.row.get(name)
         listed = isinstance(given, list)
-        if listed and entry.size > 1:
+        if listed and entry.shape:
             listed = any(isinstance(value, list) for value in given)
         rows = given if listed else [given] * len(wheels)
         if len(rows) != len(wheels):

@@ -1,4 +1,4 @@
-"""Verbs on scenarios: simulate, campaign, replay, report."""
+"""Verbs on scenarios: check, simulate, campaign, replay, report."""
 
 import json
 import math
@@ -70,6 +70,17 @@ def _run_json(run: "xr.Dataset") -> str:
         "metrics": metrics,
     }
     return json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False)
+
+
+def check(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file, scenario.toml.")],
+    force: ForceModel = False,
+    json_output: Json = False,
+) -> None:
+    """Check a scenario and its own parts without simulating it."""
+    found = call(verbs.check, locals())
+    if json_output:
+        print(json.dumps({"components": found}, indent=1, ensure_ascii=False))
 
 
 def campaign(

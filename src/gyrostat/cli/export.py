@@ -49,7 +49,7 @@ Text = str | None
 
 
 def export(
-    model: Annotated[Path, typer.Argument(help="model.toml of the wheel.")],
+    model: Annotated[Path, typer.Argument(help="model.toml of the wheel, or scenario.toml.")],
     out: Out,
     to: Annotated[
         Format,

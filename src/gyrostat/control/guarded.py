@@ -2,6 +2,8 @@
 
 from typing import Any, NamedTuple
 
+import equinox as eqx
+
 from gyrostat.control.measurement_guard import (
     GuardMemory,
     MeasurementGuard,
@@ -53,10 +55,12 @@ class Guarded(Checked):
             accepted measurement and the safe command that is sent. By default its memory is
             unchanged.
         guard: Limits of the measurement, and the choice of the safe command.
+        actuators: Fields of the command that go to actuators, in addition to `ACTUATED`.
     """
 
     controller: Any
     guard: MeasurementGuard
+    actuators: tuple[str, ...] = eqx.field(static=True, default=())
 
     def check_own_period(self, period: float) -> None:
         """Check that the controller can give a command at a control period, s.
@@ -81,11 +85,12 @@ class Guarded(Checked):
         """
         inner, guard = self.controller.start(period), self.guard.start()
         _, command = jax.eval_shape(self.controller, inner, guard.last)
-        fields = getattr(command, "_fields", ACTUATED)
-        if self.guard.on_bad == "zero" and not set(fields) & set(ACTUATED):
+        actuated = (*ACTUATED, *self.actuators)
+        fields = getattr(command, "_fields", actuated)
+        if self.guard.on_bad == "zero" and not set(fields) & set(actuated):
             raise InputError(
                 f"{type(self.controller).__name__}: found a command of {', '.join(fields)}, "
-                f"expected one of {', '.join(ACTUATED)} for the safe command zero"
+                f"expected one of {', '.join(actuated)} for the safe command zero"
             )
         none = jax.tree.map(lambda shape: jnp.zeros(shape.shape, shape.dtype), command)
         return GuardedMemory(inner, guard, none, jnp.asarray(period, dtype=float))
@@ -151,7 +156,8 @@ class Guarded(Checked):
 
         if not hasattr(last, "_fields"):
             return jax.tree.map(gated, last)
-        sent = [name for name in last._fields if name in ACTUATED]
+        actuated = (*ACTUATED, *self.actuators)
+        sent = [name for name in last._fields if name in actuated]
         return last._replace(**{name: gated(getattr(last, name)) for name in sent})
 
 

@@ -1,10 +1,9 @@
 """Commands with additional signals that are recorded but not sent to actuators."""
 
-from collections import namedtuple
-from functools import cache
 from typing import Any
 
 from gyrostat.core.checked import declared_units
+from gyrostat.core.named_tuples import with_fields
 
 
 def recorded_with(prefix: str, command: Any, signals: Any) -> Any:
@@ -15,17 +14,4 @@ def recorded_with(prefix: str, command: Any, signals: Any) -> Any:
         command: Command, a named tuple.
         signals: Additional fields, a named tuple.
     """
-    return _joined(prefix, type(command), type(signals))(*command, *signals)
-
-
-@cache
-def _joined(prefix: str, command: Any, signals: Any) -> Any:
-    fields = (*command._fields, *signals._fields)
-    made: Any = namedtuple(f"{prefix}{command.__name__}", fields)
-    made.UNITS = declared_units(command) | declared_units(signals)
-    count = len(command._fields)
-    made.__reduce__ = lambda own: (
-        recorded_with,
-        (prefix, command(*own[:count]), signals(*own[count:])),
-    )
-    return made
+    return with_fields(prefix, command, signals._asdict(), declared_units(type(signals)))

@@ -15,6 +15,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.validation import magnitude
 
 __all__ = [
+    "QUANTITY",
     "RPM",
     "SI_UNIT",
     "Unit",
@@ -52,7 +53,8 @@ class Unit:
 # One row for each unit: the unit, its other spellings where case matters ('mA' is not 'MA'), and
 # its spellings where case does not matter. The first unit of a dimension is the one used inside and
 # in outputs. '·' between the parts of a spelling may be omitted or be a dot, a blank or a star.
-# Hz and 1/s are absent on purpose: they do not say whether radians or revolutions are counted.
+# Speeds have no Hz and no 1/s on purpose: they do not say whether radians or revolutions are
+# counted.
 _Row = tuple[Unit, tuple[str, ...], tuple[str, ...]]
 _TABLE: dict[str, tuple[_Row, ...]] = {
     "time": (
@@ -115,6 +117,11 @@ _TABLE: dict[str, tuple[_Row, ...]] = {
         (Unit("°C"), ("C",), ("°C", "degC", "deg·C", "Celsius")),
         (Unit("K", 1.0, -273.15), (), ("Kelvin",)),
         (Unit("°F", 5.0 / 9.0, -160.0 / 9.0), ("F",), ("°F", "degF", "deg·F", "Fahrenheit")),
+    ),
+    "frequency": (
+        (Unit("Hz"), (), ("Hz", "hertz")),
+        (Unit("mHz", 1e-3), ("mHz",), ()),
+        (Unit("kHz", 1e3), (), ("kHz",)),
     ),
     "angle": (
         (Unit("rad"), (), ("rad", "radian", "radians")),
@@ -207,7 +214,8 @@ def to_si(value, unit, dimension):
     return float(converted) if converted.ndim == 0 else converted
 
 
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.ASCII | re.DOTALL)
+QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.ASCII | re.DOTALL)
+"""Number, then the text of its unit."""
 
 
 def parse_quantity(text: str, dimension: str, where: str) -> float:
@@ -224,7 +232,7 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
     Raises:
         InputError: Not a number, a magnitude outside the accepted range, or an unknown unit.
     """
-    match = _QUANTITY.fullmatch(text)
+    match = QUANTITY.fullmatch(text)
     if match is None:
         raise InputError(
             f"{where}: found {text[:40]!r}, expected a number in {SI_UNIT[dimension]} "
@@ -238,7 +246,7 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
 def unit_of(text: str, dimension: str, where: str) -> Unit:
     """Unit in which a quantity such as '4 rpm' is given; see `parse_quantity`."""
     parse_quantity(text, dimension, where)
-    match = _QUANTITY.fullmatch(text)
+    match = QUANTITY.fullmatch(text)
     assert match is not None
     return find_unit(match[2].strip() or SI_UNIT[dimension], dimension, where)
 
@@ -267,7 +275,7 @@ def parse_uncertain(text: str, dimension: str | None, where: str) -> tuple[float
     def quantity(part: str) -> float:
         if dimension is not None:
             return parse_quantity(part, dimension, where)
-        match = _QUANTITY.fullmatch(part)
+        match = QUANTITY.fullmatch(part)
         if match is None or match[2].strip():
             raise InputError(f"{where}: found {part.strip()[:40]!r}, expected a factor or '+- 1 %'")
         return float(match[1])
@@ -280,7 +288,7 @@ def parse_uncertain(text: str, dimension: str | None, where: str) -> tuple[float
         return value, 0.0
     amount = parts[1].strip()
     percent = amount.endswith("%")
-    match = _QUANTITY.fullmatch(amount.removesuffix("%"))
+    match = QUANTITY.fullmatch(amount.removesuffix("%"))
     if match is None or (percent and match[2].strip()):
         raise InputError(f"{where}: found tolerance {amount[:40]!r}, expected one such as '1 %'")
     sigma = float(match[1]) / 100.0 if percent else quantity(amount)

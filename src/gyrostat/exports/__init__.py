@@ -5,6 +5,7 @@ from gyrostat.exports.compensated_wheel import CompensatedWheel
 from gyrostat.exports.fmu import write_fmu
 from gyrostat.exports.folder import files
 from gyrostat.exports.parts import Part, part_kind
+from gyrostat.exports.scenario_controller import scenario_controller
 from gyrostat.exports.sheet import sheet
 from gyrostat.exports.targets import TARGETS, Target
 
@@ -16,6 +17,7 @@ __all__ = [
     "basilisk",
     "files",
     "part_kind",
+    "scenario_controller",
     "sheet",
     "write_fmu",
 ]

@@ -1,6 +1,6 @@
 """Check program for emitted C: compares a run, step by step, with Python."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,8 @@ from gyrostat.exports.targets import STEPS, Target
 from gyrostat.exports.template import filled
 
 TOLERANCE = {"double": 1e-12, "float": 1e-3}
-"""Largest error of an output, relative to its largest value in the run."""
+"""Largest error of an output, relative to the largest value of its array in the run. An element of
+an array, such as a covariance, can be the rounding error of the others."""
 
 
 def program(target: Target, module: Module, precision: Precision) -> tuple[str, str]:
@@ -28,8 +29,7 @@ def program(target: Target, module: Module, precision: Precision) -> tuple[str, 
     names = [text.strip("(*)") for text in seen]
     given = np.array([_row(target.inputs, k) for k in range(STEPS)])
     expected = np.array([[x for name in outputs for x in _numbers(step[name])] for step in made])
-    finite = np.where(np.isfinite(expected), np.abs(expected), 0.0)
-    scale = np.maximum(np.max(finite, axis=0), np.finfo(np.float32).tiny)
+    scale = np.array([x for name in outputs for x in _scales([step[name] for step in made])])
 
     def calls(entries: Sequence[Entry], indent: str) -> str:
         return "\n".join(f"{indent}status |= {call(module, e.name)};" for e in entries)
@@ -67,6 +67,14 @@ def _texts(ports: dict[str, Port], names: Any) -> list[str]:
 
 def _numbers(tree: Any) -> list[float]:
     return [float(x) for leaf in jax.tree.leaves(tree) for x in np.ravel(leaf)]
+
+
+def _scales(trees: Sequence[Any]) -> Iterator[float]:
+    """Largest finite value of each array in the run, once for each of its elements."""
+    for arrays in zip(*map(jax.tree.leaves, trees), strict=True):
+        every = np.abs(np.array(arrays, dtype=float))
+        largest = np.max(every, where=np.isfinite(every), initial=np.finfo(np.float32).tiny)
+        yield from [float(largest)] * np.size(arrays[0])
 
 
 def _row(inputs: Any, step: int) -> list[float]:

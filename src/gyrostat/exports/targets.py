@@ -155,6 +155,22 @@ def _loop(
     measured = _measurements()
     first = jax.tree.map(lambda x: x[0], measured)
     guard = entries.guard_of(controller, period, first, limits, on_bad)
+    return flight_loop(name, title, controller, period, guard, measured)
+
+
+def flight_loop(
+    name: str, title: str, controller: Any, period: float, guard: MeasurementGuard, measured: Any
+) -> Target:
+    """Flight module of any controller of a loop.
+
+    Args:
+        name: Name of the module.
+        title: One-line title.
+        controller: Controller.
+        period: Control period, s.
+        guard: Validation of its measurements.
+        measured: Measurements of the test run; the first axis is the step.
+    """
     memory = as_arrays(Guarded(controller, guard).start(period))
     return _target(
         name,
@@ -167,7 +183,7 @@ def _loop(
         constants={"period": period},
         inputs={"measurement": measured},
         units=UNITS,
-        on_bad=on_bad,
+        on_bad=guard.on_bad,
     )
 
 

@@ -1,5 +1,6 @@
 """Bodies with reaction wheels, their sensors, failures and environment."""
 
+from gyrostat.spacecraft.added_sensors import AddedSensor, AddedSensors
 from gyrostat.spacecraft.attitude_sensors import (
     StarTracker,
     TrackerGyroMeasurement,
@@ -18,6 +19,7 @@ from gyrostat.spacecraft.gyrostat_state import (
     WheelTorqueCommand,
 )
 from gyrostat.spacecraft.imbalance import Imbalance, ImbalancedGyrostat
+from gyrostat.spacecraft.plant_changes import Change, ChangingPlant, PlantChange
 from gyrostat.spacecraft.rate_gyro import BodyMotion, RateGyro, integrated_rate
 from gyrostat.spacecraft.sensor_faults import FaultySensor, SensorFault
 from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia
@@ -31,10 +33,16 @@ from gyrostat.spacecraft.speed_driven import (
 )
 from gyrostat.spacecraft.speed_loop import SpeedLoopSpacecraft, SpeedLoopState
 from gyrostat.spacecraft.table import AirBearingTable, DriveRecord, TableCommand, TableState
+from gyrostat.spacecraft.torque_models import Actuator, TorqueModel
 
 __all__ = [
+    "Actuator",
+    "AddedSensor",
+    "AddedSensors",
     "AirBearingTable",
     "BodyMotion",
+    "Change",
+    "ChangingPlant",
     "CircularOrbit",
     "DriveRecord",
     "DrivenGyrostat",
@@ -48,6 +56,7 @@ __all__ = [
     "HarmonicTorque",
     "Imbalance",
     "ImbalancedGyrostat",
+    "PlantChange",
     "RateGyro",
     "RateRecord",
     "SensorFault",
@@ -64,6 +73,7 @@ __all__ = [
     "TableMeasurement",
     "TableSensors",
     "TableState",
+    "TorqueModel",
     "TrackerGyroMeasurement",
     "TrackerGyroSensors",
     "TrueTurn",

@@ -1,6 +1,7 @@
 """Gyrostat: a rigid body with reaction wheels."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Annotated, Any
 
 import equinox as eqx
@@ -13,6 +14,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import check_unit, normalised, to_body, to_inertial
+from gyrostat.core.validation import check_parts
 from gyrostat.spacecraft.failures import WheelFailures
 from gyrostat.spacecraft.friction_steps import FrictionSteps
 from gyrostat.spacecraft.gyrostat_state import (
@@ -22,6 +24,13 @@ from gyrostat.spacecraft.gyrostat_state import (
     too_fast,
 )
 from gyrostat.spacecraft.spacecraft import Spacecraft
+from gyrostat.spacecraft.torque_models import (
+    Actuator,
+    TorqueModel,
+    body_torque,
+    commanded_torques,
+    torque_models,
+)
 from gyrostat.spacecraft.wheels_on_body import Carrier, WheelsOnBody
 from gyrostat.wheel import Motion, step_coupled_wheels
 from gyrostat.wheel.array import listed, zeros
@@ -44,12 +53,13 @@ class Gyrostat(Checked):
         external_torque: Constant external torque in body axes, (3,), N·m.
         torque_history: External torque in body axes, (attitude quaternion, time in s) -> (3,), N·m;
             added to the constant. It must be smooth and slow compared with the control period.
-        environment: Further external torques, each (spacecraft, attitude, time) -> (3,), N·m, in
-            body axes; smooth and slow likewise.
+        environment: Further external torques, see `TorqueModel`; smooth and slow likewise.
         external_torque_limit: Limit of the commanded `external_torque` along each body axis, given
             by an ideal actuator such as magnetorquers, (3,), N·m; None: there is no such actuator,
             and its command is ignored.
         friction_steps: Step changes of wheel friction; None for none.
+        actuators: Further actuators, see `Actuator`, each driven by the field of the command that
+            has its name; none by default.
     """
 
     spacecraft: Spacecraft
@@ -58,11 +68,12 @@ class Gyrostat(Checked):
     torque_history: Callable[[Quaternion, Scalar], Vector3] | None = eqx.field(
         static=True, default=None
     )
-    environment: tuple[Any, ...] = ()
+    environment: tuple[TorqueModel, ...] = eqx.field(converter=torque_models, default=())
     external_torque_limit: Annotated[Vector3 | None, size("external torque limit", "N·m")] = (
         eqx.field(converter=listed, default=None)
     )
     friction_steps: FrictionSteps | None = None
+    actuators: Mapping[str, Actuator] = eqx.field(default_factory=dict)
 
     def torque(self, attitude: Quaternion, time: Scalar) -> Vector3:
         """External torque in body axes, (3,), N·m, at a time, s."""
@@ -70,7 +81,8 @@ class Gyrostat(Checked):
         if self.torque_history is not None:
             torque = torque + self.torque_history(attitude, time)
         for item in self.environment:
-            torque = torque + item(self.spacecraft, attitude, time)
+            added = item(self.spacecraft, attitude, time)
+            torque = torque + body_torque(added, f"environment torque {type(item).__name__}")
         return torque
 
     def check_own(self) -> None:
@@ -90,6 +102,7 @@ class Gyrostat(Checked):
                 raise InputError(f"wheel failures: found {told} wheels, expected {count}")
         if self.friction_steps is not None:
             self.friction_steps.check_wheels(self.spacecraft.wheels)
+        check_parts(*self.actuators.values())
 
     def start(
         self,
@@ -148,8 +161,9 @@ class Gyrostat(Checked):
 
         Args:
             state: State at the start.
-            command: Command with the motor torques `torque`, (wheels,), N·m, and, if there is an
-                actuator for it, `external_torque`, (3,), N·m.
+            command: Command with the motor torques `torque`, (wheels,), N·m; if there is an
+                actuator for it, `external_torque`, (3,), N·m; and the fields that drive
+                `actuators`.
             time: Time at the start, s.
             duration: Length of the interval, s.
 
@@ -167,6 +181,9 @@ class Gyrostat(Checked):
             limit = jnp.asarray(self.external_torque_limit)
             given = self.external_torque + jnp.clip(command.external_torque, -limit, limit)
             craft = eqx.tree_at(lambda plant: plant.external_torque, self, given)
+        if self.actuators:
+            commanded = commanded_torques(self.actuators, command)
+            craft = replace(craft, environment=(*craft.environment, *commanded))
         return craft._under(state, command.torque, time, duration)
 
     def _under(self, state, torque, time, duration):

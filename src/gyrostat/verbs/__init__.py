@@ -11,6 +11,7 @@ from gyrostat.verbs.exports import export
 from gyrostat.verbs.failures import feasible, recover
 from gyrostat.verbs.identification import identify
 from gyrostat.verbs.papers import reproduce
+from gyrostat.verbs.scenario_check import check
 from gyrostat.verbs.scenarios import campaign, replay, report, simulate
 from gyrostat.verbs.wheels import bench, validate
 
@@ -18,6 +19,7 @@ __all__ = [
     "bench",
     "cache",
     "campaign",
+    "check",
     "compare",
     "export",
     "feasible",

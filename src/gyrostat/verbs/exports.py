@@ -20,6 +20,7 @@ from gyrostat.verbs.measurement_limits import measurement_limits
 from gyrostat.verbs.wheel_arguments import wheel_model
 
 if TYPE_CHECKING:
+    from gyrostat.campaigns import Scenario
     from gyrostat.exports import Part
     from gyrostat.identification import Fit
     from gyrostat.wheel import Wheel, WheelModel
@@ -44,7 +45,7 @@ TAKEN = {
 
 
 def export(
-    model: "Part | WheelModel | Wheel | Fit | str | Path",
+    model: "Part | WheelModel | Wheel | Fit | Scenario | str | Path",
     out: "str | Path",
     to: str,
     *,
@@ -67,12 +68,15 @@ def export(
     """Write flight code in C, a unit or module for other simulators, or a data sheet.
 
     A complete part, such as an `EstimatingCompensator`, is exported as it is. For a wheel, its
-    model or an identification, the part is designed from `what` and the options.
+    model or an identification, the part is designed from `what` and the options. Of a scenario, the
+    controller is exported with its estimator, compensator and [guard], own parts included; the
+    control period is that of the scenario.
 
     The emitted code validates every input: finite, within its range and its rate limit.
 
     Args:
-        model: Part, wheel, wheel model, identification, or path of model.toml.
+        model: Part, wheel, wheel model, identification, scenario, or path of model.toml or
+            scenario.toml.
         out: Folder for the files.
         to: "c" for flight, "fmu" (co-simulation unit, FMI 2.0), "basilisk" (Python module) or
             "json" (data sheet).
@@ -102,7 +106,7 @@ def export(
     """
     from gyrostat.core.files import check_writable
     from gyrostat.core.outputs import new_files
-    from gyrostat.exports import basilisk, files, part_kind, sheet, write_fmu
+    from gyrostat.exports import basilisk, files, part_kind, scenario_controller, sheet, write_fmu
 
     folder = Path(out)
     check_writable(folder)
@@ -119,11 +123,26 @@ def export(
         "--delay": delay or None,
         "--scale-drift": scale_drift,
     }
-    kind, target, texts = part_kind(model), None, {}
+    scenario = _scenario_of(model, force=force)
+    kind = part_kind(model) if scenario is None else "controller"
+    target, texts = None, {}
     content = None if kind is not None else wheel_model(model, force=force)  # pyright: ignore[reportArgumentType]
     if to != "c":
         refuse_given({"--precision": precision == "float"}, f"--to {to}", "--to c")
-    if to in ("json", "basilisk"):
+    if scenario is not None:
+        if to != "c":
+            raise InputError(f"--to {to}: found {_name(scenario)}, expected --to c")
+        _what(model, kind, what)
+        limits = {"--range": range_, "--rate-limit": rate_limit}
+        fixed = {"--on-bad": on_bad == "zero" and scenario.guard is not None}
+        refuse_given(
+            {"--period": period, **given, **limits, **fixed},
+            "a scenario",
+            "a part or model.toml, and the scenario's values",
+        )
+        target = scenario_controller(scenario, on_bad)
+        texts = files(target, precision, f"Made by `{command}`.")  # pyright: ignore[reportArgumentType]
+    elif to in ("json", "basilisk"):
         if content is None:
             raise InputError(f"--to {to}: found {_name(model)}, expected a wheel or its model")
         guard = {"--range": range_, "--rate-limit": rate_limit, "--on-bad": on_bad == "zero"}
@@ -153,6 +172,24 @@ def export(
     written = tuple(folder / name for name in names)
     say(f"written: {', '.join(map(str, written))}")
     return written
+
+
+def _scenario_of(model: Any, *, force: bool) -> "Scenario | None":
+    """Scenario, or that of a scenario file; None for anything else."""
+    from gyrostat.campaigns.scenario import Scenario
+
+    if isinstance(model, Scenario):
+        return model
+    if not isinstance(model, str | Path):
+        return None
+    from gyrostat.core.toml_file import read_toml
+
+    path = Path(model)
+    if path.suffix != ".toml" or "spacecraft" not in read_toml(path, "a model file"):
+        return None
+    from gyrostat.campaigns.scenario_file import read_scenario
+
+    return read_scenario(path, force=force)
 
 
 def _name(model: Any) -> str:

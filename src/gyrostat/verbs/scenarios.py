@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,7 @@ def simulate(
     verify: bool = False,
     say: Say = silent,
     command: str = "gyrostat.simulate",
+    **changes: Any,
 ) -> "xr.Dataset":
     """Simulate one run of a scenario with its nominal values.
 
@@ -41,6 +42,8 @@ def simulate(
         verify: Whether to make the compiled program again and compare it with the stored one.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
+        changes: Changes of the scenario, see `gyrostat.campaigns.Scenario.replace`: own parts as
+            objects, `controller=EarthPointer(kp=0.02)`, or other values.
 
     Returns:
         Histories over `time`: state, measurements, commands and `error` (pointing error, rad), with
@@ -52,7 +55,7 @@ def simulate(
             replaced.
     """
     from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
-    from gyrostat.campaigns.schema import metric_units
+    from gyrostat.campaigns.results import metrics_of
     from gyrostat.core.outputs import check_outputs
     from gyrostat.core.validation import check_seed
 
@@ -68,17 +71,19 @@ def simulate(
     use_engine(engine_record(device, FLAGS[device]))
     from gyrostat.campaigns.engine import fly
     from gyrostat.campaigns.execute import chosen_engine
+    from gyrostat.campaigns.trial import say_bad_commands
 
-    found = _scenario(scenario, force=force)
+    found = scenario_of(scenario, force=force, changes=changes)
     say(f"simulating {found.name}: {found.duration:g} s")
     engine = chosen_engine(engine, found, device, say, verify=verify)
     flown = fly(found, seed, None, keep=[0], engine=engine)
+    say_bad_commands(found, flown.columns, say)
     if path is not None:
         from gyrostat.reports.campaign_run import write_run
 
         write_run(found, flown, path, command=command, say=say, force=force)
     assert flown.histories is not None
-    names = ("ended", *metric_units(found.percentiles))
+    names = ("ended", *metrics_of(found))
     values = {name: flown.columns[name][0].item() for name in names}
     return flown.histories.isel(run=0).assign_attrs(scenario=found.name, **values)
 
@@ -102,6 +107,7 @@ def campaign(
     on_progress: Callable[[int, int], None] | None = None,
     say: Say = silent,
     command: str = "gyrostat.campaign",
+    **changes: Any,
 ) -> "xr.Dataset":
     """Simulate a scenario many times, each run with its own draws; resume an interrupted campaign.
 
@@ -126,6 +132,7 @@ def campaign(
         on_progress: Function called with the number of runs done and the total number.
         say: Function that receives each message for the user.
         command: Text that the report names as its origin.
+        changes: Changes of the scenario, as for `simulate`.
 
     Returns:
         The dataset that `campaign_runs` reads: every drawn parameter and metric, one value per
@@ -136,6 +143,7 @@ def campaign(
             cannot be used.
     """
     from gyrostat.campaigns import campaign_runs, cluster, run_campaign
+    from gyrostat.campaigns.trial import say_bad_commands
     from gyrostat.core.files import check_writable
     from gyrostat.reports.campaign import write_campaign
 
@@ -145,7 +153,7 @@ def campaign(
         raise InputError(f"--worst: found {worst}, expected 0 or more")
     _check_device(device)
     engine = engine_named(engine, say, "--engine")
-    found = _scenario(scenario, force=force)
+    found = scenario_of(scenario, force=force, changes=changes)
     if not found.dispersions:
         place = scenario if isinstance(scenario, str | Path) else found.name
         raise InputError(f"{place}: key dispersion: found none, expected at least one dispersion")
@@ -173,16 +181,23 @@ def campaign(
         say=say,
     )
     write_campaign(folder, command=command, say=say)
-    return campaign_runs(folder)
+    made = campaign_runs(folder)
+    say_bad_commands(found, {name: made[name].values for name in ("run", "status", "ended")}, say)
+    return made
 
 
 def replay(
-    folder: "str | Path", run: int, *, say: Say = silent, command: str = "gyrostat.replay"
+    folder: "str | Path | xr.Dataset",
+    run: int,
+    *,
+    say: Say = silent,
+    command: str = "gyrostat.replay",
 ) -> "xr.Dataset":
     """Simulate one run of a campaign again, bit for bit; write its history and its page.
 
     Args:
-        folder: Folder of a finished campaign; the files are runs/run_NNNNNN.nc and .html in it.
+        folder: Folder of a finished campaign, or the dataset that `campaign` returned; the files
+            are runs/run_NNNNNN.nc and .html in the folder.
         run: Number of the run.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
@@ -202,6 +217,7 @@ def replay(
     from gyrostat.campaigns.jobs import executor_for
     from gyrostat.reports.campaign import write_replay
 
+    folder = folder if isinstance(folder, str | Path) else folder.attrs["folder"]
     store = Store(Path(folder), say)
     known = store.known()
     if run not in range(known.runs):
@@ -237,11 +253,15 @@ def report(
     return json.loads(write_campaign(Path(folder), command=command, say=say))
 
 
-def _scenario(scenario: "Scenario | str | Path", *, force: bool) -> "Scenario":
-    """Read scenario.toml; return a scenario object unchanged."""
+def scenario_of(
+    scenario: "Scenario | str | Path", *, force: bool, changes: Mapping[str, Any] | None = None
+) -> "Scenario":
+    """Scenario, read from its file unless it is an object, with changes."""
     from gyrostat.campaigns.scenario_file import read_scenario
 
-    return read_scenario(scenario, force=force) if isinstance(scenario, str | Path) else scenario
+    if isinstance(scenario, str | Path):
+        scenario = read_scenario(scenario, force=force)
+    return scenario.replace(**changes) if changes else scenario
 
 
 def _folder_name(name: str, runs: int, seed: int) -> str:

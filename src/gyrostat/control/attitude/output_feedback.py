@@ -5,10 +5,11 @@ from typing import Annotated, Any, NamedTuple
 from gyrostat.control.missing_sample import predicted
 from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
-from gyrostat.core.checked import Checked
+from gyrostat.core.checked import Checked, declared_units
 from gyrostat.core.jax64 import jnp
+from gyrostat.core.named_tuples import with_fields
 from gyrostat.estimation import AttitudeEstimate, AttitudeFilter
-from gyrostat.spacecraft import SpacecraftMeasurement
+from gyrostat.spacecraft import SpacecraftMeasurement, TrackerGyroMeasurement
 
 
 class _Estimated(NamedTuple):
@@ -44,7 +45,8 @@ class OutputFeedback(Checked):
 
     Attributes:
         filter: Filter of attitude and gyro bias.
-        controller: Any controller that takes a `SpacecraftMeasurement`.
+        controller: Any controller that takes a `SpacecraftMeasurement`. It also gets the fields of
+            the measurement that are not in `TrackerGyroMeasurement`, unchanged.
     """
 
     filter: AttitudeFilter
@@ -68,12 +70,8 @@ class OutputFeedback(Checked):
         """
         estimate = self.filter.predict(memory.estimate, measurement.rate, memory.period)
         estimate = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))
-        known = SpacecraftMeasurement(
-            estimate.attitude,
-            measurement.rate - estimate.bias,
-            measurement.wheel_speed,
-            measurement.wheel_measured,
-        )
+        rate = measurement.rate - estimate.bias
+        known = _estimated_measurement(measurement, estimate.attitude, rate)
         later = predicted(self.controller, memory.controller, known, command)
         return OutputFeedbackMemory(estimate, later, memory.period)
 
@@ -93,9 +91,7 @@ class OutputFeedback(Checked):
             estimate, measurement.attitude, measurement.attitude_measured
         )
         rate = measurement.rate - estimate.bias
-        known = SpacecraftMeasurement(
-            estimate.attitude, rate, measurement.wheel_speed, measurement.wheel_measured
-        )
+        known = _estimated_measurement(measurement, estimate.attitude, rate)
         controller, command = self.controller(memory.controller, known)
         sigma = jnp.sqrt(jnp.diagonal(estimate.covariance)[:3])
         estimated = _Estimated(
@@ -103,3 +99,19 @@ class OutputFeedback(Checked):
         )
         after = OutputFeedbackMemory(estimate, controller, memory.period)
         return after, recorded_with("Estimated", command, estimated)
+
+
+def _estimated_measurement(measurement: Any, attitude: Quaternion, rate: Vector3) -> Any:
+    """Measurement for a state-feedback controller, with estimated attitude and rate."""
+    known = SpacecraftMeasurement(
+        attitude, rate, measurement.wheel_speed, measurement.wheel_measured
+    )
+    added = {
+        name: getattr(measurement, name)
+        for name in getattr(measurement, "_fields", ())
+        if name not in TrackerGyroMeasurement._fields
+    }
+    if not added:
+        return known
+    units = declared_units(type(measurement))
+    return with_fields("Estimated", known, added, {n: units[n] for n in added if n in units})

@@ -1,0 +1,46 @@
+"""Build the further parts of a scenario: torques, actuators, sensors and events."""
+
+from typing import Any
+
+from gyrostat.campaigns.kinds import component
+from gyrostat.campaigns.own_parts import is_own
+from gyrostat.campaigns.sensing import Values, options_of
+from gyrostat.campaigns.structure import Structure
+from gyrostat.spacecraft import AddedSensors, ChangingPlant, PlantChange
+
+
+def named_parts(structure: Structure, values: Values, section: str, **given: Any) -> dict[str, Any]:
+    """Build the parts of a list: name -> part.
+
+    Args:
+        structure: Structure of the scenario.
+        values: Values of this run.
+        section: Section of the parts.
+        given: Values of reserved fields of own parts.
+    """
+    found = {}
+    for part in structure.parts:
+        if part.section == section:
+            place = f"{section}.{part.name}"
+            made = component(section, part.kind, structure.sources)
+            found[part.name] = made.make(options_of(values, place), place=place, **given)
+    return found
+
+
+def with_events(structure: Structure, values: Values, plant: Any, known: Any) -> Any:
+    """Add the own events of a scenario to the plant; without any, the plant is unchanged."""
+    changes = []
+    for event in structure.events:
+        if is_own(event.kind):
+            place = f"event.{event.name}"
+            own = options_of(values, place)
+            made = component("event", event.kind, structure.sources)
+            change = made.make(own, place=place, spacecraft=known)
+            changes.append(PlantChange(event.name, own["time"], change))
+    return ChangingPlant(plant, tuple(changes)) if changes else plant
+
+
+def with_sensors(structure: Structure, values: Values, sensor: Any, plant: Any, known: Any) -> Any:
+    """Add the further sensors of a scenario; without any, the sensor is unchanged."""
+    added = named_parts(structure, values, "sensor", plant=plant, spacecraft=known)
+    return AddedSensors(sensor, added) if added else sensor

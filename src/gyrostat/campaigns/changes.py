@@ -1,0 +1,152 @@
+"""Changes of a scenario from Python: components, values of keys, attributes."""
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gyrostat.campaigns.change_parts import LISTS, is_list, own_list, with_list
+from gyrostat.campaigns.kinds import KINDS, component, numbers_of
+from gyrostat.campaigns.own_objects import own_object
+from gyrostat.campaigns.own_parts import OWN, is_own
+from gyrostat.campaigns.scenario import Scenario, Source
+from gyrostat.campaigns.scenario_file import validated
+from gyrostat.campaigns.tables import Table
+from gyrostat.core.errors import InputError
+from gyrostat.core.toml_file import refuse_unknown
+from gyrostat.core.validation import MOST_PERIODS
+
+FIXED = ("values", "count", "wheels", "axes", "friction", "sources", "parts", "tables")
+"""Attributes of a scenario that follow from others or from its spacecraft."""
+
+
+def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
+    """Scenario with changes; see `Scenario.replace`."""
+    own = {field.name for field in dataclasses.fields(Scenario)} - {*KINDS, *FIXED}
+    known = (*KINDS, *LISTS, *sorted(own))
+    parts = {name: value for name, value in changes.items() if name in KINDS or name in LISTS}
+    for name, given in parts.items():
+        if is_list(name, given):
+            scenario = _with_list(scenario, name, given)
+        else:
+            scenario = _with_component(scenario, name, given)
+    numbers = {name: value for name, value in changes.items() if "." in name}
+    others = {n: v for n, v in changes.items() if n not in parts and n not in numbers}
+    refuse_unknown(Path(scenario.name), "", others, known)
+    scenario = dataclasses.replace(scenario, **others)
+    scenario = _with_values(scenario, numbers)
+    lost = [key for key in scenario.dispersed if key not in scenario.values]
+    if lost:
+        raise InputError(
+            f"{scenario.name}: found a dispersion of {lost[0]}, which the replaced component had, "
+            "expected dispersions of the keys of the new one (dispersions=())"
+        )
+    try:
+        return validated(scenario)
+    except InputError as error:
+        raise InputError(f"{scenario.name}: {error}") from None
+
+
+def _with_component(scenario: Scenario, section: str, given: Any) -> Scenario:
+    """Scenario with another component in a section, which has its default or own values."""
+    sources, values = scenario.sources, None
+    if isinstance(given, str):
+        if given not in KINDS[section] and not (is_own(given) and section in OWN):
+            raise Table(Path(scenario.name), "", {}).refuse(
+                section, given, f"one of {', '.join(KINDS[section])}, or an object of an own class"
+            )
+        kind = given
+    else:
+        if section not in OWN:
+            raise InputError(
+                f"{scenario.name}: found {type(given).__name__} as {section}, expected one of "
+                f"{', '.join(KINDS[section])}"
+            )
+        kind, found, values = own_object(section, given)
+        sources = _joined(scenario, _kept(scenario, section), found)
+    keys = component(section, kind, sources).keys
+    if values is None:
+        table = Table(Path(scenario.name), f"{section}.", {})
+        values = {
+            end.removeprefix(f"{section}."): value for end, value in table.numbers(keys).items()
+        }
+    lists = tuple(f"{part.section}.{part.name}." for part in scenario.parts)
+    kept = {
+        key: value
+        for key, value in scenario.values.items()
+        if not key.startswith(f"{section}.") or key.startswith(lists)
+    }
+    new = {f"{section}.{name}": value for name, value in values.items()}
+    return dataclasses.replace(
+        scenario,
+        **{section: kind},
+        sources=sources,
+        values=dict(sorted({**kept, **new}.items())),
+    )
+
+
+def _with_list(scenario: Scenario, argument: str, given: Any) -> Scenario:
+    """Scenario with another list of own parts."""
+    found = own_list(scenario, argument, given)
+    sources = _kept(scenario, LISTS[argument])
+    for part in found:
+        sources = _joined(scenario, sources, part.sources)
+    return with_list(dataclasses.replace(scenario, sources=sources), argument, found)
+
+
+def _kept(scenario: Scenario, section: str) -> tuple[Source, ...]:
+    """Files of a scenario, if own parts of other sections need them."""
+    kinds = [getattr(scenario, name) for name in KINDS if name != section]
+    kinds += [part.kind for part in scenario.parts if part.section != section]
+    kinds += [event.kind for event in scenario.events if section != "event"]
+    return scenario.sources if any(map(is_own, kinds)) else ()
+
+
+def _joined(
+    scenario: Scenario, sources: tuple[Source, ...], further: tuple[Source, ...]
+) -> tuple[Source, ...]:
+    """All files of two sets.
+
+    Raises:
+        InputError: Two of them have the same path and other texts.
+    """
+    found = {source.path: source for source in sources}
+    for source in further:
+        if found.setdefault(source.path, source) != source:
+            raise InputError(
+                f"{scenario.name}: found two different files {source.path}, expected own parts "
+                "from files with different names"
+            )
+    return tuple(found[path] for path in sorted(found))
+
+
+def _with_values(scenario: Scenario, given: Mapping[str, Any]) -> Scenario:
+    """Scenario with other values of its keys."""
+    if not given:
+        return scenario
+    entries, values = numbers_of(scenario), dict(scenario.values)
+    table = Table(Path(scenario.name), "", {})
+    for key, value in given.items():
+        ends = [key] if key in values else [k for k in values if k.startswith(f"{key}.")]
+        refuse_unknown(table.path, "", () if ends else (key,), tuple(values))
+        parts = [value] if ends == [key] else np.asarray(value, dtype=object).ravel().tolist()
+        if len(parts) != len(ends):
+            raise table.refuse(key, value, f"{len(ends)} values")
+        values |= {
+            end: table.allowed(end, part, entries[end])
+            for end, part in zip(ends, parts, strict=True)
+        }
+    period, duration = values["run.control_period"], values["run.duration"]
+    count = table.multiple("run.duration", duration, "control period", period, MOST_PERIODS)
+    times = {event.name: values[f"event.{event.name}.time"] for event in scenario.events}
+    for name, time in times.items():
+        if time >= duration:
+            raise table.refuse(f"event.{name}.time", time, f"a time before the end, {duration:g} s")
+    return dataclasses.replace(
+        scenario,
+        values=values,
+        count=count,
+        events=tuple(sorted(scenario.events, key=lambda event: times[event.name])),
+    )

@@ -1,0 +1,87 @@
+"""Environments and external torques that a scenario can name, one entry each."""
+
+from typing import Any
+
+from gyrostat.campaigns.components import Component, Options, stacked
+from gyrostat.campaigns.schema import Key, positive, vector
+from gyrostat.core.jax64 import jnp
+from gyrostat.spacecraft import CircularOrbit, GravityGradient, HarmonicTorque
+from gyrostat.spacecraft.environment import EARTH, EARTH_RADIUS
+
+
+def _constant_torque(options: Options) -> dict[str, Any]:
+    return {"external_torque": stacked(options, "external_torque")}
+
+
+def orbit_of(options: Options) -> CircularOrbit:
+    """Circular orbit from the values of the keys `ORBIT`."""
+    rate = jnp.sqrt(EARTH / (EARTH_RADIUS + options["altitude"]) ** 3)
+    names = ("inclination", "ascending_node", "latitude")
+    return CircularOrbit(rate, **{name: options[name] for name in names})
+
+
+def _in_orbit(options: Options) -> dict[str, Any]:
+    orbit = orbit_of(options)
+    harmonic = HarmonicTorque(
+        orbit.rate,
+        cosine=stacked(options, "cosine_torque")[None],
+        sine=stacked(options, "sine_torque")[None],
+    )
+    return {**_constant_torque(options), "environment": (GravityGradient(orbit), harmonic)}
+
+
+def _harmonic(options: Options) -> HarmonicTorque:
+    cosine, sine = (stacked(options, name)[None] for name in ("cosine", "sine"))
+    return HarmonicTorque(options["rate"], cosine=cosine, sine=sine)
+
+
+_EXTERNAL = {"external_torque": vector("torque", "Constant external torque, in body axes.")}
+ORBIT = {
+    "altitude": positive("m", None, "Altitude above the equatorial radius of the Earth."),
+    "inclination": Key("angle", 0.0, "Inclination to the inertial x-y plane."),
+    "ascending_node": Key("angle", 0.0, "Ascending node, from inertial x towards y."),
+    "latitude": Key("angle", 0.0, "Initial argument of latitude, from the ascending node."),
+}
+ENVIRONMENTS: dict[str, Component] = {
+    "constant": Component("Constant external torque.", _EXTERNAL, _constant_torque),
+    "orbit": Component(
+        "Circular Earth orbit: gravity gradient torque (`gyrostat.spacecraft.GravityGradient`), a "
+        "constant torque and a torque with the period of the orbit "
+        "(`gyrostat.spacecraft.HarmonicTorque`).",
+        {
+            **_EXTERNAL,
+            **ORBIT,
+            "cosine_torque": vector(
+                "torque", "Amplitude of the torque cos(orbital rate × time), in body axes."
+            ),
+            "sine_torque": vector(
+                "torque", "Amplitude of the torque sin(orbital rate × time), in body axes."
+            ),
+        },
+        _in_orbit,
+    ),
+}
+"""Kind -> external torques; `make` returns arguments of `gyrostat.spacecraft.Gyrostat`."""
+TORQUES: dict[str, Component] = {
+    "constant": Component(
+        "Constant torque in body axes.",
+        {"torque": vector("torque", "Torque, in body axes.")},
+        lambda options, **given: HarmonicTorque(0.0, constant=stacked(options, "torque")),
+    ),
+    "gravity_gradient": Component(
+        "Gravity gradient torque in a circular Earth orbit "
+        "(`gyrostat.spacecraft.GravityGradient`).",
+        ORBIT,
+        lambda options, **given: GravityGradient(orbit_of(options)),
+    ),
+    "harmonic": Component(
+        "Torque of one frequency in body axes (`gyrostat.spacecraft.HarmonicTorque`).",
+        {
+            "rate": positive("speed", None, "Angular frequency, such as that of the orbit."),
+            "cosine": vector("torque", "Amplitude of cos(rate × time), in body axes."),
+            "sine": vector("torque", "Amplitude of sin(rate × time), in body axes."),
+        },
+        lambda options, **given: _harmonic(options),
+    ),
+}
+"""Kind -> external torque, any number of which can be added to the environment."""

@@ -1,0 +1,131 @@
+"""Controllers, compensators and estimators of a user, in the control loop of a scenario."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Annotated, Any, NamedTuple
+
+import equinox as eqx
+
+from gyrostat.campaigns.own_errors import OwnError, described, numbers, reported, same_memory
+from gyrostat.control.guidance import Guide
+from gyrostat.control.missing_sample import predicted
+from gyrostat.control.recorded import recorded_with
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.validation import check_parts, check_period
+
+
+class SampleTime(NamedTuple):
+    """Field that is added to a measurement.
+
+    Attributes:
+        time: Time of the sample, s.
+    """
+
+    time: Annotated[Scalar, "s"]
+
+
+class OwnMemory(NamedTuple):
+    """Memory between samples.
+
+    Attributes:
+        inner: Memory of the user's part.
+        sample: Index of the next sample.
+        period: Control period, s.
+    """
+
+    inner: Any
+    sample: Scalar
+    period: Scalar
+
+
+class OwnControl(eqx.Module):
+    """Controller, compensator or estimator of a user.
+
+    It adds the field `time`, s, to the measurements, and validates what the part returns.
+
+    Attributes:
+        inner: Part of the user.
+        name: Its name, for messages.
+        wheels: Number of wheels.
+    """
+
+    inner: Any
+    name: str = eqx.field(static=True)
+    wheels: int = eqx.field(static=True)
+
+    def check(self) -> None:
+        """Validate parameters; raises `InputError`."""
+        with reported(self.name):
+            check_parts(self.inner)
+
+    def check_period(self, period: float) -> None:
+        """Validate the control period, s; raises `InputError`."""
+        with reported(self.name):
+            check_period(period, self.inner)
+
+    def toward(self, guide: Guide) -> "OwnControl":
+        """Part whose field `reference`, if it has one, is the reference as a function of time."""
+        if not self.takes_reference:
+            return self
+        inner = dataclasses.replace(self.inner, reference=guide.at)
+        return dataclasses.replace(self, inner=inner)
+
+    @property
+    def takes_reference(self) -> bool:
+        """Whether the part has a field `reference`."""
+        return "reference" in {field.name for field in dataclasses.fields(self.inner)}
+
+    def start(self, period: Scalar) -> OwnMemory:
+        """Memory before the first sample."""
+        period = jnp.asarray(period, dtype=float)
+        with reported(self.name):
+            inner = self.inner.start(period)
+        inner = jax.tree.map(lambda leaf: numbers(self.name, "memory", leaf), inner)
+        return OwnMemory(inner, jnp.zeros(()), period)
+
+    def predicted(self, memory: OwnMemory, measurement: Any, command: Any) -> OwnMemory:
+        """Memory after a period without a sample; see `gyrostat.control.missing_sample`."""
+        with reported(self.name):
+            inner = predicted(self.inner, memory.inner, timed(measurement, memory), command)
+        inner = same_memory(self.name, memory.inner, inner)
+        return memory._replace(inner=inner, sample=memory.sample + 1.0)
+
+    def __call__(self, memory: OwnMemory, measurement: Any) -> tuple[OwnMemory, Any]:
+        """Compute the command by the part of the user.
+
+        Raises:
+            InputError: The part raised an exception, or returned something else than its memory
+                and a command.
+        """
+        with reported(self.name):
+            made = self.inner(memory.inner, timed(measurement, memory))
+        if not isinstance(made, tuple) or len(made) != 2 or hasattr(made, "_fields"):
+            raise OwnError(
+                f"{self.name}: found {described(made)} as result, expected (memory, command)"
+            )
+        inner = same_memory(self.name, memory.inner, made[0])
+        return memory._replace(inner=inner, sample=memory.sample + 1.0), self._command(made[1])
+
+    def _command(self, command: Any) -> Any:
+        fields = getattr(command, "_fields", None)
+        if fields is None or "torque" not in fields:
+            found = described(command) if fields is None else f"fields {', '.join(fields)}"
+            raise OwnError(
+                f"{self.name}: found {found} as command, expected a named tuple with the field "
+                f"torque ({self.wheels},), N·m, one number for each wheel"
+            )
+        shapes: Mapping[str, tuple[int, ...]] = {"torque": (self.wheels,), "external_torque": (3,)}
+        return type(command)(
+            *(
+                numbers(self.name, f"command.{name}", value, shapes.get(name))
+                for name, value in zip(fields, command, strict=True)
+            )
+        )
+
+
+def timed(measurement: Any, memory: OwnMemory) -> Any:
+    """Measurement with the time of the sample, s."""
+    if "time" in measurement._fields:
+        return measurement
+    return recorded_with("Timed", measurement, SampleTime(memory.sample * memory.period))

@@ -1,0 +1,151 @@
+"""Mistakes in own parts, each reported in one line: the part, what was found, what was expected."""
+
+import contextlib
+import dataclasses
+import linecache
+import traceback
+from collections.abc import Iterator
+from typing import Any
+
+from gyrostat.campaigns.sources import PREFIX
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+
+UNKNOWN = "a value that is only known in the run"
+ADVICE: tuple[tuple[type[Exception], str, str], ...] = (
+    (
+        jax.errors.TracerBoolConversionError,
+        f"if, while, and, or, min or max of {UNKNOWN}",
+        "jnp.where(condition, a, b), & and |, jnp.minimum and jnp.maximum",
+    ),
+    (
+        jax.errors.TracerArrayConversionError,
+        f"a NumPy function of {UNKNOWN}",
+        "the same function of jax.numpy",
+    ),
+    (
+        jax.errors.ConcretizationTypeError,
+        f"float(), int(), range() or a size from {UNKNOWN}",
+        "jnp.asarray, jnp.round, and loops and shapes of a fixed size",
+    ),
+    (
+        jax.errors.UnexpectedTracerError,
+        "a value of another call, stored outside the memory",
+        "it in the memory, which each call returns",
+    ),
+    (
+        dataclasses.FrozenInstanceError,
+        "an assignment to a field",
+        "the value in the memory, which each call returns",
+    ),
+)
+"""Exception -> what it means in a part, and what to write instead."""
+
+
+class OwnError(InputError):
+    """Mistake in an own part; its message names the part."""
+
+
+@contextlib.contextmanager
+def reported(part: str) -> Iterator[None]:
+    """Report any exception in a user's Python as a mistake of a part.
+
+    Args:
+        part: Name of the part, such as "controller mission.py:EarthPointer".
+
+    Raises:
+        OwnError: An exception was raised inside.
+    """
+    try:
+        yield
+    except OwnError:
+        raise
+    except InputError as error:
+        raise OwnError(f"{part}: {error}") from error
+    except (Exception, SystemExit) as error:
+        raise _mistake(part, error) from error
+
+
+def _mistake(part: str, error: BaseException) -> OwnError:
+    """Error with the place of an exception in a user's Python, and what to write instead."""
+    place, code = _place(part, error)
+    for kind, found, expected in ADVICE:
+        if isinstance(error, kind):
+            shown = f" in `{code}`" if code else ""
+            return OwnError(f"{part}{place}: found {found}{shown}, expected {expected}")
+    text = str(error).strip().partition("\n")[0][:200]
+    name = type(error).__name__
+    if isinstance(error, SyntaxError):
+        place, text = f", line {error.lineno}", error.msg
+    found = f"{name} ({text})" if text else name
+    return OwnError(f"{part}{place}: found {found}, expected Python that runs without an exception")
+
+
+def _place(part: str, error: BaseException) -> tuple[str, str]:
+    """Innermost line of the user's Python that raised an exception, and its text."""
+    for frame in reversed(traceback.extract_tb(error.__traceback__)):
+        package, _, path = frame.filename.partition("/")
+        if package.startswith(PREFIX):
+            code = linecache.getline(frame.filename, frame.lineno or 0).strip()
+            file = "" if f" {path}:" in part else f" {path}"
+            return f",{file} line {frame.lineno}", code[:80]
+    return "", ""
+
+
+def numbers(part: str, what: str, value: Any, shape: tuple[int, ...] | None = None) -> Any:
+    """Array of real numbers from a value that a part returned.
+
+    Args:
+        part: Name of the part.
+        what: Name of the value.
+        value: Returned value.
+        shape: Expected shape; None for any.
+
+    Raises:
+        OwnError: The value is not an array of numbers, or has another shape.
+    """
+    expected = "numbers" if shape is None else f"shape {shape}"
+    try:
+        found = None if isinstance(value, str | bytes) else jnp.asarray(value)
+    except (TypeError, ValueError):
+        found = None
+    if found is None:
+        raise OwnError(f"{part}: found {type(value).__name__} as {what}, expected {expected}")
+    if jnp.iscomplexobj(found):
+        raise OwnError(f"{part}: found complex numbers as {what}, expected real {expected}")
+    if shape is not None and found.shape != shape:
+        raise OwnError(f"{part}: found shape {found.shape} of {what}, expected shape {shape}")
+    return found if shape is None else found.astype(float)
+
+
+def same_memory(part: str, before: Any, after: Any) -> Any:
+    """Memory that a call returned, validated against the memory before the call.
+
+    Raises:
+        OwnError: Their structures, shapes or types differ.
+    """
+    old, _ = jax.tree_util.tree_flatten_with_path(before)
+    new, _ = jax.tree_util.tree_flatten_with_path(after)
+    if jax.tree.structure(before) != jax.tree.structure(after):
+        found, expected = (described(tree) for tree in (after, before))
+        raise OwnError(f"{part}: found a memory {found}, expected {expected}, as start returned")
+    for (path, one), (_, other) in zip(old, new, strict=True):
+        place = f"memory{jax.tree_util.keystr(path)}"
+        other = numbers(part, place, other)
+        if (one.shape, one.dtype) != (other.shape, other.dtype):
+            hint = "" if one.dtype == other.dtype else " (write 0.0 for a real number)"
+            raise OwnError(
+                f"{part}: found {place} of shape {other.shape} and type {other.dtype}, expected "
+                f"{one.shape} and {one.dtype}, as start returned{hint}"
+            )
+    return jax.tree.map(jnp.asarray, after)
+
+
+def described(tree: Any) -> str:
+    """Kind of a result, for a message."""
+    if isinstance(tree, jax.Array):
+        return f"an array of shape {tree.shape}"
+    fields = getattr(tree, "_fields", None)
+    if fields is not None:
+        return f"{type(tree).__name__}({', '.join(fields)})"
+    return f"{type(tree).__name__} of {len(jax.tree.leaves(tree))} entries"

@@ -1,0 +1,101 @@
+"""Environment torques, sensors, actuators and events of a user, in the simulated spacecraft.
+
+Each validates what the user's Python returns, and reports mistakes with the name of the part.
+"""
+
+from typing import Any
+
+import equinox as eqx
+from jaxtyping import PRNGKeyArray
+
+from gyrostat.campaigns.own_errors import OwnError, numbers, reported, same_memory
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.jax64 import jax
+from gyrostat.core.validation import check_parts
+from gyrostat.spacecraft import Spacecraft
+
+
+class _Own(eqx.Module):
+    """Part of a user.
+
+    Attributes:
+        inner: Instance of the user's class, or a function.
+        name: Name of the part, for messages.
+    """
+
+    inner: Any
+    name: str = eqx.field(static=True)
+
+    def check(self) -> None:
+        """Validate parameters; raises `InputError`."""
+        with reported(self.name):
+            check_parts(self.inner)
+
+
+class OwnTorque(_Own):
+    """Environment torque of a user; see `gyrostat.spacecraft.TorqueModel`."""
+
+    def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
+        """Torque in body axes, (3,), N·m."""
+        with reported(self.name):
+            torque = self.inner(spacecraft, attitude, time)
+        return numbers(self.name, "torque, N·m in body axes", torque, (3,))
+
+
+class OwnProfile(_Own):
+    """Attitude over time of a user; see `gyrostat.control.guidance.Profile`."""
+
+    def __call__(self, time: Scalar) -> Quaternion:
+        """Attitude at a time, s."""
+        with reported(self.name):
+            attitude = self.inner(time)
+        return numbers(self.name, "attitude, a quaternion", attitude, (4,))
+
+
+class OwnActuator(_Own):
+    """Actuator of a user; see `gyrostat.spacecraft.Actuator`."""
+
+    def __call__(self, value: Any, attitude: Quaternion, time: Scalar) -> Vector3:
+        """Torque in body axes, (3,), N·m."""
+        with reported(self.name):
+            torque = self.inner(value, attitude, time)
+        return numbers(self.name, "torque, N·m in body axes", torque, (3,))
+
+
+class OwnChange(_Own):
+    """Event of a user; see `gyrostat.spacecraft.Change`."""
+
+    def __call__(self, plant: Any) -> Any:
+        """Plant after the event."""
+        with reported(self.name):
+            return self.inner(plant)
+
+
+class OwnSensor(_Own):
+    """Sensor of a user; see `gyrostat.spacecraft.AddedSensor`."""
+
+    @property
+    def unit(self) -> Any:
+        """Unit of the value, or None."""
+        return getattr(self.inner, "unit", None)
+
+    def start(self, state: Any, period: Scalar) -> Any:
+        """Memory before the first sample."""
+        with reported(self.name):
+            memory = self.inner.start(state, period)
+        return jax.tree.map(lambda leaf: numbers(self.name, "memory", leaf), memory)
+
+    def __call__(self, memory: Any, state: Any, key: PRNGKeyArray) -> tuple[Any, Any]:
+        """Measure.
+
+        Raises:
+            InputError: The part raised an exception, or returned something else than its memory
+                and a value.
+        """
+        with reported(self.name):
+            made = self.inner(memory, state, key)
+        if not isinstance(made, tuple) or len(made) != 2:
+            found = "an array" if isinstance(made, jax.Array) else type(made).__name__
+            raise OwnError(f"{self.name}: found {found} as result, expected (memory, value)")
+        after = same_memory(self.name, memory, made[0])
+        return after, numbers(self.name, "value", made[1])

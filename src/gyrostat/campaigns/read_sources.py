@@ -1,0 +1,165 @@
+"""Read the Python files of own parts below the folder of a scenario."""
+
+import ast
+import importlib.util
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path, PurePosixPath
+
+from gyrostat.campaigns.own_parts import is_own
+from gyrostat.campaigns.scenario import Source
+from gyrostat.campaigns.tables import Table
+from gyrostat.core.errors import InputError
+from gyrostat.core.toml_file import read_text
+
+INSTALLED = ("site-packages", "dist-packages")
+"""Folders of installed packages."""
+
+
+def own_kind(table: Table) -> str:
+    """Kind of an own part from the key `python` of a table, "FILE.py:NAME".
+
+    Raises:
+        InputError: The table also has a `kind`, or the text has another form.
+    """
+    found = table.text("python", None)
+    if "kind" in table.row:
+        raise table.refuse("kind", table.row["kind"], "none beside python")
+    file, _, name = found.partition(":")
+    path = PurePosixPath(file)
+    if path.suffix != ".py" or "." in path.stem or not name.isidentifier() or "\0" in file:
+        raise table.refuse("python", found, "FILE.py:NAME, such as 'mission.py:EarthPointer'")
+    return f"{path}:{name}"
+
+
+def own_sources(top: Table, kinds: Mapping[str, str]) -> tuple[Source, ...]:
+    """Files that the own parts of a scenario name, and the local modules that they import.
+
+    Args:
+        top: Top-level table of the scenario file.
+        kinds: Place in the file -> kind.
+
+    Raises:
+        InputError: A file cannot be read, or is not below the folder of the scenario; or it imports
+            a local module that is not.
+    """
+    named = {place: kind for place, kind in kinds.items() if is_own(kind)}
+    return sources_below(
+        top.path.parent,
+        {
+            kind.partition(":")[0]: f"{top.path}: key {place}.python"
+            for place, kind in named.items()
+        },
+    )
+
+
+def sources_below(
+    folder: Path, named: Mapping[str, str], texts: Mapping[str, str] | None = None
+) -> tuple[Source, ...]:
+    """Files below a folder, and the local modules below it that they import.
+
+    Args:
+        folder: Folder of the scenario.
+        named: Path relative to it -> place where it is named, for the error message.
+        texts: Path -> text, for files that are not read.
+
+    Raises:
+        InputError: See `own_sources`.
+    """
+    texts = texts or {}
+    waiting, found = {**named, **dict.fromkeys(texts, "")}, {}
+    while waiting:
+        path, place = waiting.popitem()
+        text = texts[path] if path in texts else _text(folder, path, place)
+        found[path] = Source(path, text)
+        for other in _imports(folder, path, text):
+            if other not in found:
+                waiting[other] = f"{folder / path}: import of {other}"
+    return tuple(found[path] for path in sorted(found))
+
+
+def _text(folder: Path, path: str, place: str) -> str:
+    """Content of a file below the folder of the scenario."""
+    whole = folder / path
+    inside = folder.resolve() in whole.resolve().parents
+    if PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts or not inside:
+        raise InputError(f"{place}: found {path}, expected a file below the folder {folder}")
+    try:
+        return read_text(whole, "a Python file", 1_000_000)
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from None
+
+
+def _imports(folder: Path, path: str, text: str) -> Iterator[str]:
+    """Paths of the local modules that a file imports.
+
+    Raises:
+        InputError: The text is not Python, or imports a local module from another folder.
+    """
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        line = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
+        shown = error.msg if isinstance(error, SyntaxError) else error
+        raise InputError(f"{folder / path}{line}: found {shown}, expected Python") from None
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names = [(alias.name, False) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = _base(folder, path, node)
+            names = [(base, False)] if base else []
+            start = f"{base}." if base else ""
+            names += [(f"{start}{alias.name}", True) for alias in node.names if alias.name != "*"]
+            if node.level == 0 and not _files(folder, base):
+                names = [(base, False)]
+        else:
+            continue
+        for name, is_attribute in names:
+            files = _files(folder, name)
+            yield from files
+            if not files and not is_attribute and not getattr(node, "level", 0):
+                _refuse_local(folder, path, node.lineno, name)
+
+
+def _base(folder: Path, path: str, node: ast.ImportFrom) -> str:
+    """Module below the folder of which a statement imports names."""
+    package = PurePosixPath(path).parent.parts
+    if node.level > len(package) + 1:
+        raise InputError(
+            f"{folder / path}, line {node.lineno}: found an import from above the folder of the "
+            "scenario, expected modules below it"
+        )
+    start = package[: len(package) - node.level + 1] if node.level else ()
+    return ".".join((*start, *filter(None, [node.module])))
+
+
+def _files(folder: Path, name: str) -> list[str]:
+    """Files that the import of a module executes, if it is below the folder."""
+    parts = name.split(".")
+    found = [
+        "/".join((*parts[:k], "__init__.py"))
+        for k in range(1, len(parts) + 1)
+        if (folder.joinpath(*parts[:k]) / "__init__.py").is_file()
+    ]
+    if folder.joinpath(*parts).with_suffix(".py").is_file():
+        found.append("/".join(parts) + ".py")
+    return found
+
+
+def _refuse_local(folder: Path, path: str, line: int, name: str) -> None:
+    """Raise `InputError` for a module that is neither installed nor part of Python."""
+    top = name.partition(".")[0]
+    if top in sys.stdlib_module_names or top == "gyrostat":
+        return
+    try:
+        spec = importlib.util.find_spec(top)
+    except ValueError:
+        spec = None
+    if spec is None:
+        return
+    places = [spec.origin, *(spec.submodule_search_locations or ())]
+    if not any(part in INSTALLED for place in places if place for part in Path(place).parts):
+        raise InputError(
+            f"{folder / path}, line {line}: found an import of {name} from {places[0] or places[1]}"
+            f", expected installed packages, or modules below {folder}"
+        )

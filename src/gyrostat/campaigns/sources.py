@@ -1,0 +1,146 @@
+"""Python files of own parts: collected by content, and loaded from their content.
+
+The files that a scenario names, and the modules below its folder that they import, are part of the
+scenario. Every process loads them from their texts, as modules of a private package that is named
+by their digest, so that a campaign runs the same code everywhere, even if a file changes.
+"""
+
+import builtins
+import hashlib
+import importlib
+import importlib.machinery
+import linecache
+import sys
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import PurePosixPath
+from types import CodeType, ModuleType
+from typing import Any
+
+from gyrostat.campaigns.scenario import Source
+from gyrostat.core.errors import InputError
+
+PREFIX = "gyrostat_own_"
+"""Start of the names of the private packages."""
+_PACKAGES: dict[str, Mapping[str, Source]] = {}
+"""Name of a private package -> its files, by the names of their modules below the package."""
+
+
+def module_name(path: str) -> str:
+    """Name of the module of a file: "parts/drag.py" -> "parts.drag"."""
+    parts = PurePosixPath(path).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+@lru_cache(maxsize=64)
+def package_of(sources: tuple[Source, ...]) -> str:
+    """Name of the private package of these files, which can then be imported."""
+    digest = hashlib.sha256(repr([(s.path, s.text) for s in sources]).encode()).hexdigest()[:16]
+    name = f"{PREFIX}{digest}"
+    _PACKAGES[name] = {module_name(source.path): source for source in sources}
+    if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
+        sys.meta_path.append(_Finder())
+    return name
+
+
+def load(sources: tuple[Source, ...], kind: str) -> Any:
+    """Class or function of a user's Python file.
+
+    Args:
+        sources: Python files of the scenario.
+        kind: "FILE.py:NAME".
+
+    Raises:
+        InputError: The file has no such name; further, what the file raises when it is executed.
+    """
+    file, _, name = kind.partition(":")
+    if file not in {source.path for source in sources}:
+        raise InputError(f"{kind}: found no file {file}, expected its text in the scenario")
+    module = f"{package_of(sources)}.{module_name(file)}"
+    found = importlib.import_module(module)
+    if not hasattr(found, name):
+        own = [n for n, v in vars(found).items() if getattr(v, "__module__", None) == module]
+        raise InputError(
+            f"{file}: found no {name}, expected one of {', '.join(own) or 'its names'}"
+        )
+    return getattr(found, name)
+
+
+def packaged(module: str) -> tuple[str, tuple[Source, ...]] | None:
+    """Path and all files of a module of a private package; None for any other module."""
+    package, _, inner = module.partition(".")
+    files = _PACKAGES.get(package)
+    return None if files is None else (files[inner].path, tuple(files.values()))
+
+
+class _Finder:
+    """Finds and loads the modules of the private packages."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> importlib.machinery.ModuleSpec | None:
+        """Specification of a module of a private package; None for any other module."""
+        package, _, inner = fullname.partition(".")
+        modules = _PACKAGES.get(package)
+        if modules is None:
+            return None
+        source, start = modules.get(inner), f"{inner}." if inner else ""
+        folder = not inner or any(name.startswith(start) for name in modules)
+        if source is None and not folder:
+            return None
+        return importlib.machinery.ModuleSpec(fullname, _Loader(package, source), is_package=folder)
+
+
+class _Loader:
+    """Executes a module from its text."""
+
+    def __init__(self, package: str, source: Source | None) -> None:
+        self._package, self._source = package, source
+
+    def create_module(self, spec: importlib.machinery.ModuleSpec) -> None:
+        """Default module."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Execute the text; a folder without `__init__.py` has none."""
+        if self._source is None:
+            return
+        code = _compiled(self._package, self._source)
+        module.__file__ = code.co_filename
+        vars(module)["__builtins__"] = _builtins(self._package)
+        exec(code, vars(module))
+
+
+def _compiled(package: str, source: Source) -> CodeType:
+    name = f"{package}/{source.path}"
+    # tracebacks show the lines of the text; without a modification time, it stays
+    lines = source.text.splitlines(keepends=True)
+    linecache.cache[name] = (len(source.text), None, lines, name)
+    return compile(source.text, name, "exec", dont_inherit=True)
+
+
+@lru_cache(maxsize=64)
+def _builtins(package: str) -> dict[str, Any]:
+    """Built-in names of own modules.
+
+    Absolute imports find the modules of the scenario first. What is printed goes to stderr, because
+    stdout is for results.
+    """
+    tops = {name.partition(".")[0] for name in _PACKAGES[package]}
+
+    def own_import(
+        name: str,
+        globals: Mapping[str, object] | None = None,
+        locals: Mapping[str, object] | None = None,
+        fromlist: Sequence[str] | None = (),
+        level: int = 0,
+    ) -> ModuleType:
+        top = name.partition(".")[0]
+        if level or top not in tops:
+            return builtins.__import__(name, globals, locals, fromlist or (), level)
+        module = builtins.__import__(f"{package}.{name}", globals, locals, fromlist or ())
+        return module if fromlist else sys.modules[f"{package}.{top}"]
+
+    def own_print(*values: object, **options: Any) -> None:
+        print(*values, **{"file": sys.stderr, **options})
+
+    return {**vars(builtins), "__import__": own_import, "print": own_print}

@@ -1,0 +1,114 @@
+"""Trial of own parts: one control period on shapes alone, and the first command in numbers."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from gyrostat.campaigns.build import Plans, Setup, build
+from gyrostat.campaigns.own_errors import OwnError
+from gyrostat.campaigns.own_parts import is_own
+from gyrostat.campaigns.own_world import OwnTorque
+from gyrostat.campaigns.run_loop import loop_of
+from gyrostat.campaigns.scenario import Scenario
+from gyrostat.campaigns.sensing import Values
+from gyrostat.campaigns.structure import Structure, structure_of
+from gyrostat.core.arrays import Vector3
+from gyrostat.core.jax64 import jax
+from gyrostat.simulation import Status
+from gyrostat.spacecraft import Gyrostat
+from gyrostat.spacecraft.torque_models import commanded_torques
+
+LOOP = ("controller", "compensator", "estimator")
+"""Sections whose components compute the command, from the inside to the outside."""
+
+
+def try_shapes(scenario: Scenario, plans: Plans) -> None:
+    """Trace one control period of a scenario, so that every part is called once.
+
+    Raises:
+        InputError: An own part cannot be traced, or returns something else than expected.
+    """
+    structure = structure_of(scenario)
+
+    def period(*given: Any) -> Any:
+        loop = loop_of(structure)(*given)
+        return loop.tick(loop.begin(), 0)
+
+    numbers = np.zeros(len(structure.keys)), np.zeros(len(structure.dispersed))
+    jax.eval_shape(period, *numbers, plans, jax.random.key(0))
+
+
+def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Setup, Any, Any]:
+    """Parts of a run, the controller's memory and command after the first sample, own torques."""
+    setup = build(structure, values, plans)
+    period = values["run.control_period"]
+    memory = setup.sensor.start(setup.start, period)
+    _, measurement = setup.sensor(memory, setup.start, jax.random.key(0))
+    made = setup.controller(setup.controller.start(period), measurement)
+    return setup, made, _own_torques(setup, made[1])
+
+
+def _own_torques(setup: Setup, command: Any) -> dict[str, Vector3]:
+    """Name of each own environment torque and actuator -> its torque at the first command."""
+    bodies = jax.tree.leaves(setup.plant, is_leaf=lambda part: isinstance(part, Gyrostat))
+    body = next(part for part in bodies if isinstance(part, Gyrostat))
+    attitude = setup.start.attitude
+    found = {
+        item.name: item(body.spacecraft, attitude, 0.0)
+        for item in body.environment
+        if isinstance(item, OwnTorque)
+    }
+    for item in commanded_torques(body.actuators, command):
+        found[f"actuator.{item.name}"] = item(body.spacecraft, attitude, 0.0)
+    return found
+
+
+def check_first_sample(scenario: Scenario, made: Any, torques: Mapping[str, Any]) -> None:
+    """Validate memory and command after the first sample, and torques.
+
+    Raises:
+        OwnError: A number is not finite.
+    """
+    memory, command = made
+    own = _own_names(scenario)
+    named = {f"command.{n}": v for n, v in zip(command._fields, command, strict=True)}
+    for place, value in {**named, "memory": memory}.items():
+        for leaf in jax.tree.leaves(value):
+            if not np.all(np.isfinite(leaf)) and own:
+                raise OwnError(
+                    f"{own}: found {place} with NaN or an infinite number at the first "
+                    "sample, expected finite numbers"
+                )
+    for name, torque in torques.items():
+        if not np.all(np.isfinite(torque)):
+            raise OwnError(
+                f"{name}: found the torque {np.asarray(torque)} at the first sample, expected "
+                "finite numbers, N·m"
+            )
+
+
+def say_bad_commands(
+    scenario: Scenario, columns: Mapping[str, Any], say: Callable[[str], None]
+) -> None:
+    """Report runs that ended because of a command that was not finite.
+
+    Args:
+        scenario: Scenario of the runs.
+        columns: Columns of the table of runs.
+        say: Called with the message if there are such runs.
+    """
+    bad = np.flatnonzero(np.asarray(columns["status"]) == Status.BAD_COMMAND)
+    if len(bad):
+        run, time = (np.asarray(columns[name])[bad[0]] for name in ("run", "ended"))
+        say(
+            f"{_own_names(scenario) or scenario.controller}: found a command with NaN or an "
+            f"infinite number in {len(bad)} of {len(columns['status'])} runs, first after "
+            f"{time:g} s in run {run}, expected finite numbers"
+        )
+
+
+def _own_names(scenario: Scenario) -> str:
+    """Names of the own parts that compute the command."""
+    named = {name: getattr(scenario, name) for name in LOOP}
+    return ", ".join(f"{name} {kind}" for name, kind in named.items() if is_own(kind))

@@ -1,0 +1,90 @@
+"""Flight module of the controller of a scenario, with estimator, compensator and guard."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from gyrostat.campaigns.build import build
+from gyrostat.campaigns.phases import Phases
+from gyrostat.campaigns.plans import plans_of
+from gyrostat.campaigns.scenario import Scenario
+from gyrostat.campaigns.schema import MEASURED
+from gyrostat.campaigns.sensing import options_of
+from gyrostat.campaigns.structure import structure_of
+from gyrostat.control import FieldLimits, MeasurementGuard
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.exports.targets import STEPS, Target, flight_loop
+
+
+def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
+    """Flight module of the controller that a scenario names, own parts included.
+
+    The module has the estimator and the compensator of the scenario, and its limits of measurements
+    (without a [guard], values only have to be finite). Events and dispersions have no effect: the
+    controller is that of the first phase.
+
+    Args:
+        scenario: Scenario.
+        on_bad: Safe command after a rejected sample if the scenario has no [guard]: "hold" or
+            "zero".
+
+    Raises:
+        InputError: A part refuses its parameters.
+    """
+    own = options_of(scenario.values, "guard")
+    events = {f"event.{event.name}." for event in scenario.events}
+    alone = replace(
+        scenario,
+        events=(),
+        dispersions=(),
+        guard=None,
+        values={k: v for k, v in scenario.values.items() if not k.startswith(tuple(events))},
+    )
+    plans = plans_of(alone)
+    setup = build(structure_of(alone), jax.tree.map(jnp.asarray, dict(alone.values)), plans)
+    period = scenario.values["run.control_period"]
+    memory = setup.sensor.start(setup.start, period)
+    _, first = setup.sensor(memory, setup.start, jax.random.key(0))
+    limits = {}
+    if scenario.guard is not None:
+        for name in MEASURED:
+            rate = own.get(f"{name}_change", np.inf)
+            limits[name] = FieldLimits(
+                max(own[f"{name}_lower"], -np.finfo(np.float32).max),
+                min(own[f"{name}_upper"], np.finfo(np.float32).max),
+                rate if np.isfinite(rate) else None,
+            )
+    guard = MeasurementGuard.of(first, limits, scenario.guard or on_bad)
+    kinds = [k for k in (scenario.estimator, scenario.compensator) if k != "none"]
+    title = f"Attitude control of {scenario.name}: {', '.join([*kinds, scenario.controller])}"
+    controller = setup.controller
+    if scenario.reference == "fixed":
+        controller = jax.tree.map(_first_phase, controller, is_leaf=_is_phases)
+    return flight_loop("controller", title, controller, period, guard, _varied(first))
+
+
+def _is_phases(part: Any) -> bool:
+    return isinstance(part, Phases)
+
+
+def _first_phase(part: Any) -> Any:
+    return part.at(0.0) if _is_phases(part) else part
+
+
+def _varied(first: Any) -> Any:
+    """Measurements of a test run: small oscillations about the first sample, three bad samples."""
+    step = np.arange(STEPS)
+
+    def varied(leaf: Any) -> Any:
+        value = np.asarray(leaf)
+        rows = np.repeat(value[None], STEPS, axis=0)
+        if value.dtype.kind != "f":
+            return jnp.asarray(rows)
+        phase = np.arange(value.size).reshape(value.shape)
+        size = 1e-3 * np.maximum(1.0, np.abs(value))
+        rows = rows + size * np.sin(0.3 * step.reshape(-1, *[1] * value.ndim) + phase)
+        rows[[7, 15, 16]] = np.reshape([np.nan, np.inf, -np.inf], (3, *[1] * value.ndim))
+        return jnp.asarray(rows)
+
+    return jax.tree.map(varied, first)
