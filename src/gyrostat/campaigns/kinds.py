@@ -72,7 +72,8 @@ def chosen(scenario: Scenario | Structure, section: str) -> Any:
 def components_of(scenario: Scenario | Structure) -> dict[str, str]:
     """Section -> kind of its component, of all components that a scenario names."""
     found = {section: getattr(scenario, section) for section in KINDS}
-    return found | {f"{part.section}.{part.name}": part.kind for part in scenario.parts}
+    found |= {f"{part.section}.{part.name}": part.kind for part in scenario.parts}
+    return found | {f"event.{e.name}": e.kind for e in scenario.events if is_own(e.kind)}
 
 
 def is_shipped(scenario: Scenario | Structure) -> bool:
