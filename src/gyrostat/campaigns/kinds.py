@@ -11,12 +11,13 @@ from gyrostat.campaigns.components import (
 )
 from gyrostat.campaigns.controllers import CONTROLLERS
 from gyrostat.campaigns.environments import ENVIRONMENTS, TORQUES
+from gyrostat.campaigns.metric_schema import METRICS, WINDOW
 from gyrostat.campaigns.own_parts import is_own, own_component
+from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
 from gyrostat.campaigns.scenario import INERTIA, Part, Scenario, Source
 from gyrostat.campaigns.schema import (
     EVENT_TIME,
     MEASURED,
-    METRICS,
     RUN,
     START,
     WHEEL_ALL,
@@ -36,10 +37,13 @@ KINDS: Mapping[str, Mapping[str, Component]] = {
     "sensors": SENSORS,
     "estimator": ESTIMATORS,
     "environment": ENVIRONMENTS,
+    "reference": REFERENCES,
 }
 """Section of a scenario file -> components of this package that its `kind` can name."""
 PARTS: Mapping[str, Mapping[str, Component]] = {
     "environment.torque": TORQUES,
+    "reference.mode": MODES,
+    "reference.slew": SLEWS,
     "sensor": {},
     "actuator": {},
     "metric": {},
@@ -126,6 +130,7 @@ def numbers_of(scenario: Scenario) -> dict[str, Key]:
         **{f"wheel.{w}": {**friction_keys(friction), **WHEEL_ALL} for w in scenario.wheels},
         **{"run": RUN, "start": START, "metrics": METRICS},
         "guard": guard_keys(fields),
+        **{f"window.{window.name}": WINDOW for window in scenario.windows},
         **{section: chosen(scenario, section).keys for section in KINDS},
         **{
             f"{part.section}.{part.name}": component(part.section, part.kind, scenario.sources).keys
