@@ -13,6 +13,7 @@ from gyrostat.campaigns.metric_schema import (
     WINDOW_PERCENTILE,
     WINDOW_RESULTS,
 )
+from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
 from gyrostat.campaigns.schema import (
     EVENTS,
     GUARD,
@@ -110,6 +111,7 @@ EXTRA = {
         ("on_bad", "", "hold", "Command after a rejected sample: hold or zero."),
     ],
     "environment": [("kind", "", "constant", "One of the kinds below.")],
+    "reference": [("kind", "", "fixed", "One of the kinds below, or `python` in its place.")],
     "metrics": [
         (
             "percentiles",
@@ -126,6 +128,7 @@ EXTRA = {
     ],
 }
 DEFAULTS = {
+    "until_momentum_above": "none",
     "motor_constant": "of the wheel's model",
     "static_imbalance": "of the wheel's sheet, or 0",
     "dynamic_imbalance": "of the wheel's sheet, or 0",
@@ -175,6 +178,9 @@ READY = {
     "wheel_array": (
         "In orbit, with star tracker and gyro; wheels are kept away from zero speed and unloaded."
     ),
+    "nadir_and_slew": (
+        "An Earth observation pass: sun, nadir, slew to a target and back, as a sequence of modes."
+    ),
     "own_controller": (
         "A cubesat with [a controller of your own](your_own_parts.md), the class in "
         "`own_controller.py`; its gains are dispersed."
@@ -208,6 +214,10 @@ its rate limit is rejected: the safe command is used until the next valid sample
 star tracker, whose measurements have a validity flag, only the affected values are rejected.
 `sample_status` and `samples_missed` are recorded. Omit the section for a controller without guard:
 a sample that is not finite then ends the run."""
+REFERENCE = """The wanted attitude over time. Controllers follow its attitude, rate and acceleration
+without lag ([how to](references.md)). With another kind than `fixed`, `controller.target` and
+events of the kind `slew` are refused. `python = "FILE.py:NAME"` in place of `kind` names an own
+function (time, s) -> quaternion, scalar first, or a class with such a `__call__`."""
 TORQUES_TEXT = """## [[environment.torque]]
 
 Any number of further external torques, added to that of `[environment]`: one of the kinds below, or
@@ -231,6 +241,11 @@ must command it. It is subject to `run.command_delay`.
 """
 OWN_EVENT = """`python = "FILE.py:NAME"` instead of `kind`: [an event of your
 own](your_own_parts.md#events), which changes numbers of the spacecraft at the exact `time`.
+"""
+METRIC_TEXT = """## [[metric]]
+
+Any number of [your own metrics](your_own_parts.md#metrics), `python = "FILE.py:NAME"`. `name` (by
+default the class in lower case with underscores) is the column of the table of runs.
 """
 METRICS_OUT = """## Metrics
 
@@ -286,13 +301,14 @@ DEFINITIONS = """Definitions:
 
 def entry(name, key):
     """A row of a table of keys."""
-    default = (
-        "required"
-        if key.default is None
-        else f"{key.default:.4g}".removeprefix("-inf").replace("inf", "none") or "none"
-    )
-    default = "[0, 0, 0]" if key.shape == (3,) else DEFAULTS.get(name, default)
-    return f"| `{name}` | {key.unit} | {default} | {key.meaning} |"
+    values = {0: ("required",)}.get(len(key.defaults()), tuple(map(shown, key.defaults())))
+    default = values[0] if len(values) == 1 else f"[{', '.join(values)}]"
+    return f"| `{name}` | {key.unit} | {DEFAULTS.get(name, default)} | {key.meaning} |"
+
+
+def shown(value):
+    """A default value, "none" where it is infinite."""
+    return f"{value:.4g}".removeprefix("-inf").replace("inf", "none") or "none"
 
 
 def per_wheel():
@@ -339,15 +355,18 @@ def dispersed():
     rows += [named(f"start.{name}", key) for name, key in START.items()]
     parts = ", ".join(
         f"`{name}.KEY`"
-        for name in ("controller", "compensator", "estimator", "sensors", "environment", "guard")
+        for name in (
+            *("controller", "compensator", "estimator", "sensors", "environment", "reference"),
+            *("reference.slew.NAME", "reference.mode.NAME", "guard"),
+        )
     )
     rows.append(
         f"| {parts} | | Keys of the chosen kinds; for a vector `.x`, `.y`, `.z` of the key. |"
     )
-    lists = ("environment.torque", "sensor", "actuator")
+    rows.append("| `window.NAME.KEY` | | Numbers of a window of the metrics. |")
+    lists = ("environment.torque", "sensor", "actuator", "metric")
     parts = ", ".join(f"`{name}.NAME.KEY`" for name in lists)
     rows.append(f"| {parts} | | Numbers of the part with this name. |")
-    rows.append("| `window.NAME.KEY` | | Numbers of a window of the metrics. |")
     rows.append(
         "| `event.NAME.KEY` | | Numbers of an event; the order of the events must not change. |"
     )
@@ -385,8 +404,11 @@ def page():
             "The estimator processes the measurements before the controller uses them.",
         ),
         ("environment", ENVIRONMENTS, ""),
+        ("reference", REFERENCES, REFERENCE),
     ):
         lines += [*section(name, {}, text), *kinds(components)]
+    for name, components in (("reference.slew", SLEWS), ("reference.mode", MODES)):
+        lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(components)]
     lines += [TORQUES_TEXT, *kinds(TORQUES), LISTS_TEXT]
     lines += section("guard", GUARD, GUARD_TEXT)
     lines += [
@@ -407,7 +429,7 @@ def page():
         lines += [*(entry(n, key) for n, key in keys.items()), ""]
     lines += section("metrics", METRICS)
     window = section("[metrics.window]", WINDOW, WINDOW_TEXT)
-    lines += [*window, METRICS_OUT, "| metric | unit | meaning |", "|---|---|---|"]
+    lines += [*window, METRIC_TEXT, METRICS_OUT, "| metric | unit | meaning |", "|---|---|---|"]
     results = {"error_pNN": PERCENTILE, **RESULTS}
     lines += [*(f"| `{n}` | {u} | {m} |" for n, (u, m) in results.items()), ""]
     lines += [WINDOW_OUT, "| metric | unit | requested by | meaning |", "|---|---|---|---|"]

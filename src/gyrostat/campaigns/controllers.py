@@ -262,8 +262,8 @@ CONTROLLERS: dict[str, PlannedController] = {
         "Pointing of the body z axis by two speed-commanded wheels "
         "(`gyrostat.control.TwoWheelPointing`) with speed loops and a model error compensator. "
         "Only the direction of body z is controlled, towards its direction at the target. Set "
-        "`metrics.boresight` to z. Wheel failures are not taken into account. The only reference is "
-        "`fixed`.",
+        "`metrics.boresight` to z. Wheel failures are not taken into account. Of the references, "
+        "only `fixed` is possible.",
         {
             "turn_gain": positive("1/s", 0.1, "Commanded rate per pointing error near the target."),
             "compensator_gain": size(

@@ -14,7 +14,7 @@ def _constant_torque(options: Options) -> dict[str, Any]:
 
 
 def orbit_of(options: Options) -> CircularOrbit:
-    """Circular Earth orbit from the values of `ORBIT`."""
+    """Circular orbit from the values of the keys `ORBIT`."""
     rate = jnp.sqrt(EARTH / (EARTH_RADIUS + options["altitude"]) ** 3)
     names = ("inclination", "ascending_node", "latitude")
     return CircularOrbit(rate, **{name: options[name] for name in names})

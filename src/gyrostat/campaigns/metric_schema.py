@@ -7,7 +7,9 @@ from gyrostat.campaigns.schema import Key, positive, size
 METRICS: dict[str, Key] = {
     "after": size("time", 0.0, "Start of the interval that error and crossing metrics evaluate."),
     "settled_angle": positive("angle", 0.1 * pi / 180.0, "Settling threshold: pointing error."),
-    "settled_rate": positive("speed", 0.01 * pi / 180.0, "Settling threshold: body rate."),
+    "settled_rate": positive(
+        "speed", 0.01 * pi / 180.0, "Settling threshold: body rate relative to the reference."
+    ),
     "crossing_window": positive(
         "time", 10.0, "Time after a zero crossing in which `crossing_peak` is evaluated."
     ),
@@ -35,7 +37,7 @@ RESULTS: dict[str, tuple[str, str]] = {
     "error_end": ("rad", "Pointing error at the end of the run."),
     "settling": (
         "s",
-        "Time after which pointing error and body rate stay settled until the end; none: never.",
+        "Time after which pointing error and rate error stay settled until the end; none: never.",
     ),
     "crossings": ("1", "Number of times that a wheel reaches zero speed after `metrics.after`."),
     "crossing_peak": (

@@ -56,8 +56,8 @@ def check_reference(
             raise InputError(f"{table.place('kind')}: found {kind}, expected tables [[{name}]]")
         if kind != owner and mine[name]:
             raise InputError(
-                f"{top.path}: key {name}: found tables of the reference {kind}, expected none: only "
-                f"the reference {owner} has them"
+                f"{top.path}: key {name}: found tables with the reference {kind}, expected none: "
+                f"only the reference {owner} has them"
             )
     for rows in mine.values():
         for row in rows:

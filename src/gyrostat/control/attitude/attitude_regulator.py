@@ -38,10 +38,10 @@ class AttitudeRegulator(Checked):
     (h + J w_t)) - w_t x w with w the relative rate and w_t that of the reference, and there is no
     lag.
 
-    Without a reference, the target is assumed to be at rest. If it turns at a constant rate W about a principal axis of
-    inertia J, the body lags by 4 atan(W sqrt((q_w + J sqrt(q_s r) / 2) / q_s)) rad. At this angle
-    the attitude term, sqrt(q_s / r) tan(angle / 4), balances the rate term, sqrt((q_w + J sqrt(q_s
-    r) / 2) / r) W. The result is for the linear law without wheel momentum.
+    Without a reference, the target is assumed to be at rest. If it turns at a constant rate W about
+    a principal axis of inertia J, the body lags by 4 atan(W sqrt((q_w + J sqrt(q_s r) / 2) / q_s))
+    rad. At this angle the attitude term, sqrt(q_s / r) tan(angle / 4), balances the rate term,
+    sqrt((q_w + J sqrt(q_s r) / 2) / r) W. The result is for the linear law without wheel momentum.
 
     Attributes:
         spacecraft: Spacecraft model of the controller.

@@ -140,8 +140,9 @@ class WheelArrayControl(Checked):
     without lag. `largest_rate` then limits the rate relative to the reference.
 
     Lag behind a moving target without a reference. The law assumes a target at rest, so that its
-    rate loop opposes the rate W of a moving target. If body and target turn at a constant W, the acceleration of the law
-    is zero: w_d' + k (w_d - W) = 0 with w_d = -k_t e and w_d' = -k_t W. The body lags by the angle
+    rate loop opposes the rate W of a moving target. If body and target turn at a constant W, the
+    acceleration of the law is zero: w_d' + k (w_d - W) = 0 with w_d = -k_t e and w_d' = -k_t W. The
+    body lags by the angle
 
         L = W (1 / k + 1 / k_t),
 

@@ -39,10 +39,10 @@ class Guide(NamedTuple):
     With the total momentum H, constant in inertial axes, the wheels of a body that moves with the
     reference hold the momentum p(t) = R(t)' H - J w(t) in its axes. A torque that is constant over
     the acting period, from t_a to t_b, must change it by p(t_b) - p(t_a). The torque (p(t_b) -
-    p(t_a)) / T therefore leaves no error of the rate at the samples, for any motion of the reference
-    and any command delay. Between the samples the acceleration of the body is constant; where that
-    of the reference rises from zero to a, the attitude gets an error of a T² / 12, which the
-    feedback then removes.
+    p(t_a)) / T therefore leaves no error of the rate at the samples, for any motion of the
+    reference and any command delay. Between the samples the acceleration of the body is constant;
+    where that of the reference rises from zero to a, the attitude gets an error of a T² / 12, which
+    the feedback then removes.
 
     Attributes:
         at: Reference as a function of time.

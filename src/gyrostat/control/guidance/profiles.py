@@ -150,10 +150,10 @@ class Table(Checked):
         cosines = np.sum(found[1:] * found[:-1], axis=1)
         wide = np.flatnonzero(np.abs(cosines) < np.cos(0.5 * LARGEST_STEP))
         if len(wide):
+            turned = np.degrees(2.0 * np.arccos(abs(cosines[wide[0]])))
             raise InputError(
-                f"attitude table, row {wide[0] + 1}: found a rotation of "
-                f"{np.degrees(2.0 * np.arccos(abs(cosines[wide[0]]))):.3g} deg from the row before, "
-                f"expected {np.degrees(LARGEST_STEP):g} deg or less"
+                f"attitude table, row {wide[0] + 1}: found a rotation of {turned:.3g} deg from the "
+                f"row before, expected {np.degrees(LARGEST_STEP):g} deg or less"
             )
         signs = np.cumprod(np.append(1.0, np.where(cosines < 0.0, -1.0, 1.0)))
         spline = CubicSpline(times, found * signs[:, None])

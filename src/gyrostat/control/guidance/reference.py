@@ -75,10 +75,10 @@ NEVER = Condition(after=np.inf)
 class Reference(Checked):
     """Reference attitude of one or several modes.
 
-    Each mode has its own attitude over time. From mode to mode, the reference turns by a `Transition`
-    within the slew limits. A mode ends when its transition is complete and all of its conditions
-    hold; then the next mode starts. The last mode never ends. The conditions use the measurement of
-    the sample at which they are tested.
+    Each mode has its own attitude over time. From mode to mode, the reference turns by a
+    `Transition` within the slew limits. A mode ends when its transition is complete and all of its
+    conditions hold; then the next mode starts. The last mode never ends. The conditions use the
+    measurement of the sample at which they are tested.
 
     Attributes:
         modes: Attitude over time of each mode, a `Profile`.

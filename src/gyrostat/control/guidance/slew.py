@@ -121,11 +121,11 @@ class Slews(Checked):
 class Transition(eqx.Module):
     """Rotation from one moving reference to another, along an eigenaxis of the latter's frame.
 
-    q(t) = q_b(t) exp((1 - s) p) exp((1 - s) e(t)), with the attitude q_b after the end, the rotation
-    p from there to the attitude before, at the start, the progress s from 0 to 1, and the rotation e
-    by which the two references have since moved apart. Attitude, rate and acceleration are
-    continuous where the profile's are. Between attitudes at rest, e is zero and the motion is an
-    eigenaxis slew.
+    q(t) = q_b(t) exp((1 - s) p) exp((1 - s) e(t)), with the attitude q_b after the end, the
+    rotation p from there to the attitude before, at the start, the progress s from 0 to 1, and the
+    rotation e by which the two references have since moved apart. Attitude, rate and acceleration
+    are continuous where the profile's are. Between attitudes at rest, e is zero and the motion is
+    an eigenaxis slew.
 
     Attributes:
         motions: Attitudes over time before the start and after the end: (time, s) -> (2, 4).

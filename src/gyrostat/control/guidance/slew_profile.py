@@ -13,9 +13,9 @@ class SlewProfile(NamedTuple):
     """Angle over time of the fastest rotation from rest to rest within three limits.
 
     Seven segments: the jerk is +j, 0, -j in the first half, then zero at the largest rate, and -j,
-    0, +j. Segments that a short rotation does not reach have no length. L. Biagiotti, C. Melchiorri,
-    "Trajectory Planning for Automatic Machines and Robots", section 3.4 (double S). Every field has
-    a closed form, so that JAX can differentiate and batch the profile.
+    0, +j. Segments that a short rotation does not reach have no length. L. Biagiotti, C.
+    Melchiorri, "Trajectory Planning for Automatic Machines and Robots", section 3.4 (double S).
+    Every field has a closed form, so that JAX can differentiate and batch the profile.
 
     Attributes:
         angle: Angle of the rotation, rad, 0 or more.

@@ -26,11 +26,11 @@ SMALL = 1e-12
 class WheelEnvelope(Checked):
     """Torque and momentum that the wheels can give to an eigenaxis slew.
 
-    With the total momentum H, constant in inertial axes, the wheels take up the torque
-    A u = -w x H - J w' and hold the momentum A h = H - J w. In a slew about the axis a, w = a s' and
-    H turns about a in body axes. Each wheel gets its share by the pseudo-inverse of the axes; the
-    momentum in the null space stays as it is. Every torque and momentum is the largest over the
-    angles that the slew passes.
+    With the total momentum H, constant in inertial axes, the wheels take up the torque A u = -w x H
+    - J w' and hold the momentum A h = H - J w. In a slew about the axis a, w = a s' and H turns
+    about a in body axes. Each wheel gets its share by the pseudo-inverse of the axes; the momentum
+    in the null space stays as it is. Every torque and momentum is the largest over the angles that
+    the slew passes.
 
     Attributes:
         spacecraft: Spacecraft model of the controller.
@@ -87,9 +87,9 @@ class WheelEnvelope(Checked):
         """Rate and acceleration with the shortest time of a slew without jerk limit.
 
         With a rate s, wheel i has the acceleration a_i (1 - c_i s) left: turning the momentum takes
-        the share c_i s of its torque. The slew takes angle / s + s / a(s) with the least a(s) of all
-        wheels. This function of s is a maximum of convex functions, so that its minimum is that of
-        one of them, or lies where two are equal, or at the largest rate.
+        the share c_i s of its torque. The slew takes angle / s + s / a(s) with the least a(s) of
+        all wheels. This function of s is a maximum of convex functions, so that its minimum is that
+        of one of them, or lies where two are equal, or at the largest rate.
 
         Args:
             turn: Rotation vector of the slew in body axes, (3,), rad.
