@@ -52,6 +52,14 @@ sigma = "20 %"
 
 The optional key `name` at the top is shown in the reports; by default it is the name of the file.
 """
+OWN = (
+    "python",
+    "",
+    "none",
+    '`"FILE.py:NAME"`, [a class of your own](your_own_parts.md), whose fields are keys here. '
+    "A scenario that names Python runs it.",
+)
+"""Row of the key that names an own part."""
 EXTRA = {
     "run": [
         (
@@ -78,12 +86,21 @@ EXTRA = {
         ),
     ],
     "controller": [
-        ("kind", "", "required", "One of the kinds below."),
+        ("kind", "", "required", "One of the kinds below; or instead"),
+        OWN,
         ("target", "1", "[1, 0, 0, 0]", "Target attitude (quaternion), until an event changes it."),
     ],
-    "compensator": [("kind", "", "none", "One of the kinds below.")],
+    "compensator": [("kind", "", "none", "One of the kinds below; or instead"), OWN],
     "sensors": [("kind", "", "white_noise", "One of the kinds below.")],
-    "estimator": [("kind", "", "what the sensors need", "One of the kinds below.")],
+    "estimator": [
+        (
+            "kind",
+            "",
+            "what the sensors need; none for an own controller",
+            "One of the kinds below; or instead",
+        ),
+        OWN,
+    ],
     "guard": [
         ("on_bad", "", "hold", "Command after a rejected sample: hold or zero."),
     ],
@@ -157,6 +174,10 @@ READY = {
     "nadir_and_slew": (
         "An Earth observation pass: sun, nadir, slew to a target and back, as a sequence of modes."
     ),
+    "own_controller": (
+        "A cubesat with [a controller of your own](your_own_parts.md), the class in "
+        "`own_controller.py`; its gains are dispersed."
+    ),
     "carrara_kuga": (
         "Carrara and Kuga: a fan drives an air-bearing table. Its wheel passes zero speed with "
         "compensation of the identified friction."
@@ -211,8 +232,8 @@ Any number of [your own actuators](your_own_parts.md#actuators), `python = "FILE
 addition to the wheels. `name` is the field of the command that drives the actuator; the controller
 must command it. It is subject to `run.command_delay`.
 """
-OWN_EVENT = """`python = "FILE.py:NAME"` instead of `kind`: [your own event](your_own_parts.md#events),
-which changes numbers of the spacecraft at the exact `time`.
+OWN_EVENT = """`python = "FILE.py:NAME"` instead of `kind`: [an event of your
+own](your_own_parts.md#events), which changes numbers of the spacecraft at the exact `time`.
 """
 METRICS_OUT = """## Metrics
 

@@ -13,10 +13,10 @@ import gyrostat as gs
 from gyrostat.cli import app
 
 ROOT = Path(__file__).parents[1]
-MOST_NAMES = 45
+MOST_NAMES = 47
 ALIASES = {"holdable": "feasible"}
 """Old name of a verb -> its name."""
-NOT_OPTIONS = {"say", "command", "on_progress"}
+NOT_OPTIONS = {"say", "command", "on_progress", "changes"}
 """Arguments of a verb that a command line has no use for."""
 
 VERBS = typer.main.get_command(app).commands

@@ -30,13 +30,16 @@ from gyrostat.campaigns.references import UNTIL, single
 from gyrostat.campaigns.scenario import Source
 from gyrostat.campaigns.schema import Key
 from gyrostat.campaigns.sources import load
+from gyrostat.core.any_unit import ANY_UNIT
 from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.units import ANY_UNIT
+from gyrostat.core.units import SI_UNIT
 from gyrostat.spacecraft import Spacecraft
 
 TAKEN = ("kind", "python", "target", "name")
 """Keys of the tables of a scenario file, which no field can have as its name."""
+DIMENSION_OF = {unit: dimension for dimension, unit in SI_UNIT.items()}
+"""SI unit -> its dimension: a key in N·m accepts a text with any unit of torque."""
 RESERVED = ("spacecraft", "reference", "controller", "plant")
 """Fields that a part is given: the nominal spacecraft as the controller knows it, the reference,
 the wrapped controller of a compensator or an estimator, the plant of a sensor."""
@@ -106,6 +109,7 @@ def is_own(kind: str) -> bool:
     return ":" in kind
 
 
+@lru_cache(maxsize=64)
 def own_part(section: str, kind: str, sources: tuple[Source, ...]) -> OwnPart:
     """Class or function of a user's Python file with its keys.
 
@@ -134,11 +138,17 @@ def _as_module(part: OwnPart, found: type) -> type:
     if not dataclasses.is_dataclass(found):
         if "__init__" in vars(found):
             raise part.refuse("an own __init__", "annotated fields such as `gain: float` instead")
-        found = dataclass(frozen=True)(found)
-    if not found.__dataclass_params__.frozen:  # pyright: ignore[reportAttributeAccessIssue]
+    elif not found.__dataclass_params__.frozen:  # pyright: ignore[reportAttributeAccessIssue]
         raise part.refuse("a dataclass that can change", "@dataclass(frozen=True)")
-    names = [field.name for field in dataclasses.fields(found)]
-    return jax.tree_util.register_dataclass(found, names, [])
+    return _registered(found)
+
+
+@lru_cache(maxsize=64)
+def _registered(found: type) -> type:
+    """The class as a frozen dataclass, registered as a tree once."""
+    made = found if dataclasses.is_dataclass(found) else dataclass(frozen=True)(found)
+    names = [field.name for field in dataclasses.fields(made)]
+    return jax.tree_util.register_dataclass(made, names, [])
 
 
 def _key(part: OwnPart, field: Any, hint: Any) -> Key:
@@ -150,6 +160,7 @@ def _key(part: OwnPart, field: Any, hint: Any) -> Key:
         default = field.default_factory()
     own = [entry for entry in getattr(hint, "__metadata__", ()) if isinstance(entry, Key)]
     key = own[0] if own else Key(ANY_UNIT)
+    key = replace(key, dimension=DIMENSION_OF.get(key.dimension, key.dimension))
     bare = typing.get_args(hint)[0] if own else hint
     shape = (3,) if bare is Vector3 else ()
     if default is not None:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from math import inf, nan, pi
 
 from gyrostat.campaigns.scenario import AXES
-from gyrostat.core.units import ANY_UNIT, SI_UNIT
+from gyrostat.core.any_unit import ANY_UNIT
+from gyrostat.core.units import SI_UNIT
 from gyrostat.core.validation import LARGEST
 
 
@@ -15,11 +16,11 @@ from gyrostat.core.validation import LARGEST
 class Key:
     """Entry of the schema: a number or array in a scenario.
 
-    A field of an own part is described by it: `Annotated[Scalar, Key("1/s", positive=True)]`.
+    It describes a field of an own part: `Annotated[float, Key("N·m", least=0.0)]`.
 
     Attributes:
         dimension: Key of `gyrostat.core.units.SI_UNIT`; or `ANY_UNIT`; or the SI unit of a number
-            that is given without unit.
+            that is given without unit. For a field of an own part, the SI unit in any case.
         default: Default value, SI, one for all components or one for each; None if the key is
             required.
         meaning: One sentence for the documentation.

@@ -37,7 +37,8 @@ def extracted(place: str, made: Any) -> tuple[str, str, Path]:
     name = Path(file).stem if file else "notebook"
     folder = Path(file).resolve().parent if file else Path.cwd()
     plain = "".join(c if c.isalnum() else "_" for c in name)
-    return f"{plain}.py", "\n".join([*script.future, *script.lines, ""]), folder
+    # two classes of a script need different names, and each has what it uses
+    return f"{plain}_{made.__name__}.py", "\n".join([*script.future, *script.lines, ""]), folder
 
 
 def _texts(known: dict[str, Any]) -> list[str]:

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any, Self
 
 from gyrostat.campaigns.schema import Key
+from gyrostat.core.any_unit import ANY_UNIT, parse_any
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import name_text, number, quantity, read_toml, refuse_unknown
-from gyrostat.core.units import ANY_UNIT, SI_UNIT, parse_any
+from gyrostat.core.units import SI_UNIT
 
 UNIT = 1e-3
 """Largest deviation of the length of a quaternion from 1; it is then normalised."""

@@ -1,6 +1,6 @@
 """Trial of own parts: one control period on shapes alone, and the first command in numbers."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from gyrostat.campaigns.sensing import Values
 from gyrostat.campaigns.structure import Structure, structure_of
 from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jax
+from gyrostat.simulation import Status
 from gyrostat.spacecraft import Gyrostat
 from gyrostat.spacecraft.torque_models import commanded_torques
 
@@ -70,13 +71,13 @@ def check_first_sample(scenario: Scenario, made: Any, torques: Mapping[str, Any]
         OwnError: A number is not finite.
     """
     memory, command = made
-    own = [f"{name} {kind}" for name in LOOP if is_own(kind := getattr(scenario, name))]
+    own = _own_names(scenario)
     named = {f"command.{n}": v for n, v in zip(command._fields, command, strict=True)}
     for place, value in {**named, "memory": memory}.items():
         for leaf in jax.tree.leaves(value):
             if not np.all(np.isfinite(leaf)) and own:
                 raise OwnError(
-                    f"{', '.join(own)}: found {place} with NaN or an infinite number at the first "
+                    f"{own}: found {place} with NaN or an infinite number at the first "
                     "sample, expected finite numbers"
                 )
     for name, torque in torques.items():
@@ -85,3 +86,29 @@ def check_first_sample(scenario: Scenario, made: Any, torques: Mapping[str, Any]
                 f"{name}: found the torque {np.asarray(torque)} at the first sample, expected "
                 "finite numbers, N·m"
             )
+
+
+def say_bad_commands(
+    scenario: Scenario, columns: Mapping[str, Any], say: Callable[[str], None]
+) -> None:
+    """Report runs that ended because of a command that was not finite.
+
+    Args:
+        scenario: Scenario of the runs.
+        columns: Columns of the table of runs.
+        say: Called with the message if there are such runs.
+    """
+    bad = np.flatnonzero(np.asarray(columns["status"]) == Status.BAD_COMMAND)
+    if len(bad):
+        run, time = (np.asarray(columns[name])[bad[0]] for name in ("run", "ended"))
+        say(
+            f"{_own_names(scenario) or scenario.controller}: found a command with NaN or an "
+            f"infinite number in {len(bad)} of {len(columns['status'])} runs, first after "
+            f"{time:g} s in run {run}, expected finite numbers"
+        )
+
+
+def _own_names(scenario: Scenario) -> str:
+    """Names of the own parts that compute the command."""
+    named = {name: getattr(scenario, name) for name in LOOP}
+    return ", ".join(f"{name} {kind}" for name, kind in named.items() if is_own(kind))

@@ -15,21 +15,18 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.validation import magnitude
 
 __all__ = [
-    "ANY_UNIT",
+    "QUANTITY",
     "RPM",
     "SI_UNIT",
     "Unit",
     "find_unit",
     "known_unit",
-    "parse_any",
     "parse_quantity",
     "parse_uncertain",
     "to_si",
     "unit_of",
 ]
 
-ANY_UNIT = "any"
-"""Dimension of a number whose unit is not known: text is converted to SI by its own unit."""
 RPM = 2.0 * math.pi / 60.0
 """One revolution per minute, rad/s."""
 _DEGREE = math.pi / 180.0
@@ -211,7 +208,8 @@ def to_si(value, unit, dimension):
     return float(converted) if converted.ndim == 0 else converted
 
 
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.ASCII | re.DOTALL)
+QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.ASCII | re.DOTALL)
+"""Number, then the text of its unit."""
 
 
 def parse_quantity(text: str, dimension: str, where: str) -> float:
@@ -228,7 +226,7 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
     Raises:
         InputError: Not a number, a magnitude outside the accepted range, or an unknown unit.
     """
-    match = _QUANTITY.fullmatch(text)
+    match = QUANTITY.fullmatch(text)
     if match is None:
         raise InputError(
             f"{where}: found {text[:40]!r}, expected a number in {SI_UNIT[dimension]} "
@@ -239,49 +237,10 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
     return magnitude(where, value, SI_UNIT[dimension], shown=repr(text[:40]))
 
 
-def parse_any(text: str, where: str) -> float:
-    """Parse a number with any unit, also a quotient such as "20 mN·m/deg", and convert it to SI.
-
-    Args:
-        text: Number with or without a unit.
-        where: Place to name in the error message.
-
-    Raises:
-        InputError: Not a number, an unknown unit, or a magnitude outside the accepted range.
-    """
-    match = _QUANTITY.fullmatch(text)
-    unit = None if match is None else match[2].strip()
-    found = Unit("") if unit == "" else _any_unit(unit or "?")
-    if match is None or found is None:
-        raise InputError(
-            f"{where}: found {text[:40]!r}, expected a number in SI units or with a unit such as "
-            "mN·m or mN·m/deg"
-        )
-    return magnitude(where, found.to_si(float(match[1])), shown=repr(text[:40]))
-
-
-def _any_unit(text: str) -> Unit | None:
-    """Unit of any dimension, or a quotient of units; None if it is unknown or ambiguous."""
-    text = text.strip()
-    found = {unit for dimension in SI_UNIT if (unit := known_unit(text, dimension)) is not None}
-    # N·m·s is a momentum and a viscous coefficient
-    if len({(unit.factor, unit.offset) for unit in found}) == 1:
-        return found.pop()
-    above, slash, below = text.rpartition("/")
-    if below.endswith(")") and "/(" in text:
-        above, slash, below = text[:-1].partition("/(")
-    if not slash:
-        return None
-    upper, lower = Unit("1") if above.strip() == "1" else _any_unit(above), _any_unit(below)
-    if upper is None or lower is None or upper.offset or lower.offset:
-        return None
-    return Unit(text, upper.factor / lower.factor)
-
-
 def unit_of(text: str, dimension: str, where: str) -> Unit:
     """Unit in which a quantity such as '4 rpm' is given; see `parse_quantity`."""
     parse_quantity(text, dimension, where)
-    match = _QUANTITY.fullmatch(text)
+    match = QUANTITY.fullmatch(text)
     assert match is not None
     return find_unit(match[2].strip() or SI_UNIT[dimension], dimension, where)
 
@@ -310,7 +269,7 @@ def parse_uncertain(text: str, dimension: str | None, where: str) -> tuple[float
     def quantity(part: str) -> float:
         if dimension is not None:
             return parse_quantity(part, dimension, where)
-        match = _QUANTITY.fullmatch(part)
+        match = QUANTITY.fullmatch(part)
         if match is None or match[2].strip():
             raise InputError(f"{where}: found {part.strip()[:40]!r}, expected a factor or '+- 1 %'")
         return float(match[1])
@@ -323,7 +282,7 @@ def parse_uncertain(text: str, dimension: str | None, where: str) -> tuple[float
         return value, 0.0
     amount = parts[1].strip()
     percent = amount.endswith("%")
-    match = _QUANTITY.fullmatch(amount.removesuffix("%"))
+    match = QUANTITY.fullmatch(amount.removesuffix("%"))
     if match is None or (percent and match[2].strip()):
         raise InputError(f"{where}: found tolerance {amount[:40]!r}, expected one such as '1 %'")
     sigma = float(match[1]) / 100.0 if percent else quantity(amount)

@@ -11,7 +11,8 @@ from gyrostat.verbs.exports import export
 from gyrostat.verbs.failures import feasible, recover
 from gyrostat.verbs.identification import identify
 from gyrostat.verbs.papers import reproduce
-from gyrostat.verbs.scenarios import campaign, check, replay, report, simulate
+from gyrostat.verbs.scenario_check import check
+from gyrostat.verbs.scenarios import campaign, replay, report, simulate
 from gyrostat.verbs.wheels import bench, validate
 
 __all__ = [

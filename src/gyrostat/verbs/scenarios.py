@@ -1,4 +1,4 @@
-"""Verbs on scenarios: check, simulate, campaign, replay, report."""
+"""Verbs on scenarios: simulate, campaign, replay, report."""
 
 import json
 import re
@@ -71,11 +71,13 @@ def simulate(
     use_engine(engine_record(device, FLAGS[device]))
     from gyrostat.campaigns.engine import fly
     from gyrostat.campaigns.execute import chosen_engine
+    from gyrostat.campaigns.trial import say_bad_commands
 
-    found = _scenario(scenario, force=force, changes=changes)
+    found = scenario_of(scenario, force=force, changes=changes)
     say(f"simulating {found.name}: {found.duration:g} s")
     engine = chosen_engine(engine, found, device, say, verify=verify)
     flown = fly(found, seed, None, keep=[0], engine=engine)
+    say_bad_commands(found, flown.columns, say)
     if path is not None:
         from gyrostat.reports.campaign_run import write_run
 
@@ -141,6 +143,7 @@ def campaign(
             cannot be used.
     """
     from gyrostat.campaigns import campaign_runs, cluster, run_campaign
+    from gyrostat.campaigns.trial import say_bad_commands
     from gyrostat.core.files import check_writable
     from gyrostat.reports.campaign import write_campaign
 
@@ -150,7 +153,7 @@ def campaign(
         raise InputError(f"--worst: found {worst}, expected 0 or more")
     _check_device(device)
     engine = engine_named(engine, say, "--engine")
-    found = _scenario(scenario, force=force, changes=changes)
+    found = scenario_of(scenario, force=force, changes=changes)
     if not found.dispersions:
         place = scenario if isinstance(scenario, str | Path) else found.name
         raise InputError(f"{place}: key dispersion: found none, expected at least one dispersion")
@@ -178,49 +181,9 @@ def campaign(
         say=say,
     )
     write_campaign(folder, command=command, say=say)
-    return campaign_runs(folder)
-
-
-def check(
-    scenario: "Scenario | str | Path",
-    *,
-    force: bool = False,
-    say: Say = silent,
-    **changes: Any,
-) -> dict[str, str]:
-    """Check a scenario without simulating it: keys, controller designs, and one call of every part.
-
-    Own parts are called once on shapes alone; the controller also computes its first command.
-
-    Args:
-        scenario: Scenario, or path of scenario.toml.
-        force: Whether to accept wheels that are marked as impossible.
-        say: Function that receives each message for the user.
-        changes: Changes of the scenario, as for `simulate`.
-
-    Returns:
-        Section -> kind of its component.
-
-    Raises:
-        InputError: The scenario has a mistake; the message names the file, the key or the part,
-            what was found and what was expected.
-    """
-    from gyrostat.campaigns.kinds import components_of
-    from gyrostat.campaigns.scenario_file import validated
-
-    found = _scenario(scenario, force=force, changes=changes)
-    if not isinstance(scenario, str | Path) and not changes:
-        validated(found)
-    named = components_of(found)
-    for section, kind in named.items():
-        start = f"{section}."
-        own = [
-            f"{key.removeprefix(start)} = {value:g}"
-            for key, value in found.values.items()
-            if key.startswith(start) and ":" in kind
-        ]
-        say(" ".join([f"{section}: {kind}", *own]))
-    return named
+    made = campaign_runs(folder)
+    say_bad_commands(found, {name: made[name].values for name in ("run", "status", "ended")}, say)
+    return made
 
 
 def replay(
@@ -284,7 +247,7 @@ def report(
     return json.loads(write_campaign(Path(folder), command=command, say=say))
 
 
-def _scenario(
+def scenario_of(
     scenario: "Scenario | str | Path", *, force: bool, changes: Mapping[str, Any] | None = None
 ) -> "Scenario":
     """Scenario, read from its file unless it is an object, with changes."""

@@ -1,0 +1,52 @@
+"""Verb `check`: a scenario without its simulation."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gyrostat.verbs.arguments import Say, silent
+from gyrostat.verbs.scenarios import scenario_of
+
+if TYPE_CHECKING:
+    from gyrostat.campaigns import Scenario
+
+
+def check(
+    scenario: "Scenario | str | Path",
+    *,
+    force: bool = False,
+    say: Say = silent,
+    **changes: Any,
+) -> dict[str, str]:
+    """Check a scenario without simulating it: keys, controller designs, and one call of every part.
+
+    Own parts are called once on shapes alone; the controller also computes its first command.
+
+    Args:
+        scenario: Scenario, or path of scenario.toml.
+        force: Whether to accept wheels that are marked as impossible.
+        say: Function that receives each message for the user.
+        changes: Changes of the scenario, as for `simulate`.
+
+    Returns:
+        Section -> kind of its component.
+
+    Raises:
+        InputError: The scenario has a mistake; the message names the file, the key or the part,
+            what was found and what was expected.
+    """
+    from gyrostat.campaigns.kinds import components_of
+    from gyrostat.campaigns.scenario_file import validated
+
+    found = scenario_of(scenario, force=force, changes=changes)
+    if not isinstance(scenario, str | Path) and not changes:
+        validated(found)
+    named = components_of(found)
+    for section, kind in named.items():
+        start = f"{section}."
+        own = [
+            f"{key.removeprefix(start)} = {value:g}"
+            for key, value in found.values.items()
+            if key.startswith(start) and ":" in kind
+        ]
+        say(", ".join([f"{section}: {kind}", *own]))
+    return named
