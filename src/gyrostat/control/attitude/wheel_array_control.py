@@ -191,7 +191,7 @@ class WheelArrayControl(Checked):
             memory.detector, absolute, measurement.wheel_measured, limit, time, period
         )
         external = jnp.zeros(3) if self.unloading is None else self.unloading(momentum)
-        turning, target = measurement, self.targets(time)
+        turning, target, follows = measurement, self.targets(time), None
         if self.guide is not None:
             found = self.guide.follow(measurement.attitude, rate, momentum, inertia)
             turning = measurement._replace(attitude=found.turn, rate=found.rate)
@@ -207,7 +207,7 @@ class WheelArrayControl(Checked):
         failed = ~detector.works & measurement.wheel_measured
         borne = axes @ jnp.where(failed, detector.lost, 0.0)
         needed = external + unknown + borne - jnp.cross(turning.rate, momentum) - inertia @ push
-        if self.guide is not None:
+        if self.guide is not None and follows is not None:
             needed, target = needed + follows, self.guide.now.attitude
         left = limit - jnp.abs(detector.drag)
         torque = within_limits(self.allocation(axes, left, detector.works, needed), left)
