@@ -45,6 +45,7 @@ class Setup(NamedTuple):
         start: State of the plant at time 0.
         starts: Start times of the phases, (phases,), s.
         targets: Target attitude of each phase, (phases, 4), scalar first.
+        metrics: Own metrics by name.
         reference: Reference attitude; None for the targets of the phases.
     """
 
@@ -54,6 +55,7 @@ class Setup(NamedTuple):
     start: Any
     starts: Float[Array, " phases"]
     targets: Float[Array, "phases 4"]
+    metrics: dict[str, Any]
     reference: Reference | None = None
 
 
@@ -283,5 +285,6 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     sensor = with_sensors(structure, values, sensor, plant, plans.known)
     sensor = with_faults(structure, values, sensor)
     controller = guarded(structure, values, controller, sensor, start)
+    metrics = named_parts(structure, values, "metric", spacecraft=plans.known)
     targets = jnp.asarray(plans.targets)
-    return Setup(plant, controller, sensor, start, starts, targets, reference)
+    return Setup(plant, controller, sensor, start, starts, targets, metrics, reference)

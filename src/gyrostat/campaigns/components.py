@@ -35,7 +35,7 @@ class Component:
         keys: Keys of its parameters.
         make: Function of their values and of other parts that builds it. It is traced by JAX, so
             that it cannot validate values.
-        unit: Unit of the value of a sensor.
+        unit: Unit of the value of a sensor or metric.
         texts: Names of keys that are texts; their reader stores them.
     """
 

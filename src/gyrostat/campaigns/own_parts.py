@@ -19,6 +19,7 @@ from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.controllers import IGNORED, DesignCase, PlannedController
 from gyrostat.campaigns.own_control import OwnControl
 from gyrostat.campaigns.own_errors import OwnError, reported
+from gyrostat.campaigns.own_metric import OwnMetric
 from gyrostat.campaigns.own_world import (
     OwnActuator,
     OwnChange,
@@ -207,10 +208,10 @@ CONTROL = {
 
 
 def _in_world(wrapper: Callable[[Any, str], Any], call: str, **methods: str) -> Any:
-    """Function that makes the component of a torque, sensor, actuator or event.
+    """Function that makes the component of a torque, sensor, actuator, event or metric.
 
     Args:
-        wrapper: Class of `gyrostat.campaigns.own_world`.
+        wrapper: Class of `gyrostat.campaigns.own_world` or `gyrostat.campaigns.own_metric`.
         call: Arguments and result of the part.
         methods: Other methods of the part; without any, it can be a function.
     """
@@ -261,6 +262,11 @@ OWN: dict[str, Callable[[OwnPart], Any]] = {
         OwnSensor,
         "(memory, state, key), which returns (memory, value)",
         start="(state, period), which returns the memory",
+    ),
+    "metric": _in_world(
+        OwnMetric,
+        "(memory, sample), which returns the memory",
+        result="(memory), which returns a number",
     ),
 }
 """Section of a scenario -> function that makes the component of an own part."""

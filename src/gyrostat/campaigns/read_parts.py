@@ -5,6 +5,7 @@ import re
 from collections.abc import Collection, Iterator
 
 from gyrostat.campaigns.kinds import PARTS, component
+from gyrostat.campaigns.metric_schema import RESULTS
 from gyrostat.campaigns.read_sources import own_kind
 from gyrostat.campaigns.scenario import Part, Source
 from gyrostat.campaigns.tables import Table
@@ -15,6 +16,7 @@ _MEASURED = (*TrackerGyroMeasurement._fields, *SpacecraftMeasurement._fields, "t
 TAKEN = {
     "sensor": (tuple(dict.fromkeys(_MEASURED)), ("attitude_", "wheel_")),
     "actuator": (("torque", "external_torque"), ()),
+    "metric": (("run", "status", "ended", *RESULTS), ()),
 }
 """Section -> names of fields that exist already, and beginnings of names that belong to others."""
 

@@ -61,6 +61,27 @@ class Dispersion:
 
 
 @dataclass(frozen=True)
+class Window:
+    """Part of a run with metrics of its own; its keys start with "window.NAME.".
+
+    Attributes:
+        name: Name of the window, used in keys and in the names of its metrics.
+        event: Event or slew of the reference from which its times are counted, or None.
+        mode: Mode of the reference, from whose start its times are counted, or None.
+        boresight: Body direction whose pointing error is evaluated, (3,); None: that of the
+            scenario.
+        propellant: Signal of the command or of the record whose integral is the propellant, kg/s,
+            or None.
+    """
+
+    name: str
+    event: str | None = None
+    mode: str | None = None
+    boresight: tuple[float, ...] | None = None
+    propellant: str | None = None
+
+
+@dataclass(frozen=True)
 class Source:
     """Python file of own parts, by its content.
 
@@ -120,6 +141,7 @@ class Scenario:
             as "reference.mode.NAME".
         parts: Further components, in the order of the file.
         sources: Python files of own parts and the local modules that they import, sorted by path.
+        windows: Windows with metrics of their own.
     """
 
     name: str
@@ -146,6 +168,7 @@ class Scenario:
     tables: tuple[Source, ...] = ()
     parts: tuple[Part, ...] = ()
     sources: tuple[Source, ...] = ()
+    windows: tuple[Window, ...] = ()
 
     @property
     def dispersed(self) -> tuple[str, ...]:
@@ -203,6 +226,7 @@ _ROWS = {
     "parts": Part,
     "sources": Source,
     "tables": Source,
+    "windows": Window,
 }
 """Field of a scenario -> class of its entries."""
 
