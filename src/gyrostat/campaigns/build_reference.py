@@ -96,4 +96,4 @@ def steps_reference(
     starts: Float[Array, " phases"], targets: Float[Array, "phases 4"]
 ) -> Reference:
     """Fixed targets as a reference, for own controllers that take one."""
-    return Reference.of(AttitudeTargets(starts, jnp.asarray(targets)))
+    return Reference.of(AttitudeTargets(starts, targets))

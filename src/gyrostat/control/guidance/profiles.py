@@ -146,7 +146,7 @@ class Table(Checked):
                 f"attitude table, row {row}: found the time {times[row]:g} s, expected a later one "
                 "than in the row before"
             )
-        rotations.check_unit(found)
+        rotations.check_unit(jnp.asarray(found))
         cosines = np.sum(found[1:] * found[:-1], axis=1)
         wide = np.flatnonzero(np.abs(cosines) < np.cos(0.5 * LARGEST_STEP))
         if len(wide):
@@ -157,7 +157,7 @@ class Table(Checked):
             )
         signs = np.cumprod(np.append(1.0, np.where(cosines < 0.0, -1.0, 1.0)))
         spline = CubicSpline(times, found * signs[:, None])
-        return cls(times, np.swapaxes(spline.c, 0, 1))
+        return cls(jnp.asarray(times), jnp.asarray(np.swapaxes(spline.c, 0, 1)))
 
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s."""

@@ -110,7 +110,7 @@ class Slews(Checked):
 
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s."""
-        done = jax.vmap(_progress)(self.profiles, time - jnp.asarray(self.times))
+        done: Array = jax.vmap(_progress)(self.profiles, time - jnp.asarray(self.times))
         parts = jax.vmap(rotations.from_rotation_vector)(done[:, None] * self.turns)
         attitude = jnp.asarray(self.attitude, dtype=float)
         for part in parts:
