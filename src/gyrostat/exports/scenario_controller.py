@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 
 from gyrostat.campaigns.build import build
+from gyrostat.campaigns.kinds import measured
 from gyrostat.campaigns.phases import Phases
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.schema import MEASURED
 from gyrostat.campaigns.sensing import options_of
 from gyrostat.campaigns.structure import structure_of
 from gyrostat.control import FieldLimits, MeasurementGuard
+from gyrostat.control.measurement_guard import UNLIMITED
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports.targets import STEPS, Target, flight_loop
 
@@ -48,11 +49,11 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     _, first = setup.sensor(memory, setup.start, jax.random.key(0))
     limits = {}
     if scenario.guard is not None:
-        for name in MEASURED:
+        for name in measured(scenario.parts, scenario.sources):
             rate = own.get(f"{name}_change", np.inf)
             limits[name] = FieldLimits(
-                max(own[f"{name}_lower"], -np.finfo(np.float32).max),
-                min(own[f"{name}_upper"], np.finfo(np.float32).max),
+                max(own[f"{name}_lower"], -UNLIMITED),
+                min(own[f"{name}_upper"], UNLIMITED),
                 rate if np.isfinite(rate) else None,
             )
     guard = MeasurementGuard.of(first, limits, scenario.guard or on_bad)
