@@ -120,11 +120,7 @@ def _compiled(package: str, source: Source) -> CodeType:
 
 @lru_cache(maxsize=64)
 def _builtins(package: str) -> dict[str, Any]:
-    """Built-in names of own modules.
-
-    Absolute imports find the modules of the scenario first. What is printed goes to stderr, because
-    stdout is for results.
-    """
+    """Built-in names of own modules: absolute imports find the modules of the scenario first."""
     tops = {name.partition(".")[0] for name in _PACKAGES[package]}
 
     def own_import(
@@ -140,7 +136,4 @@ def _builtins(package: str) -> dict[str, Any]:
         module = builtins.__import__(f"{package}.{name}", globals, locals, fromlist or ())
         return module if fromlist else sys.modules[f"{package}.{top}"]
 
-    def own_print(*values: object, **options: Any) -> None:
-        print(*values, **{"file": sys.stderr, **options})
-
-    return {**vars(builtins), "__import__": own_import, "print": own_print}
+    return {**vars(builtins), "__import__": own_import}
