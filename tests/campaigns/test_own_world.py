@@ -411,7 +411,7 @@ def test_the_examples_of_the_page_fly_together(tmp_path):
     path = written(tmp_path, HEAD + code("toml"), code("python")) / "mission.toml"
     found = read_scenario(path)  # calls every part
     names = [part.name for part in found.parts]
-    assert names == ["drag", "gravity_gradient", "field", "rods"]
+    assert names == ["drag", "gravity_gradient", "field", "rods", "sun_in_baffle"]
     assert found.dispersed == ("environment.torque.drag.area",)
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Collection
 from typing import NamedTuple
 
-from gyrostat.campaigns.kinds import component
 from gyrostat.campaigns.metric_schema import (
     PERCENTILE,
     RESULTS,
@@ -38,11 +37,17 @@ def metrics_of(scenario: Scenario) -> dict[str, Metric]:
         own = {name: Metric(*WINDOW_PERCENTILE, window.name) for name in percentiles}
         own |= window_metrics(window, keys, scenario.wheels, scenario.boresight)
         found |= {f"{window.name}.{name}": metric for name, metric in own.items()}
-    for part in scenario.parts:
-        if part.section == "metric":
-            own = component(part.section, part.kind, scenario.sources)
-            found[part.name] = Metric(own.unit, own.meaning)
-    return found
+    return found | _own_metrics(scenario)
+
+
+def _own_metrics(scenario: Scenario) -> dict[str, Metric]:
+    parts = [part for part in scenario.parts if part.section == "metric"]
+    if not parts:
+        return {}
+    from gyrostat.campaigns.kinds import component  # imports JAX, which takes long
+
+    made = {part.name: component(part.section, part.kind, scenario.sources) for part in parts}
+    return {name: Metric(own.unit, own.meaning) for name, own in made.items()}
 
 
 def percentile_name(percent: float) -> str:
