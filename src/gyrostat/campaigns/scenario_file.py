@@ -103,7 +103,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         guard = table.one_of("on_bad", ON_BAD, "hold")
     controller = component("controller", chosen["controller"], sources)
     events = read_events(top, craft, values, controller, fields, sources)
-    check_reference(chosen["reference"], parts, top, events, values)
+    check_reference(chosen["reference"], parts, top, values)
     metrics = read_metrics(top, values, events, [part for part, _ in parts])
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
@@ -124,7 +124,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         guard=guard,
         parts=tuple(part for part, _ in parts),
         sources=sources,
-        tables=read_tables(chosen["reference"], parts, top),
+        tables=read_tables(chosen["reference"], parts, top, values["run.duration"]),
     )
     return replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
 
