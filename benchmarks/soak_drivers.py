@@ -19,7 +19,7 @@ from scipy.stats import binom, norm, rankdata
 
 from gyrostat.campaigns import Scenario, Store
 from gyrostat.campaigns.drivers import LEVEL, find_drivers
-from gyrostat.campaigns.schema import metric_units
+from gyrostat.campaigns.results import metrics_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
 STRENGTHS = (0.2, 0.3, 0.4, 0.5)
@@ -55,7 +55,7 @@ def finished(folder):
 
 def table_of(scenario, columns):
     """Draws, metrics, and the names of both."""
-    keys, names = scenario.dispersed, list(metric_units(scenario.percentiles))
+    keys, names = scenario.dispersed, list(metrics_of(scenario))
     drawn = np.stack([columns[key] for key in keys], axis=1)
     return drawn, np.stack([columns[name] for name in names], axis=1), keys, names
 

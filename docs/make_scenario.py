@@ -5,12 +5,19 @@ from pathlib import Path
 from gyrostat.campaigns.components import COMPENSATORS, ESTIMATORS, SENSORS
 from gyrostat.campaigns.controllers import CONTROLLERS
 from gyrostat.campaigns.environments import ENVIRONMENTS, TORQUES
+from gyrostat.campaigns.metric_schema import (
+    METRICS,
+    PERCENTILE,
+    RESULTS,
+    WINDOW,
+    WINDOW_PERCENTILE,
+    WINDOW_RESULTS,
+)
+from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
 from gyrostat.campaigns.schema import (
     EVENTS,
     GUARD,
     INERTIA,
-    METRICS,
-    RESULTS,
     RUN,
     START,
     WHEEL_ALL,
@@ -104,6 +111,7 @@ EXTRA = {
         ("on_bad", "", "hold", "Command after a rejected sample: hold or zero."),
     ],
     "environment": [("kind", "", "constant", "One of the kinds below.")],
+    "reference": [("kind", "", "fixed", "One of the kinds below, or `python` in its place.")],
     "metrics": [
         (
             "percentiles",
@@ -120,11 +128,13 @@ EXTRA = {
     ],
 }
 DEFAULTS = {
+    "until_momentum_above": "none",
     "motor_constant": "of the wheel's model",
     "static_imbalance": "of the wheel's sheet, or 0",
     "dynamic_imbalance": "of the wheel's sheet, or 0",
+    **{name: "none" for name, key in WINDOW.items() if key.default is None},
 }
-"""Defaults of keys that another file may give."""
+"""Defaults of keys that another file may give, and of those that may be absent."""
 DISPERSIONS = """## [[dispersion]]
 
 One table for each dispersed parameter or group of parameters. A campaign needs at least one; a
@@ -168,6 +178,9 @@ READY = {
     "wheel_array": (
         "In orbit, with star tracker and gyro; wheels are kept away from zero speed and unloaded."
     ),
+    "nadir_and_slew": (
+        "An Earth observation pass: sun, nadir, slew to a target and back, as a sequence of modes."
+    ),
     "own_controller": (
         "A cubesat with [a controller of your own](your_own_parts.md), the class in "
         "`own_controller.py`; its gains are dispersed."
@@ -201,6 +214,10 @@ its rate limit is rejected: the safe command is used until the next valid sample
 star tracker, whose measurements have a validity flag, only the affected values are rejected.
 `sample_status` and `samples_missed` are recorded. Omit the section for a controller without guard:
 a sample that is not finite then ends the run."""
+REFERENCE = """The wanted attitude over time. Controllers follow its attitude, rate and acceleration
+without lag ([how to](references.md)). With another kind than `fixed`, `controller.target` and
+events of the kind `slew` are refused. `python = "FILE.py:NAME"` in place of `kind` names an own
+function (time, s) -> quaternion, scalar first, or a class with such a `__call__`."""
 TORQUES_TEXT = """## [[environment.torque]]
 
 Any number of further external torques, added to that of `[environment]`: one of the kinds below, or
@@ -225,27 +242,73 @@ must command it. It is subject to `run.command_delay`.
 OWN_EVENT = """`python = "FILE.py:NAME"` instead of `kind`: [an event of your
 own](your_own_parts.md#events), which changes numbers of the spacecraft at the exact `time`.
 """
+METRIC_TEXT = """## [[metric]]
+
+Any number of [your own metrics](your_own_parts.md#metrics), `python = "FILE.py:NAME"`. `name` (by
+default the class in lower case with underscores) is the column of the table of runs.
+"""
 METRICS_OUT = """## Metrics
 
 The columns of the table of runs, in addition to `run`, the drawn values, `status` (0: complete)
 and `ended` (s). They are computed during the run. Percentiles are exact, by rank, except in very
 long runs ([campaign](campaign.md#reading-the-report)).
-
-| metric | unit | meaning |
-|---|---|---|
-| `error_pNN` | rad | Percentile NN of the pointing error over the time after `metrics.after`. |
 """
+WINDOW_TEXT = """Metrics of a part of a run, such as the imaging after a slew. The names of these
+metrics start with the name of the window: `imaging.error_max`.
+
+```toml
+[[metrics.window]]
+name = "imaging"
+event = "turn"             # times are counted from the time of this event
+from = "90 s"
+until = "150 s"
+boresight = [0.0, 0.0, 1.0]
+exposure = "0.5 s"         # smear
+jitter_above = "0.1 Hz"    # jitter
+dwell_below = "20 rpm"     # dwell
+```
+
+`boresight`: body direction whose error is evaluated; by default that of `[metrics]`. `event`: name
+of an event or of a `[[reference.slew]]`; times are counted from it. `mode`: name of a
+`[[reference.mode]]`; times are counted from its start, and the window ends with the mode. Without
+event and mode, times are those of the run. `propellant`: name of a signal of the command
+or of the record of the plant, kg/s. The numbers can be dispersed."""
+WINDOW_OUT = """The metrics of a window, each with the key of the window that requests it. A window
+without samples, such as one between two samples, has none of them (NaN).
+"""
+DEFINITIONS = """Definitions:
+
+- The rotation about the boresight is that of the error quaternion, decomposed into this rotation
+  and a tilt of the boresight.
+- The smear is the largest angle between the boresight at the start of an exposure and at any later
+  sample of the same exposure, relative to the reference. Exposures lie within the window. They
+  start at every sample; those of more than 16 control periods start about every sixteenth of the
+  exposure time. A drift is exact. The smear of an oscillation with twice the exposure time as
+  period is at most 0.3 % too low, with half of it at most 4 %. For a faster one see `jitter`.
+- The jitter is the root mean square of the boresight's direction relative to the reference (without
+  boresight, of the rotation vector of the error) after a Butterworth high pass of order 4 with the
+  cut-off frequency `jitter_above`, and a Butterworth low pass of order 4 with `jitter_below` if it
+  is given. The amplitude gain is 0.707 at a cut-off frequency, above 0.998 one octave inside the
+  band and below 0.0625 one octave outside (both filters by the bilinear transform, so that it is
+  even lower near half of the sample frequency). The filter starts in steady state with the first
+  sample of the run and also processes samples before the window. A slew within or shortly before
+  the window is part of the jitter.
+- `dwell` counts samples in which the size of a wheel's speed is from `dwell_above` to
+  `dwell_below`.
+- A window of an event ends at the next slew by default. `settling` uses `metrics.settled_angle`,
+  and `metrics.settled_rate` for the rate error."""
 
 
 def entry(name, key):
     """A row of a table of keys."""
-    default = (
-        "required"
-        if key.default is None
-        else f"{key.default:.4g}".removeprefix("-inf").replace("inf", "none") or "none"
-    )
-    default = "[0, 0, 0]" if key.shape == (3,) else DEFAULTS.get(name, default)
-    return f"| `{name}` | {key.unit} | {default} | {key.meaning} |"
+    values = {0: ("required",)}.get(len(key.defaults()), tuple(map(shown, key.defaults())))
+    default = values[0] if len(values) == 1 else f"[{', '.join(values)}]"
+    return f"| `{name}` | {key.unit} | {DEFAULTS.get(name, default)} | {key.meaning} |"
+
+
+def shown(value):
+    """A default value, "none" where it is infinite."""
+    return f"{value:.4g}".removeprefix("-inf").replace("inf", "none") or "none"
 
 
 def per_wheel():
@@ -292,12 +355,16 @@ def dispersed():
     rows += [named(f"start.{name}", key) for name, key in START.items()]
     parts = ", ".join(
         f"`{name}.KEY`"
-        for name in ("controller", "compensator", "estimator", "sensors", "environment", "guard")
+        for name in (
+            *("controller", "compensator", "estimator", "sensors", "environment", "reference"),
+            *("reference.slew.NAME", "reference.mode.NAME", "guard"),
+        )
     )
     rows.append(
         f"| {parts} | | Keys of the chosen kinds; for a vector `.x`, `.y`, `.z` of the key. |"
     )
-    lists = ("environment.torque", "sensor", "actuator")
+    rows.append("| `window.NAME.KEY` | | Numbers of a window of the metrics. |")
+    lists = ("environment.torque", "sensor", "actuator", "metric")
     parts = ", ".join(f"`{name}.NAME.KEY`" for name in lists)
     rows.append(f"| {parts} | | Numbers of the part with this name. |")
     rows.append(
@@ -338,8 +405,11 @@ def page():
             "controller of your own, the kind `none` fits any sensors.",
         ),
         ("environment", ENVIRONMENTS, ""),
+        ("reference", REFERENCES, REFERENCE),
     ):
         lines += [*section(name, {}, text), *kinds(components)]
+    for name, components in (("reference.slew", SLEWS), ("reference.mode", MODES)):
+        lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(components)]
     lines += [TORQUES_TEXT, *kinds(TORQUES), LISTS_TEXT]
     lines += section("guard", GUARD, GUARD_TEXT)
     lines += [
@@ -359,10 +429,19 @@ def page():
         lines += ["| key | unit | default | meaning |", "|---|---|---|---|"]
         lines += [*(entry(n, key) for n, key in keys.items()), ""]
     lines += section("metrics", METRICS)
+    window = section("[metrics.window]", WINDOW, WINDOW_TEXT)
+    lines += [*window, METRIC_TEXT, METRICS_OUT, "| metric | unit | meaning |", "|---|---|---|"]
+    results = {"error_pNN": PERCENTILE, **RESULTS}
+    lines += [*(f"| `{n}` | {u} | {m} |" for n, (u, m) in results.items()), ""]
+    lines += [WINDOW_OUT, "| metric | unit | requested by | meaning |", "|---|---|---|---|"]
+    unit, meaning = WINDOW_PERCENTILE
+    results = {"error_pNN": (unit, "", meaning), **WINDOW_RESULTS}
+    results["dwell.NAME"] = ("1", "dwell_below", "The same of the wheel with this name.")
     lines += [
-        METRICS_OUT + "\n".join(f"| `{n}` | {u} | {m} |" for n, (u, m) in RESULTS.items()),
-        "",
+        f"| `{n}` | {u} | {f'`{key}`' if key else 'always'} | {m} |"
+        for n, (u, key, m) in results.items()
     ]
+    lines += ["", DEFINITIONS, ""]
     lines += [DISPERSIONS + "\n".join(dispersed())]
     return "\n".join(lines) + "\n"
 

@@ -24,6 +24,7 @@ def test_si_units_are_spelled_as_the_outputs_spell_them():
         "torque_per_temperature": "N·m/°C",
         "viscous_per_temperature": "N·m·s/rad/°C",
         "temperature": "°C",
+        "frequency": "Hz",
         "angle": "rad",
     }
 

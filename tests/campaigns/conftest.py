@@ -95,6 +95,23 @@ high = "20 %"
 key = "wheel.b.position.z"
 distribution = "normal"
 sigma = 0.01
+[[metrics.window]]
+name = "imaging"
+event = "worn"
+from = "1 s"
+until = "6.9 s"
+exposure = "1.5 s"
+jitter_above = "0.1 Hz"
+dwell_below = "20 rpm"
+boresight = [0.0, 1.0, 0.0]
+[[metrics.window]]
+name = "turning"
+event = "turn"
+[[dispersion]]
+key = "window.imaging.from"
+distribution = "uniform"
+low = "0 s"
+high = "2 s"
 """
 RUNS, SEED = 100, 16
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gyrostat.campaigns import Scenario, cluster, run_campaign
-from gyrostat.campaigns.schema import metric_units
+from gyrostat.campaigns.results import metrics_of
 
 if __name__ == "__main__":  # what is started in the background is told to ignore Ctrl-C
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -77,7 +77,7 @@ def fly(job):
         "status": np.zeros(len(runs), np.int8),
         "ended": np.full(len(runs), 10.0),
     }
-    metrics = {name: np.sin(runs + k) for k, name in enumerate(metric_units(SCENARIO.percentiles))}
+    metrics = {name: np.sin(runs + k) for k, name in enumerate(metrics_of(SCENARIO))}
     return Flown(columns | metrics, History())
 
 

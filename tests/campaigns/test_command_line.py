@@ -22,7 +22,9 @@ def test_a_finished_campaign_flies_nothing_and_reports(run, small, folder):
     assert f"{small.runs} of {small.runs} runs are already complete" in err
     assert "99 complete, 1 diverged" in err
     page = (small.out / "report.html").read_text()
-    assert page.count("<svg") == 1
+    assert page.count("<svg") == 3  # the whole run and two windows
+    assert "Window imaging" in page
+    assert "From 1 s to 6.9 s after worn; boresight 0, 1, 0 in body axes." in page
     assert "diverged after" in page
     assert not re.findall(r"""(?:src|href)=["']?(?:http|//)|url\(http|@import""", page)
 
@@ -63,9 +65,15 @@ def test_the_report_says_what_drives_the_error(run, small):
         rank = table[driver["key"]].to_numpy()[ended].argsort().argsort()
         error = table["error_end"].to_numpy()[ended].argsort().argsort()
         assert driver["rank_correlation"] == pytest.approx(np.corrcoef(rank, error)[0, 1])
+    assert own["window"] is None
+    assert told["metrics"]["imaging.smear"]["window"] == "imaging"
+    window = told["windows"]["turning"]
+    assert window["worst_by"] == "turning.error_p99.7"
+    largest = np.nanmax(table["turning.error_p99.7"].to_numpy())
+    assert [each["value"] for each in window["worst"][:2]] == [None, largest]
     sizes = [abs(driver["rank_correlation"]) for driver in own["drivers"]]
     assert sizes == sorted(sizes, reverse=True)
-    assert len(sizes) == 14  # one for each dispersed value
+    assert len(sizes) == 15  # one for each dispersed value
 
 
 def test_a_run_is_flown_again_bit_for_bit_by_another_process(run, small):

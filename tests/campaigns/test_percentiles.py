@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from gyrostat.campaigns import percentiles
-from gyrostat.campaigns.percentiles import BinnedErrors, SortedErrors, collector, rank
+from gyrostat.campaigns.percentiles import BinnedErrors, SortedErrors, collectors, rank
 
 PERCENTS = (5.0, 50.0, 95.0, 99.7)
 ERRORS = arrays(float, (3, 50), elements=st.floats(1e-9, 3.2) | st.just(0.0) | st.just(np.inf))
@@ -71,8 +71,14 @@ def test_sixty_four_histories(kind):
 
 
 def test_what_exceeds_the_memory_is_binned(monkeypatch):
-    assert isinstance(collector(1, 390_625, 64), SortedErrors)
+    assert isinstance(collectors(1, 390_625, 64, 1)[0], SortedErrors)
     # the choice is that of the whole group, so that a part of it gives the same numbers
-    assert isinstance(collector(1, 390_626, 64), BinnedErrors)
+    assert isinstance(collectors(1, 390_626, 64, 1)[0], BinnedErrors)
     monkeypatch.setattr(percentiles, "MEMORY", 1e3)
-    assert isinstance(collector(1, 100, 64), BinnedErrors)
+    assert isinstance(collectors(1, 100, 64, 1)[0], BinnedErrors)
+
+
+def test_windows_share_the_memory():
+    three = collectors(2, 130_208, 64, 3)
+    assert [type(each) for each in three] == [SortedErrors] * 3
+    assert [type(each) for each in collectors(2, 130_209, 64, 3)] == [BinnedErrors] * 3

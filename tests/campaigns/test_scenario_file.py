@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from gyrostat.campaigns import Scenario
+from gyrostat.campaigns.results import metrics_of
 from gyrostat.campaigns.scenario_file import read_scenario
 from gyrostat.core.errors import InputError
 from gyrostat.core.units import RPM
@@ -160,6 +161,79 @@ def test_bad_input_names_the_key(variant, change, found):
     message = str(refused.value)
     assert found in message
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("rows", "found"),
+    [
+        ('until = "31 s"', "until: found 31.0, expected at most 30 s, the end of the run"),
+        ('from = "30 s"', "from: found 30.0, expected a time before the end of the run, 30 s"),
+        ('from = "5 s"\nuntil = "4 s"', "until: found 4.0, expected a time after its start, 5 s"),
+        ('event = "trun"', "event: found 'trun', expected one of"),
+        ('event = "turn"\nfrom = "12 s"', "from: found 30.0, expected a time before the end"),
+        ('event = "turn"\nuntil = "13 s"', "until: found 13.0, expected at most 12 s, the end"),
+        ('exposure = "31 s"', "exposure: found 31.0, expected at most the length of the window"),
+        ('from = "28 s"\nexposure = "3 s"', "expected at most the length of the window, 2 s"),
+        ('exposure = "0.3 s"', "exposure: found 0.3, expected a whole multiple of the control"),
+        ('jitter_above = "2 Hz"', "jitter_above: found 2.0, expected below 2 Hz, half of"),
+        ('jitter_above = "1 Hz"\njitter_below = "1 Hz"', "jitter_below: found 1.0, expected more"),
+        ('jitter_below = "1 Hz"', "jitter_above: found None, expected the lower end of the band"),
+        ('jitter_above = "1 rpm"', "jitter_above '1 rpm': found unit 'rpm', expected a unit of fr"),
+        ('dwell_above = "9 rpm"', "dwell_below: found None, expected the upper end of the band"),
+        ("dwell_above = 2\ndwell_below = 1", "dwell_below: found 1.0, expected more than dwell"),
+        ("propellant = 3", "propellant: found 3, expected a text"),
+        ("boresight = [0, 0, 0]", "boresight: found [0, 0, 0], expected a direction"),
+        ('untill = "3 s"', "untill: found an unknown key (did you mean"),
+    ],
+)
+def test_a_bad_window_is_refused_in_one_line(variant, rows, found):
+    with pytest.raises(InputError) as refused:
+        read_scenario(variant(more=f'[[metrics.window]]\nname = "w"\n{rows}\n'))
+    message = str(refused.value)
+    assert "key metrics.window[w]." in message
+    assert found in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize("name", ["wheel", "imaging", "a.b", "window", "run"])
+def test_the_name_of_a_window_is_no_other_name(variant, name):
+    with pytest.raises(
+        InputError, match=r"window\[2\].name: found .*, expected a unique name with"
+    ):
+        read_scenario(variant(more=f'[[metrics.window]]\nname = "{name}"\n'))
+
+
+def test_smear_needs_a_boresight(variant):
+    change = ("boresight = [1.0, 0.0, 0.0]", "")
+    more = '[[metrics.window]]\nname = "w"\nexposure = "1 s"\n'
+    with pytest.raises(InputError, match=r"\[w\].boresight: found None, expected the direction"):
+        read_scenario(variant(change, more=more))
+
+
+def test_windows_can_be_given_in_python(scenario):
+    made = scenario.replace(
+        windows={"late": {"from": "10 s", "event": "turn"}, "all": {}}, dispersions=()
+    )
+    assert [window.name for window in made.windows] == ["late", "all"]
+    assert made.windows[0].event == "turn"
+    assert made.values["window.late.from"] == 10.0
+    assert not any(key.startswith("window.imaging") for key in made.values)
+    with pytest.raises(InputError, match=r"window\[w\].until: found 31.0, expected at most 30"):
+        scenario.replace(windows={"w": {"until": 31.0}}, dispersions=())
+    with pytest.raises(InputError, match="key windows: found 3, expected"):
+        scenario.replace(windows=3)
+    with pytest.raises(InputError, match=r"dispersion of window.imaging.from"):
+        scenario.replace(windows={})
+
+
+def test_metrics_have_names_units_and_windows(scenario):
+    metrics = metrics_of(scenario)
+    assert [*metrics][:4] == ["error_p50", "error_p95", "error_p99.7", "error_max"]
+    assert metrics["imaging.dwell.c"].unit == "1"
+    assert metrics["imaging.smear"].unit == "rad"
+    assert metrics["turning.error_p95"].window == "turning"
+    assert "turning.smear" not in metrics
+    assert "turning.rotation_max" in metrics  # by the boresight of the whole run
 
 
 def test_a_second_loss_leaves_too_few_wheels(variant):

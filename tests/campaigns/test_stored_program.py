@@ -45,6 +45,8 @@ def numbers(scenario):
         "spread": replace(scenario, dispersions=(wider, *others)),
         "name": replace(scenario, name="another"),
         "percentiles": replace(scenario, percentiles=(90.0,)),
+        "end of a window": changed(scenario, "window.imaging.until", 1.1),
+        "exposure": changed(scenario, "window.imaging.exposure", 2.0),
     }
 
 
@@ -62,6 +64,10 @@ def structures(scenario):
         "events": replace(scenario, events=others),
         "order of the events": changed(scenario, "event.turn.time", 0.1),
         "dispersed": replace(scenario, dispersions=scenario.dispersions[1:]),
+        "windows": replace(scenario, windows=scenario.windows[1:]),
+        "boresight of a window": replace(
+            scenario, windows=(replace(scenario.windows[0], boresight=None), scenario.windows[1])
+        ),
     }
 
 

@@ -5,7 +5,7 @@ from gyrostat.campaigns.execute import replay, run_campaign, worst_runs
 from gyrostat.campaigns.executors import cluster, processes
 from gyrostat.campaigns.jobs import Job
 from gyrostat.campaigns.runs import campaign_runs
-from gyrostat.campaigns.scenario import Dispersion, Event, Scenario
+from gyrostat.campaigns.scenario import Dispersion, Event, Scenario, Window
 from gyrostat.campaigns.store import Store
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     "Job",
     "Scenario",
     "Store",
+    "Window",
     "campaign_runs",
     "cluster",
     "processes",

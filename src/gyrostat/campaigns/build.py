@@ -7,14 +7,17 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.campaigns.build_parts import named_parts, with_events, with_sensors
+from gyrostat.campaigns.build_reference import planned_reference, reference_of, steps_reference
 from gyrostat.campaigns.components import stacked
 from gyrostat.campaigns.controllers import IGNORED, NOTIFIED, DesignCase
 from gyrostat.campaigns.kinds import chosen
 from gyrostat.campaigns.phases import Phases
+from gyrostat.campaigns.references import PlannedReference
 from gyrostat.campaigns.scenario import AXES, INERTIA, Event, Scenario
 from gyrostat.campaigns.schema import WHEEL_IS_LOST
 from gyrostat.campaigns.sensing import Values, guarded, options_of, with_faults
 from gyrostat.campaigns.structure import Structure, notified, structure_of
+from gyrostat.control.guidance import Guided, Reference
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -42,6 +45,8 @@ class Setup(NamedTuple):
         start: State of the plant at time 0.
         starts: Start times of the phases, (phases,), s.
         targets: Target attitude of each phase, (phases, 4), scalar first.
+        metrics: Own metrics by name.
+        reference: Reference attitude; None for the targets of the phases.
     """
 
     plant: Any
@@ -50,6 +55,8 @@ class Setup(NamedTuple):
     start: Any
     starts: Float[Array, " phases"]
     targets: Float[Array, "phases 4"]
+    metrics: dict[str, Any]
+    reference: Reference | None = None
 
 
 class Plans(NamedTuple):
@@ -61,6 +68,7 @@ class Plans(NamedTuple):
         attitude: Initial attitude before its error, (4,), scalar first.
         known: Nominal spacecraft, the model of the controller.
         sensors: Nominal options of the sensors, the model of the estimator.
+        reference: Part of the reference that is computed once; None for fixed targets.
     """
 
     controllers: tuple[Any, ...]
@@ -68,6 +76,7 @@ class Plans(NamedTuple):
     attitude: np.ndarray
     known: Spacecraft
     sensors: dict[str, np.ndarray]
+    reference: PlannedReference | None = None
 
 
 def _each(structure: Structure, values: Values, name: str) -> Any:
@@ -166,7 +175,12 @@ def plan(scenario: Scenario) -> Plans:
     controller = chosen(scenario, "controller")
     count = len(scenario.wheels)
     left, seized = np.ones(count, bool), np.zeros(count, bool)
-    target, found, targets = scenario.target, [], []
+    target, found, targets, working = scenario.target, [], [], []
+    if scenario.reference != "fixed" and not controller.follows:
+        raise InputError(
+            f"key controller.kind: found {scenario.controller} with the reference "
+            f"{scenario.reference}, expected a controller of three axes or the reference fixed"
+        )
     slews = {event.name: event.target for event in scenario.events}
     for event in (None, *structure.turning_points):
         wheel = None if event is None else event.wheel
@@ -196,6 +210,7 @@ def plan(scenario: Scenario) -> Plans:
         made = controller.plan(case)
         found.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), made))
         targets.append(target)
+        working.append(case.working)
     sensors = options_of(scenario.values, "sensors")
     return Plans(
         tuple(found),
@@ -203,6 +218,7 @@ def plan(scenario: Scenario) -> Plans:
         np.array(scenario.attitude),
         known,
         {name: np.asarray(value) for name, value in sensors.items()},
+        planned_reference(scenario, known, np.array(working)),
     )
 
 
@@ -250,9 +266,15 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     made = [law.make(plan, options, start.momentum) for plan in plans.controllers]
     starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(structure, values)])
     joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
+    controller: Any = Phases(starts, joined)
+    reference = reference_of(structure, values, plans, start, starts)
+    fixed = reference is None and getattr(made[0], "takes_reference", False)
+    followed = steps_reference(starts, jnp.asarray(plans.targets)) if fixed else reference
+    if followed is not None:
+        controller = Guided(controller, followed, structure.command_delay)
     controller = chosen(structure, "compensator").make(
         options_of(values, "compensator"),
-        Phases(starts, joined),
+        controller,
         plans.known,
         structure.command_delay,
     )
@@ -263,4 +285,6 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     sensor = with_sensors(structure, values, sensor, plant, plans.known)
     sensor = with_faults(structure, values, sensor)
     controller = guarded(structure, values, controller, sensor, start)
-    return Setup(plant, controller, sensor, start, starts, jnp.asarray(plans.targets))
+    metrics = named_parts(structure, values, "metric", spacecraft=plans.known)
+    targets = jnp.asarray(plans.targets)
+    return Setup(plant, controller, sensor, start, starts, targets, metrics, reference)

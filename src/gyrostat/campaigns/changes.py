@@ -11,6 +11,7 @@ from gyrostat.campaigns.change_parts import LISTS, is_list, own_list, with_list
 from gyrostat.campaigns.kinds import KINDS, component, components_of, fitting_estimator, numbers_of
 from gyrostat.campaigns.own_objects import own_object
 from gyrostat.campaigns.own_parts import OWN, is_own
+from gyrostat.campaigns.read_metrics import with_windows
 from gyrostat.campaigns.scenario import Scenario, Source
 from gyrostat.campaigns.scenario_file import validated
 from gyrostat.campaigns.tables import Table
@@ -18,7 +19,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import refuse_unknown
 from gyrostat.core.validation import MOST_PERIODS
 
-FIXED = ("values", "count", "wheels", "axes", "friction", "sources", "parts")
+FIXED = ("values", "count", "wheels", "axes", "friction", "sources", "parts", "tables")
 """Attributes of a scenario that follow from others or from its spacecraft."""
 
 
@@ -39,7 +40,10 @@ def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
             f"sensors {scenario.sensors}"
         )
     numbers = {name: value for name, value in changes.items() if "." in name}
-    others = {n: v for n, v in changes.items() if n not in parts and n not in numbers}
+    if "windows" in changes:
+        scenario = with_windows(scenario, changes["windows"])
+    taken = {*parts, *numbers, "windows"}
+    others = {name: value for name, value in changes.items() if name not in taken}
     refuse_unknown(Path(scenario.name), "", others, known)
     for name, value in others.items():
         before = getattr(scenario, name)

@@ -35,13 +35,15 @@ class Component:
         keys: Keys of its parameters.
         make: Function of their values and of other parts that builds it. It is traced by JAX, so
             that it cannot validate values.
-        unit: Unit of the value of a sensor.
+        unit: Unit of the value of a sensor or metric.
+        texts: Names of keys that are texts; their reader stores them.
     """
 
     meaning: str
     keys: Mapping[str, Key]
     make: Callable[..., Any]
     unit: str = field(default="1", kw_only=True)
+    texts: tuple[str, ...] = field(default=(), kw_only=True)
 
 
 def _friction_model(

@@ -59,10 +59,12 @@ class PlannedController(Component):
         plan: `DesignCase` -> design, computed outside the loop. Designs of one scenario have the
             same structure. Raises `InputError` if the wheels do not suffice.
         losses: Handling of wheel failures: NOTIFIED, DETECTED or IGNORED.
+        follows: Whether the controller can follow a reference that moves.
     """
 
     plan: Callable[[DesignCase], Any]
     losses: str = NOTIFIED
+    follows: bool = True
 
 
 def _plan_three_axis(case: DesignCase) -> MomentumRecovery:
@@ -260,7 +262,8 @@ CONTROLLERS: dict[str, PlannedController] = {
         "Pointing of the body z axis by two speed-commanded wheels "
         "(`gyrostat.control.TwoWheelPointing`) with speed loops and a model error compensator. "
         "Only the direction of body z is controlled, towards its direction at the target. Set "
-        "`metrics.boresight` to z. Wheel failures are not taken into account.",
+        "`metrics.boresight` to z. Wheel failures are not taken into account. Of the references, "
+        "only `fixed` is possible.",
         {
             "turn_gain": positive("1/s", 0.1, "Commanded rate per pointing error near the target."),
             "compensator_gain": size(
@@ -273,5 +276,6 @@ CONTROLLERS: dict[str, PlannedController] = {
         _two_wheels,
         _plan_two_wheels,
         IGNORED,
+        follows=False,
     ),
 }

@@ -20,7 +20,7 @@ from gyrostat.campaigns.build import Plans
 from gyrostat.campaigns.draws import draw, noise_keys
 from gyrostat.campaigns.metrics import Seen, concluded, ended
 from gyrostat.campaigns.native import Program, program_of
-from gyrostat.campaigns.percentiles import collector
+from gyrostat.campaigns.percentiles import collectors
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.run_loop import OWN, loop_of, runner_of
 from gyrostat.campaigns.scenario import Scenario
@@ -74,7 +74,7 @@ class _Ready:
 
     def fly_with_jax(
         self, nominal: Vector, drawn: Matrix, plans: Plans, keys: Words, asked: Sequence[int]
-    ) -> Iterator[tuple[Seen, Matrix, Any]]:
+    ) -> Iterator[tuple[Seen, tuple[Matrix, ...], Any]]:
         """Simulate 64 runs by JAX; see `gyrostat.campaigns.native.Program.chunks`."""
         given = (nominal, drawn, plans, random_keys(keys))
         carry = _begin(structure_of(self.scenario))(*given)
@@ -172,10 +172,12 @@ def _group(
     asked = picked[is_kept].tolist()
     given = (ready.nominal, values, ready.plans, keys)
     fly_chunks = ready.fly_with_jax if ready.program is None else ready.program.chunks
-    errors = collector(len(values), len(ready.runner.starts) * ready.runner.length, LANES)
+    samples = len(ready.runner.starts) * ready.runner.length
+    errors = collectors(len(values), samples, LANES, 1 + len(scenario.windows))
     kept, last = [], None
     for seen, counted, rows in fly_chunks(*given, asked):
-        errors.add(counted)
+        for collected, own in zip(errors, counted, strict=True):
+            collected.add(own)
         if asked:
             kept.append(rows)
         last = seen

@@ -13,14 +13,15 @@ def _constant_torque(options: Options) -> dict[str, Any]:
     return {"external_torque": stacked(options, "external_torque")}
 
 
-def _orbit(options: Options) -> CircularOrbit:
+def orbit_of(options: Options) -> CircularOrbit:
+    """Circular orbit from the values of the keys `ORBIT`."""
     rate = jnp.sqrt(EARTH / (EARTH_RADIUS + options["altitude"]) ** 3)
     names = ("inclination", "ascending_node", "latitude")
     return CircularOrbit(rate, **{name: options[name] for name in names})
 
 
 def _in_orbit(options: Options) -> dict[str, Any]:
-    orbit = _orbit(options)
+    orbit = orbit_of(options)
     harmonic = HarmonicTorque(
         orbit.rate,
         cosine=stacked(options, "cosine_torque")[None],
@@ -35,7 +36,7 @@ def _harmonic(options: Options) -> HarmonicTorque:
 
 
 _EXTERNAL = {"external_torque": vector("torque", "Constant external torque, in body axes.")}
-_ORBIT = {
+ORBIT = {
     "altitude": positive("m", None, "Altitude above the equatorial radius of the Earth."),
     "inclination": Key("angle", 0.0, "Inclination to the inertial x-y plane."),
     "ascending_node": Key("angle", 0.0, "Ascending node, from inertial x towards y."),
@@ -49,7 +50,7 @@ ENVIRONMENTS: dict[str, Component] = {
         "(`gyrostat.spacecraft.HarmonicTorque`).",
         {
             **_EXTERNAL,
-            **_ORBIT,
+            **ORBIT,
             "cosine_torque": vector(
                 "torque", "Amplitude of the torque cos(orbital rate × time), in body axes."
             ),
@@ -70,8 +71,8 @@ TORQUES: dict[str, Component] = {
     "gravity_gradient": Component(
         "Gravity gradient torque in a circular Earth orbit "
         "(`gyrostat.spacecraft.GravityGradient`).",
-        _ORBIT,
-        lambda options, **given: GravityGradient(_orbit(options)),
+        ORBIT,
+        lambda options, **given: GravityGradient(orbit_of(options)),
     ),
     "harmonic": Component(
         "Torque of one frequency in body axes (`gyrostat.spacecraft.HarmonicTorque`).",

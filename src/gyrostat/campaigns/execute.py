@@ -8,8 +8,8 @@ from gyrostat.campaigns.description import Campaign, DamagedError
 from gyrostat.campaigns.executors import Opener, carry_out, kept_open
 from gyrostat.campaigns.fingerprint import FLAGS, engine_record, refuse_other
 from gyrostat.campaigns.jobs import Job, executor_for, work
+from gyrostat.campaigns.results import metrics_of, percentile_name
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.schema import metric_units
 from gyrostat.campaigns.store import Store
 from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
@@ -117,8 +117,8 @@ def run_campaign(
         if run not in range(runs):
             raise InputError(f"kept run: found {run}, expected 0 to {runs - 1}")
     engine = engine_named(engine, say, "--engine")
-    metrics = metric_units(scenario.percentiles)
-    worst_by = worst_by or f"error_p{scenario.percentiles[-1]:g}"
+    metrics = metrics_of(scenario)
+    worst_by = worst_by or percentile_name(scenario.percentiles[-1])
     if worst_by not in metrics:
         raise InputError(f"worst by: found {worst_by!r}, expected one of {', '.join(metrics)}")
     store = Store(out, say)
@@ -187,15 +187,15 @@ def _fly_blocks(store, campaign, opener, window, on_progress, say, fly_job) -> N
 def worst_runs(store: Store, count: int, metric: str) -> list[int]:
     """Indices of the worst runs: first incomplete runs, then those with the largest metric.
 
-    A run that never settles is worse than one that does. A run without a zero crossing has no
-    crossing peak and comes last. Among equal values, the run with the larger maximum pointing error
-    is worse.
+    A run that never settles is worse than one that does. A run without another metric, such as the
+    crossing peak of a run without zero crossing, comes last. Among equal values, the run with the
+    larger maximum pointing error is worse.
     """
     import numpy as np
 
     table = store.read_table()
     value = table[metric].to_numpy()
-    none = np.inf if metric == "settling" else -np.inf
+    none = np.inf if metric.split(".")[-1] == "settling" else -np.inf
     value = np.where(np.isnan(value), none, value)
     value = np.where(table["status"].to_numpy() != 0, np.inf, value)
     ended = np.where(table["status"].to_numpy() != 0, -table["ended"].to_numpy(), 0.0)

@@ -12,12 +12,13 @@ from gyrostat.campaigns.components import (
 )
 from gyrostat.campaigns.controllers import CONTROLLERS
 from gyrostat.campaigns.environments import ENVIRONMENTS, TORQUES
+from gyrostat.campaigns.metric_schema import METRICS, WINDOW
 from gyrostat.campaigns.own_parts import is_own, own_component
+from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
 from gyrostat.campaigns.scenario import INERTIA, Part, Scenario, Source
 from gyrostat.campaigns.schema import (
     EVENT_TIME,
     MEASURED,
-    METRICS,
     RUN,
     START,
     WHEEL_ALL,
@@ -37,10 +38,13 @@ KINDS: Mapping[str, Mapping[str, Component]] = {
     "sensors": SENSORS,
     "estimator": ESTIMATORS,
     "environment": ENVIRONMENTS,
+    "reference": REFERENCES,
 }
 """Section of a scenario file -> components of this package that its `kind` can name."""
 PARTS: Mapping[str, Mapping[str, Component]] = {
     "environment.torque": TORQUES,
+    "reference.mode": MODES,
+    "reference.slew": SLEWS,
     "sensor": {},
     "actuator": {},
     "metric": {},
@@ -73,7 +77,8 @@ def chosen(scenario: Scenario | Structure, section: str) -> Any:
 def components_of(scenario: Scenario | Structure) -> dict[str, str]:
     """Section -> kind of its component, of all components that a scenario names."""
     found = {section: getattr(scenario, section) for section in KINDS}
-    return found | {f"{part.section}.{part.name}": part.kind for part in scenario.parts}
+    found |= {f"{part.section}.{part.name}": part.kind for part in scenario.parts}
+    return found | {f"event.{e.name}": e.kind for e in scenario.events if is_own(e.kind)}
 
 
 def fitting_estimator(kinds: Mapping[str, str]) -> str:
@@ -139,6 +144,7 @@ def numbers_of(scenario: Scenario) -> dict[str, Key]:
         **{f"wheel.{w}": {**friction_keys(friction), **WHEEL_ALL} for w in scenario.wheels},
         **{"run": RUN, "start": START, "metrics": METRICS},
         "guard": guard_keys(fields),
+        **{f"window.{window.name}": WINDOW for window in scenario.windows},
         **{section: chosen(scenario, section).keys for section in KINDS},
         **{
             f"{part.section}.{part.name}": component(part.section, part.kind, scenario.sources).keys

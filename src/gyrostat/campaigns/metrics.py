@@ -1,18 +1,24 @@
 """Metrics of a run, computed during the simulation with constant memory."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from gyrostat.campaigns import windows
 from gyrostat.campaigns.build import Setup
 from gyrostat.campaigns.percentiles import Collector
+from gyrostat.campaigns.results import metrics_of, percentile_name
+from gyrostat.campaigns.sample import Sample
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import Structure
+from gyrostat.campaigns.windows import SeenWindow, WindowObserver, pointing_error
+from gyrostat.control.guidance import AttitudeReference, Mode
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.rotations import angle_between, error_angle, to_inertial
+from gyrostat.core.rotations import error, to_body
 from gyrostat.core.types import Vector
 from gyrostat.simulation import Histories
 
@@ -40,6 +46,8 @@ class Seen(NamedTuple):
         torque_square: Sum of mean squared commanded motor torques of the wheels, N²·m².
         saturated: Number of samples with a saturated wheel.
         power: Sum of the mechanical power, W.
+        windows: Running values of each window.
+        own: Own metric -> its memory, and its result after the last sample.
     """
 
     status: Int[Array, ""]
@@ -58,6 +66,8 @@ class Seen(NamedTuple):
     torque_square: Scalar
     saturated: Int[Array, ""]
     power: Scalar
+    windows: tuple[SeenWindow, ...]
+    own: dict[str, tuple[Any, Scalar]]
 
 
 class Pointing(NamedTuple):
@@ -65,11 +75,12 @@ class Pointing(NamedTuple):
 
     Attributes:
         error: Pointing error, rad.
-        counted: Pointing error, rad; infinite at samples that are not evaluated.
+        counted: Pointing errors of the run and of each window, rad; infinite at samples that are
+            not evaluated.
     """
 
     error: Scalar
-    counted: Scalar
+    counted: tuple[Scalar, ...]
 
 
 class Observer(eqx.Module):
@@ -80,10 +91,12 @@ class Observer(eqx.Module):
         values: Values of the sections "metrics" and "run", SI.
         count: Number of control periods of the run.
         boresight: Body direction whose pointing is evaluated, (3,); None for the full attitude.
+        windows: Observers of the windows.
     """
 
     setup: Setup
     values: dict[str, Scalar]
+    windows: tuple[WindowObserver, ...]
     count: int = eqx.field(static=True)
     boresight: tuple[float, ...] | None = eqx.field(static=True)
 
@@ -91,7 +104,8 @@ class Observer(eqx.Module):
     def of(cls, structure: Structure, setup: Setup, values: dict[str, Scalar]) -> Self:
         """Create the observer of a run with the given values."""
         own = {k: v for k, v in values.items() if k.split(".")[0] in ("metrics", "run")}
-        return cls(setup, own, structure.count, structure.boresight)
+        windows = tuple(WindowObserver.of(w, structure, values) for w in structure.windows)
+        return cls(setup, own, windows, structure.count, structure.boresight)
 
     def start(self) -> Seen:
         """Initial values before the first sample."""
@@ -101,40 +115,78 @@ class Observer(eqx.Module):
             *(zero, zero, zero, jnp.array(jnp.inf)),
             jnp.sign(self.setup.start.wheel_speed),
             *(jnp.array(-jnp.inf), none, zero, zero, zero, zero, none, zero),
+            tuple(window.start() for window in self.windows),
+            {name: (own.start(), zero) for name, own in self.setup.metrics.items()},
         )
 
-    def error(self, attitude: Float[Array, "4"], time: Scalar) -> Scalar:
-        """Pointing error at a time, rad."""
+    def reference(self, row: Histories, time: Scalar) -> tuple[AttitudeReference, Mode]:
+        """Reference at a sample, and its mode as recorded; of fixed targets the mode is 0."""
+        if self.setup.reference is not None:
+            mode = Mode(row.command.mode, row.command.mode_start)
+            return self.setup.reference.at(mode, time), mode
         phase = jnp.sum(self.setup.starts <= time + 1e-9) - 1
-        target = self.setup.targets[phase]
-        if self.boresight is None:
-            return error_angle(attitude, target)
-        body = jnp.asarray(self.boresight)
-        return angle_between(to_inertial(attitude, body), to_inertial(target, body))
+        at_rest = jnp.zeros(3)
+        target = AttitudeReference(self.setup.targets[phase], at_rest, at_rest)
+        return target, Mode(jnp.zeros((), dtype=int), jnp.zeros(()))
+
+    def sample(self, row: Histories, time: Scalar) -> Sample:
+        """Sample from which the metrics are computed."""
+        reference, mode = self.reference(row, time)
+        attitude, rate = row.state.attitude, row.record.rate
+        if self.setup.reference is not None:
+            rate = rate - to_body(error(attitude, reference.attitude), reference.rate)
+        return Sample(
+            time,
+            pointing_error(attitude, reference.attitude, self.boresight),
+            rate,
+            reference,
+            mode,
+            {},
+            *(row.state, row.measurement, row.command, row.record),
+        )
 
     def __call__(self, seen: Seen, row: Histories, k: Int[Array, ""]) -> tuple[Seen, Pointing]:
         """Update with sample k; returns the new values and the pointing error."""
         valid = (row.status == 0) & (k <= self.count)
         time = k * self.values["run.control_period"]
-        error = self.error(row.state.attitude, time)
-        after = self._seen(seen, row, time, error)
+        sample = self.sample(row, time)
+        after = self._seen(seen, sample)
+        pairs = [each(old, sample, k) for each, old in zip(self.windows, seen.windows, strict=True)]
+        after = after._replace(windows=tuple(new for new, _ in pairs))
+        inside = {
+            w.window.name: new.inside for w, new in zip(self.windows, after.windows, strict=True)
+        }
+        after = after._replace(own=self._own(seen, sample._replace(windows=inside), k))
         kept = jax.tree.map(lambda new, old: jnp.where(valid, new, old), after, seen)
         counts = valid & (time + 1e-9 >= self.values["metrics.after"])
         status = jnp.where(k <= self.count, row.status, seen.status)
-        return kept._replace(status=status), Pointing(error, jnp.where(counts, error, jnp.inf))
+        counted = (
+            jnp.where(counts, sample.error, jnp.inf),
+            *(jnp.where(valid, own, jnp.inf) for _, own in pairs),
+        )
+        return kept._replace(status=status), Pointing(sample.error, counted)
 
-    def _seen(self, seen: Seen, row: Histories, time: Scalar, error: Scalar) -> Seen:
-        """New values except the status, for a valid sample."""
+    def _own(self, seen: Seen, sample: Sample, k: Int[Array, ""]) -> dict[str, Any]:
+        """New memories and results of the own metrics, for a valid sample."""
+        found = {}
+        for name, own in self.setup.metrics.items():
+            memory = own(seen.own[name][0], sample)
+            found[name] = memory, own.result_if(k == self.count, memory)
+        return found
+
+    def _seen(self, seen: Seen, sample: Sample) -> Seen:
+        """New values except status, windows and own metrics, for a valid sample."""
         values, wheels = self.values, self.setup.plant.spacecraft.wheels
-        momentum, torque = row.record.wheel_momentum, row.command.torque
+        time, error, record = sample.time, sample.error, sample.record
+        momentum, torque = record.wheel_momentum, sample.command.torque
         counts = time + 1e-9 >= values["metrics.after"]
-        sense = jnp.sign(row.state.wheel_speed)
+        sense = jnp.sign(sample.state.wheel_speed)
         crossing = jnp.sum(counts & (sense != seen.sense) & (seen.sense != 0.0))
         crossed = jnp.where(crossing > 0, time, seen.crossed)
         near = counts & (time - crossed <= values["metrics.crossing_window"] + 1e-9)
         settled = error < values["metrics.settled_angle"]
-        settled &= row.record.rate @ row.record.rate < values["metrics.settled_rate"] ** 2
-        full = row.record.saturated | (jnp.abs(torque) >= FULL * jnp.asarray(wheels.torque_limit))
+        settled &= sample.rate_error @ sample.rate_error < values["metrics.settled_rate"] ** 2
+        full = record.saturated | (jnp.abs(torque) >= FULL * jnp.asarray(wheels.torque_limit))
         full |= jnp.abs(momentum) >= FULL * jnp.asarray(wheels.momentum_limit)
         return Seen(
             status=seen.status,
@@ -154,7 +206,9 @@ class Observer(eqx.Module):
             torque_peak=jnp.maximum(seen.torque_peak, jnp.max(jnp.abs(torque))),
             torque_square=seen.torque_square + jnp.mean(torque**2),
             saturated=seen.saturated + jnp.any(full),
-            power=seen.power + jnp.sum(jnp.abs(torque * row.state.wheel_speed)),
+            power=seen.power + jnp.sum(jnp.abs(torque * sample.state.wheel_speed)),
+            windows=seen.windows,
+            own=seen.own,
         )
 
 
@@ -168,18 +222,18 @@ def ended(seen: Any, period: float) -> Vector:
     return np.maximum(np.asarray(seen.samples) - 1, 0) * period
 
 
-def concluded(scenario: Scenario, seen: Any, errors: Collector) -> dict[str, Vector]:
+def concluded(scenario: Scenario, seen: Any, errors: Sequence[Collector]) -> dict[str, Vector]:
     """Compute the metrics of several runs; NaN for incomplete runs and missing metrics.
 
     Args:
         scenario: Scenario of the runs.
         seen: `Seen` with a leading axis of runs.
-        errors: Collected pointing errors of the runs.
+        errors: Collected pointing errors of the runs, and of each window.
     """
     seen = jax.tree.map(np.asarray, seen)
     period = scenario.values["run.control_period"]
     counted, samples = np.maximum(seen.counted, 1), np.maximum(seen.samples, 1)
-    found = {f"error_p{p:g}": errors.percentile(p) for p in scenario.percentiles}
+    found = _percentiles(scenario, errors[0])
     some = seen.counted > 0
     found |= {
         "error_max": np.where(some, seen.error_max, np.nan),
@@ -194,4 +248,13 @@ def concluded(scenario: Scenario, seen: Any, errors: Collector) -> dict[str, Vec
         "saturated": seen.saturated / samples,
         "energy": seen.power * period,
     }
-    return {name: np.where(seen.status == 0, entry, np.nan) for name, entry in found.items()}
+    for window, own, collected in zip(scenario.windows, seen.windows, errors[1:], strict=True):
+        each = _percentiles(scenario, collected) | windows.concluded(own)
+        found |= {f"{window.name}.{name}": entry for name, entry in each.items()}
+    found |= {name: result for name, (_, result) in seen.own.items()}
+    return {name: np.where(seen.status == 0, found[name], np.nan) for name in metrics_of(scenario)}
+
+
+def _percentiles(scenario: Scenario, errors: Collector) -> dict[str, Vector]:
+    """Percentiles of collected errors, by name."""
+    return {percentile_name(p): errors.percentile(p) for p in scenario.percentiles}

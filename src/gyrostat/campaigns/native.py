@@ -49,12 +49,14 @@ class Stored(NamedTuple):
     Attributes:
         begin: Initialisation of runs.
         chunk: Control periods of one chunk of time.
-        rows: Tree of the records on demand, with their places in the list of results.
+        seen: Tree of the accumulated metrics, with their places in the list of the carry.
+        records: Tree of the records, with their places in the list of records.
     """
 
     begin: Part
     chunk: Part
-    rows: Any
+    seen: Any
+    records: Any
 
 
 class Program(NamedTuple):
@@ -63,18 +65,20 @@ class Program(NamedTuple):
     Attributes:
         begin: Initialisation of runs.
         chunk: Control periods of one chunk of time.
-        rows: Tree of the records on demand, with their places in the list of results.
+        seen: See `Stored`.
+        records: See `Stored`.
         starts: Index of the first sample of each chunk.
     """
 
     begin: Compiled
     chunk: Compiled
-    rows: Any
+    seen: Any
+    records: Any
     starts: range
 
     def chunks(
         self, nominal: Vector, drawn: Matrix, plans: Plans, keys: Words, asked: Sequence[int]
-    ) -> Iterator[tuple[Seen, Matrix, Any]]:
+    ) -> Iterator[tuple[Seen, tuple[Matrix, ...], Any]]:
         """Run chunk by chunk; the last chunk may extend beyond the last sample.
 
         Args:
@@ -85,17 +89,16 @@ class Program(NamedTuple):
             asked: Indices of the runs whose records are requested.
 
         Yields:
-            `Seen` after the chunk, the counted pointing errors, (runs, samples), and the records
-            of the requested runs.
+            `Seen` after the chunk, the counted pointing errors of the run and of each window,
+            (runs, samples), and the records of the requested runs.
         """
         given = (nominal, drawn, *map(np.asarray, jax.tree.leaves(plans)), keys)
         carry = self.begin(given)
         for first in self.starts:
             made = self.chunk((*carry, np.int64(first), *given), asked)
-            carry, (counted, *rows) = made[: len(carry)], made[len(carry) :]
-            own: Any = carry[-len(Seen._fields) :]
-            seen = Seen(*own)
-            yield seen, counted, jax.tree.map(rows.__getitem__, self.rows)
+            carry, records = made[: len(carry)], made[len(carry) :]
+            counted, rows = jax.tree.map(records.__getitem__, self.records)
+            yield jax.tree.map(carry.__getitem__, self.seen), counted, rows
 
 
 def program_of(structure: Structure, plans: Plans, *, verify: bool = False) -> Program:
@@ -121,9 +124,9 @@ def program_of(structure: Structure, plans: Plans, *, verify: bool = False) -> P
         libraries = [stored_library(part.library) for part in (stored.begin, stored.chunk)]
         if None not in libraries:
             return _loaded(structure, stored, *libraries)
-    traces, rows = _trace(structure, plans)
+    traces, seen, records = _trace(structure, plans)
     begin, chunk = map(_part, traces)
-    made = Stored(begin, chunk, rows)
+    made = Stored(begin, chunk, seen, records)
     if verify and stored is not None and [*stored[:2]] != [*made[:2]]:
         raise InputError(
             f"{cache and cache.path}: found a stored program {name} that differs from a new trace, "
@@ -151,8 +154,8 @@ def _name(structure: Structure, plans: Plans) -> str:
     return f"lanes-program-{hashlib.sha256(repr(parts).encode()).hexdigest()}"
 
 
-def _trace(structure: Structure, plans: Plans) -> tuple[tuple[Traced, Traced], Any]:
-    """Functions of the initialisation and of a chunk as C, and the tree of the records."""
+def _trace(structure: Structure, plans: Plans) -> tuple[tuple[Traced, Traced], Any, Any]:
+    """Functions of the initialisation and of a chunk as C, and trees of places; see `Stored`."""
     make, length = loop_of(structure), runner_of(structure).length
 
     def begin(*given: Any) -> Any:
@@ -169,9 +172,14 @@ def _trace(structure: Structure, plans: Plans) -> tuple[tuple[Traced, Traced], A
         lambda leaf: jax.ShapeDtypeStruct((1, *leaf.shape), leaf.dtype), one.results
     )
     other = traced(chunk, (True, False, *OWN), (carry, 0, *given), on_demand=(False, ON_DEMAND))
-    _, (_, rows) = other.results
-    tree = jax.tree.structure(rows)
-    return (one, other), jax.tree.unflatten(tree, range(tree.num_leaves))
+    (_, seen), records = (_places(each) for each in other.results)
+    return (one, other), seen, records
+
+
+def _places(tree: Any) -> Any:
+    """Tree in which each leaf is replaced by its place in the list of leaves."""
+    leaves, structure = jax.tree.flatten(tree)
+    return jax.tree.unflatten(structure, range(len(leaves)))
 
 
 def _part(each: Traced) -> Part:
@@ -183,4 +191,4 @@ def _loaded(structure: Structure, stored: Stored, *libraries: Any) -> Program:
     begin, chunk = (
         Compiled(part.layout, each) for part, each in zip(stored[:2], libraries, strict=True)
     )
-    return Program(begin, chunk, stored.rows, runner_of(structure).starts)
+    return Program(begin, chunk, stored.seen, stored.records, runner_of(structure).starts)

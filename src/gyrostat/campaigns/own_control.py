@@ -1,11 +1,13 @@
 """Controllers, compensators and estimators of a user, in the control loop of a scenario."""
 
+import dataclasses
 from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 
 from gyrostat.campaigns.own_errors import OwnError, described, numbers, reported, same_memory
+from gyrostat.control.guidance import Guide
 from gyrostat.control.missing_sample import predicted
 from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import Scalar
@@ -61,6 +63,18 @@ class OwnControl(eqx.Module):
         """Validate the control period, s; raises `InputError`."""
         with reported(self.name):
             check_period(period, self.inner)
+
+    def toward(self, guide: Guide) -> "OwnControl":
+        """Part whose field `reference`, if it has one, is the reference as a function of time."""
+        if not self.takes_reference:
+            return self
+        inner = dataclasses.replace(self.inner, reference=guide.at)
+        return dataclasses.replace(self, inner=inner)
+
+    @property
+    def takes_reference(self) -> bool:
+        """Whether the part has a field `reference`."""
+        return "reference" in {field.name for field in dataclasses.fields(self.inner)}
 
     def start(self, period: Scalar) -> OwnMemory:
         """Memory before the first sample."""

@@ -19,7 +19,15 @@ from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.controllers import IGNORED, DesignCase, PlannedController
 from gyrostat.campaigns.own_control import OwnControl
 from gyrostat.campaigns.own_errors import OwnError, reported
-from gyrostat.campaigns.own_world import OwnActuator, OwnChange, OwnSensor, OwnTorque
+from gyrostat.campaigns.own_metric import OwnMetric
+from gyrostat.campaigns.own_world import (
+    OwnActuator,
+    OwnChange,
+    OwnProfile,
+    OwnSensor,
+    OwnTorque,
+)
+from gyrostat.campaigns.references import UNTIL, single
 from gyrostat.campaigns.scenario import Source
 from gyrostat.campaigns.schema import Key
 from gyrostat.campaigns.sources import load
@@ -200,10 +208,10 @@ CONTROL = {
 
 
 def _in_world(wrapper: Callable[[Any, str], Any], call: str, **methods: str) -> Any:
-    """Function that makes the component of a torque, sensor, actuator or event.
+    """Function that makes the component of a torque, sensor, actuator, event or metric.
 
     Args:
-        wrapper: Class of `gyrostat.campaigns.own_world`.
+        wrapper: Class of `gyrostat.campaigns.own_world` or `gyrostat.campaigns.own_metric`.
         call: Arguments and result of the part.
         methods: Other methods of the part; without any, it can be a function.
     """
@@ -221,11 +229,32 @@ def _in_world(wrapper: Callable[[Any, str], Any], call: str, **methods: str) -> 
     return component
 
 
+def _profile(part: OwnPart) -> Any:
+    """Function that makes the attitude over time of an own reference or mode."""
+    if inspect.isclass(part.made):
+        part = part.with_methods(__call__="(time), which returns a quaternion (4,)")
+
+    def make(options: Options, planned: Any, place: str) -> OwnProfile:
+        return OwnProfile(part.build(options), part.name)
+
+    return make
+
+
+def _reference(part: OwnPart) -> Component:
+    return Component(part.meaning, part.keys, single(_profile(part)))
+
+
+def _mode(part: OwnPart) -> Component:
+    return Component(part.meaning, {**part.keys, **UNTIL}, _profile(part))
+
+
 TORQUE = "which returns a torque in body axes (3,), N·m"
 OWN: dict[str, Callable[[OwnPart], Any]] = {
     "controller": _controller,
     "compensator": _wrapping,
     "estimator": _wrapping,
+    "reference": _reference,
+    "reference.mode": _mode,
     "environment.torque": _in_world(OwnTorque, f"(spacecraft, attitude, time), {TORQUE}"),
     "actuator": _in_world(OwnActuator, f"(value, attitude, time), {TORQUE}"),
     "event": _in_world(OwnChange, "(plant), which returns the plant with other numbers"),
@@ -233,6 +262,11 @@ OWN: dict[str, Callable[[OwnPart], Any]] = {
         OwnSensor,
         "(memory, state, key), which returns (memory, value)",
         start="(state, period), which returns the memory",
+    ),
+    "metric": _in_world(
+        OwnMetric,
+        "(memory, sample), which returns the memory",
+        result="(memory), which returns a number",
     ),
 }
 """Section of a scenario -> function that makes the component of an own part."""

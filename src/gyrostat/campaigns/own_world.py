@@ -42,6 +42,16 @@ class OwnTorque(_Own):
         return numbers(self.name, "torque, N·m in body axes", torque, (3,))
 
 
+class OwnProfile(_Own):
+    """Attitude over time of a user; see `gyrostat.control.guidance.Profile`."""
+
+    def __call__(self, time: Scalar) -> Quaternion:
+        """Attitude at a time, s."""
+        with reported(self.name):
+            attitude = self.inner(time)
+        return numbers(self.name, "attitude, a quaternion", attitude, (4,))
+
+
 class OwnActuator(_Own):
     """Actuator of a user; see `gyrostat.spacecraft.Actuator`."""
 

@@ -119,14 +119,15 @@ class BinnedErrors:
         return np.where(counted > 0, middle, np.nan)
 
 
-def collector(runs: int, samples: int, group: int) -> Collector:
-    """Choose how errors are collected; the choice depends on the size of the whole group only.
+def collectors(runs: int, samples: int, group: int, count: int) -> list[Collector]:
+    """Choose how errors are collected; the choice does not depend on the requested runs.
 
     Args:
         runs: Number of runs.
         samples: Number of samples of each run.
         group: Number of runs of the whole group.
+        count: Number of signals, each with its own collector.
     """
-    if 8 * group * samples <= MEMORY:
-        return SortedErrors(runs, samples)
-    return BinnedErrors(runs)
+    if 8 * group * samples * count <= MEMORY:
+        return [SortedErrors(runs, samples) for _ in range(count)]
+    return [BinnedErrors(runs) for _ in range(count)]

@@ -1,10 +1,12 @@
 """Controller that switches to another design when the target changes or a wheel fails."""
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Float
 
+from gyrostat.control.guidance import Guide, toward
 from gyrostat.control.missing_sample import predicted
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
@@ -31,10 +33,16 @@ class Phases(eqx.Module):
     Attributes:
         starts: Start times of the phases, increasing from 0, (phases,), s.
         plans: Stacked controllers; each array has a leading axis of phases.
+        guide: Reference at the sample; None for the targets of the designs.
     """
 
     starts: Float[Array, " phases"]
     plans: Any
+    guide: Guide | None = None
+
+    def toward(self, guide: Guide) -> "Phases":
+        """Controller whose designs follow a reference."""
+        return replace(self, guide=guide)
 
     def check(self) -> None:
         """Validate parameters of all designs; raises `InputError`."""
@@ -48,7 +56,8 @@ class Phases(eqx.Module):
         """Controller that is active at a time, s."""
         # tolerance, because a multiple of the period has a rounding error
         number = jnp.sum(self.starts <= time + 1e-9) - 1
-        return jax.tree.map(lambda leaf: leaf[number], self.plans)
+        active = jax.tree.map(lambda leaf: leaf[number], self.plans)
+        return active if self.guide is None else toward(active, self.guide)
 
     def start(self, period: Scalar) -> PhasesMemory:
         """Memory before the first sample, for the first design."""

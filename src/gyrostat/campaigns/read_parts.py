@@ -5,6 +5,7 @@ import re
 from collections.abc import Collection, Iterator
 
 from gyrostat.campaigns.kinds import PARTS, component
+from gyrostat.campaigns.metric_schema import RESULTS
 from gyrostat.campaigns.read_sources import own_kind
 from gyrostat.campaigns.scenario import Part, Source
 from gyrostat.campaigns.tables import Table
@@ -15,6 +16,7 @@ _MEASURED = (*TrackerGyroMeasurement._fields, *SpacecraftMeasurement._fields, "t
 TAKEN = {
     "sensor": (tuple(dict.fromkeys(_MEASURED)), ("attitude_", "wheel_")),
     "actuator": (("torque", "external_torque"), ()),
+    "metric": (("run", "status", "ended", *RESULTS), ()),
 }
 """Section -> names of fields that exist already, and beginnings of names that belong to others."""
 
@@ -53,9 +55,9 @@ def part_values(
     """
     values: dict[str, float] = {}
     for part, row in parts:
-        keys = component(part.section, part.kind, sources).keys
-        row.known(("name", "kind", "python", *keys))
-        values |= row.numbers(keys, f"{part.section}.{part.name}.")
+        made = component(part.section, part.kind, sources)
+        row.known(("name", "kind", "python", *made.keys, *made.texts))
+        values |= row.numbers(made.keys, f"{part.section}.{part.name}.")
     return values
 
 
@@ -88,7 +90,7 @@ def _part(section: str, row: Table, others: Collection[str]) -> Part:
             'python = "FILE.py:NAME"'
         )
     else:
-        kind = row.one_of("kind", kinds)
+        kind = row.one_of("kind", kinds, next(iter(kinds)) if len(kinds) == 1 else None)
     return Part(section, part_name(section, row, kind, others), kind)
 
 

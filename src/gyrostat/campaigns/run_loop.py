@@ -21,7 +21,7 @@ LONGEST = 500
 def loop_of(structure: Structure) -> Callable[..., Loop]:
     """Function of the loop of a run: (nominal values, drawn values, plans, random key) -> loop.
 
-    The carry of the loop ends with `Seen`; its record of a sample is (counted pointing error,
+    The carry of the loop ends with `Seen`; its record of a sample is (counted pointing errors,
     (histories, pointing error)).
     """
 

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gyrostat.campaigns.results import metrics_of
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.schema import RESULTS, metric_units
 from gyrostat.campaigns.store import Store
 
 if TYPE_CHECKING:
@@ -20,7 +20,8 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
     Returns:
         Variables over `run`, with units and meanings: every drawn parameter under its key, such as
         "wheel.a.coulomb", every metric (NaN if a run has none), `status` and `ended` (s). The
-        attributes `folder`, `scenario` and `seed` identify the campaign.
+        attributes `folder`, `scenario` and `seed` identify the campaign. The unit of a column of
+        `to_dataframe()` is the attribute `units` of the variable with its name.
 
     Raises:
         InputError: The folder has no finished campaign.
@@ -39,12 +40,13 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
             key: {"units": numbers[key].unit, "long_name": f"drawn {key}"}
             for key in scenario.dispersed
         },
-        **{name: {"units": unit} for name, unit in metric_units(scenario.percentiles).items()},
+        **{
+            name: {"units": metric.unit, "long_name": metric.meaning}
+            for name, metric in metrics_of(scenario).items()
+        },
         "ended": {"units": "s", "long_name": "Time until which the run is valid."},
         "status": status_attributes(),
     }
-    for name, (_, meaning) in RESULTS.items():
-        attributes[name]["long_name"] = meaning
     variables = {
         name: ("run", table[name].to_numpy(), attributes.get(name, {}))
         for name in table.column_names

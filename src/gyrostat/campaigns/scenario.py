@@ -61,6 +61,27 @@ class Dispersion:
 
 
 @dataclass(frozen=True)
+class Window:
+    """Part of a run with metrics of its own; its keys start with "window.NAME.".
+
+    Attributes:
+        name: Name of the window, used in keys and in the names of its metrics.
+        event: Event or slew of the reference from which its times are counted, or None.
+        mode: Mode of the reference, from whose start its times are counted, or None.
+        boresight: Body direction whose pointing error is evaluated, (3,); None: that of the
+            scenario.
+        propellant: Signal of the command or of the record whose integral is the propellant, kg/s,
+            or None.
+    """
+
+    name: str
+    event: str | None = None
+    mode: str | None = None
+    boresight: tuple[float, ...] | None = None
+    propellant: str | None = None
+
+
+@dataclass(frozen=True)
 class Source:
     """Python file of own parts, by its content.
 
@@ -116,8 +137,11 @@ class Scenario:
         guard: Command after a rejected sample, "hold" or "zero"; None: measurements are not
             validated.
         reference: Kind of the reference attitude.
+        tables: Tables of the reference attitude, by content; the path of each is its section, such
+            as "reference.mode.NAME".
         parts: Further components, in the order of the file.
         sources: Python files of own parts and the local modules that they import, sorted by path.
+        windows: Windows with metrics of their own.
     """
 
     name: str
@@ -141,8 +165,10 @@ class Scenario:
     values: Mapping[str, float]
     guard: str | None = None
     reference: str = "fixed"
+    tables: tuple[Source, ...] = ()
     parts: tuple[Part, ...] = ()
     sources: tuple[Source, ...] = ()
+    windows: tuple[Window, ...] = ()
 
     @property
     def dispersed(self) -> tuple[str, ...]:
@@ -168,7 +194,9 @@ class Scenario:
         Args:
             changes: Component of a section, as the name of its kind or as an object of an own
                 class: `controller=EarthPointer(kp=0.02)`. Value of a key, SI or text with a unit:
-                `**{"controller.kp": 0.03}`. Attribute of `Scenario`: `name="other"`.
+                `**{"controller.kp": 0.03}`. Windows of the metrics, with their keys as in a
+                scenario file: `windows={"imaging": {"from": 90.0}}`. Attribute of `Scenario`:
+                `name="other"`.
 
         Raises:
             InputError: There is no such section, key or attribute, or a value is not allowed.
@@ -194,7 +222,14 @@ class Scenario:
         return cls(**{name: _tuples(value) for name, value in found.items()})
 
 
-_ROWS = {"events": Event, "dispersions": Dispersion, "parts": Part, "sources": Source}
+_ROWS = {
+    "events": Event,
+    "dispersions": Dispersion,
+    "parts": Part,
+    "sources": Source,
+    "tables": Source,
+    "windows": Window,
+}
 """Field of a scenario -> class of its entries."""
 
 

@@ -16,11 +16,13 @@ from gyrostat.campaigns.own_errors import OwnError
 from gyrostat.campaigns.own_parts import OWN
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.read_dispersions import read_dispersions
-from gyrostat.campaigns.read_events import read_events, within_run
+from gyrostat.campaigns.read_events import read_events
+from gyrostat.campaigns.read_metrics import read_metrics
 from gyrostat.campaigns.read_parts import own_kinds, part_values, read_parts
+from gyrostat.campaigns.read_reference import check_reference, read_tables, with_defaults
 from gyrostat.campaigns.read_sources import own_kind, own_sources
 from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
-from gyrostat.campaigns.schema import METRICS, RUN, START, WHEEL, WHEEL_PARTS, guard_keys
+from gyrostat.campaigns.schema import RUN, START, WHEEL, WHEEL_PARTS, guard_keys
 from gyrostat.campaigns.tables import Table, opened
 from gyrostat.campaigns.trial import try_shapes
 from gyrostat.control.measurement_guard import ON_BAD
@@ -31,11 +33,20 @@ from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
-    *("guard", "sensor", "actuator", "event", "dispersion", "metrics", *WHEEL_PARTS),
+    *("guard", "sensor", "actuator", "event", "dispersion", "metric", "metrics", *WHEEL_PARTS),
 )
-DEFAULTS = {"compensator": "none", "sensors": "white_noise", "environment": "constant"}
+DEFAULTS = {
+    "compensator": "none",
+    "sensors": "white_noise",
+    "environment": "constant",
+    "reference": "fixed",
+}
 """Section -> default of its `kind`; that of the controller is required."""
-BESIDE = {"controller": ("target",), "environment": ("torque",)}
+BESIDE = {
+    "controller": ("target",),
+    "environment": ("torque",),
+    "reference": ("mode", "slew"),
+}
 """Section -> keys that are no numbers."""
 
 
@@ -74,15 +85,16 @@ def _read(path: Path, *, force: bool) -> Scenario:
     chosen, parts = _kinds(top), read_parts(top)
     sources = own_sources(top, {**chosen, **dict(own_kinds(top))})
     for section, kind in chosen.items():
-        keys = component(section, kind, sources).keys
+        made = component(section, kind, sources)
         extra = ("kind", "python") if section in OWN else ("kind",)
-        extra = (*extra, *BESIDE.get(section, ()))
-        values |= top.table(section, (*keys, *extra)).numbers(keys)
+        extra = (*extra, *made.texts, *BESIDE.get(section, ()))
+        table = top.table(section, (*made.keys, *extra))
+        if section == "reference":
+            table = with_defaults(table, kind, values)
+        values |= table.numbers(made.keys)
+    parts = [(part, with_defaults(row, part.kind, values)) for part, row in parts]
     values |= part_values(parts, sources)
     fields = measured([part for part, _ in parts], sources)
-    metrics = top.table("metrics", (*METRICS, "percentiles", "boresight"))
-    values |= metrics.numbers(METRICS)
-    within_run(metrics, "after", values["metrics.after"], values)
     guard = None
     if "guard" in top.row:
         keys = guard_keys(fields)
@@ -91,6 +103,8 @@ def _read(path: Path, *, force: bool) -> Scenario:
         guard = table.one_of("on_bad", ON_BAD, "hold")
     controller = component("controller", chosen["controller"], sources)
     events = read_events(top, craft, values, controller, fields, sources)
+    check_reference(chosen["reference"], parts, top, values)
+    metrics = read_metrics(top, values, events, [part for part, _ in parts])
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
         wheels=craft.wheel_names,
@@ -99,11 +113,10 @@ def _read(path: Path, *, force: bool) -> Scenario:
         **chosen,
         attitude=start.unit("attitude", 4, (1.0, 0.0, 0.0, 0.0)),
         target=top.table("controller", None).unit("target", 4, (1.0, 0.0, 0.0, 0.0)),
-        boresight=metrics.unit("boresight", 3, None) if "boresight" in metrics.row else None,
+        **metrics,
         count=count,
         substeps=substeps,
         command_delay=run.whole("command_delay", 0, 1000),
-        percentiles=metrics.rising("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0),
         events=tuple(sorted(events, key=lambda e: values[f"event.{e.name}.time"])),
         dispersions=(),
         # fixed order, so that a scenario and its copy from text compile to the same program
@@ -111,6 +124,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         guard=guard,
         parts=tuple(part for part, _ in parts),
         sources=sources,
+        tables=read_tables(chosen["reference"], parts, top, values["run.duration"]),
     )
     return replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
 
@@ -122,7 +136,7 @@ def validated(scenario: Scenario) -> Scenario:
         InputError: A part refuses its parameters or cannot be used.
     """
     plans = plans_of(scenario)
-    if scenario.sources:
+    if scenario.sources or any(window.propellant for window in scenario.windows):
         try_shapes(scenario, plans)
     return scenario
 

@@ -2,9 +2,9 @@
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf, nan, pi
+from math import inf, nan
 
 from gyrostat.campaigns.scenario import AXES
 from gyrostat.core.any_unit import ANY_UNIT
@@ -96,14 +96,6 @@ RUN: dict[str, Key] = {
 START: dict[str, Key] = {
     "attitude_error": vector("angle", "Rotation vector from `attitude` to the initial attitude."),
     "rate": vector("speed", "Initial body rate, in body axes."),
-}
-METRICS: dict[str, Key] = {
-    "after": size("time", 0.0, "Start of the interval that error and crossing metrics evaluate."),
-    "settled_angle": positive("angle", 0.1 * pi / 180.0, "Settling threshold: pointing error."),
-    "settled_rate": positive("speed", 0.01 * pi / 180.0, "Settling threshold: body rate."),
-    "crossing_window": positive(
-        "time", 10.0, "Time after a zero crossing in which `crossing_peak` is evaluated."
-    ),
 }
 EVENT_TIME = size("time", None, "Time of the event.")
 _DETECTED = size(
@@ -285,35 +277,3 @@ def friction_keys(dimensions: Mapping[str, str]) -> dict[str, Key]:
         name: (positive if dimension == "speed" else size)(dimension, None, "Friction parameter.")
         for name, dimension in dimensions.items()
     }
-
-
-RESULTS: dict[str, tuple[str, str]] = {
-    "error_max": ("rad", "Largest pointing error after `metrics.after`."),
-    "error_rms": ("rad", "Root mean square of the pointing error after `metrics.after`."),
-    "error_end": ("rad", "Pointing error at the end of the run."),
-    "settling": (
-        "s",
-        "Time after which pointing error and body rate stay settled until the end; none: never.",
-    ),
-    "crossings": ("1", "Number of times that a wheel reaches zero speed after `metrics.after`."),
-    "crossing_peak": (
-        "rad",
-        "Largest pointing error within `metrics.crossing_window` after a zero crossing; none: no "
-        "crossing.",
-    ),
-    "momentum_peak": ("N·m·s", "Largest momentum of any wheel."),
-    "torque_peak": ("N·m", "Largest motor torque commanded to any wheel."),
-    "torque_rms": ("N·m", "Root mean square of the commanded motor torques of all wheels."),
-    "saturated": (
-        "1",
-        "Fraction of time in which any wheel is at a limit of torque, momentum or driver.",
-    ),
-    "energy": ("J", "Mechanical work of the commanded torques; braking counts as positive."),
-}
-"""Metric -> its unit and meaning, except the percentiles of the pointing error."""
-
-
-def metric_units(percentiles: Iterable[float]) -> dict[str, str]:
-    """Every metric -> its unit; the given percentiles of the pointing error come first."""
-    first = {f"error_p{p:g}": "rad" for p in percentiles}
-    return first | {name: unit for name, (unit, _) in RESULTS.items()}

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 from math import inf, isfinite
 from typing import Any
 
-from gyrostat.campaigns.scenario import Event, Part, Scenario, Source
+from gyrostat.campaigns.scenario import Event, Part, Scenario, Source, Window
 from gyrostat.campaigns.schema import MEASURED, WHEEL_IS_LOST
 
 
@@ -17,7 +17,7 @@ class Structure:
     anything else.
 
     Attributes:
-        wheels: See `Scenario`; also the following attributes up to `sources`.
+        wheels: See `Scenario`; also the following attributes up to `windows`.
         events: Events in their nominal order of time, without targets.
         turning_points: Slews and wheel failures, in the nominal order of their notification.
         keys: Keys of all values.
@@ -41,6 +41,7 @@ class Structure:
     reference: str
     parts: tuple[Part, ...]
     sources: tuple[Source, ...]
+    windows: tuple[Window, ...]
     events: tuple[Event, ...]
     turning_points: tuple[Event, ...]
     keys: tuple[str, ...]

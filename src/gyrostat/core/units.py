@@ -53,7 +53,7 @@ class Unit:
 # One row for each unit: the unit, its other spellings where case matters ('mA' is not 'MA'), and
 # its spellings where case does not matter. The first unit of a dimension is the one used inside and
 # in outputs. '·' between the parts of a spelling may be omitted or be a dot, a blank or a star.
-# Hz and 1/s are absent on purpose: they do not say whether radians or revolutions are counted.
+# Speeds have no Hz and no 1/s: these do not say whether radians or revolutions are counted.
 _Row = tuple[Unit, tuple[str, ...], tuple[str, ...]]
 _TABLE: dict[str, tuple[_Row, ...]] = {
     "time": (
@@ -116,6 +116,10 @@ _TABLE: dict[str, tuple[_Row, ...]] = {
         (Unit("°C"), ("C",), ("°C", "degC", "deg·C", "Celsius")),
         (Unit("K", 1.0, -273.15), (), ("Kelvin",)),
         (Unit("°F", 5.0 / 9.0, -160.0 / 9.0), ("F",), ("°F", "degF", "deg·F", "Fahrenheit")),
+    ),
+    "frequency": (
+        (Unit("Hz"), (), ("Hz", "hertz")),
+        (Unit("mHz", 1e-3), ("mHz",), ()),
     ),
     "angle": (
         (Unit("rad"), (), ("rad", "radian", "radians")),

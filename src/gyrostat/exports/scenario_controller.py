@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 
 from gyrostat.campaigns.build import build
-from gyrostat.campaigns.kinds import measured
 from gyrostat.campaigns.phases import Phases
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.sensing import options_of
-from gyrostat.campaigns.structure import structure_of
+from gyrostat.campaigns.structure import measured_names, structure_of
 from gyrostat.control import FieldLimits, MeasurementGuard
 from gyrostat.control.measurement_guard import UNLIMITED
 from gyrostat.core.jax64 import jax, jnp
@@ -49,7 +48,9 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     _, first = setup.sensor(memory, setup.start, jax.random.key(0))
     limits = {}
     if scenario.guard is not None:
-        for name in measured(scenario.parts, scenario.sources):
+        for name in measured_names(scenario):
+            if not jnp.issubdtype(getattr(first, name).dtype, jnp.floating):
+                continue
             rate = own.get(f"{name}_change", np.inf)
             limits[name] = FieldLimits(
                 max(own[f"{name}_lower"], -UNLIMITED),

@@ -1,7 +1,8 @@
 """Report of a campaign: distributions, percentiles, drivers and worst runs."""
 
 import json
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,12 +10,12 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from gyrostat.campaigns import Campaign, Scenario, Store, worst_runs
+from gyrostat.campaigns import Campaign, Scenario, Store, Window, worst_runs
 from gyrostat.campaigns.drivers import find_drivers
-from gyrostat.campaigns.schema import RESULTS, metric_units
+from gyrostat.campaigns.results import metrics_of, percentile_name
 from gyrostat.campaigns.summary import percentile_of
 from gyrostat.core.text import or_none
-from gyrostat.reports.campaign_run import run_page, told
+from gyrostat.reports.campaign_run import IN_DEGREES, run_page, told
 from gyrostat.reports.drawing import MARK, MODEL, STYLE, svg
 from gyrostat.reports.template import render
 from gyrostat.simulation import Status
@@ -55,9 +56,8 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
         scenario=scenario,
         known=known,
         content=content,
-        figure=svg(distribution_figure(scenario, columns)),
-        units=metric_units(scenario.percentiles),
-        meanings={name: meaning for name, (_, meaning) in RESULTS.items()},
+        parts=_parts(scenario, columns),
+        metrics=metrics_of(scenario),
         told=lambda value, unit: told(np.nan if value is None else value, unit),
         told_percentile=told_percentile,
         folder=folder,
@@ -73,6 +73,40 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
     return text
 
 
+def _parts(scenario: Scenario, columns: "dict[str, Vector]") -> list[dict[str, Any]]:
+    """Sections of the page: the whole run, and each window."""
+    metrics = metrics_of(scenario)
+    parts = []
+    for window in (None, *scenario.windows):
+        own = None if window is None else window.name
+        names = [name for name, metric in metrics.items() if metric.window == own]
+        parts.append(
+            {
+                "window": own,
+                "text": None if window is None else window_text(scenario, window),
+                "names": names,
+                "figure": svg(distribution_figure(scenario, columns, names)),
+            }
+        )
+    return parts
+
+
+def window_text(scenario: Scenario, window: Window) -> str:
+    """Times and boresight of a window as a sentence."""
+    begin, end = (scenario.values[f"window.{window.name}.{key}"] for key in ("from", "until"))
+    after = default = ""
+    if window.event is not None:
+        after, default = f" after {window.event}", "the next slew or "
+    if window.mode is not None:
+        after, default = f" after the start of mode {window.mode}", "its end or "
+    default += "the end of the run"
+    text = f"From {begin:g} s to {f'{end:g} s' if end < math.inf else default}{after}"
+    boresight = window.boresight or scenario.boresight
+    if boresight is None:
+        return f"{text}; full attitude error."
+    return f"{text}; boresight {', '.join(f'{part:.4g}' for part in boresight)} in body axes."
+
+
 def _content(
     scenario: Scenario, known: Campaign, columns: "dict[str, Vector]", store: Store
 ) -> dict[str, Any]:
@@ -83,16 +117,17 @@ def _content(
         kind.name.lower(): int(np.sum(status == kind)) for kind in Status if np.any(status == kind)
     }
     bad = np.flatnonzero(status != Status.COMPLETE)
-    units = metric_units(scenario.percentiles)
-    driving = find_drivers(drawn, np.stack([columns[name] for name in units], axis=1))
+    known_metrics = metrics_of(scenario)
+    driving = find_drivers(drawn, np.stack([columns[name] for name in known_metrics], axis=1))
     metrics: dict[str, Any] = {}
-    for (name, unit), rho, level in zip(
-        units.items(), driving.rank_correlation.T, driving.chance_level, strict=True
+    for (name, metric), rho, level in zip(
+        known_metrics.items(), driving.rank_correlation.T, driving.chance_level, strict=True
     ):
         found = [percentile_of(columns[name], percent) for percent in PERCENTILES]
         order = [k for k in np.argsort(-np.abs(rho)) if np.isfinite(rho[k])]
         metrics[name] = {
-            "unit": unit,
+            "unit": metric.unit,
+            "window": metric.window,
             "runs": int(np.sum(np.isfinite(columns[name]))),
             "percentiles": [{k: or_none(v) for k, v in vars(p).items()} for p in found],
             "chance_level": or_none(float(level)),
@@ -105,8 +140,16 @@ def _content(
                 for k in order
             ],
         }
-    ranked = f"error_p{scenario.percentiles[-1]:g}"
+    ranked = percentile_name(scenario.percentiles[-1])
     kept = store.histories(known)
+
+    def worst(metric: str) -> dict[str, Any]:
+        runs = [
+            {"run": run, "value": or_none(float(columns[metric][run])), "kept": run in kept}
+            for run in worst_runs(store, SHOWN, metric)
+        ]
+        return {"worst_by": metric, "worst": runs}
+
     return {
         "scenario": scenario.name,
         "digest": known.digest,
@@ -123,15 +166,8 @@ def _content(
         ],
         "chance_level": metrics[ranked]["chance_level"],
         "metrics": metrics,
-        "worst_by": ranked,
-        "worst": [
-            {
-                "run": run,
-                "value": or_none(float(columns[ranked][run])),
-                "kept": run in kept,
-            }
-            for run in worst_runs(store, SHOWN, ranked)
-        ],
+        **worst(ranked),
+        "windows": {w.name: worst(f"{w.name}.{ranked}") for w in scenario.windows},
         "engine": dict(known.engine),
     }
 
@@ -174,15 +210,18 @@ def _lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
     return lines
 
 
-def distribution_figure(scenario: Scenario, columns: "dict[str, Vector]") -> Figure:
+def distribution_figure(
+    scenario: Scenario, columns: "dict[str, Vector]", names: Sequence[str]
+) -> Figure:
     """Plot a histogram of every metric that differs between runs, with its 99.7 % percentile.
 
     Args:
         scenario: Scenario of the campaign.
         columns: Columns of the table of runs.
+        names: Names of the metrics.
     """
-    units = metric_units(scenario.percentiles)
-    finite = {name: columns[name][np.isfinite(columns[name])] for name in units}
+    metrics = metrics_of(scenario)
+    finite = {name: columns[name][np.isfinite(columns[name])] for name in names}
     shown = [name for name, values in finite.items() if len(values) and np.ptp(values) > 0.0]
     count = max(len(shown), 1)
     with mpl.rc_context(STYLE):
@@ -190,14 +229,14 @@ def distribution_figure(scenario: Scenario, columns: "dict[str, Vector]") -> Fig
         figure = Figure(figsize=(9.0, 1.9 * height + 0.2))
         grid = np.atleast_1d(figure.subplots(height, 3)).ravel()
         for axes, name in zip(grid, shown, strict=False):
-            degrees = units[name] == "rad"
-            values = np.degrees(finite[name]) if degrees else finite[name]
+            unit = metrics[name].unit
+            values = np.degrees(finite[name]) if unit in IN_DEGREES else finite[name]
             axes.stairs(
                 *np.histogram(values, bins=min(50, 5 + len(values) // 10)), fill=True, color=MODEL
             )
             mark = percentile_of(values, PERCENTILES[-1]).value
             axes.axvline(mark, color=MARK, lw=0.9, ls="--")
-            unit = "deg" if degrees else units[name]
+            unit = IN_DEGREES.get(unit, unit)
             axes.set_xlabel(name if unit == "1" else f"{name} ({unit})")
         for axes in grid[len(shown) :]:
             axes.set_visible(False)

@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
+from gyrostat.campaigns.results import metrics_of
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.schema import metric_units
 from gyrostat.core.outputs import new_files
 from gyrostat.core.text import plain
 from gyrostat.core.units import RPM
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 LEAST_SHOWN = 1e-5
 """Smallest value drawn, deg; smaller ones are rounding errors."""
+
+IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
+"""Unit of a metric -> unit in which reports show it."""
 
 
 def write_run(
@@ -98,18 +101,18 @@ def _verdict(values: Mapping[str, Any]) -> str:
 
 
 def told(value: float, unit: str, digits: int = 4) -> str:
-    """Format a value with a number of significant digits; angles are shown in degrees."""
+    """Format a value with a number of significant digits; angles and rates in degrees."""
     if not math.isfinite(value):
         return "none"
-    if unit == "rad":
-        return f"{plain(math.degrees(value), digits)} deg"
+    if unit in IN_DEGREES:
+        value, unit = math.degrees(value), IN_DEGREES[unit]
     return plain(value, digits) if unit == "1" else f"{plain(value, digits)} {unit}"
 
 
 def metric_rows(scenario: Scenario, values: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Metrics as pairs of name and entry."""
-    units = metric_units(scenario.percentiles)
-    return [(name, told(float(values[name]), unit)) for name, unit in units.items()]
+    metrics = metrics_of(scenario)
+    return [(name, told(float(values[name]), each.unit)) for name, each in metrics.items()]
 
 
 def run_figure(scenario: Scenario, history: "xr.Dataset") -> Figure:

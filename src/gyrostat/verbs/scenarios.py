@@ -55,7 +55,7 @@ def simulate(
             replaced.
     """
     from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
-    from gyrostat.campaigns.schema import metric_units
+    from gyrostat.campaigns.results import metrics_of
     from gyrostat.core.outputs import check_outputs
     from gyrostat.core.validation import check_seed
 
@@ -83,7 +83,7 @@ def simulate(
 
         write_run(found, flown, path, command=command, say=say, force=force)
     assert flown.histories is not None
-    names = ("ended", *metric_units(found.percentiles))
+    names = ("ended", *metrics_of(found))
     values = {name: flown.columns[name][0].item() for name in names}
     return flown.histories.isel(run=0).assign_attrs(scenario=found.name, **values)
 
@@ -187,12 +187,17 @@ def campaign(
 
 
 def replay(
-    folder: "str | Path", run: int, *, say: Say = silent, command: str = "gyrostat.replay"
+    folder: "str | Path | xr.Dataset",
+    run: int,
+    *,
+    say: Say = silent,
+    command: str = "gyrostat.replay",
 ) -> "xr.Dataset":
     """Simulate one run of a campaign again, bit for bit; write its history and its page.
 
     Args:
-        folder: Folder of a finished campaign; the files are runs/run_NNNNNN.nc and .html in it.
+        folder: Folder of a finished campaign, or the dataset that `campaign` returned; the files
+            are runs/run_NNNNNN.nc and .html in the folder.
         run: Number of the run.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
@@ -212,6 +217,7 @@ def replay(
     from gyrostat.campaigns.jobs import executor_for
     from gyrostat.reports.campaign import write_replay
 
+    folder = folder if isinstance(folder, str | Path) else folder.attrs["folder"]
     store = Store(Path(folder), say)
     known = store.known()
     if run not in range(known.runs):

@@ -10,12 +10,13 @@ from gyrostat.control.allocation.working_wheels import SPAN
 from gyrostat.control.design.factorisations import MRPBody
 from gyrostat.control.design.lqr import FeedbackCommand
 from gyrostat.control.design.riccati import RiccatiSolution, riccati
-from gyrostat.core.arrays import Quaternion, Scalar
+from gyrostat.control.guidance.guide import AT_REST, Guide
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, Rule, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
-from gyrostat.core.rotations import check_unit
+from gyrostat.core.rotations import check_unit, cross_matrix
 from gyrostat.spacecraft import Spacecraft
 
 _solved = jax.jit(riccati)
@@ -32,10 +33,15 @@ class AttitudeRegulator(Checked):
     is solved once (LQR). The law does not take failed wheels, drag or external torques into
     account.
 
-    The target is assumed to be at rest. If it turns at a constant rate W about a principal axis of
-    inertia J, the body lags by 4 atan(W sqrt((q_w + J sqrt(q_s r) / 2) / q_s)) rad. At this angle
-    the attitude term, sqrt(q_s / r) tan(angle / 4), balances the rate term, sqrt((q_w + J sqrt(q_s
-    r) / 2) / r) W. The result is for the linear law without wheel momentum.
+    With a reference (`toward`), x is the motion relative to it, and the torque of
+    `gyrostat.control.guidance.Guide` is added: w' relative to the reference is then J^-1 (u - w x
+    (h + J w_t)) - w_t x w with w the relative rate and w_t that of the reference, and there is no
+    lag.
+
+    Without a reference, the target is assumed to be at rest. If it turns at a constant rate W about
+    a principal axis of inertia J, the body lags by 4 atan(W sqrt((q_w + J sqrt(q_s r) / 2) / q_s))
+    rad. At this angle the attitude term, sqrt(q_s / r) tan(angle / 4), balances the rate term,
+    sqrt((q_w + J sqrt(q_s r) / 2) / r) W. The result is for the linear law without wheel momentum.
 
     Attributes:
         spacecraft: Spacecraft model of the controller.
@@ -46,6 +52,7 @@ class AttitudeRegulator(Checked):
         torque_weight: Weight r of the torque, 1/(N·m)².
         gain: Gain of the linear law, (3, 6), N·m and N·m·s/rad; None if the gain depends on the
             state.
+        guide: Reference at the sample, see `toward`; None for a target at rest.
     """
 
     spacecraft: Spacecraft
@@ -54,6 +61,11 @@ class AttitudeRegulator(Checked):
     rate_weight: Annotated[Scalar, positive("rate weight", "s²/rad²")] = 16.0
     torque_weight: Annotated[Scalar, positive("torque weight", "1/(N·m)²")] = 1.0
     gain: Float[Array, "3 6"] | None = None
+    guide: Guide | None = None
+
+    def toward(self, guide: Guide) -> Self:
+        """Law that follows a reference."""
+        return replace(self, guide=guide)
 
     def linear(self) -> Self:
         """Linear law (LQR) with the same weights."""
@@ -77,8 +89,19 @@ class AttitudeRegulator(Checked):
         """Initial memory; empty."""
         return ()
 
-    def _solve(self, state: Float[Array, "6"], momentum: Any) -> RiccatiSolution:
+    def _solve(
+        self, state: Float[Array, "6"], momentum: Any, carried: Vector3 | None = None
+    ) -> RiccatiSolution:
+        """Riccati solution at a relative state.
+
+        Args:
+            state: State, sigma and w.
+            momentum: Momentum of the wheels, and of the body at the rate `carried`, (3,), N·m·s.
+            carried: Rate of the reference, body axes, (3,), rad/s; None for a target at rest.
+        """
         dynamics, input = MRPBody(jnp.asarray(self.spacecraft.inertia))(state, momentum)
+        if carried is not None:
+            dynamics = dynamics.at[3:, 3:].add(-cross_matrix(carried))
         each = jnp.ones(3)
         weight = jnp.concatenate([self.attitude_weight * each, self.rate_weight * each])
         return _solved(dynamics, input, jnp.diag(weight), jnp.diag(self.torque_weight * each))
@@ -94,13 +117,22 @@ class AttitudeRegulator(Checked):
         wheels, rate = self.spacecraft.wheels, measurement.rate
         axes = jnp.asarray(wheels.axes)
         body = MRPBody(jnp.asarray(self.spacecraft.inertia))
-        state = body.state(measurement.attitude, rate, self.target)
+        state, carried, following = body.state(measurement.attitude, rate, self.target), None, None
+        momentum = axes @ (wheels.inertia * (measurement.wheel_speed + axes.T @ rate))
+        if self.guide is not None:
+            inertia = jnp.asarray(self.spacecraft.inertia)
+            total = inertia @ rate + momentum
+            found = self.guide.follow(measurement.attitude, rate, total, inertia)
+            state = body.state(found.turn, found.rate, AT_REST)
+            carried, following = found.carried, found.torque
+            momentum = momentum + inertia @ carried
         if self.gain is None:
-            momentum = axes @ (wheels.inertia * (measurement.wheel_speed + axes.T @ rate))
-            _, gain, residual, valid = self._solve(state, momentum)
+            _, gain, residual, valid = self._solve(state, momentum, carried)
         else:
             gain, residual, valid = self.gain, jnp.zeros(()), jnp.array(True)
         torque = jnp.sum(jnp.asarray(gain) * state, axis=1)
+        if following is not None:
+            torque += following
         # wheel torques m act on the body as -A m, so that A m = K x, with least squares
         share = axes.T @ inverse_definite(axes @ axes.T)
         return memory, FeedbackCommand(share @ torque, residual, valid)

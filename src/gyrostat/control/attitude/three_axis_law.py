@@ -24,9 +24,11 @@ class ThreeAxisLaw(Checked):
     momentum than they have left. B. Wie, "Space Vehicle Dynamics and Control", section 7.3
     (eigenaxis rotations under limits).
 
-    The target is assumed to be at rest. If it turns at a constant rate W, the body lags by W (1 / k
-    + 1 / k_t), with the gains k of `WheelRateLoop` and k_t of this law: 5.25 s times W with the
-    default gains. `WheelArrayControl` has the derivation.
+    `MomentumRecovery` follows a reference by this law: it applies the law in axes of the reference
+    and adds the torque of `gyrostat.control.guidance.Guide`, so that there is no lag. Without a
+    reference, the target is assumed to be at rest. If it turns at a constant rate W, the body lags
+    by W (1 / k + 1 / k_t), with the gains k of `WheelRateLoop` and k_t of this law: 5.25 s times W
+    with the default gains. `WheelArrayControl` has the derivation.
 
     Attributes:
         wheels: Rate loop that follows the commanded rate; it has the inertia and the limits.

@@ -1,16 +1,16 @@
 """Attitude control by a wheel array: from attitude and rate to wheel torques."""
 
+from dataclasses import replace
 from typing import Annotated, Any, NamedTuple, Self
 
-import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Float
-from numpy.typing import ArrayLike
 
 from gyrostat.control.allocation.allocation import MinimaxAllocation, Working, spread, within_limits
 from gyrostat.control.allocation.momentum_unloading import MomentumUnloading
 from gyrostat.control.allocation.null_space import NullSpaceControl
 from gyrostat.control.allocation.wheel_fault_detector import WheelFaultDetector, WheelFaultMemory
+from gyrostat.control.attitude.attitude_targets import AttitudeTargets
+from gyrostat.control.guidance.guide import AT_REST, Guide
 from gyrostat.control.underactuated.two_wheel_law import brake
 from gyrostat.core import rotations
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
@@ -19,7 +19,6 @@ from gyrostat.core.delay_line import Sent, empty_line, pushed
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft
-from gyrostat.wheel.array import listed
 
 BRAKING_SHARE = 0.5
 """Fraction of the wheels' torque that is used to stop a turn."""
@@ -45,50 +44,6 @@ class ArrayCommand(NamedTuple):
     external_torque: Annotated[Vector3, "N·m"]
     target: Annotated[Quaternion, "1"]
     works: Working
-
-
-class AttitudeTargets(Checked):
-    """Target attitude over time, piecewise constant.
-
-    The targets define where to point but no rate, and a law takes each for a target at rest.
-    Targets that move at a constant rate W are therefore followed with a constant lag, for
-    `WheelArrayControl` of W (1 / k + 1 / k_t) rad, as derived there.
-
-    Attributes:
-        times: Start times of the targets, (targets,), increasing, s. The first target also applies
-            before its time.
-        attitudes: Target quaternions, scalar first, (targets, 4).
-    """
-
-    times: Float[Array, " targets"] = eqx.field(converter=listed)
-    attitudes: Float[Array, "targets 4"] = eqx.field(converter=listed)
-
-    @classmethod
-    def hold(cls, attitude: ArrayLike) -> Self:
-        """Constant target attitude."""
-        return cls(jnp.zeros(1), jnp.asarray(attitude, dtype=float)[None])
-
-    def check_own(self) -> None:
-        """Validate times and attitudes.
-
-        Raises:
-            InputError: The times are missing, not finite or not increasing; or the attitudes have
-                the wrong shape or are not of unit length.
-        """
-        times = np.asarray(self.times, dtype=float)
-        rising = times.size > 0 and times.ndim > 0 and np.all(np.isfinite(times))
-        if not rising or not np.all(np.diff(times, axis=-1) > 0.0):
-            raise InputError(f"times of the targets: found {times}, expected increasing times, s")
-        shape = np.shape(self.attitudes)
-        if shape != (*times.shape, 4):
-            raise InputError(f"targets: found shape {shape}, expected {(*times.shape, 4)}")
-        rotations.check_unit(self.attitudes)
-
-    def __call__(self, time: Scalar) -> Quaternion:
-        """Target attitude at a time, s."""
-        # multiples of a control period are subject to rounding
-        passed = jnp.sum(jnp.asarray(self.times) <= time + 1e-9)
-        return jnp.asarray(self.attitudes)[jnp.maximum(passed - 1, 0)]
 
 
 class ArrayControlMemory(NamedTuple):
@@ -132,9 +87,14 @@ class WheelArrayControl(Checked):
     null-space control. The drag of failed wheels is allocated to the working ones. B. Wie, "Space
     Vehicle Dynamics and Control", section 7.3.
 
-    Lag behind a moving target. The law assumes a target at rest, so that its rate loop opposes the
-    rate W of a moving target. If body and target turn at a constant W, the acceleration of the law
-    is zero: w_d' + k (w_d - W) = 0 with w_d = -k_t e and w_d' = -k_t W. The body lags by the angle
+    With a reference (`toward`), the law controls the motion relative to it: w and w_d are the rates
+    relative to the reference, and the torque of `Guide` is added, which follows the reference
+    without lag. `largest_rate` then limits the rate relative to the reference.
+
+    Lag behind a moving target without a reference. The law assumes a target at rest, so that its
+    rate loop opposes the rate W of a moving target. If body and target turn at a constant W, the
+    acceleration of the law is zero: w_d' + k (w_d - W) = 0 with w_d = -k_t e and w_d' = -k_t W. The
+    body lags by the angle
 
         L = W (1 / k + 1 / k_t),
 
@@ -149,7 +109,7 @@ class WheelArrayControl(Checked):
 
     Attributes:
         spacecraft: Spacecraft model of the controller; every wheel with finite limits.
-        targets: Target attitude over time.
+        targets: Target attitude over time; unused with a reference.
         turn_gain: Attitude gain k_t, 1/s.
         rate_gain: Rate gain k, 1/s.
         torque_time: Time constant of the low-pass filter of D, s; infinite: D stays zero.
@@ -159,6 +119,7 @@ class WheelArrayControl(Checked):
             unused.
         unloading: Momentum unloading by the external actuator; None without such an actuator.
         detector: Detector of drag and failures; it also has the command delay.
+        guide: Reference at the sample, see `toward`; None for a target at rest.
     """
 
     spacecraft: Spacecraft
@@ -171,6 +132,11 @@ class WheelArrayControl(Checked):
     null_space: NullSpaceControl | None = None
     unloading: MomentumUnloading | None = None
     detector: WheelFaultDetector = WheelFaultDetector()
+    guide: Guide | None = None
+
+    def toward(self, guide: Guide) -> Self:
+        """Law that follows a reference."""
+        return replace(self, guide=guide)
 
     def check_own(self) -> None:
         """Validate the limits of the wheels.
@@ -225,17 +191,24 @@ class WheelArrayControl(Checked):
             memory.detector, absolute, measurement.wheel_measured, limit, time, period
         )
         external = jnp.zeros(3) if self.unloading is None else self.unloading(momentum)
-        target = self.targets(time)
-        wanted, change = self._wanted(measurement, target, momentum, detector.works)
+        turning, target, follows = measurement, self.targets(time), None
+        if self.guide is not None:
+            found = self.guide.follow(measurement.attitude, rate, momentum, inertia)
+            turning = measurement._replace(attitude=found.turn, rate=found.rate)
+            follows = found.torque - inertia @ found.change
+            target = AT_REST
+        wanted, change = self._wanted(turning, target, momentum, detector.works)
         in_space = rotations.to_inertial(measurement.attitude, momentum)
         gained = rotations.to_body(measurement.attitude, in_space - memory.momentum) / period
         share = jnp.where(memory.detector.begun, period / (self.torque_time + period), 0.0)
         unknown = memory.unknown + share * (gained - memory.given[0] - memory.unknown)
-        push = change + self.rate_gain * (wanted - rate)
+        push = change + self.rate_gain * (wanted - turning.rate)
         # bearing torque of failed wheels acts on the body; if not measured, D includes it
         failed = ~detector.works & measurement.wheel_measured
         borne = axes @ jnp.where(failed, detector.lost, 0.0)
-        needed = external + unknown + borne - jnp.cross(rate, momentum) - inertia @ push
+        needed = external + unknown + borne - jnp.cross(turning.rate, momentum) - inertia @ push
+        if self.guide is not None and follows is not None:
+            needed, target = needed + follows, self.guide.now.attitude
         left = limit - jnp.abs(detector.drag)
         torque = within_limits(self.allocation(axes, left, detector.works, needed), left)
         if self.null_space is not None:

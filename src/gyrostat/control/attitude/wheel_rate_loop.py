@@ -108,6 +108,7 @@ class WheelRateLoop(Checked):
         momentum: Vector3,
         wanted: Vector3,
         acceleration: Vector3,
+        following: Vector3 | None = None,
     ) -> tuple[RateLoopMemory, WheelTorqueCommand]:
         """Compute the wheel torques.
 
@@ -118,6 +119,8 @@ class WheelRateLoop(Checked):
             momentum: Total momentum in body axes, (3,), N·m·s.
             wanted: Commanded body rate, (3,), rad/s.
             acceleration: Change of the commanded rate, (3,), rad/s².
+            following: Further torque that the wheels shall take up in order to follow a reference,
+                (3,), N·m; None for a target at rest.
         """
         rate, period = measurement.rate, memory.period
         working = jnp.any(self.axes != 0.0, axis=0)
@@ -130,6 +133,8 @@ class WheelRateLoop(Checked):
         reached = jnp.clip(reached, -self.momentum_limit, self.momentum_limit)
         forward = jnp.clip(-self.allocation @ (self.inertia @ acceleration), -limit / 2, limit / 2)
         tracking = gyroscopic + forward + self.gain * (reached - relative)
+        if following is not None:
+            tracking += self.allocation @ following
         mean_inertia = jnp.trace(self.inertia) / 3.0
         damping = DAMPING_RATIO * self.gain * mean_inertia * (self.axes.T @ rate)
         tumbles = jnp.max(jnp.abs(gyroscopic) / limit) > TUMBLING

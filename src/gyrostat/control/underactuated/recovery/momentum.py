@@ -1,5 +1,6 @@
 """Recovery law that controls the attitude by two or more wheels and the total momentum."""
 
+from dataclasses import replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import ArrayLike
 from gyrostat.control.allocation.working_wheels import SPAN, WorkingWheels
 from gyrostat.control.attitude.three_axis_law import ThreeAxisLaw
 from gyrostat.control.attitude.wheel_rate_loop import RateLoopMemory, WheelRateLoop
+from gyrostat.control.guidance.guide import AT_REST, Guide
 from gyrostat.control.underactuated.momentum_angles import momentum_frame
 from gyrostat.control.underactuated.two_wheel_law import NO_WAY, TwoWheelLaw, Way
 from gyrostat.core import rotations
@@ -54,12 +56,27 @@ class MomentumRecovery(Checked):
         normal: Normal to the working axes, (3,); zero if they span space.
         failed_axes: Axes of failed wheels, (3, wheels); zero for working and seized wheels.
         rotor_inertia: Inertia of every rotor about its axis, (wheels,), kg·m².
+        guide: Reference at the sample, see `toward`; None for a target at rest.
     """
 
     law: TwoWheelLaw | ThreeAxisLaw
     normal: Vector3
     failed_axes: Float[Array, "3 wheels"]
     rotor_inertia: Float[Array, " wheels"]
+    guide: Guide | None = None
+
+    def toward(self, guide: Guide) -> Self:
+        """Law that follows a reference.
+
+        Raises:
+            InputError: The working axes do not span space.
+        """
+        if isinstance(self.law, TwoWheelLaw):
+            raise InputError(
+                "recovery with two directions of torque: found a reference, expected a fixed "
+                "target: such a spacecraft cannot follow a given motion"
+            )
+        return replace(self, guide=guide)
 
     def start(self, period: Scalar) -> MomentumRecoveryMemory:
         """Initial memory."""
@@ -79,16 +96,28 @@ class MomentumRecovery(Checked):
         law, loop, rate = self.law, self.law.wheels, measurement.rate
         held = self._held(measurement)
         relative = self.rotor_inertia * measurement.wheel_speed
-        resting = relative + loop.allocation @ (jnp.asarray(loop.inertia) @ rate)
-        turning = rotations.rate_of_quaternion(measurement.attitude, rate)
+        attitude, inertia = measurement.attitude, jnp.asarray(loop.inertia)
+        body = rotations.to_body(attitude, law.total_momentum)
+        followed, following = None, None
+        if self.guide is not None:
+            # the law in axes of the reference, in which the target is at rest
+            followed = self.guide.follow(attitude, rate, body, inertia)
+            attitude, rate = followed.turn, followed.rate
+            momentum = rotations.to_body(self.guide.now.attitude, law.total_momentum)
+            law = replace(law, target=AT_REST, total_momentum=momentum)
+        resting = relative + loop.allocation @ (inertia @ rate)
+        turning = rotations.rate_of_quaternion(attitude, rate)
         wanted, change, way = jax.jvp(
             lambda attitude: law(attitude, held, resting, memory.way),
-            (measurement.attitude,),
+            (attitude,),
             (turning,),
             has_aux=True,
         )
-        body = rotations.to_body(measurement.attitude, law.total_momentum)
-        wheels, command = loop(memory.wheels, measurement, body, wanted, change)
+        if followed is not None:
+            wanted, change = wanted + followed.carried, change + followed.change
+            # the rate loop turns the momentum at the measured rate
+            following = followed.torque - jnp.cross(body, followed.carried)
+        wheels, command = loop(memory.wheels, measurement, body, wanted, change, following)
         return MomentumRecoveryMemory(wheels, way), command
 
     def predicted(

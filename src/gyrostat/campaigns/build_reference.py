@@ -1,0 +1,118 @@
+"""Build the reference attitude of a run from a scenario."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from gyrostat.campaigns.kinds import chosen, component
+from gyrostat.campaigns.references import (
+    LISTS,
+    PlannedReference,
+    ReferenceCase,
+    attitude_table,
+)
+from gyrostat.campaigns.scenario import Scenario
+from gyrostat.campaigns.sensing import Values, options_of
+from gyrostat.campaigns.structure import Structure
+from gyrostat.control import AttitudeTargets
+from gyrostat.control.guidance import Reference, WheelEnvelope
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.spacecraft import Spacecraft
+
+
+def planned_reference(
+    scenario: Scenario, known: Spacecraft, working: Bool[np.ndarray, "phases wheels"]
+) -> PlannedReference | None:
+    """Part of the reference of a scenario that is computed once; None for fixed targets.
+
+    Args:
+        scenario: Scenario.
+        known: Nominal spacecraft.
+        working: Whether each wheel works in each phase of the controller.
+
+    Raises:
+        InputError: The working wheels of a phase cannot slew about every axis; the scenario has
+            slews or modes that its reference does not use, or lacks those that it needs; or events
+            change the target beside a reference.
+    """
+    kind = scenario.reference
+    for owner, section in LISTS.items():
+        found = [part.name for part in scenario.parts if part.section == section]
+        if (kind == owner) != bool(found):
+            raise InputError(
+                f"key reference.kind: found {kind} {'with' if found else 'without'} tables "
+                f"[[{section}]], expected {'none' if found else 'one or more'}"
+            )
+    if kind == "fixed":
+        return None
+    if kind == "table" and not scenario.tables:
+        raise InputError("key reference.file: found none, expected a CSV file")
+    slews = [event.name for event in scenario.events if event.kind == "slew"]
+    if slews:
+        raise InputError(
+            f"key event[{slews[0]}]: found a slew beside the reference {kind}, expected none: the "
+            "reference is the target"
+        )
+    envelope = None
+    if scenario.reference in LISTS:
+        starts = np.arange(float(len(working)))
+        envelope = WheelEnvelope.of(known, working, starts=starts)
+    tables = {table.path: attitude_table(table.path, table.text) for table in scenario.tables}
+    return PlannedReference(envelope, tables)
+
+
+def reference_of(
+    structure: Structure,
+    values: Values,
+    plans: Any,
+    start: Any,
+    starts: Float[Array, " phases"],
+) -> Reference | None:
+    """Reference of a run; None for fixed targets.
+
+    Args:
+        structure: Structure of the scenario.
+        values: Values of the run.
+        plans: Plans of the scenario.
+        start: State at time 0.
+        starts: Start time of each phase of the controller, (phases,), s.
+    """
+    planned = plans.reference
+    if planned is None:
+        return None
+    own = options_of(values, "reference")
+    envelope = planned.envelope
+    if envelope is not None:
+        envelope = replace(
+            envelope,
+            starts=starts,
+            total_momentum=start.momentum,
+            wheel_momentum=envelope.spacecraft.wheels.inertia * start.wheel_speed,
+            torque_share=own["torque_share"],
+            momentum_share=own["momentum_share"],
+        )
+    made: dict[str, list[Any]] = {section: [] for section in LISTS.values()}
+    for part in structure.parts:
+        if part.section in made:
+            place = f"{part.section}.{part.name}"
+            options = options_of(values, place)
+            kind = component(part.section, part.kind, structure.sources)
+            made[part.section].append((kind.make(options, planned, place), options))
+    case = ReferenceCase(
+        planned,
+        envelope,
+        jnp.asarray(plans.attitude),
+        made["reference.mode"],
+        [options for _, options in made["reference.slew"]],
+    )
+    return chosen(structure, "reference").make(own, case)
+
+
+def steps_reference(
+    starts: Float[Array, " phases"], targets: Float[Array, "phases 4"]
+) -> Reference:
+    """Fixed targets as a reference, for own controllers that take one."""
+    return Reference.of(AttitudeTargets(starts, targets))

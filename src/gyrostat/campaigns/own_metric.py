@@ -1,0 +1,71 @@
+"""Metrics of a user, computed during the simulation."""
+
+from typing import Any, Protocol
+
+import equinox as eqx
+from jaxtyping import Array, Bool
+
+from gyrostat.campaigns.own_errors import numbers, reported, same_memory
+from gyrostat.campaigns.sample import Sample
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jax, jnp
+
+
+class RunMetric(Protocol):
+    """Protocol of a metric of a user: a number of each run.
+
+    The method `start() -> memory` is optional; the memory is 0.0 without it. The attribute `unit`,
+    a text, is optional; it is "1" without it.
+    """
+
+    def __call__(self, memory: Any, sample: Sample) -> Any:
+        """Memory after a sample, of the same structure, shapes and types."""
+        ...
+
+    def result(self, memory: Any) -> Scalar:
+        """Metric, from the memory after the last sample of a run; NaN: the run has none."""
+        ...
+
+
+class OwnMetric(eqx.Module):
+    """Metric of a user in the loop of a run.
+
+    Attributes:
+        inner: Part of the user, a `RunMetric`.
+        name: Its name, for messages.
+    """
+
+    inner: Any
+    name: str = eqx.field(static=True)
+
+    def start(self) -> Any:
+        """Memory before the first sample; 0 if the part has no method `start`."""
+        if not hasattr(self.inner, "start"):
+            return jnp.zeros(())
+        with reported(self.name):
+            memory = self.inner.start()
+        return jax.tree.map(lambda leaf: numbers(self.name, "memory", leaf), memory)
+
+    def __call__(self, memory: Any, sample: Sample) -> Any:
+        """Memory after a sample.
+
+        Raises:
+            InputError: The part raised an exception, or returned something else than its memory.
+        """
+        with reported(self.name):
+            after = self.inner(memory, sample)
+        return same_memory(self.name, memory, after)
+
+    def result_if(self, is_last: Bool[Array, ""], memory: Any) -> Scalar:
+        """Metric of a run, from the memory after its last sample; 0 after another sample.
+
+        Raises:
+            InputError: The part raised an exception, or returned something else than a number.
+        """
+
+        def result() -> Scalar:
+            with reported(self.name):
+                found = self.inner.result(memory)
+            return numbers(self.name, "result", found, ())
+
+        return jax.lax.cond(is_last, result, lambda: jnp.zeros(()))

@@ -1,0 +1,183 @@
+"""Read the [metrics] table of a scenario file and its windows, [[metrics.window]]."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import inf
+from pathlib import Path
+from typing import Any
+
+from gyrostat.campaigns.metric_schema import METRICS, WINDOW
+from gyrostat.campaigns.read_events import within_run
+from gyrostat.campaigns.results import percentile_name
+from gyrostat.campaigns.scenario import Event, Part, Scenario, Window
+from gyrostat.campaigns.tables import Table
+from gyrostat.campaigns.timeline import event_times, modes
+from gyrostat.core.errors import InputError
+from gyrostat.core.validation import MOST_PERIODS
+
+TEXTS = ("name", "event", "mode", "boresight", "propellant")
+"""Keys of a window that are no numbers."""
+
+
+def read_metrics(
+    top: Table, values: dict[str, float], events: Sequence[Event], parts: Sequence[Part]
+) -> dict[str, Any]:
+    """Read the metrics of a scenario file and add their numbers to its values.
+
+    Args:
+        top: Top-level table of the file.
+        values: Full key -> number, SI; the numbers of the metrics are added.
+        events: Events of the scenario.
+        parts: Parts of the scenario: own metrics, modes and slews of the reference.
+
+    Returns:
+        Fields of the scenario: boresight, percentiles and windows.
+
+    Raises:
+        InputError: A key is unknown or has a value that is not allowed.
+    """
+    table = top.table("metrics", (*METRICS, "percentiles", "boresight", "window"))
+    values |= table.numbers(METRICS)
+    within_run(table, "after", values["metrics.after"], values)
+    boresight = table.unit("boresight", 3, None) if "boresight" in table.row else None
+    percentiles = table.rising("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0)
+    for part in parts:
+        if part.section == "metric" and part.name in map(percentile_name, percentiles):
+            raise Table(top.path, f"metric[{part.name}].", {}).refuse(
+                "name", part.name, "another name than that of a percentile"
+            )
+    return {
+        "boresight": boresight,
+        "percentiles": percentiles,
+        "windows": _windows(table.tables("window"), boresight, values, events, parts),
+    }
+
+
+def with_windows(scenario: Scenario, given: Any) -> Scenario:
+    """Scenario with other windows.
+
+    Args:
+        scenario: Scenario.
+        given: Name of a window -> its keys, as in a scenario file.
+
+    Raises:
+        InputError: It is something else, or a key is unknown or has a value that is not allowed.
+    """
+    path, values = Path(scenario.name), dict(scenario.values)
+    if not isinstance(given, Mapping) or not all(isinstance(v, Mapping) for v in given.values()):
+        raise Table(path, "", {}).refuse("windows", given, '{"NAME": {"from": 10.0, ...}}')
+    values = {key: value for key, value in values.items() if not key.startswith("window.")}
+    rows = [Table(path, f"windows[{name}].", {**row, "name": name}) for name, row in given.items()]
+    windows = _windows(rows, scenario.boresight, values, scenario.events, scenario.parts)
+    return replace(scenario, windows=windows, values=dict(sorted(values.items())))
+
+
+def _windows(
+    rows: Sequence[Table],
+    boresight: tuple[float, ...] | None,
+    values: dict[str, float],
+    events: Sequence[Event],
+    parts: Sequence[Part],
+) -> tuple[Window, ...]:
+    """Read windows and add their numbers to the values."""
+    origins = {"event": event_times(events, parts), "mode": dict.fromkeys(modes(parts))}
+    windows: list[Window] = []
+    taken = {*(key.split(".")[0] for key in values), "window"}
+    for number, row in enumerate(rows):
+        name = row.name("name", str(number + 1))
+        if not name or "." in name or name in taken:
+            raise InputError(
+                f"{row.place('name')}: found {name!r}, expected a unique name without a dot that "
+                "is not the name of a section"
+            )
+        taken.add(name)
+        row = Table(row.path, f"metrics.window[{name}].", row.row)
+        windows.append(_window(row, name, boresight, values, origins))
+    return tuple(windows)
+
+
+def _window(
+    row: Table,
+    name: str,
+    boresight: tuple[float, ...] | None,
+    values: dict[str, float],
+    origins: Mapping[str, Mapping[str, str | None]],
+) -> Window:
+    """Read a window and add its numbers to the values.
+
+    Args:
+        row: Table of the window.
+        name: Name of the window.
+        boresight: Boresight of the scenario.
+        values: Full key -> number, SI.
+        origins: Kind of origin of its times, "event" or "mode" -> known names, with the key of the
+            time of an event.
+    """
+    row.known((*TEXTS, *WINDOW))
+    given = {key: entry for key, entry in WINDOW.items() if key in row.row}
+    given |= {key: WINDOW[key] for key in ("from", "until")}
+    if "dwell_below" in given:
+        given["dwell_above"] = WINDOW["dwell_above"]
+    own = row.numbers(given, "")
+    event, mode = (_origin(row, kind, known) for kind, known in origins.items())
+    if event is not None and mode is not None:
+        raise row.refuse("mode", mode, "none beside an event")
+    window = Window(
+        name,
+        event,
+        mode,
+        row.unit("boresight", 3, None) if "boresight" in row.row else None,
+        row.text("propellant", None) if "propellant" in row.row else None,
+    )
+    key = None if event is None else origins["event"][event]
+    _check_times(row, own, 0.0 if key is None else values[key], values)
+    _check_bands(row, own, values["run.control_period"])
+    if "exposure" in own and (window.boresight or boresight) is None:
+        raise row.refuse("boresight", None, "the direction that is exposed, [x, y, z]")
+    values |= {f"window.{name}.{key}": value for key, value in own.items()}
+    return window
+
+
+def _origin(row: Table, kind: str, known: Mapping[str, str | None]) -> str | None:
+    """Name of the event or mode of a window; None if it has none."""
+    if kind not in row.row:
+        return None
+    if not known:
+        raise row.refuse(kind, row.row[kind], f"none: this scenario has no {kind}")
+    return row.one_of(kind, known)
+
+
+def _check_times(
+    row: Table, own: dict[str, float], origin: float, values: dict[str, float]
+) -> None:
+    """Validate start, end and exposure of a window; raises `InputError`."""
+    within_run(row, "from", origin + own["from"], values)
+    left = values["run.duration"] - origin
+    if own["until"] < own["from"]:
+        raise row.refuse("until", own["until"], f"a time after its start, {own['from']:g} s")
+    if left < own["until"] < inf:
+        raise row.refuse("until", own["until"], f"at most {left:g} s, the end of the run")
+    length = min(own["until"], left) - own["from"]
+    if own.get("exposure", 0.0) > length:
+        raise row.refuse(
+            "exposure", own["exposure"], f"at most the length of the window, {length:g} s"
+        )
+    if "exposure" in own:
+        period = values["run.control_period"]
+        row.multiple("exposure", own["exposure"], "control period", period, MOST_PERIODS)
+
+
+def _check_bands(row: Table, own: dict[str, float], period: float) -> None:
+    """Validate the bands of jitter and dwell; raises `InputError`."""
+    half = 0.5 / period
+    for end in ("jitter_above", "jitter_below"):
+        if own.get(end, 0.0) >= half:
+            raise row.refuse(end, own[end], f"below {half:g} Hz, half of the sample frequency")
+    for name in ("jitter", "dwell"):
+        above, below = own.get(f"{name}_above"), own.get(f"{name}_below")
+        if name == "jitter" and above is None and below is not None:
+            raise row.refuse("jitter_above", None, "the lower end of the band")
+        if name == "dwell" and above is not None and below is None:
+            raise row.refuse("dwell_below", None, "the upper end of the band")
+        if above is not None and below is not None and above >= below:
+            raise row.refuse(f"{name}_below", below, f"more than {name}_above, {above:g}")

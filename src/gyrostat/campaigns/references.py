@@ -1,0 +1,247 @@
+"""Kinds of the reference attitude that a scenario can name, and its modes and slews."""
+
+from collections.abc import Mapping, Sequence
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Array, Float
+
+from gyrostat.campaigns.components import Component, Options, stacked
+from gyrostat.campaigns.environments import ORBIT, orbit_of
+from gyrostat.campaigns.schema import Key, positive, size
+from gyrostat.control.guidance import (
+    NEVER,
+    Condition,
+    Fixed,
+    Nadir,
+    Profile,
+    Reference,
+    SlewLimits,
+    Slews,
+    Table,
+    WheelEnvelope,
+)
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.rotations import normalised
+
+
+class PlannedReference(NamedTuple):
+    """Part of a reference that is computed once for a scenario.
+
+    Attributes:
+        envelope: Torque and momentum of the working wheels; None if no slew needs it.
+        tables: Place of a table in the scenario -> interpolated table.
+    """
+
+    envelope: WheelEnvelope | None
+    tables: Mapping[str, Table]
+
+
+class ReferenceCase(NamedTuple):
+    """What the kinds of references are made of.
+
+    Attributes:
+        planned: Part that is computed once.
+        envelope: Envelope with the momentum of the run; None if no slew needs it.
+        attitude: Initial attitude of the scenario, (4,).
+        modes: Attitude over time and options of each mode of a sequence.
+        slews: Options of each slew, in their order in the file.
+    """
+
+    planned: PlannedReference
+    envelope: WheelEnvelope | None
+    attitude: Float[Array, "4"]
+    modes: Sequence[tuple[Profile, Options]]
+    slews: Sequence[Options]
+
+
+def _target(options: Options) -> Array:
+    return normalised(jnp.stack([jnp.asarray(options[f"target.{k}"]) for k in range(4)]))
+
+
+def _fixed(options: Options, planned: PlannedReference, place: str) -> Fixed:
+    return Fixed(_target(options))
+
+
+def _nadir(options: Options, planned: PlannedReference, place: str) -> Nadir:
+    axes = stacked(options, "to_earth"), stacked(options, "along")
+    return Nadir.pointing(orbit_of(options), *axes)
+
+
+def _table(options: Options, planned: PlannedReference, place: str) -> Table:
+    return planned.tables[place]
+
+
+def _slew(options: Options, planned: PlannedReference, place: str) -> Options:
+    return options
+
+
+def single(profile: Any) -> Any:
+    """Function that makes the reference of one mode.
+
+    Args:
+        profile: (options, planned reference, place in the scenario) -> attitude over time.
+    """
+
+    def make(options: Options, case: ReferenceCase) -> Reference:
+        return Reference.of(profile(options, case.planned, "reference"))
+
+    return make
+
+
+def _limits(options: Options, case: ReferenceCase) -> SlewLimits:
+    rate, acceleration, jerk = (options[name] for name in ("rate", "acceleration", "jerk"))
+    return SlewLimits(rate, acceleration, jerk, case.envelope)
+
+
+def _slews(options: Options, case: ReferenceCase) -> Reference:
+    times = jnp.stack([jnp.asarray(slew["time"]) for slew in case.slews])
+    targets = jnp.stack([_target(slew) for slew in case.slews])
+    return Reference.of(Slews.to(case.attitude, times, targets, _limits(options, case)))
+
+
+def _sequence(options: Options, case: ReferenceCase) -> Reference:
+    modes = [(profile, _condition(own)) for profile, own in case.modes]
+    envelope = case.envelope
+    return Reference.sequence(
+        *modes,
+        limits=_limits(options, case),
+        spacecraft=None if envelope is None else envelope.spacecraft,
+    )
+
+
+def _condition(options: Options) -> Condition:
+    """Conditions of a mode; without any, it never ends."""
+    found = [options[name] for name in UNTIL]
+    given = [value != UNTIL[name].default for name, value in zip(UNTIL, found, strict=True)]
+    after = jnp.where(jnp.any(jnp.stack(given)), found[0], NEVER.after)
+    return Condition(after, *found[1:])
+
+
+_TARGET = {"target": Key("1", None, "Attitude, a quaternion, scalar first.", shape=(4,))}
+_NADIR: dict[str, Key] = {
+    **ORBIT,
+    "to_earth": Key("1", (0.0, 0.0, 1.0), "Body axis that points to the Earth.", shape=(3,)),
+    "along": Key(
+        "1",
+        (1.0, 0.0, 0.0),
+        "Body axis whose part across `to_earth` points along the velocity.",
+        shape=(3,),
+    ),
+}
+_AUTO = '; none or `"auto"`: the fastest slew within the wheels.'
+LIMITS: dict[str, Key] = {
+    "rate": positive("speed", inf, f"Largest rate of a slew{_AUTO}"),
+    "acceleration": positive("rad/s²", inf, f"Largest acceleration of a slew{_AUTO}"),
+    "jerk": positive("rad/s³", inf, "Largest jerk of a slew."),
+    "torque_share": Key(
+        "1",
+        0.8,
+        "Fraction of the wheels' torque limits that slews may use.",
+        least=0.0,
+        most=1.0,
+        positive=True,
+    ),
+    "momentum_share": Key(
+        "1",
+        0.9,
+        "Fraction of the wheels' momentum limits that slews may use.",
+        least=0.0,
+        most=1.0,
+        positive=True,
+    ),
+}
+"""Keys of the limits of slews."""
+UNTIL: dict[str, Key] = {
+    "until_time": size("time", 0.0, "End condition: least time since the start of the mode."),
+    "until_rate_below": positive("speed", inf, "End condition: body rate below this value."),
+    "until_momentum_above": Key(
+        "momentum", -1.0, "End condition: total momentum above this value.", least=-1.0
+    ),
+    "until_error_below": positive("angle", inf, "End condition: pointing error below this value."),
+}
+"""Keys of the conditions under which a mode ends."""
+MODES: dict[str, Component] = {
+    "fixed": Component("Fixed attitude.", {**_TARGET, **UNTIL}, _fixed),
+    "nadir": Component("As the reference `nadir`.", {**_NADIR, **UNTIL}, _nadir),
+    "table": Component("As the reference `table`.", UNTIL, _table, texts=("file",)),
+}
+"""Kinds of [[reference.mode]]."""
+SLEWS: dict[str, Component] = {
+    "slew": Component(
+        "Slew to `target` from `time` on.",
+        {"time": size("time", None, "Start of the slew."), **_TARGET},
+        _slew,
+    )
+}
+"""Kinds of [[reference.slew]]."""
+REFERENCES: dict[str, Component] = {
+    "fixed": Component(
+        "The target attitude of the controller, which events of the kind `slew` change; without "
+        "rate and acceleration.",
+        {},
+        lambda options, case: None,
+    ),
+    "nadir": Component(
+        "Nadir pointing on a circular orbit (`gyrostat.control.guidance.Nadir`). Elements that are "
+        "not given are those of the environment `orbit`.",
+        _NADIR,
+        single(_nadir),
+    ),
+    "table": Component(
+        "Attitude from a CSV `file` with the columns time, s, and quaternion, scalar first, "
+        "interpolated by a cubic spline (`gyrostat.control.guidance.Table`).",
+        {},
+        single(_table),
+        texts=("file",),
+    ),
+    "slews": Component(
+        "Eigenaxis slews, one for each table [[reference.slew]], from the initial attitude "
+        "(`gyrostat.control.guidance.Slews`).",
+        LIMITS,
+        _slews,
+    ),
+    "sequence": Component(
+        "Modes that follow each other, one for each table [[reference.mode]] "
+        "(`gyrostat.control.guidance.Reference`). The limits are those of the rotation from mode "
+        "to mode.",
+        LIMITS,
+        _sequence,
+    ),
+}
+"""Kinds of [reference]; `make` takes the options and a `ReferenceCase`."""
+LISTS = {"slews": "reference.slew", "sequence": "reference.mode"}
+"""Kind of the reference -> list of tables that it needs."""
+
+
+def attitude_table(place: str, text: str) -> Table:
+    """Interpolated attitude from the text of a CSV file: time, s, and quaternion in each line.
+
+    Args:
+        place: File, for the error message.
+        text: Content of the file. The first line may be a header.
+
+    Raises:
+        InputError: A line is not five numbers, or `Table.of` refuses them.
+    """
+    rows = []
+    for number, line in enumerate(text.splitlines(), 1):
+        cells = line.replace(";", ",").split(",")
+        try:
+            row = [float(cell) for cell in cells]
+        except ValueError:
+            row = []
+        if len(row) == 5:
+            rows.append(row)
+        elif line.strip() and number > 1:
+            raise InputError(
+                f"{place}, line {number}: found {line[:60]!r}, expected five numbers: time, s, and "
+                "quaternion, scalar first"
+            )
+    found = np.array(rows, dtype=float).reshape(-1, 5)
+    try:
+        return Table.of(found[:, 0], found[:, 1:])
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from None

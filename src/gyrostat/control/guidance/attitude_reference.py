@@ -1,0 +1,61 @@
+"""Attitude, rate and acceleration of a reference, by differentiation of its attitude over time."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from gyrostat.core import rotations
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.jax64 import jax, jnp
+
+Profile = Callable[[Scalar], Quaternion]
+"""Attitude over time: (time, s) -> quaternion, scalar first, (4,). Its length and its sign are
+ignored. JAX must be able to differentiate it twice."""
+
+
+class AttitudeReference(NamedTuple):
+    """Motion of a reference at one time.
+
+    Attributes:
+        attitude: Unit quaternion of the reference with respect to inertial space, (4,).
+        rate: Angular velocity relative to inertial space, in axes of the reference, (3,), rad/s.
+        acceleration: Derivative of the components of `rate`, (3,), rad/s².
+    """
+
+    attitude: Quaternion
+    rate: Vector3
+    acceleration: Vector3
+
+
+def rate_of(quaternion: Quaternion, slope: Quaternion) -> Vector3:
+    """Rate w = 2 vec(q* q') / |q|² in axes of the attitude, (3,), rad/s.
+
+    A factor on q, constant or not, does not change w: it adds to the scalar part of q* q' only.
+
+    Args:
+        quaternion: Quaternion q of any length, (4,).
+        slope: Its time derivative, (4,), 1/s.
+    """
+    turned = rotations.product(rotations.conjugate(quaternion), slope)[1:]
+    return 2.0 * turned / (quaternion @ quaternion)
+
+
+def _with_rate(profile: Profile, time: Scalar) -> tuple[Vector3, Quaternion]:
+    """Rate and unit quaternion of a profile."""
+    found, slope = jax.jvp(
+        lambda t: jnp.asarray(profile(t), dtype=float), (time,), (jnp.ones_like(time),)
+    )
+    return rate_of(found, slope), rotations.normalised(found)
+
+
+def reference_at(profile: Profile, time: Scalar) -> AttitudeReference:
+    """Attitude, rate and acceleration of a profile at a time.
+
+    Args:
+        profile: Attitude over time.
+        time: Time, s.
+    """
+    time = jnp.asarray(time, dtype=float)
+    rate, acceleration, attitude = jax.jvp(
+        lambda t: _with_rate(profile, t), (time,), (jnp.ones_like(time),), has_aux=True
+    )
+    return AttitudeReference(attitude, rate, acceleration)

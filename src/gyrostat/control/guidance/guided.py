@@ -1,0 +1,130 @@
+"""Controller that follows a reference."""
+
+from dataclasses import fields, replace
+from typing import Annotated, Any, NamedTuple
+
+import equinox as eqx
+from jaxtyping import Array, Int
+
+from gyrostat.control.guidance.guide import Guide
+from gyrostat.control.guidance.reference import Mode, Reference
+from gyrostat.control.missing_sample import predicted
+from gyrostat.control.recorded import recorded_with
+from gyrostat.core.arrays import Quaternion, Scalar
+from gyrostat.core.checked import Checked
+from gyrostat.core.delay_line import is_delay
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+
+
+def toward(controller: Any, guide: Guide) -> Any:
+    """Controller with the reference of a sample.
+
+    Args:
+        controller: Controller with a method `toward(guide)`, as the laws of this package; or one
+            with a field `reference`, which gets the reference as a function of time, s ->
+            `AttitudeReference`.
+        guide: Reference at the sample.
+
+    Raises:
+        InputError: The controller has neither.
+    """
+    own = getattr(controller, "toward", None)
+    if own is not None:
+        return own(guide)
+    if "reference" not in {field.name for field in fields(controller)}:
+        raise InputError(
+            f"{type(controller).__name__}: found a controller that cannot follow a reference, "
+            "expected a field `reference` or a method `toward`"
+        )
+    return replace(controller, reference=guide.at)
+
+
+class _Mode(NamedTuple):
+    mode: Annotated[Int[Array, ""], "1"]
+    mode_start: Annotated[Scalar, "s"]
+
+
+class _ModeAndTarget(NamedTuple):
+    mode: Annotated[Int[Array, ""], "1"]
+    mode_start: Annotated[Scalar, "s"]
+    target: Annotated[Quaternion, "1"]
+
+
+class GuidedMemory(NamedTuple):
+    """State of a guided controller between two samples.
+
+    Attributes:
+        controller: Memory of the controller.
+        mode: Active mode of the reference.
+        sample: Index of the next sample.
+        period: Control period, s.
+    """
+
+    controller: Any
+    mode: Mode
+    sample: Scalar
+    period: Scalar
+
+
+class Guided(Checked):
+    """Controller that follows a reference: attitude, rate and acceleration over time.
+
+    At each sample, the mode of the reference is updated and the controller gets the reference, see
+    `toward`. The clock also advances at missing samples. Mode, start of the mode and target
+    attitude are recorded with the command as `mode`, `mode_start` and `target`.
+
+    Attributes:
+        controller: Controller that can follow a reference.
+        reference: Reference.
+        delay: Number of control periods from a sample to the start of its command.
+    """
+
+    controller: Any
+    reference: Reference
+    delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
+
+    def _guide(self, mode: Mode, sample: Scalar, period: Scalar) -> Guide:
+        return Guide.of(self.reference, mode, sample * period, period, self.delay)
+
+    def start(self, period: Scalar) -> GuidedMemory:
+        """Initial memory, in the first mode.
+
+        Raises:
+            InputError: The controller cannot follow a reference.
+        """
+        mode, sample = self.reference.start(), jnp.zeros(())
+        period = jnp.asarray(period, dtype=float)
+        inner = toward(self.controller, self._guide(mode, sample, period)).start(period)
+        return GuidedMemory(inner, mode, sample, period)
+
+    def predicted(self, memory: GuidedMemory, measurement: Any, command: Any) -> GuidedMemory:
+        """Memory after a period without a sample; time advances, also that of the modes.
+
+        Args:
+            memory: Memory from the last sample.
+            measurement: Last accepted measurement.
+            command: Safe command that is sent.
+        """
+        mode = self.reference.step(memory.mode, None, memory.sample * memory.period)
+        controller = toward(self.controller, self._guide(mode, memory.sample, memory.period))
+        inner = predicted(controller, memory.controller, measurement, command)
+        return GuidedMemory(inner, mode, memory.sample + 1.0, memory.period)
+
+    def __call__(self, memory: GuidedMemory, measurement: Any) -> tuple[GuidedMemory, Any]:
+        """Compute the command.
+
+        Args:
+            memory: Memory from the last sample.
+            measurement: Measurement with the fields that the controller and the conditions of the
+                reference need.
+        """
+        time = memory.sample * memory.period
+        mode = self.reference.step(memory.mode, measurement, time)
+        guide = self._guide(mode, memory.sample, memory.period)
+        inner, command = toward(self.controller, guide)(memory.controller, measurement)
+        signals: Any = _Mode(mode.number, mode.start)
+        if "target" not in command._fields:
+            signals = _ModeAndTarget(mode.number, mode.start, guide.now.attitude)
+        after = GuidedMemory(inner, mode, memory.sample + 1.0, memory.period)
+        return after, recorded_with("Guided", command, signals)

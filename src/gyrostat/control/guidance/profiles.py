@@ -1,0 +1,184 @@
+"""Attitude profiles: fixed attitude, nadir pointing on a circular orbit, table.
+
+A profile is a callable time, s -> unit quaternion (4,), scalar first.
+"""
+
+from typing import Annotated, Self
+
+import numpy as np
+from jaxtyping import Array, Float
+from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
+
+from gyrostat.core import rotations
+from gyrostat.core.arrays import Quaternion, Scalar
+from gyrostat.core.checked import Checked, Rule
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.spacecraft.environment import CircularOrbit
+
+PARALLEL = 1e-6
+"""Sine of the angle between two body axes below which they count as parallel."""
+LARGEST_STEP = np.radians(60.0)
+"""Largest rotation between two rows of a table, rad. The rotation of larger steps is uncertain."""
+
+is_unit = Rule("of unit length", rotations.check_unit)
+
+
+class Fixed(Checked):
+    """Constant attitude.
+
+    Attributes:
+        attitude: Unit quaternion, scalar first, (4,).
+    """
+
+    attitude: Annotated[Quaternion, is_unit]
+
+    def __call__(self, time: Scalar) -> Quaternion:
+        """Attitude at a time, s."""
+        del time
+        return jnp.asarray(self.attitude, dtype=float)
+
+
+class Nadir(Checked):
+    """Nadir pointing on a circular orbit: one body axis to the Earth, another along the velocity.
+
+    The orbit is the one of `gyrostat.spacecraft.GravityGradient`. The frame of zenith, velocity and
+    orbit normal has the 3-1-3 angles (ascending node, inclination, argument of latitude). It turns
+    at the mean motion about the orbit normal.
+
+    Attributes:
+        orbit: Circular orbit.
+        body: Attitude of the body relative to this frame, a quaternion, (4,); see `pointing`.
+    """
+
+    orbit: CircularOrbit
+    body: Quaternion
+
+    @classmethod
+    def pointing(
+        cls,
+        orbit: CircularOrbit,
+        to_earth: ArrayLike = (0.0, 0.0, 1.0),
+        along: ArrayLike = (1.0, 0.0, 0.0),
+    ) -> Self:
+        """Create the profile from two body axes.
+
+        Args:
+            orbit: Circular orbit.
+            to_earth: Body axis that points to the centre of the Earth, (3,), of any length.
+            along: Body axis whose part across `to_earth` points along the velocity, (3,). If both
+                axes are parallel, `check` refuses the profile.
+        """
+        down, forward = (jnp.asarray(axis, dtype=float) for axis in (to_earth, along))
+        down = down / jnp.sqrt(down @ down)
+        forward = forward / jnp.sqrt(forward @ forward)
+        forward = forward - (forward @ down) * down
+        length = jnp.sqrt(forward @ forward)
+        forward = jnp.where(length > PARALLEL, forward / length, jnp.nan)
+        # rows: zenith, velocity and orbit normal in body axes
+        matrix = jnp.stack([-down, forward, jnp.cross(-down, forward)])
+        return cls(orbit, rotations.from_matrix(matrix))
+
+    def check_own(self) -> None:
+        """Validate the body axes.
+
+        Raises:
+            InputError: They are parallel.
+        """
+        if not np.all(np.isfinite(self.body)):
+            raise InputError(
+                "nadir pointing: found parallel body axes to the Earth and along the velocity, "
+                "expected axes with different directions"
+            )
+
+    def __call__(self, time: Scalar) -> Quaternion:
+        """Attitude at a time, s."""
+        orbit = self.orbit
+        angles = rotations.EulerAngles(
+            jnp.asarray(orbit.ascending_node, dtype=float),
+            orbit.inclination,
+            orbit.latitude + orbit.rate * time,
+        )
+        return rotations.product(rotations.from_euler(angles), jnp.asarray(self.body))
+
+
+class Table(Checked):
+    """Attitude from a table, interpolated by a cubic spline of the quaternion.
+
+    The spline of the four components (not-a-knot ends) is scaled to unit length. Attitude, rate and
+    acceleration are continuous. For rows at a distance h, the error is of order h⁴ for the
+    attitude, h³ for the rate and h² for the acceleration. Noise of the rows is amplified in rate
+    and acceleration: smooth measured attitudes first. Before the first and after the last row, the
+    attitude is constant, so that the rate has a step there unless the table begins or ends at rest.
+
+    Attributes:
+        times: Times of the rows, (rows,), increasing, s.
+        parts: Coefficients of the cubic polynomials, the highest power first, (rows - 1, 4 powers,
+            4 components).
+    """
+
+    times: Float[Array, " rows"]
+    parts: Float[Array, "parts 4 4"]
+
+    @classmethod
+    def of(cls, times: ArrayLike, attitudes: ArrayLike) -> Self:
+        """Create the profile from a table.
+
+        Args:
+            times: Times, increasing, (rows,), s.
+            attitudes: Quaternions, scalar first, (rows, 4). The sign of each is ignored.
+
+        Raises:
+            InputError: There are fewer than four rows, the times do not increase, an attitude is
+                not of unit length, or two successive attitudes differ by more than `LARGEST_STEP`.
+        """
+        times, found = np.asarray(times, dtype=float), np.asarray(attitudes, dtype=float)
+        if times.ndim != 1 or len(times) < 4 or found.shape != (len(times), 4):
+            raise InputError(
+                f"attitude table: found shapes {times.shape} and {found.shape}, expected (rows,) "
+                "and (rows, 4) with four rows or more"
+            )
+        late = np.flatnonzero(~(np.diff(times) > 0.0))
+        if not np.all(np.isfinite(times)) or len(late):
+            row = int(late[0]) + 1 if len(late) else int(np.argmin(np.isfinite(times)))
+            raise InputError(
+                f"attitude table, row {row}: found the time {times[row]:g} s, expected a later one "
+                "than in the row before"
+            )
+        rotations.check_unit(jnp.asarray(found))
+        cosines = np.sum(found[1:] * found[:-1], axis=1)
+        wide = np.flatnonzero(np.abs(cosines) < np.cos(0.5 * LARGEST_STEP))
+        if len(wide):
+            turned = np.degrees(2.0 * np.arccos(abs(cosines[wide[0]])))
+            raise InputError(
+                f"attitude table, row {wide[0] + 1}: found a rotation of {turned:.3g} deg from the "
+                f"row before, expected {np.degrees(LARGEST_STEP):g} deg or less"
+            )
+        signs = np.cumprod(np.append(1.0, np.where(cosines < 0.0, -1.0, 1.0)))
+        spline = CubicSpline(times, found * signs[:, None])
+        return cls(jnp.asarray(times), jnp.asarray(np.swapaxes(spline.c, 0, 1)))
+
+    def __call__(self, time: Scalar) -> Quaternion:
+        """Attitude at a time, s."""
+        times = jnp.asarray(self.times)
+        # not `clip`, whose derivative at the ends would be half of the spline's
+        time = jnp.where(time < times[0], times[0], jnp.where(time > times[-1], times[-1], time))
+        row = jnp.clip(_last_before(times, time), 0, len(self.parts) - 1)
+        cubic, square, linear, constant = jnp.asarray(self.parts)[row]
+        since = time - times[row]
+        return rotations.normalised(((cubic * since + square) * since + linear) * since + constant)
+
+
+def _last_before(times: Float[Array, " rows"], time: Scalar) -> Array:
+    """Index of the last time that is not after `time`, by bisection with a fixed count."""
+    rows = len(times)
+
+    def halved(_: int, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
+        low, high = bounds
+        middle = (low + high) // 2
+        after = times[middle] > time
+        return jnp.where(after, low, middle), jnp.where(after, middle, high)
+
+    low, high = jnp.array(0), jnp.array(rows)
+    return jax.lax.fori_loop(0, int(rows).bit_length(), halved, (low, high))[0]

@@ -1,0 +1,184 @@
+"""Slews: limits, a list of slews, and the rotation from one moving reference to another."""
+
+from collections.abc import Callable
+from typing import Annotated, Self
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+from numpy.typing import ArrayLike
+
+from gyrostat.control.guidance.attitude_reference import rate_of
+from gyrostat.control.guidance.profiles import is_unit
+from gyrostat.control.guidance.slew_profile import SlewProfile
+from gyrostat.control.guidance.wheel_envelope import WheelEnvelope
+from gyrostat.core import rotations
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, limit
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+
+
+class SlewLimits(Checked):
+    """Limits of eigenaxis slews; with an envelope, also those of the working wheels.
+
+    Attributes:
+        rate: Rate limit, rad/s; infinite: that of the envelope alone.
+        acceleration: Acceleration limit, rad/s²; infinite: that of the envelope alone.
+        jerk: Jerk limit, rad/s³; may be infinite.
+        envelope: Torque and momentum of the working wheels; None: they are not considered.
+    """
+
+    rate: Annotated[Scalar, limit("slew rate", "rad/s")] = np.inf
+    acceleration: Annotated[Scalar, limit("slew acceleration", "rad/s²")] = np.inf
+    jerk: Annotated[Scalar, limit("slew jerk", "rad/s³")] = np.inf
+    envelope: WheelEnvelope | None = None
+
+    def check_own(self) -> None:
+        """Check that the acceleration is limited.
+
+        Raises:
+            InputError: Neither acceleration nor jerk is finite, and there is no envelope.
+        """
+        if self.envelope is None and np.any(np.isinf(self.acceleration) & np.isinf(self.jerk)):
+            raise InputError(
+                "slew limits: found neither acceleration nor jerk, expected one of them, or an "
+                "envelope of the wheels"
+            )
+
+    def profile(
+        self, turn: Vector3, attitude: Quaternion, time: Scalar, change: Scalar = 0.0
+    ) -> SlewProfile:
+        """Fastest profile of a slew.
+
+        Args:
+            turn: Rotation vector of the slew in body axes, (3,), rad.
+            attitude: Attitude at its start, (4,).
+            time: Time of its start, s.
+            change: Change of the rate between the motions before and after, rad/s. The profile then
+                has a larger angle, so that it lasts long enough for the change.
+        """
+        rate, acceleration = self.rate, self.acceleration
+        if self.envelope is not None:
+            rate, acceleration = self.envelope.limits(turn, attitude, time, rate, acceleration)
+        angle = jnp.sqrt(turn @ turn) + 4.0 * change**2 / acceleration
+        return SlewProfile.fastest(angle, rate, acceleration, self.jerk)
+
+
+class Slews(Checked):
+    """Eigenaxis slews between fixed attitudes, each from its start time.
+
+    q(t) = q_0 exp(s_1(t) p_1) exp(s_2(t) p_2) ..., with the rotation vector p_i of slew i and its
+    progress s_i from 0 to 1. A slew that starts before the last one has ended is added to it: the
+    motion stays smooth and ends at the right attitude, but its limits are those of each slew alone.
+
+    Attributes:
+        attitude: Attitude before the first slew, a unit quaternion, (4,).
+        times: Start times, (slews,), increasing, s.
+        turns: Rotation vectors, each in body axes before its slew, (slews, 3), rad.
+        profiles: Profiles of all slews, with a leading axis of slews.
+    """
+
+    attitude: Annotated[Quaternion, is_unit]
+    times: Float[Array, " slews"]
+    turns: Float[Array, "slews 3"]
+    profiles: SlewProfile
+
+    @classmethod
+    def to(
+        cls, attitude: ArrayLike, times: ArrayLike, attitudes: ArrayLike, limits: SlewLimits
+    ) -> Self:
+        """Create the slews; can be traced by JAX.
+
+        Args:
+            attitude: Attitude before the first slew, (4,).
+            times: Start times, (slews,), s.
+            attitudes: Attitude after each slew, (slews, 4).
+            limits: Limits of every slew.
+        """
+        ends = jnp.concatenate([jnp.asarray(attitude, dtype=float)[None], jnp.asarray(attitudes)])
+        starts = jnp.asarray(times, dtype=float)
+        turns = jax.vmap(lambda a, b: rotations.rotation_vector(rotations.error(b, a)))(
+            ends[:-1], ends[1:]
+        )
+        profiles = jax.vmap(limits.profile)(turns, ends[:-1], starts)
+        return cls(ends[0], starts, turns, profiles)
+
+    def ends(self) -> Float[Array, " slews"]:
+        """End times of the slews, (slews,), s."""
+        return self.times + self.profiles.duration
+
+    def __call__(self, time: Scalar) -> Quaternion:
+        """Attitude at a time, s."""
+        done: Array = jax.vmap(_progress)(self.profiles, time - jnp.asarray(self.times))
+        parts = jax.vmap(rotations.from_rotation_vector)(done[:, None] * self.turns)
+        attitude = jnp.asarray(self.attitude, dtype=float)
+        for part in parts:
+            attitude = rotations.product(attitude, part)
+        return attitude
+
+
+class Transition(eqx.Module):
+    """Rotation from one moving reference to another, along an eigenaxis of the latter's frame.
+
+    q(t) = q_b(t) exp((1 - s) p) exp((1 - s) e(t)), with the attitude q_b after the end, the
+    rotation p from there to the attitude before, at the start, the progress s from 0 to 1, and the
+    rotation e by which the two references have since moved apart. Attitude, rate and acceleration
+    are continuous where the profile's are. Between attitudes at rest, e is zero and the motion is
+    an eigenaxis slew.
+
+    Attributes:
+        motions: Attitudes over time before the start and after the end: (time, s) -> (2, 4).
+        start: Time of the start, s.
+        turn: Rotation vector p, (3,), rad.
+        profile: Profile of the progress.
+    """
+
+    motions: Callable[[Scalar], Float[Array, "2 4"]]
+    start: Scalar
+    turn: Vector3
+    profile: SlewProfile
+
+    @classmethod
+    def of(
+        cls, motions: Callable[[Scalar], Float[Array, "2 4"]], start: Scalar, limits: SlewLimits
+    ) -> Self:
+        """Create the transition.
+
+        Args:
+            motions: Attitudes over time before the start and after the end.
+            start: Time of the start, s.
+            limits: Limits of the rotation relative to the attitude after the end.
+        """
+        (before, after), (rate, slope) = jax.jvp(motions, (start,), (jnp.ones_like(start),))
+        rate, slope = rate_of(before, rate), rate_of(after, slope)
+        apart = rotations.error(before, after)
+        change = rate - rotations.to_body(apart, slope)
+        turn = rotations.rotation_vector(apart)
+        # the slew turns back along p, which has the same components in both frames
+        profile = limits.profile(-turn, before, start, jnp.sqrt(change @ change))
+        return cls(motions, start, turn, profile)
+
+    @property
+    def duration(self) -> Scalar:
+        """Duration, s."""
+        return self.profile.duration
+
+    def __call__(self, time: Scalar) -> Quaternion:
+        """Attitude at a time, s, not before the start."""
+        left = 1.0 - _progress(self.profile, time - self.start)
+        before, after = self.motions(time)
+        first = rotations.conjugate(rotations.from_rotation_vector(self.turn))
+        since = rotations.product(first, rotations.error(before, after))
+        turned = rotations.product(
+            rotations.from_rotation_vector(left * self.turn),
+            rotations.from_rotation_vector(left * rotations.rotation_vector(since)),
+        )
+        return rotations.product(after, turned)
+
+
+def _progress(profile: SlewProfile, time: Scalar) -> Scalar:
+    """Angle over the whole angle, from 0 to 1; 1 after the start of a rotation by zero."""
+    some = profile.angle > 0.0
+    share = profile(time) / jnp.where(some, profile.angle, 1.0)
+    return jnp.where(some, share, jnp.where(time < 0.0, 0.0, 1.0))
