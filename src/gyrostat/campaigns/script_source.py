@@ -113,7 +113,7 @@ class _Script:
             return f"float({str(value)!r})"
         if type(value) in PLAIN:
             return repr(value)
-        if type(value) in (tuple, list):
+        if isinstance(value, tuple | list) and type(value) in (tuple, list):
             inner = "".join(f"{self._literal(name, entry)}, " for entry in value)
             return f"({inner})" if isinstance(value, tuple) else f"[{inner}]"
         if type(value) is dict:

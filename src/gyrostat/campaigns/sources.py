@@ -8,6 +8,7 @@ by their digest, so that a campaign runs the same code everywhere, even if a fil
 import builtins
 import hashlib
 import importlib
+import importlib.abc
 import importlib.machinery
 import linecache
 import sys
@@ -91,7 +92,7 @@ class _Finder:
         return importlib.machinery.ModuleSpec(fullname, _Loader(package, source), is_package=folder)
 
 
-class _Loader:
+class _Loader(importlib.abc.Loader):
     """Executes a module from its text."""
 
     def __init__(self, package: str, source: Source | None) -> None:
