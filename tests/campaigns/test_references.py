@@ -51,6 +51,10 @@ class Turn:
 
 def profile(time):
     return jnp.zeros(3)
+
+
+def nothing(time):
+    return jnp.zeros(4)
 """
 TABLE = "time,q0,q1,q2,q3\n" + "".join(
     f"{t},{np.cos(0.005 * t)},0,0,{np.sin(0.005 * t)}\n" for t in range(0, 61, 5)
@@ -66,6 +70,7 @@ def written(tmp_path):
             shutil.copy(EXAMPLES / name, tmp_path)
         (tmp_path / "mission.py").write_text(OWN)
         (tmp_path / "pass.csv").write_text(TABLE)
+        (tmp_path / "short.csv").write_text("\n".join(TABLE.splitlines()[:8]))
         (tmp_path / "bad.csv").write_text(TABLE.replace("5,", "5,x,", 1))
         path = tmp_path / "scenario.toml"
         path.write_text(head + text)
@@ -77,9 +82,12 @@ def written(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('[reference]\nkind = "slews"\n', "expected tables [[reference.slew]]"),
-        ('[reference]\nkind = "sequence"\n', "expected tables [[reference.mode]]"),
-        (SLEWS.replace('"slews"', '"fixed"').replace('rate = "auto"', ""), "only the reference"),
+        ('[reference]\nkind = "slews"\n', "found slews without tables [[reference.slew]]"),
+        ('[reference]\nkind = "sequence"\n', "found sequence without tables [[reference.mode]]"),
+        (
+            SLEWS.replace('"slews"', '"fixed"').replace('rate = "auto"', ""),
+            "found fixed with tables [[reference.slew]]",
+        ),
         (SLEWS.replace("0.6, 0.0", "0.7, 0.0"), "reference.slew[there].target"),
         (SLEWS.replace('"40 s"', '"4 s"'), "a time after the slew before, 5 s"),
         (SLEWS.replace('"40 s"', '"90 s"'), "before the end of the run, 60 s"),
@@ -91,15 +99,18 @@ def written(tmp_path):
             '[reference]\nkind = "nadir"\naltitude = 5e5\nalong = [0.0, 0.0, 2.0]\n',
             "found parallel body axes",
         ),
-        ('[reference]\nkind = "table"\nfile = "bad.csv"\n', "bad.csv, line 2: found '0,1.0"),
+        ('[reference]\nkind = "table"\nfile = "bad.csv"\n', "bad.csv, line"),
         ('[reference]\nkind = "table"\nfile = "no.csv"\n', "no.csv"),
+        ('[reference]\nkind = "table"\nfile = "short.csv"\n', "from 0 s to 30 s, expected"),
         ('[reference]\npython = "mission.py:profile"\n', "found shape (3,) of attitude"),
+        (
+            '[reference]\npython = "mission.py:nothing"\n',
+            "reference mission.py:nothing: found command.torque with NaN",
+        ),
         ('[[event]]\nkind = "slew"\ntime = "9 s"\ntarget = [1, 0, 0, 0]\n' + SLEWS, "event[1]"),
     ],
 )
 def test_mistakes_are_one_line(written, text, message):
-    if message == "bad.csv, line 2: found '0,1.0":
-        message = "bad.csv, line"
     with pytest.raises(InputError) as caught:
         read_scenario(written(text))
     assert message in str(caught.value)
@@ -114,6 +125,13 @@ def test_a_target_beside_a_reference_and_two_wheels_are_refused(written):
     nadir = '[reference]\nkind = "nadir"\naltitude = 5e5\n'
     with pytest.raises(InputError, match="found two_wheels with the reference nadir"):
         read_scenario(written(nadir, HEAD.replace("three_axis", "two_wheels")))
+
+
+def test_a_reference_given_in_python_is_validated_too(written):
+    scenario = read_scenario(written(""))
+    for kind, message in (("slews", "without tables"), ("table", "found none, expected a CSV")):
+        with pytest.raises(InputError, match=message):
+            scenario.replace(reference=kind)
 
 
 def reference_of(scenario):
