@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import gyrostat as gs
-from gyrostat.campaigns import engine, fingerprint
+from gyrostat.campaigns import campaign_runs, engine, fingerprint
 from gyrostat.core.units import RPM
 
 
