@@ -12,6 +12,7 @@ from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.sensing import options_of
 from gyrostat.campaigns.structure import measured_names, structure_of
 from gyrostat.control import FieldLimits, MeasurementGuard
+from gyrostat.control.measurement_guard import UNLIMITED
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports.targets import STEPS, Target, flight_loop
 
@@ -52,8 +53,8 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
                 continue
             rate = own.get(f"{name}_change", np.inf)
             limits[name] = FieldLimits(
-                max(own[f"{name}_lower"], -np.finfo(np.float32).max),
-                min(own[f"{name}_upper"], np.finfo(np.float32).max),
+                max(own[f"{name}_lower"], -UNLIMITED),
+                min(own[f"{name}_upper"], UNLIMITED),
                 rate if np.isfinite(rate) else None,
             )
     guard = MeasurementGuard.of(first, limits, scenario.guard or on_bad)
