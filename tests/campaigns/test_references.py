@@ -51,6 +51,10 @@ class Turn:
 
 def profile(time):
     return jnp.zeros(3)
+
+
+def nothing(time):
+    return jnp.zeros(4)
 """
 TABLE = "time,q0,q1,q2,q3\n" + "".join(
     f"{t},{np.cos(0.005 * t)},0,0,{np.sin(0.005 * t)}\n" for t in range(0, 61, 5)
@@ -99,6 +103,10 @@ def written(tmp_path):
         ('[reference]\nkind = "table"\nfile = "no.csv"\n', "no.csv"),
         ('[reference]\nkind = "table"\nfile = "short.csv"\n', "from 0 s to 30 s, expected"),
         ('[reference]\npython = "mission.py:profile"\n', "found shape (3,) of attitude"),
+        (
+            '[reference]\npython = "mission.py:nothing"\n',
+            "reference mission.py:nothing: found command.torque with NaN",
+        ),
         ('[[event]]\nkind = "slew"\ntime = "9 s"\ntarget = [1, 0, 0, 0]\n' + SLEWS, "event[1]"),
     ],
 )

@@ -117,10 +117,7 @@ _TABLE: dict[str, tuple[_Row, ...]] = {
         (Unit("K", 1.0, -273.15), (), ("Kelvin",)),
         (Unit("°F", 5.0 / 9.0, -160.0 / 9.0), ("F",), ("°F", "degF", "deg·F", "Fahrenheit")),
     ),
-    "frequency": (
-        (Unit("Hz"), (), ("Hz", "hertz")),
-        (Unit("mHz", 1e-3), ("mHz",), ()),
-    ),
+    "frequency": ((Unit("Hz"), (), ("Hz", "hertz")), (Unit("mHz", 1e-3), ("mHz",), ())),
     "angle": (
         (Unit("rad"), (), ("rad", "radian", "radians")),
         (Unit("deg", _DEGREE), (), ("deg", "°", "degree", "degrees")),
