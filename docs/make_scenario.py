@@ -102,7 +102,7 @@ EXTRA = {
         (
             "kind",
             "",
-            "what the sensors need; none for an own controller",
+            "what the sensors need",
             "One of the kinds below; or instead",
         ),
         OWN,
@@ -401,7 +401,8 @@ def page():
         (
             "estimator",
             ESTIMATORS,
-            "The estimator processes the measurements before the controller uses them.",
+            "The estimator processes the measurements before the controller uses them. With a "
+            "controller of your own, the kind `none` fits any sensors.",
         ),
         ("environment", ENVIRONMENTS, ""),
         ("reference", REFERENCES, REFERENCE),

@@ -23,7 +23,14 @@ SOURCE_FILES = sorted(SOURCE.rglob("*.py"))
 ROOMS = sorted(
     module.name for module in pkgutil.iter_modules(gyrostat.__path__) if module.name[0] != "_"
 )
-INNER = ("core.errors", "core.linear", "core.units", "wheel.friction", "codegen.flight")
+INNER = (
+    "core.errors",
+    "core.linear",
+    "core.units",
+    "wheel.friction",
+    "control.guidance",
+    "codegen.flight",
+)
 """Modules below a room that users name too."""
 MODULES = [*ROOMS, *INNER, "codegen.simd"]
 LONGEST_FILE = 300  # lines

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gyrostat.core.any_unit import parse_any
 from gyrostat.core.errors import InputError
 from gyrostat.core.units import RPM, SI_UNIT, find_unit, known_unit, parse_quantity, to_si
 
@@ -213,3 +214,30 @@ def test_a_bare_number_is_si_and_exact(value, dimension):
 def test_a_number_of_no_physical_magnitude_is_refused(text):
     with pytest.raises(InputError, match="expected a finite number, 0 or of magnitude 1e-30 to"):
         parse_quantity(text, "speed", "here")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0.25", 0.25),
+        ("-3e-2 N·m", -0.03),
+        ("4 mN·m/rad", 4e-3),
+        ("4 mN·m/deg", 4e-3 * 180.0 / math.pi),
+        ("2 mN·m·s", 2e-3),  # a momentum and a viscous coefficient
+        ("0.2 N·m/(deg/s)", 0.2 * 180.0 / math.pi),
+        ("5 1/s", 5.0),
+        ("3 rpm/V", None),
+        ("3 parsec", None),
+        ("1 °C/s", 1.0),
+        ("1 K/s", None),  # an offset has no place in a quotient
+        ("abc", None),
+        ("", None),
+        ("1e400", None),
+    ],
+)
+def test_a_text_with_any_unit_is_converted_by_it(text, value):
+    if value is not None:
+        assert parse_any(text, "key kp") == pytest.approx(value, rel=1e-15)
+        return
+    with pytest.raises(InputError, match=r"key kp: found '.*', expected a"):
+        parse_any(text, "key kp")

@@ -40,8 +40,31 @@ import jax
 import jax.numpy as jnp
 
 from gyrostat.core.arrays import Vector3
-from gyrostat.core.rotations import to_body
+from gyrostat.core.rotations import conjugate, product, to_body
 from world.field import magnetic
+
+
+class Turning(eqx.Module):
+    rate: float = 2e-3
+
+    def __call__(self, time):
+        half = 0.5 * self.rate * time
+        return jnp.stack([jnp.cos(half), 0.0 * half, 0.0 * half, jnp.sin(half)])
+
+
+class Wobble(eqx.Module):
+    weight: float = 1.0
+    unit = "rad/s"
+
+    def start(self):
+        return jnp.zeros(2)
+
+    def __call__(self, memory, sample):
+        rate = jnp.linalg.norm(sample.rate_error)
+        return memory + jnp.stack([self.weight * rate, 1.0])
+
+    def result(self, memory):
+        return memory[0] / memory[1]
 
 
 class Command(NamedTuple):
@@ -51,6 +74,7 @@ class Command(NamedTuple):
 
 class Pointer(eqx.Module):
     spacecraft: Any
+    reference: Any
     kp: float = 0.02
     kd: float = 0.2
 
@@ -58,8 +82,10 @@ class Pointer(eqx.Module):
         return jnp.zeros(3)
 
     def __call__(self, memory, measurement):
-        error = 2.0 * measurement.attitude[1:] * jnp.sign(measurement.attitude[0])
-        torque = -self.kp * error - self.kd * measurement.rate
+        target = self.reference(measurement.time)
+        turn = product(conjugate(target.attitude), measurement.attitude)
+        error = 2.0 * turn[1:] * jnp.sign(turn[0])
+        torque = -self.kp * error - self.kd * (measurement.rate - target.rate)
         rods = -0.1 * measurement.field * jnp.cos(0.1 * measurement.time)
         return memory, Command(-0.75 * self.spacecraft.wheels.axes.T @ torque, rods)
 
@@ -129,6 +155,11 @@ python = "mission.py:push"
 kind = "harmonic"
 rate = "0.2 rad/s"
 sine = ["1 µN·m", 0.0, 0.0]
+[reference]
+python = "mission.py:Turning"
+rate = "0.1 deg/s"
+[[metric]]
+python = "mission.py:Wobble"
 [[sensor]]
 python = "mission.py:Magnetometer"
 name = "field"
@@ -165,6 +196,10 @@ high = "9 s"
 key = "sensor.field.sigma"
 distribution = "log_normal"
 sigma = 0.3
+[[dispersion]]
+key = "reference.rate"
+distribution = "normal"
+sigma = "10 %"
 [[dispersion]]
 key = "actuator.rods.gain"
 distribution = "normal"
@@ -253,6 +288,7 @@ def test_both_engines_agree(mission, flown):
     assert np.all(found["status"] == 0)
     assert np.unique(found["environment.torque.drag.area"]).size == RUNS
     assert np.unique(found["error_end"]).size == RUNS
+    assert np.unique(found["wobble"]).size == RUNS
 
 
 @native
@@ -274,8 +310,12 @@ def test_histories_show_what_the_parts_do(mission, flown):
     with xr.open_dataset(flown.history(5), engine="h5netcdf") as found:
         history = found.load()
     assert history.field.attrs["units"] == "T"
+    rate = columns(flown)["reference.rate"][5]
     time, sample = history.time.values, history.sample_status.values
-    np.testing.assert_array_equal(sample == 3, (time >= 4.0) & (time < 5.0))
+    rejected = (time >= 4.0) & (time < 5.0)
+    np.testing.assert_array_equal(sample == 3, rejected)
+    turned = np.where(rejected, time[np.argmax(rejected) - 1], time)
+    np.testing.assert_allclose(history.target.values[:, 3], np.sin(0.5 * rate * turned))
     # the boom slows the body down at its time, and leaves the momentum alone
     boom = columns(flown)["event.boom.time"][5]
     late = np.argmax(time > boom)
@@ -291,7 +331,14 @@ def test_the_text_of_a_scenario_restores_its_parts(mission):
     scenario = mission[0]
     copy = Scenario.from_text(scenario.text())
     assert copy == scenario
-    assert [part.name for part in copy.parts] == ["drag", "push", "harmonic", "field", "rods"]
+    assert [part.name for part in copy.parts] == [
+        "drag",
+        "push",
+        "harmonic",
+        "field",
+        "rods",
+        "wobble",
+    ]
     assert [source.path for source in copy.sources] == ["mission.py", "world/field.py"]
 
 
@@ -368,6 +415,11 @@ def test_the_examples_of_the_page_fly_together(tmp_path):
     assert found.dispersed == ("environment.torque.drag.area",)
 
 
+def line(text):
+    """Number of a line of the mission."""
+    return PYTHON[: PYTHON.index(text)].count("\n") + 1
+
+
 CROSS = "return jnp.cross(self.arm, -1e-5 * self.area * to_body(attitude, flow))"
 CHANGED = "return eqx.tree_at(lambda p: p.spacecraft.inertia, plant, inertia)"
 SEEN = "return memory + 1.0, magnetic(state.attitude) + self.sigma * jax.random.normal(key, (3,))"
@@ -385,11 +437,15 @@ BOOM, MAGNETOMETER = r"event.boom mission.py:Boom", r"sensor.field mission.py:Ma
         ),
         (CROSS, "pass", rf"{DRAG}: found NoneType as torque"),
         (CROSS, "return jnp.nan * flow", rf"{DRAG}: found the torque \[nan nan nan\] at the first"),
-        (CROSS, "return flow if time > 3.0 else -flow", rf"{DRAG}, line 40: found if.*jnp.where"),
-        (CROSS, "return 1 / 0", rf"{DRAG}, line 40: found ZeroDivisionError"),
+        (
+            CROSS,
+            "return flow if time > 3.0 else -flow",
+            rf"{DRAG}, line {line(CROSS)}: found if.*jnp.where",
+        ),
+        (CROSS, "return 1 / 0", rf"{DRAG}, line {line(CROSS)}: found ZeroDivisionError"),
         ("area: float", "area: str = 'big'", r"Drag: found area = 'big', expected a number"),
         (CHANGED, "return None", r"event boom: found a result of type NoneType, expected the Gyro"),
-        (CHANGED, "return plant.x", rf"{BOOM}, line 71: found AttributeError"),
+        (CHANGED, "return plant.x", rf"{BOOM}, line {line(CHANGED)}: found AttributeError"),
         (
             CHANGED,
             "import dataclasses; return dataclasses.replace(plant, environment=())",

@@ -210,6 +210,22 @@ def test_smear_needs_a_boresight(variant):
         read_scenario(variant(change, more=more))
 
 
+def test_windows_can_be_given_in_python(scenario):
+    made = scenario.replace(
+        windows={"late": {"from": "10 s", "event": "turn"}, "all": {}}, dispersions=()
+    )
+    assert [window.name for window in made.windows] == ["late", "all"]
+    assert made.windows[0].event == "turn"
+    assert made.values["window.late.from"] == 10.0
+    assert not any(key.startswith("window.imaging") for key in made.values)
+    with pytest.raises(InputError, match=r"window\[w\].until: found 31.0, expected at most 30"):
+        scenario.replace(windows={"w": {"until": 31.0}}, dispersions=())
+    with pytest.raises(InputError, match="key windows: found 3, expected"):
+        scenario.replace(windows=3)
+    with pytest.raises(InputError, match=r"dispersion of window.imaging.from"):
+        scenario.replace(windows={})
+
+
 def test_metrics_have_names_units_and_windows(scenario):
     metrics = metrics_of(scenario)
     assert [*metrics][:4] == ["error_p50", "error_p95", "error_p99.7", "error_max"]

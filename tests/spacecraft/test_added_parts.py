@@ -222,17 +222,19 @@ WARM = AddedSensors(NOISY, {"warmth": Temperature(PLAIN)})
 
 
 def test_an_added_sensor_leaves_all_other_noise_unchanged():
-    both = AddedSensors(NOISY, {"warmth": Temperature(PLAIN), "cold": Temperature(PLAIN, 0.1)})
+    both = AddedSensors(NOISY, {"warmth": Temperature(PLAIN), "status": Temperature(PLAIN, 0.1)})
     alone, two = (fly(PLAIN, sensor, seed=3, runs=2) for sensor in (NOISY, both))
     for name in alone.variables:
         np.testing.assert_array_equal(two[name], alone[name])
     assert two.warmth.dims == ("run", "time")
     assert two.warmth.attrs["units"] == "K"
     noise = two.warmth.values - 300.0 - np.arange(COUNT + 1) - 10.0 * two.rate.values[..., 0]
-    cold = two.cold.values - 300.0 - np.arange(COUNT + 1) - 10.0 * two.rate.values[..., 0]
+    other = (
+        two.measured_status.values - 300.0 - np.arange(COUNT + 1) - 10.0 * two.rate.values[..., 0]
+    )
     assert np.unique(noise).size == noise.size
     assert 0.2 < np.std(noise) < 1.0
-    assert np.min(np.abs(5.0 * cold - noise)) > 1e-6  # draws of its own
+    assert np.min(np.abs(5.0 * other - noise)) > 1e-6  # draws of its own
 
 
 @pytest.mark.parametrize(

@@ -269,7 +269,7 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     controller: Any = Phases(starts, joined)
     reference = reference_of(structure, values, plans, start, starts)
     fixed = reference is None and getattr(made[0], "takes_reference", False)
-    followed = steps_reference(starts, plans.targets) if fixed else reference
+    followed = steps_reference(starts, jnp.asarray(plans.targets)) if fixed else reference
     if followed is not None:
         controller = Guided(controller, followed, structure.command_delay)
     controller = chosen(structure, "compensator").make(

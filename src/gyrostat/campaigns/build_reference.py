@@ -18,6 +18,7 @@ from gyrostat.campaigns.sensing import Values, options_of
 from gyrostat.campaigns.structure import Structure
 from gyrostat.control import AttitudeTargets
 from gyrostat.control.guidance import Reference, WheelEnvelope
+from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.spacecraft import Spacecraft
 
@@ -33,10 +34,28 @@ def planned_reference(
         working: Whether each wheel works in each phase of the controller.
 
     Raises:
-        InputError: The working wheels of a phase cannot slew about every axis.
+        InputError: The working wheels of a phase cannot slew about every axis; the scenario has
+            slews or modes that its reference does not use, or lacks those that it needs; or events
+            change the target beside a reference.
     """
-    if scenario.reference == "fixed":
+    kind = scenario.reference
+    for owner, section in LISTS.items():
+        found = [part.name for part in scenario.parts if part.section == section]
+        if (kind == owner) != bool(found):
+            raise InputError(
+                f"key reference.kind: found {kind} {'with' if found else 'without'} tables "
+                f"[[{section}]], expected {'none' if found else 'one or more'}"
+            )
+    if kind == "fixed":
         return None
+    if kind == "table" and not scenario.tables:
+        raise InputError("key reference.file: found none, expected a CSV file")
+    slews = [event.name for event in scenario.events if event.kind == "slew"]
+    if slews:
+        raise InputError(
+            f"key event[{slews[0]}]: found a slew beside the reference {kind}, expected none: the "
+            "reference is the target"
+        )
     envelope = None
     if scenario.reference in LISTS:
         starts = np.arange(float(len(working)))
@@ -96,4 +115,4 @@ def steps_reference(
     starts: Float[Array, " phases"], targets: Float[Array, "phases 4"]
 ) -> Reference:
     """Fixed targets as a reference, for own controllers that take one."""
-    return Reference.of(AttitudeTargets(starts, jnp.asarray(targets)))
+    return Reference.of(AttitudeTargets(starts, targets))

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from gyrostat.campaigns.change_parts import LISTS, is_list, own_list, with_list
-from gyrostat.campaigns.kinds import KINDS, component, numbers_of
+from gyrostat.campaigns.kinds import KINDS, component, components_of, fitting_estimator, numbers_of
 from gyrostat.campaigns.own_objects import own_object
 from gyrostat.campaigns.own_parts import OWN, is_own
+from gyrostat.campaigns.read_metrics import with_windows
 from gyrostat.campaigns.scenario import Scenario, Source
 from gyrostat.campaigns.scenario_file import validated
 from gyrostat.campaigns.tables import Table
@@ -32,9 +33,24 @@ def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
             scenario = _with_list(scenario, name, given)
         else:
             scenario = _with_component(scenario, name, given)
+    needed = fitting_estimator(components_of(scenario))
+    if scenario.estimator != needed:
+        raise InputError(
+            f"{scenario.name}: found the estimator {scenario.estimator}, expected {needed} for the "
+            f"sensors {scenario.sensors}"
+        )
     numbers = {name: value for name, value in changes.items() if "." in name}
-    others = {n: v for n, v in changes.items() if n not in parts and n not in numbers}
+    if "windows" in changes:
+        scenario = with_windows(scenario, changes["windows"])
+    taken = {*parts, *numbers, "windows"}
+    others = {name: value for name, value in changes.items() if name not in taken}
     refuse_unknown(Path(scenario.name), "", others, known)
+    for name, value in others.items():
+        before = getattr(scenario, name)
+        if None not in (before, value) and not isinstance(value, type(before)):
+            raise InputError(
+                f"{scenario.name}: found {value!r} as {name}, expected a {type(before).__name__}"
+            )
     scenario = dataclasses.replace(scenario, **others)
     scenario = _with_values(scenario, numbers)
     lost = [key for key in scenario.dispersed if key not in scenario.values]

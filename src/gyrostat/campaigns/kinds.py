@@ -5,6 +5,7 @@ from typing import Any
 
 from gyrostat.campaigns.components import (
     COMPENSATORS,
+    ESTIMATOR_OF,
     ESTIMATORS,
     SENSORS,
     Component,
@@ -76,7 +77,21 @@ def chosen(scenario: Scenario | Structure, section: str) -> Any:
 def components_of(scenario: Scenario | Structure) -> dict[str, str]:
     """Section -> kind of its component, of all components that a scenario names."""
     found = {section: getattr(scenario, section) for section in KINDS}
-    return found | {f"{part.section}.{part.name}": part.kind for part in scenario.parts}
+    found |= {f"{part.section}.{part.name}": part.kind for part in scenario.parts}
+    return found | {f"event.{e.name}": e.kind for e in scenario.events if is_own(e.kind)}
+
+
+def fitting_estimator(kinds: Mapping[str, str]) -> str:
+    """Estimator that a scenario should have: its own one if that fits the sensors.
+
+    An own estimator fits all sensors, and an own controller can do without one.
+
+    Args:
+        kinds: Section -> kind.
+    """
+    given = kinds["estimator"]
+    alone = given == "none" and is_own(kinds["controller"])
+    return given if is_own(given) or alone else ESTIMATOR_OF[kinds["sensors"]]
 
 
 def is_shipped(scenario: Scenario | Structure) -> bool:

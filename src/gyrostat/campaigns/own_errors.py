@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import linecache
+import sys
 import traceback
 from collections.abc import Iterator
 from typing import Any
@@ -48,7 +49,9 @@ class OwnError(InputError):
 
 @contextlib.contextmanager
 def reported(part: str) -> Iterator[None]:
-    """Report any exception in a user's Python as a mistake of a part.
+    """Report any exception in a user's Python as a mistake of a part; it prints to stderr.
+
+    stdout is for results, such as those of `--json`.
 
     Args:
         part: Name of the part, such as "controller mission.py:EarthPointer".
@@ -57,7 +60,8 @@ def reported(part: str) -> Iterator[None]:
         OwnError: An exception was raised inside.
     """
     try:
-        yield
+        with contextlib.redirect_stdout(sys.stderr):
+            yield
     except OwnError:
         raise
     except InputError as error:

@@ -1,13 +1,15 @@
 """Read the [metrics] table of a scenario file and its windows, [[metrics.window]]."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import inf
+from pathlib import Path
 from typing import Any
 
 from gyrostat.campaigns.metric_schema import METRICS, WINDOW
 from gyrostat.campaigns.read_events import within_run
 from gyrostat.campaigns.results import percentile_name
-from gyrostat.campaigns.scenario import Event, Part, Window
+from gyrostat.campaigns.scenario import Event, Part, Scenario, Window
 from gyrostat.campaigns.tables import Table
 from gyrostat.campaigns.timeline import event_times, modes
 from gyrostat.core.errors import InputError
@@ -44,10 +46,44 @@ def read_metrics(
             raise Table(top.path, f"metric[{part.name}].", {}).refuse(
                 "name", part.name, "another name than that of a percentile"
             )
+    return {
+        "boresight": boresight,
+        "percentiles": percentiles,
+        "windows": _windows(table.tables("window"), boresight, values, events, parts),
+    }
+
+
+def with_windows(scenario: Scenario, given: Any) -> Scenario:
+    """Scenario with other windows.
+
+    Args:
+        scenario: Scenario.
+        given: Name of a window -> its keys, as in a scenario file.
+
+    Raises:
+        InputError: It is something else, or a key is unknown or has a value that is not allowed.
+    """
+    path, values = Path(scenario.name), dict(scenario.values)
+    if not isinstance(given, Mapping) or not all(isinstance(v, Mapping) for v in given.values()):
+        raise Table(path, "", {}).refuse("windows", given, '{"NAME": {"from": 10.0, ...}}')
+    values = {key: value for key, value in values.items() if not key.startswith("window.")}
+    rows = [Table(path, f"windows[{name}].", {**row, "name": name}) for name, row in given.items()]
+    windows = _windows(rows, scenario.boresight, values, scenario.events, scenario.parts)
+    return replace(scenario, windows=windows, values=dict(sorted(values.items())))
+
+
+def _windows(
+    rows: Sequence[Table],
+    boresight: tuple[float, ...] | None,
+    values: dict[str, float],
+    events: Sequence[Event],
+    parts: Sequence[Part],
+) -> tuple[Window, ...]:
+    """Read windows and add their numbers to the values."""
     origins = {"event": event_times(events, parts), "mode": dict.fromkeys(modes(parts))}
     windows: list[Window] = []
     taken = {*(key.split(".")[0] for key in values), "window"}
-    for number, row in enumerate(table.tables("window")):
+    for number, row in enumerate(rows):
         name = row.name("name", str(number + 1))
         if not name or "." in name or name in taken:
             raise InputError(
@@ -55,13 +91,9 @@ def read_metrics(
                 "is not the name of a section"
             )
         taken.add(name)
-        row = Table(top.path, f"metrics.window[{name}].", row.row)
+        row = Table(row.path, f"metrics.window[{name}].", row.row)
         windows.append(_window(row, name, boresight, values, origins))
-    return {
-        "boresight": boresight,
-        "percentiles": percentiles,
-        "windows": tuple(windows),
-    }
+    return tuple(windows)
 
 
 def _window(

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from gyrostat.campaigns.environments import ORBIT
 from gyrostat.campaigns.read_events import within_run
 from gyrostat.campaigns.references import LIMITS, LISTS, attitude_table
-from gyrostat.campaigns.scenario import Event, Part, Source
+from gyrostat.campaigns.scenario import Part, Source
 from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import read_text
@@ -30,51 +30,30 @@ def with_defaults(table: Table, kind: str, values: Mapping[str, float]) -> Table
 
 
 def check_reference(
-    kind: str,
-    parts: Sequence[tuple[Part, Table]],
-    top: Table,
-    events: Sequence[Event],
-    values: Mapping[str, float],
+    kind: str, parts: Sequence[tuple[Part, Table]], top: Table, values: Mapping[str, float]
 ) -> None:
-    """Check that a reference has the lists that it needs and no other, and no second target.
+    """Check targets and times of a reference, and that the controller has no target beside it.
 
     Args:
         kind: Kind of the reference.
         parts: Parts of all lists with their tables.
         top: Top-level table of the file.
-        events: Events of the scenario.
         values: Full key -> value.
 
     Raises:
-        InputError: A list is missing or unused, a target is given twice, a target is no quaternion,
-            or the slews are not in the order of their times.
+        InputError: A target is no quaternion or is given twice, or the slews are not in the order
+            of their times.
     """
-    table = top.table("reference", None)
-    mine = {name: [t for p, t in parts if p.section == name] for name in LISTS.values()}
-    for owner, name in LISTS.items():
-        if kind == owner and not mine[name]:
-            raise InputError(f"{table.place('kind')}: found {kind}, expected tables [[{name}]]")
-        if kind != owner and mine[name]:
-            raise InputError(
-                f"{top.path}: key {name}: found tables with the reference {kind}, expected none: "
-                f"only the reference {owner} has them"
-            )
-    for rows in mine.values():
-        for row in rows:
-            if "target" in row.row:
-                row.unit("target", 4, None)
-    if kind == "fixed":
-        return
     controller = top.table("controller", None)
-    slew = next((f"event[{event.name}]" for event in events if event.kind == "slew"), None)
-    if "target" in controller.row or slew is not None:
-        place = controller.place("target") if slew is None else f"{top.path}: key {slew}"
+    if kind != "fixed" and "target" in controller.row:
         raise InputError(
-            f"{place}: found a target attitude beside the reference {kind}, expected none: the "
-            "reference is the target"
+            f"{controller.place('target')}: found a target attitude beside the reference {kind}, "
+            "expected none: the reference is the target"
         )
     last = -1.0
     for part, row in parts:
+        if "target" in row.row and part.section in LISTS.values():
+            row.unit("target", 4, None)
         if part.section == "reference.slew":
             time = values[f"{part.section}.{part.name}.time"]
             within_run(row, "time", time, dict(values))
@@ -83,16 +62,20 @@ def check_reference(
             last = time
 
 
-def read_tables(kind: str, parts: Sequence[tuple[Part, Table]], top: Table) -> tuple[Source, ...]:
+def read_tables(
+    kind: str, parts: Sequence[tuple[Part, Table]], top: Table, duration: float
+) -> tuple[Source, ...]:
     """Read the attitude tables of a reference.
 
     Args:
         kind: Kind of the reference.
         parts: Parts of all lists with their tables.
         top: Top-level table of the file.
+        duration: Duration of the run, s.
 
     Raises:
-        InputError: A file cannot be read, or is not a table of attitudes.
+        InputError: A file cannot be read, or is not a table of attitudes; or the table of a
+            reference of one mode does not cover the run.
     """
     rows = {
         f"{part.section}.{part.name}": row
@@ -105,6 +88,11 @@ def read_tables(kind: str, parts: Sequence[tuple[Part, Table]], top: Table) -> t
     for place, row in rows.items():
         path = row.path.parent / row.text("file", None)
         text = read_text(path, "an attitude table", LARGEST_TABLE)
-        attitude_table(str(path), text)
+        times = attitude_table(str(path), text).times
+        if kind == "table" and not times[0] <= 0.0 <= duration <= times[-1]:
+            raise InputError(
+                f"{path}: found times from {times[0]:g} s to {times[-1]:g} s, expected them to "
+                f"cover the run, 0 s to {duration:g} s"
+            )
         found.append(Source(place, text))
     return tuple(found)

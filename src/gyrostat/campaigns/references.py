@@ -117,7 +117,7 @@ def _condition(options: Options) -> Condition:
     found = [options[name] for name in UNTIL]
     given = [value != UNTIL[name].default for name, value in zip(UNTIL, found, strict=True)]
     after = jnp.where(jnp.any(jnp.stack(given)), found[0], NEVER.after)
-    return Condition(after, *found[1:])  # pyright: ignore[reportArgumentType]
+    return Condition(after, *found[1:])
 
 
 _TARGET = {"target": Key("1", None, "Attitude, a quaternion, scalar first.", shape=(4,))}

@@ -194,7 +194,9 @@ class Scenario:
         Args:
             changes: Component of a section, as the name of its kind or as an object of an own
                 class: `controller=EarthPointer(kp=0.02)`. Value of a key, SI or text with a unit:
-                `**{"controller.kp": 0.03}`. Attribute of `Scenario`: `name="other"`.
+                `**{"controller.kp": 0.03}`. Windows of the metrics, with their keys as in a
+                scenario file: `windows={"imaging": {"from": 90.0}}`. Attribute of `Scenario`:
+                `name="other"`.
 
         Raises:
             InputError: There is no such section, key or attribute, or a value is not allowed.

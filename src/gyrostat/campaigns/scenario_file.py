@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from gyrostat.campaigns.components import ESTIMATOR_OF
-from gyrostat.campaigns.kinds import KINDS, component, measured
+from gyrostat.campaigns.kinds import KINDS, component, fitting_estimator, measured
 from gyrostat.campaigns.own_errors import OwnError
-from gyrostat.campaigns.own_parts import OWN, is_own
+from gyrostat.campaigns.own_parts import OWN
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.read_dispersions import read_dispersions
 from gyrostat.campaigns.read_events import read_events
@@ -103,7 +103,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         guard = table.one_of("on_bad", ON_BAD, "hold")
     controller = component("controller", chosen["controller"], sources)
     events = read_events(top, craft, values, controller, fields, sources)
-    check_reference(chosen["reference"], parts, top, events, values)
+    check_reference(chosen["reference"], parts, top, values)
     metrics = read_metrics(top, values, events, [part for part, _ in parts])
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
@@ -124,7 +124,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         guard=guard,
         parts=tuple(part for part, _ in parts),
         sources=sources,
-        tables=read_tables(chosen["reference"], parts, top),
+        tables=read_tables(chosen["reference"], parts, top, values["run.duration"]),
     )
     return replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
 
@@ -151,11 +151,8 @@ def _kinds(top: Table) -> dict[str, str]:
             chosen[section] = own_kind(table)
         else:
             chosen[section] = table.one_of("kind", kinds, default)
-    needed = ESTIMATOR_OF[chosen["sensors"]]
-    given = "estimator" in top.row
-    if is_own(chosen["controller"]) and not given:
-        chosen["estimator"] = "none"
-    elif chosen["estimator"] != needed and not is_own(chosen["estimator"]):
+    needed = fitting_estimator(chosen)
+    if chosen["estimator"] != needed:
         raise top.table("estimator", None).refuse(
             "kind", chosen["estimator"], f"{needed} for the sensors {chosen['sensors']}"
         )

@@ -1,7 +1,6 @@
 """Extraction of a definition from a script or a notebook, with the names that it uses."""
 
 import ast
-import inspect
 import symtable
 import sys
 import textwrap
@@ -96,7 +95,10 @@ class _Script:
             else:
                 self.lines.append(ast.unparse(ast.ImportFrom(node.module, [alias], node.level)))
         elif isinstance(node, ast.FunctionDef | ast.ClassDef) or (
-            isinstance(node, ast.Assign) and inspect.isclass(value)
+            # a named tuple, a lambda, or a function made by a call
+            isinstance(node, ast.Assign)
+            and isinstance(node.value, ast.Call | ast.Lambda)
+            and callable(value)
         ):
             for needed in _needed(node):
                 if needed in self.known:
@@ -111,7 +113,7 @@ class _Script:
             return f"float({str(value)!r})"
         if type(value) in PLAIN:
             return repr(value)
-        if type(value) in (tuple, list):
+        if isinstance(value, tuple | list) and type(value) in (tuple, list):
             inner = "".join(f"{self._literal(name, entry)}, " for entry in value)
             return f"({inner})" if isinstance(value, tuple) else f"[{inner}]"
         if type(value) is dict:

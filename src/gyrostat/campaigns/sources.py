@@ -8,6 +8,7 @@ by their digest, so that a campaign runs the same code everywhere, even if a fil
 import builtins
 import hashlib
 import importlib
+import importlib.abc
 import importlib.machinery
 import linecache
 import sys
@@ -91,7 +92,7 @@ class _Finder:
         return importlib.machinery.ModuleSpec(fullname, _Loader(package, source), is_package=folder)
 
 
-class _Loader:
+class _Loader(importlib.abc.Loader):
     """Executes a module from its text."""
 
     def __init__(self, package: str, source: Source | None) -> None:
@@ -120,11 +121,7 @@ def _compiled(package: str, source: Source) -> CodeType:
 
 @lru_cache(maxsize=64)
 def _builtins(package: str) -> dict[str, Any]:
-    """Built-in names of own modules.
-
-    Absolute imports find the modules of the scenario first. What is printed goes to stderr, because
-    stdout is for results.
-    """
+    """Built-in names of own modules: absolute imports find the modules of the scenario first."""
     tops = {name.partition(".")[0] for name in _PACKAGES[package]}
 
     def own_import(
@@ -140,7 +137,4 @@ def _builtins(package: str) -> dict[str, Any]:
         module = builtins.__import__(f"{package}.{name}", globals, locals, fromlist or ())
         return module if fromlist else sys.modules[f"{package}.{top}"]
 
-    def own_print(*values: object, **options: Any) -> None:
-        print(*values, **{"file": sys.stderr, **options})
-
-    return {**vars(builtins), "__import__": own_import, "print": own_print}
+    return {**vars(builtins), "__import__": own_import}

@@ -19,7 +19,7 @@ from gyrostat.simulation import Status
 from gyrostat.spacecraft import Gyrostat
 from gyrostat.spacecraft.torque_models import commanded_torques
 
-LOOP = ("controller", "compensator", "estimator")
+LOOP = ("reference", "controller", "compensator", "estimator")
 """Sections whose components compute the command, from the inside to the outside."""
 
 
@@ -111,4 +111,6 @@ def say_bad_commands(
 def _own_names(scenario: Scenario) -> str:
     """Names of the own parts that compute the command."""
     named = {name: getattr(scenario, name) for name in LOOP}
+    modes = [part for part in scenario.parts if part.section == "reference.mode"]
+    named |= {f"{part.section}.{part.name}": part.kind for part in modes}
     return ", ".join(f"{name} {kind}" for name, kind in named.items() if is_own(kind))

@@ -21,14 +21,11 @@ from gyrostat.control.allocation.null_space import NullSpaceControl
 from gyrostat.control.allocation.wheel_fault_detector import WheelFaultDetector
 from gyrostat.control.attitude.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.attitude.attitude_regulator import AttitudeRegulator
+from gyrostat.control.attitude.attitude_targets import AttitudeTargets
 from gyrostat.control.attitude.command import CurrentCommand
 from gyrostat.control.attitude.output_feedback import OutputFeedback
 from gyrostat.control.attitude.three_axis_law import ThreeAxisLaw
-from gyrostat.control.attitude.wheel_array_control import (
-    ArrayCommand,
-    AttitudeTargets,
-    WheelArrayControl,
-)
+from gyrostat.control.attitude.wheel_array_control import ArrayCommand, WheelArrayControl
 from gyrostat.control.attitude.wheel_rate_loop import WheelRateLoop
 from gyrostat.control.attitude.wheel_speed_loops import WheelSpeedLoops
 from gyrostat.control.design.controllability import Controllability, uncontrollable

@@ -53,8 +53,7 @@ class Unit:
 # One row for each unit: the unit, its other spellings where case matters ('mA' is not 'MA'), and
 # its spellings where case does not matter. The first unit of a dimension is the one used inside and
 # in outputs. '·' between the parts of a spelling may be omitted or be a dot, a blank or a star.
-# Speeds have no Hz and no 1/s on purpose: they do not say whether radians or revolutions are
-# counted.
+# Speeds have no Hz and no 1/s: these do not say whether radians or revolutions are counted.
 _Row = tuple[Unit, tuple[str, ...], tuple[str, ...]]
 _TABLE: dict[str, tuple[_Row, ...]] = {
     "time": (
@@ -118,11 +117,7 @@ _TABLE: dict[str, tuple[_Row, ...]] = {
         (Unit("K", 1.0, -273.15), (), ("Kelvin",)),
         (Unit("°F", 5.0 / 9.0, -160.0 / 9.0), ("F",), ("°F", "degF", "deg·F", "Fahrenheit")),
     ),
-    "frequency": (
-        (Unit("Hz"), (), ("Hz", "hertz")),
-        (Unit("mHz", 1e-3), ("mHz",), ()),
-        (Unit("kHz", 1e3), (), ("kHz",)),
-    ),
+    "frequency": ((Unit("Hz"), (), ("Hz", "hertz")), (Unit("mHz", 1e-3), ("mHz",), ())),
     "angle": (
         (Unit("rad"), (), ("rad", "radian", "radians")),
         (Unit("deg", _DEGREE), (), ("deg", "°", "degree", "degrees")),

@@ -9,10 +9,10 @@ from gyrostat.campaigns.build import build
 from gyrostat.campaigns.phases import Phases
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.schema import MEASURED
 from gyrostat.campaigns.sensing import options_of
-from gyrostat.campaigns.structure import structure_of
+from gyrostat.campaigns.structure import measured_names, structure_of
 from gyrostat.control import FieldLimits, MeasurementGuard
+from gyrostat.control.measurement_guard import UNLIMITED
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports.targets import STEPS, Target, flight_loop
 
@@ -48,11 +48,13 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     _, first = setup.sensor(memory, setup.start, jax.random.key(0))
     limits = {}
     if scenario.guard is not None:
-        for name in MEASURED:
+        for name in measured_names(scenario):
+            if not jnp.issubdtype(getattr(first, name).dtype, jnp.floating):
+                continue
             rate = own.get(f"{name}_change", np.inf)
             limits[name] = FieldLimits(
-                max(own[f"{name}_lower"], -np.finfo(np.float32).max),
-                min(own[f"{name}_upper"], np.finfo(np.float32).max),
+                max(own[f"{name}_lower"], -UNLIMITED),
+                min(own[f"{name}_upper"], UNLIMITED),
                 rate if np.isfinite(rate) else None,
             )
     guard = MeasurementGuard.of(first, limits, scenario.guard or on_bad)

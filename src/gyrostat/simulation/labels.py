@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 
 COMPONENTS = {"quaternion": ("w", "x", "y", "z"), "axis": ("x", "y", "z")}
 """Dimension -> its coordinates."""
+OWN_NAMES = (*COMPONENTS, "wheel", "run", "time", "status", "valid_until", "error")
+"""Names that histories have in addition to the signals."""
 _QUATERNIONS = ("attitude", "target", "estimated_attitude")
 _VECTORS = (
     *("momentum", "rate", "jitter", "external_torque"),

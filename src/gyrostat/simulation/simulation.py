@@ -13,6 +13,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.validation import MOST_PERIODS, check_parts, check_period, require_period
 from gyrostat.simulation.labels import (
+    OWN_NAMES,
     attributes,
     dimensions,
     status_attributes,
@@ -256,7 +257,7 @@ def labelled(histories: Histories, period: float) -> "xr.Dataset":
         for name, values in signals._asdict().items():
             if values is None:
                 continue
-            before = prefix if name in variables else ""
+            before = prefix if name in variables or name in OWN_NAMES else ""
             label = before + name
             extra = dimensions(name, label, values.shape[2:], wheels)
             mask = fine.reshape(*fine.shape, *(1,) * len(extra))

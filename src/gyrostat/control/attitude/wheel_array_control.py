@@ -3,15 +3,13 @@
 from dataclasses import replace
 from typing import Annotated, Any, NamedTuple, Self
 
-import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Float
-from numpy.typing import ArrayLike
 
 from gyrostat.control.allocation.allocation import MinimaxAllocation, Working, spread, within_limits
 from gyrostat.control.allocation.momentum_unloading import MomentumUnloading
 from gyrostat.control.allocation.null_space import NullSpaceControl
 from gyrostat.control.allocation.wheel_fault_detector import WheelFaultDetector, WheelFaultMemory
+from gyrostat.control.attitude.attitude_targets import AttitudeTargets
 from gyrostat.control.guidance.guide import AT_REST, Guide
 from gyrostat.control.underactuated.two_wheel_law import brake
 from gyrostat.core import rotations
@@ -21,7 +19,6 @@ from gyrostat.core.delay_line import Sent, empty_line, pushed
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft
-from gyrostat.wheel.array import listed
 
 BRAKING_SHARE = 0.5
 """Fraction of the wheels' torque that is used to stop a turn."""
@@ -47,51 +44,6 @@ class ArrayCommand(NamedTuple):
     external_torque: Annotated[Vector3, "N·m"]
     target: Annotated[Quaternion, "1"]
     works: Working
-
-
-class AttitudeTargets(Checked):
-    """Target attitude over time, piecewise constant.
-
-    The targets define where to point but no rate, and a law takes each for a target at rest.
-    Targets that move at a constant rate W are therefore followed with a constant lag, for
-    `WheelArrayControl` of W (1 / k + 1 / k_t) rad, as derived there. For a target that moves, use
-    `gyrostat.control.guidance.Guided`.
-
-    Attributes:
-        times: Start times of the targets, (targets,), increasing, s. The first target also applies
-            before its time.
-        attitudes: Target quaternions, scalar first, (targets, 4).
-    """
-
-    times: Float[Array, " targets"] = eqx.field(converter=listed)
-    attitudes: Float[Array, "targets 4"] = eqx.field(converter=listed)
-
-    @classmethod
-    def hold(cls, attitude: ArrayLike) -> Self:
-        """Constant target attitude."""
-        return cls(jnp.zeros(1), jnp.asarray(attitude, dtype=float)[None])
-
-    def check_own(self) -> None:
-        """Validate times and attitudes.
-
-        Raises:
-            InputError: The times are missing, not finite or not increasing; or the attitudes have
-                the wrong shape or are not of unit length.
-        """
-        times = np.asarray(self.times, dtype=float)
-        rising = times.size > 0 and times.ndim > 0 and np.all(np.isfinite(times))
-        if not rising or not np.all(np.diff(times, axis=-1) > 0.0):
-            raise InputError(f"times of the targets: found {times}, expected increasing times, s")
-        shape = np.shape(self.attitudes)
-        if shape != (*times.shape, 4):
-            raise InputError(f"targets: found shape {shape}, expected {(*times.shape, 4)}")
-        rotations.check_unit(self.attitudes)
-
-    def __call__(self, time: Scalar) -> Quaternion:
-        """Target attitude at a time, s."""
-        # multiples of a control period are subject to rounding
-        passed = jnp.sum(jnp.asarray(self.times) <= time + 1e-9)
-        return jnp.asarray(self.attitudes)[jnp.maximum(passed - 1, 0)]
 
 
 class ArrayControlMemory(NamedTuple):
@@ -239,7 +191,7 @@ class WheelArrayControl(Checked):
             memory.detector, absolute, measurement.wheel_measured, limit, time, period
         )
         external = jnp.zeros(3) if self.unloading is None else self.unloading(momentum)
-        turning, target = measurement, self.targets(time)
+        turning, target, follows = measurement, self.targets(time), None
         if self.guide is not None:
             found = self.guide.follow(measurement.attitude, rate, momentum, inertia)
             turning = measurement._replace(attitude=found.turn, rate=found.rate)
@@ -255,7 +207,7 @@ class WheelArrayControl(Checked):
         failed = ~detector.works & measurement.wheel_measured
         borne = axes @ jnp.where(failed, detector.lost, 0.0)
         needed = external + unknown + borne - jnp.cross(turning.rate, momentum) - inertia @ push
-        if self.guide is not None:
+        if self.guide is not None and follows is not None:
             needed, target = needed + follows, self.guide.now.attitude
         left = limit - jnp.abs(detector.drag)
         torque = within_limits(self.allocation(axes, left, detector.works, needed), left)

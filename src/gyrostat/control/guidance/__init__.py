@@ -10,7 +10,6 @@ from gyrostat.control.guidance.reference import (
     Condition,
     Mode,
     Reference,
-    Until,
 )
 from gyrostat.control.guidance.slew import SlewLimits, Slews, Transition
 from gyrostat.control.guidance.slew_profile import SlewProfile
@@ -34,7 +33,6 @@ __all__ = [
     "Slews",
     "Table",
     "Transition",
-    "Until",
     "WheelEnvelope",
     "reference_at",
     "toward",

@@ -125,6 +125,6 @@ class Guided(Checked):
         inner, command = toward(self.controller, guide)(memory.controller, measurement)
         signals: Any = _Mode(mode.number, mode.start)
         if "target" not in command._fields:
-            signals = _ModeAndTarget(*signals, guide.now.attitude)
+            signals = _ModeAndTarget(mode.number, mode.start, guide.now.attitude)
         after = GuidedMemory(inner, mode, memory.sample + 1.0, memory.period)
         return after, recorded_with("Guided", command, signals)

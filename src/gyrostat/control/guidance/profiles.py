@@ -8,7 +8,6 @@ from typing import Annotated, Self
 import numpy as np
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar
@@ -114,12 +113,13 @@ class Table(Checked):
 
     Attributes:
         times: Times of the rows, (rows,), increasing, s.
-        parts: Coefficients of the cubic polynomials, the highest power first, (rows - 1, 4 powers,
-            4 components).
+        attitudes: Quaternions of the rows, without changes of sign, (rows, 4).
+        slopes: Time derivatives of the spline in the rows, (rows, 4), 1/s.
     """
 
     times: Float[Array, " rows"]
-    parts: Float[Array, "parts 4 4"]
+    attitudes: Float[Array, "rows 4"]
+    slopes: Float[Array, "rows 4"]
 
     @classmethod
     def of(cls, times: ArrayLike, attitudes: ArrayLike) -> Self:
@@ -146,7 +146,7 @@ class Table(Checked):
                 f"attitude table, row {row}: found the time {times[row]:g} s, expected a later one "
                 "than in the row before"
             )
-        rotations.check_unit(found)
+        rotations.check_unit(jnp.asarray(found))
         cosines = np.sum(found[1:] * found[:-1], axis=1)
         wide = np.flatnonzero(np.abs(cosines) < np.cos(0.5 * LARGEST_STEP))
         if len(wide):
@@ -155,19 +155,26 @@ class Table(Checked):
                 f"attitude table, row {wide[0] + 1}: found a rotation of {turned:.3g} deg from the "
                 f"row before, expected {np.degrees(LARGEST_STEP):g} deg or less"
             )
+        from scipy.interpolate import CubicSpline  # slow to import, and only tables need it
+
         signs = np.cumprod(np.append(1.0, np.where(cosines < 0.0, -1.0, 1.0)))
-        spline = CubicSpline(times, found * signs[:, None])
-        return cls(times, np.swapaxes(spline.c, 0, 1))
+        found = found * signs[:, None]
+        slopes = CubicSpline(times, found)(times, 1)
+        return cls(jnp.asarray(times), jnp.asarray(found), jnp.asarray(slopes))
 
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s."""
         times = jnp.asarray(self.times)
         # not `clip`, whose derivative at the ends would be half of the spline's
         time = jnp.where(time < times[0], times[0], jnp.where(time > times[-1], times[-1], time))
-        row = jnp.clip(_last_before(times, time), 0, len(self.parts) - 1)
-        cubic, square, linear, constant = jnp.asarray(self.parts)[row]
-        since = time - times[row]
-        return rotations.normalised(((cubic * since + square) * since + linear) * since + constant)
+        row = jnp.clip(_last_before(times, time), 0, len(self.times) - 2)
+        attitudes, slopes = jnp.asarray(self.attitudes), jnp.asarray(self.slopes)
+        length = times[row + 1] - times[row]
+        share, step = (time - times[row]) / length, attitudes[row + 1] - attitudes[row]
+        first, last = length * slopes[row], length * slopes[row + 1]
+        cubic, square = first + last - 2.0 * step, 3.0 * step - 2.0 * first - last
+        turned = ((cubic * share + square) * share + first) * share
+        return rotations.normalised(attitudes[row] + turned)
 
 
 def _last_before(times: Float[Array, " rows"], time: Scalar) -> Array:

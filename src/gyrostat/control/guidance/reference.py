@@ -33,27 +33,8 @@ class Mode(NamedTuple):
     start: Scalar
 
 
-class Until(NamedTuple):
-    """Conditions under which the modes end, each (modes,). A mode ends when all of its own hold.
-
-    The default of a single condition always holds. A mode without any condition has an infinite
-    `after` and never ends.
-
-    Attributes:
-        after: Least time since the start of the mode, s.
-        rate_below: Upper limit of the body rate, rad/s.
-        momentum_above: Lower limit of the total momentum, N·m·s.
-        error_below: Upper limit of the pointing error, rad.
-    """
-
-    after: Float[Array, " modes"]
-    rate_below: Float[Array, " modes"]
-    momentum_above: Float[Array, " modes"]
-    error_below: Float[Array, " modes"]
-
-
 class Condition(NamedTuple):
-    """Conditions under which one mode ends; see `Until`.
+    """Conditions under which a mode ends: all of them must hold. The defaults always hold.
 
     Attributes:
         after: Least time since the start of the mode, s.
@@ -62,10 +43,10 @@ class Condition(NamedTuple):
         error_below: Upper limit of the pointing error, rad.
     """
 
-    after: float = 0.0
-    rate_below: float = np.inf
-    momentum_above: float = -1.0
-    error_below: float = np.inf
+    after: Scalar = 0.0
+    rate_below: Scalar = np.inf
+    momentum_above: Scalar = -1.0
+    error_below: Scalar = np.inf
 
 
 NEVER = Condition(after=np.inf)
@@ -82,13 +63,13 @@ class Reference(Checked):
 
     Attributes:
         modes: Attitude over time of each mode, a `Profile`.
-        until: Conditions under which each mode ends.
+        until: Conditions under which the modes end, each (modes,).
         limits: Limits of the rotation from mode to mode; None for one mode.
         spacecraft: Spacecraft model for the total momentum; None: no condition on it.
     """
 
     modes: tuple[Callable[..., Any], ...]
-    until: Until
+    until: Condition
     limits: SlewLimits | None = None
     spacecraft: Spacecraft | None = None
 
@@ -131,7 +112,7 @@ class Reference(Checked):
                 "reference: found a condition on the momentum and no spacecraft, expected the "
                 "spacecraft from which the momentum is computed"
             )
-        until = Until(*(jnp.asarray(each, dtype=float) for each in zip(*ends, strict=True)))
+        until = Condition(*(jnp.asarray(each, dtype=float) for each in zip(*ends, strict=True)))
         return cls(tuple(profile for profile, _ in modes), until, limits, spacecraft)
 
     def start(self) -> Mode:
@@ -170,7 +151,7 @@ class Reference(Checked):
         if self.limits is None:
             return mode
         found = Transition.of(self._motions(mode), mode.start, self.limits)
-        until = Until(*(jnp.asarray(each)[mode.number] for each in self.until))
+        until = Condition(*(jnp.asarray(each)[mode.number] for each in self.until))
         # multiples of a control period are subject to rounding
         elapsed = time - mode.start + 1e-9
         ends = (elapsed >= until.after) & (elapsed >= found.duration)
@@ -182,7 +163,7 @@ class Reference(Checked):
             ends &= self._measured(until, measurement, rotations.normalised(found(time)))
         return Mode(mode.number + ends, jnp.where(ends, time, mode.start))
 
-    def _measured(self, until: Until, measurement: Any, target: Quaternion) -> Bool[Array, ""]:
+    def _measured(self, until: Condition, measurement: Any, target: Quaternion) -> Bool[Array, ""]:
         """Whether the conditions of a mode on the measurement hold."""
         rate = measurement.rate
         holds = rate @ rate < until.rate_below**2

@@ -110,7 +110,8 @@ class Slews(Checked):
 
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s."""
-        done = jax.vmap(_progress)(self.profiles, time - jnp.asarray(self.times))
+        since = time - jnp.asarray(self.times)
+        done = jnp.asarray(jax.vmap(_progress)(self.profiles, since))
         parts = jax.vmap(rotations.from_rotation_vector)(done[:, None] * self.turns)
         attitude = jnp.asarray(self.attitude, dtype=float)
         for part in parts:

@@ -74,7 +74,7 @@ class WheelEnvelope(Checked):
                     "slews: found working wheels that do not span space, expected them to"
                 )
         share = [np.linalg.pinv(axes * works, rcond=SPAN) for works in sets]
-        return cls(spacecraft, np.array(share), **others)
+        return cls(spacecraft, jnp.asarray(np.array(share)), **others)
 
     def limits(
         self,

@@ -1,0 +1,73 @@
+"""The controller of a scenario as C: own ones, with estimator, compensator and guard."""
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gyrostat as gs
+from gyrostat.core.errors import InputError
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
+OWN = EXAMPLES / "own_controller.toml"
+GUARD = """
+[guard]
+on_bad = "zero"
+rate_upper = "1 deg/s"
+rate_lower = "-1 deg/s"
+"""
+
+
+@pytest.fixture(scope="module")
+def guarded(tmp_path_factory):
+    """Scenario with an own controller and a guard."""
+    folder = tmp_path_factory.mktemp("export")
+    for path in (OWN, *EXAMPLES.glob("cubesat*.toml"), OWN.with_suffix(".py")):
+        (folder / path.name).write_text(path.read_text(encoding="utf-8"), encoding="utf-8")
+    with (folder / OWN.name).open("a", encoding="utf-8") as file:
+        file.write(GUARD)
+    return gs.read_scenario(folder / OWN.name)
+
+
+def test_an_own_controller_compiles_and_its_test_passes(guarded, tmp_path, tools):
+    out = tmp_path / "flight"
+    gs.export(guarded, out, to="c")
+    tools.build(out, "controller.c", "controller_test.c", "-lm", "-o", "program")
+    done = subprocess.run([out / "program"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+    assert "command.torque[3]: as in Python" in done.stdout
+    header = (out / "controller.h").read_text(encoding="utf-8")
+    assert "AttitudePD" in header  # without phases: there is one design
+    assert "Phases" not in header
+    source = (out / "controller.c").read_text(encoding="utf-8")
+    assert "own_controller.py" in source
+    limit = repr(np.radians(1.0).item())
+    assert limit in source
+
+
+def test_a_scenario_of_this_package_is_exported_too(run, tmp_path, tools):
+    """With its Kalman filter, whose covariances are rounding errors in part."""
+    out = tmp_path / "flight"
+    code, _, said = run("export", EXAMPLES / "wheel_array.toml", "--to", "c", "--out", out)
+    assert code == 0, said
+    tools.build(out, "controller.c", "controller_test.c", "-lm", "-o", "program")
+    done = subprocess.run([out / "program"], capture_output=True, text=True)
+    assert done.returncode == 0, [line for line in done.stdout.splitlines() if "not as" in line]
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ({"to": "json"}, "--to json: found an object of Scenario, expected --to c"),
+        ({"to": "c", "period": 0.1}, "a scenario: found --period, expected these with a part"),
+        ({"to": "c", "what": "wheel"}, "--what wheel: found an object of Scenario, expected cont"),
+        ({"to": "c", "on_bad": "zero"}, "a scenario: found --on-bad"),
+        ({"to": "c", "gains": "1,2,3"}, "a scenario: found --gains"),
+    ],
+)
+def test_options_that_a_scenario_has_are_refused(guarded, tmp_path, options, expected):
+    with pytest.raises(InputError) as caught:
+        gs.export(guarded, tmp_path / "flight", **options)
+    assert expected in str(caught.value)
+    assert not (tmp_path / "flight").exists()
