@@ -34,7 +34,7 @@ def test_values_and_attributes_are_replaced(scenario):
 
 
 def test_a_component_has_its_defaults(scenario):
-    plain = replace(scenario, events=(), dispersions=())
+    plain = replace(scenario, dispersions=())
     made = plain.replace(controller="wheel_array", **{"controller.rate_gain": 0.3})
     assert made.values["controller.rate_gain"] == 0.3
     assert made.values["controller.momentum_gain"] == 1e-3
@@ -161,5 +161,13 @@ def test_a_class_inside_a_function_is_refused(scenario):
     class Inside:
         """Its variables cannot be found again."""
 
-    with pytest.raises(InputError, match="found a definition inside another, expected"):
-        scenario.replace(controller=Inside())
+    for given in (Inside(), lambda time: time):
+        with pytest.raises(InputError, match="found a lambda, or a definition inside another, exp"):
+            scenario.replace(controller=given)
+
+
+def test_an_object_of_an_earlier_definition_is_refused(notebook, scenario):
+    """The text of the present definition may differ."""
+    cells = notebook("class P:\n    pass", "old = P()\nclass P:\n    x = 1")
+    with pytest.raises(InputError, match="found an earlier definition of P, expected an object of"):
+        scenario.replace(controller=cells.old)

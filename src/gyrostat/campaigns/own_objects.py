@@ -80,8 +80,16 @@ def _numbers(place: str, name: str, value: Any, shape: tuple[int, ...]) -> tuple
 
 def _source(place: str, made: Any) -> tuple[str, tuple[Source, ...]]:
     """Kind and sources of a class or function."""
-    if "." in made.__qualname__:
-        raise OwnError(f"{place}: found a definition inside another, expected one of a module")
+    if "." in made.__qualname__ or not made.__name__.isidentifier():
+        raise OwnError(
+            f"{place}: found a lambda, or a definition inside another, expected a class or "
+            "function of a module"
+        )
+    if getattr(sys.modules.get(made.__module__), made.__name__, made) is not made:
+        raise OwnError(
+            f"{place}: found an earlier definition of {made.__name__}, expected an object of the "
+            "present one"
+        )
     if made.__module__ == "__main__":
         file, text, folder = extracted(place, made)
         imported = sources_below(folder, {}, {file: text})
