@@ -35,8 +35,10 @@ NAMES = ("motor_constant", "viscous", "coulomb", "static")
 MEAN = np.array([0.0228, 5e-6, 0.88e-3, 0.91e-3])
 SIGMA = np.array([2e-4, 2e-6, 30e-6, 50e-6])
 PRIOR = Prior(MEAN, SIGMA)
-TOGETHER, CHAINS, WARM_UP, CHUNKS = 16, 4, 2, 3
-"""Records sampled together, chains of each, and chunks of steps of warm-up and of draws."""
+TOGETHER, CHAINS, WARM_UP, CHUNKS = 16, 8, 3, 8
+"""Records sampled together, chains of each, and chunks of warm-up and of draws."""
+STEP = 2.38 / np.sqrt(len(NAMES)) * jnp.eye(len(NAMES))
+"""Size of a step; the coordinates are whitened by the linear estimate."""
 BINS, RANKS = 10, 79
 """Bins of the ranks, and draws of each record that the truth is ranked among."""
 TIME = np.arange(COUNT) / 10.0
@@ -96,7 +98,7 @@ def main() -> None:
         position, parts = jax.random.normal(key, (TOGETHER * CHAINS, 4)), []
         for k in range(WARM_UP + CHUNKS):
             keys = jax.random.split(jax.random.fold_in(key, k), TOGETHER * CHAINS)
-            drawn, _ = step(keys, position, jnp.eye(4), data)
+            drawn, _ = step(keys, position, STEP, data)
             position = drawn[:, -1]
             parts.append(drawn)
         drawn = np.concatenate(parts[WARM_UP:], axis=1).reshape(TOGETHER, -1, 4)

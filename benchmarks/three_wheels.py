@@ -26,6 +26,7 @@ import numpy as np
 from ask_basilisk import Basilisk
 from pointing_case import CRAFT, LOCKED, PERIOD, SETTLED, Drawn, Flown, draw, fly, parts
 
+from gyrostat.campaigns.fingerprint import FLAGS
 from gyrostat.codegen.simd import compiler
 from gyrostat.codegen.simd.batch import lanes
 from gyrostat.codegen.simd.compiler import FAST
@@ -210,6 +211,7 @@ def main():
     parser.add_argument("--duration", type=float, default=600.0, help="s")
     options = parser.parse_args()
     os.environ.setdefault("OMP_NUM_THREADS", str(WORKERS))
+    os.environ.setdefault("XLA_FLAGS", FLAGS["cpu"])  # as campaigns do
     basilisk = None if options.basilisk is None else Basilisk(options.basilisk)
     with (
         tempfile.TemporaryDirectory() as folder,

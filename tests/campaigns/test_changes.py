@@ -42,6 +42,13 @@ def test_a_component_has_its_defaults(scenario):
     assert list(made.values) == sorted(made.values)
 
 
+def test_required_keys_of_a_component_can_be_given_with_it(scenario):
+    plain = replace(scenario, dispersions=())
+    made = plain.replace(environment="orbit", **{"environment.altitude": 500e3})
+    assert made.values["environment.altitude"] == 500e3
+    assert made.values["environment.inclination"] == 0.0
+
+
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import gyrostat as gs
-from gyrostat.campaigns import engine, fingerprint
+from gyrostat.campaigns import campaign_runs, engine, fingerprint
 from gyrostat.core.units import RPM
 
 
@@ -167,6 +167,8 @@ def test_the_same_from_python(small, folder):
     assert again.error_max.attrs["units"] == "rad"
     assert again["wheel.a.coulomb"].attrs["units"] == "N·m"
     assert again["event.loss.time"].attrs["units"] == "s"
+    assert again["imaging.jitter"].attrs["units"] == "rad"
+    assert again["turning.settling"].attrs["long_name"].startswith("Time from the start of the w")
     assert again.attrs == {"scenario": "small", "folder": str(small.out), "seed": small.seed}
     assert gs.report(small.out) == json.loads((small.out / "report.json").read_text())
 
@@ -174,7 +176,7 @@ def test_the_same_from_python(small, folder):
 def test_a_replay_is_labelled(small, monkeypatch):
     # the worker of the fixture has traced the scenario; `run("replay")` above starts its own
     monkeypatch.setattr("gyrostat.campaigns.processes", lambda workers: small.opener)
-    history = gs.replay(small.out, 5)
+    history = gs.replay(campaign_runs(small.out), 5)
     assert history.wheel_speed.sel(wheel="b").dims == ("time",)
     assert history.rate.sel(axis="z").units == "rad/s"
     np.testing.assert_array_equal(history.wheel, ["a", "b", "c", "d"])

@@ -7,7 +7,7 @@ import pyarrow as pa
 import pytest
 import xarray as xr
 
-from gyrostat.campaigns import fingerprint, run_campaign, worst_runs
+from gyrostat.campaigns import run_campaign, worst_runs
 from gyrostat.campaigns.execute import chosen_engine
 from gyrostat.campaigns.metrics import ended
 from gyrostat.core.errors import InputError
@@ -316,12 +316,3 @@ def test_the_worst_of_equal_runs_has_the_largest_maximum():
 def test_an_engine_that_there_is_not_is_refused(scenario, tmp_path):
     with pytest.raises(InputError, match="found 'lane', expected one of auto, native, jax"):
         run_campaign(scenario, tmp_path, runs=2, engine="lane")
-
-
-def test_the_record_knows_the_header_of_lanes(tmp_path, monkeypatch):
-    digests = set()
-    for text in ("#define LANES 8", "#define LANES 4"):
-        (tmp_path / "lanes.h").write_text(text)
-        monkeypatch.setattr(fingerprint.gyrostat, "__file__", str(tmp_path / "__init__.py"))
-        digests.add(fingerprint._source_digest.__wrapped__())
-    assert len(digests) == 2

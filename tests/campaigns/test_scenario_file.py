@@ -169,6 +169,7 @@ def test_bad_input_names_the_key(variant, change, found):
         ('until = "31 s"', "until: found 31.0, expected at most 30 s, the end of the run"),
         ('from = "30 s"', "from: found 30.0, expected a time before the end of the run, 30 s"),
         ('from = "5 s"\nuntil = "4 s"', "until: found 4.0, expected a time after its start, 5 s"),
+        ('mode = "track"', "mode: found 'track', expected none: this scenario has no mode"),
         ('event = "trun"', "event: found 'trun', expected one of"),
         ('event = "turn"\nfrom = "12 s"', "from: found 30.0, expected a time before the end"),
         ('event = "turn"\nuntil = "13 s"', "until: found 13.0, expected at most 12 s, the end"),
@@ -220,6 +221,8 @@ def test_windows_can_be_given_in_python(scenario):
     assert not any(key.startswith("window.imaging") for key in made.values)
     with pytest.raises(InputError, match=r"window\[w\].until: found 31.0, expected at most 30"):
         scenario.replace(windows={"w": {"until": 31.0}}, dispersions=())
+    with pytest.raises(InputError, match=r"window\[imaging\].event: found 'worn', expected one of"):
+        scenario.replace(events=scenario.events[2:], dispersions=())
     with pytest.raises(InputError, match="key windows: found 3, expected"):
         scenario.replace(windows=3)
     with pytest.raises(InputError, match=r"dispersion of window.imaging.from"):

@@ -41,7 +41,7 @@ def problem(record):
     return prediction, values, np.diag(sigma**2)
 
 
-def test_the_density_is_that_of_white_residuals_and_its_gradient_is_exact(problem):
+def test_the_density_is_that_of_white_residuals(problem):
     prediction, values, covariance = problem
     data = posed(
         prediction, NAMES, values, covariance, Prior.unknown(5), [record_data(prediction, 0, NOISE)]
@@ -54,10 +54,6 @@ def test_the_density_is_that_of_white_residuals_and_its_gradient_is_exact(proble
     ((speed, _),) = prediction(shifted)
     residual = (prediction.records[0].speed - speed) / NOISE
     assert log_density(u, data) - determinant == pytest.approx(-0.5 * residual @ residual)
-    slope = jax.grad(log_density)(u, data)
-    for axis in np.eye(5):
-        rise = log_density(u + 1e-5 * axis, data) - log_density(u - 1e-5 * axis, data)
-        assert slope @ axis == pytest.approx(float(rise) / 2e-5, rel=1e-4, abs=1e-4)
 
 
 def test_random_torques_and_effects_enter_as_a_dense_covariance(problem):
@@ -122,18 +118,22 @@ def gaussian(u, precision):
 
 
 def test_the_posterior_of_a_gaussian_is_that_gaussian(sampler):
-    covariance = np.array([[1.0, 0.8], [0.8, 2.0]])
-    drawn, divergent = posterior_sampler.sample(gaussian, jnp.asarray(np.linalg.inv(covariance)), 2)
-    found = judged(drawn, ["a", "b"], [(0, 1)], divergent)
+    # far from the unit covariance of the start
+    covariance = np.array([[0.01, 0.08], [0.08, 2.0]])
+    drawn, accepted = posterior_sampler.sample(gaussian, jnp.asarray(np.linalg.inv(covariance)), 2)
+    found = judged(drawn, ["a", "b"], [(1, 0)], accepted)
     assert found.valid
-    assert divergent == 0
+    assert 0.15 < found.accepted < 0.5
     many = min(m.effective for m in found.marginals)
+    sigma = np.sqrt(np.diag(covariance))
     np.testing.assert_allclose(
-        np.cov(drawn.reshape(-1, 2).T), covariance, atol=5.0 * 2.0 * np.sqrt(2.0 / many)
+        np.cov(drawn.reshape(-1, 2).T) / np.outer(sigma, sigma),
+        covariance / np.outer(sigma, sigma),
+        atol=5.0 * np.sqrt(2.0 / many),
     )
     expected = np.sqrt(covariance[0, 0] + covariance[1, 1] - 2.0 * covariance[0, 1])
     difference = found.marginals[2]
-    assert difference.name == "a-b"
+    assert difference.name == "b-a"
     assert difference.sigma == pytest.approx(expected, rel=0.1)
     assert difference.quantiles[-1] == pytest.approx(1.96 * expected, rel=0.15)
 
@@ -141,10 +141,10 @@ def test_the_posterior_of_a_gaussian_is_that_gaussian(sampler):
 def test_chains_that_did_not_mix_are_no_valid_posterior(sampler):
     random = np.random.default_rng(0)
     apart = random.standard_normal((4, 200, 1)) + np.array([0.0, 0.0, 0.0, 3.0])[:, None, None]
-    found = judged(apart, ["a"], [], 100)
+    found = judged(apart, ["a"], [], 0.3)
     assert not found.valid
     assert "the chains differ in a" in found.faults[0]
-    assert found.faults[-1] == "100 trajectories diverged"
+    assert "effective draws" in found.faults[1]
     assert found.to_dict()["valid"] is False
 
 
@@ -156,10 +156,10 @@ def test_text_json_and_report_show_the_posterior_beside_the_gaussian(given):
         for n in names
     )
     fault = "static has only 50 effective draws"
-    fit = replace(given, posterior=Posterior(marginals, 4, 3, (), (fault,)))
+    fit = replace(given, posterior=Posterior(marginals, 4, 0.3, (), (fault,)))
     text = str(fit)
     assert f"no valid posterior: {fault}" in text
-    assert "posterior: 200 draws in 4 chains, 3 divergent" in text
+    assert "posterior: 200 draws in 4 chains" in text
     row = next(line for line in text.splitlines() if "static-coulomb" in line and " to " in line)
     assert "0.8 to 1.2" in row
     place = [fit.names.index(n) for n in ("static", "coulomb")]

@@ -26,13 +26,13 @@ FIXED = ("values", "count", "wheels", "axes", "friction", "sources", "parts", "t
 def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
     """Scenario with changes; see `Scenario.replace`."""
     own = {field.name for field in dataclasses.fields(Scenario)} - {*KINDS, *FIXED}
-    known = (*KINDS, *LISTS, *sorted(own))
+    known = tuple(dict.fromkeys((*KINDS, *LISTS, *sorted(own))))
     parts = {name: value for name, value in changes.items() if name in KINDS or name in LISTS}
     for name, given in parts.items():
         if is_list(name, given):
             scenario = _with_list(scenario, name, given)
         else:
-            scenario = _with_component(scenario, name, given)
+            scenario = _with_component(scenario, name, given, changes)
     needed = fitting_estimator(components_of(scenario))
     if scenario.estimator != needed:
         raise InputError(
@@ -65,8 +65,13 @@ def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
         raise InputError(f"{scenario.name}: {error}") from None
 
 
-def _with_component(scenario: Scenario, section: str, given: Any) -> Scenario:
-    """Scenario with another component in a section, which has its default or own values."""
+def _with_component(
+    scenario: Scenario, section: str, given: Any, changes: Mapping[str, Any]
+) -> Scenario:
+    """Scenario with another component in a section.
+
+    The values of an object are its own. Those of a kind are in the changes, or its defaults.
+    """
     sources, values = scenario.sources, None
     if isinstance(given, str):
         if given not in KINDS[section] and not (is_own(given) and section in OWN):
@@ -84,10 +89,10 @@ def _with_component(scenario: Scenario, section: str, given: Any) -> Scenario:
         sources = _joined(scenario, _kept(scenario, section), found)
     keys = component(section, kind, sources).keys
     if values is None:
-        table = Table(Path(scenario.name), f"{section}.", {})
-        values = {
-            end.removeprefix(f"{section}."): value for end, value in table.numbers(keys).items()
-        }
+        start = f"{section}."
+        row = {n.removeprefix(start): v for n, v in changes.items() if n.startswith(start)}
+        table = Table(Path(scenario.name), start, row)
+        values = {end.removeprefix(start): value for end, value in table.numbers(keys).items()}
     lists = tuple(f"{part.section}.{part.name}." for part in scenario.parts)
     kept = {
         key: value

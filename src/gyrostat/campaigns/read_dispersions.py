@@ -13,8 +13,6 @@ from gyrostat.campaigns.schema import DISTRIBUTIONS, Key
 from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.fit_json import read_fit
-from gyrostat.identification.uncertainty import square_root
 
 
 def read_dispersions(
@@ -117,6 +115,10 @@ def _amount(row: Table, name: str, entry: Key, nominal: float) -> float:
 
 def _from_fit(row: Table, scenario: Scenario, force: bool) -> Dispersion:
     """Dispersion of the parameters of a wheel by the covariance of its identification."""
+    # slow to import, and most scenarios have no fit
+    from gyrostat.identification.fit_json import read_fit
+    from gyrostat.identification.uncertainty import square_root
+
     path = row.path.parent / row.text("fit", None).replace("\0", "")
     wheel = row.text("wheel", None)
     if wheel not in scenario.wheels:

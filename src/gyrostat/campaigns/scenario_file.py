@@ -24,6 +24,7 @@ from gyrostat.campaigns.read_sources import own_kind, own_sources
 from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
 from gyrostat.campaigns.schema import RUN, START, WHEEL, WHEEL_PARTS, guard_keys
 from gyrostat.campaigns.tables import Table, opened
+from gyrostat.campaigns.timeline import check_windows
 from gyrostat.campaigns.trial import try_shapes
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, printable
@@ -135,6 +136,7 @@ def validated(scenario: Scenario) -> Scenario:
     Raises:
         InputError: A part refuses its parameters or cannot be used.
     """
+    check_windows(scenario)
     plans = plans_of(scenario)
     if scenario.sources or any(window.propellant for window in scenario.windows):
         try_shapes(scenario, plans)

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable
 
-from gyrostat.campaigns.scenario import Event, Part
+from gyrostat.campaigns.scenario import Event, Part, Scenario
+from gyrostat.core.errors import InputError
 
 
 def modes(parts: Iterable[Part]) -> list[str]:
@@ -20,6 +21,19 @@ def slew_times(events: Iterable[Event], parts: Iterable[Part]) -> list[str]:
     """Keys of the times of all slews."""
     slews = [_key(part) for part in parts if part.section == "reference.slew"]
     return slews + [f"event.{event.name}.time" for event in events if event.kind == "slew"]
+
+
+def check_windows(scenario: Scenario) -> None:
+    """Validate that events and modes of the windows exist; raises `InputError`."""
+    known = {"event": event_times(scenario.events, scenario.parts), "mode": modes(scenario.parts)}
+    for window in scenario.windows:
+        for kind, names in known.items():
+            name = getattr(window, kind)
+            if name is not None and name not in names:
+                raise InputError(
+                    f"key metrics.window[{window.name}].{kind}: found {name!r}, expected "
+                    f"{'one of ' + ', '.join(names) if names else 'none'}"
+                )
 
 
 def _key(part: Part) -> str:

@@ -53,7 +53,7 @@ class SeenWindow(NamedTuple):
     """Running values of a window.
 
     Attributes:
-        count: Number of samples in the window.
+        samples: Number of samples in the window.
         inside: Whether the last sample was in the window.
         since: Start of the last interval, s.
         settled_from: Time since which the last interval is settled, s; infinite: not settled.
@@ -63,7 +63,7 @@ class SeenWindow(NamedTuple):
         exposures: Exposures; None without smear.
     """
 
-    count: Int[Array, ""]
+    samples: Int[Array, ""]
     inside: Bool[Array, ""]
     since: Scalar
     settled_from: Scalar
@@ -148,7 +148,7 @@ class WindowObserver(eqx.Module):
         time = sample.time
         start = 0.0 if self.mode is None else sample.mode.start
         begin = start + self.begin
-        inside = (time + TOLERANCE >= begin) & (time <= start + self.end + TOLERANCE)
+        inside: Any = (time + TOLERANCE >= begin) & (time <= start + self.end + TOLERANCE)
         inside &= time + TOLERANCE < self.next_slew
         if self.mode is not None:
             inside &= sample.mode.number == self.mode
@@ -172,7 +172,7 @@ class WindowObserver(eqx.Module):
         before = jnp.where(entered, jnp.inf, seen.settled_from)
         settled_from = jnp.where(settled, jnp.minimum(before, time), jnp.inf)
         after = SeenWindow(
-            count=seen.count + inside,
+            samples=seen.samples + inside,
             inside=inside,
             since=jnp.where(entered, begin, seen.since),
             settled_from=jnp.where(inside, settled_from, seen.settled_from),
@@ -265,13 +265,13 @@ def concluded(seen: SeenWindow) -> dict[str, Vector]:
     Args:
         seen: Running values with a leading axis of runs, NumPy.
     """
-    count = np.maximum(seen.count, 1)
+    samples = np.maximum(seen.samples, 1)
     found: dict[str, Any] = {"settling": np.maximum(seen.settling, seen.settled_from - seen.since)}
     for name, value in seen.statistics.items():
         statistic = _statistic(name)
-        value = value / count if statistic in ("rms", "mean") else value
+        value = value / samples if statistic in ("rms", "mean") else value
         found[name] = np.sqrt(value) if statistic == "rms" else value
     return {
-        name: np.where((seen.count > 0) & np.isfinite(value), value, np.nan)
+        name: np.where((seen.samples > 0) & np.isfinite(value), value, np.nan)
         for name, value in found.items()
     }

@@ -21,7 +21,8 @@ def one_by_one(shape: tuple[int, ...], make: Callable[..., Any], *arrays: Scalar
 
 COMPILED = (
     "one that compiled code has: arithmetic, selects, elementary functions, moves and indices of "
-    "elements, loops of a known length"
+    "elements, loops of a known length, Cholesky factorisations (for a symmetric matrix, "
+    "gyrostat.core.linear.inverse_definite)"
 )
 
 ELEMENTWISE = {

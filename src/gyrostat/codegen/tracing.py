@@ -24,6 +24,7 @@ _CALLS = {
     "closed_call": "call_jaxpr",
     "custom_jvp_call": "call_jaxpr",
     "custom_vjp_call": "call_jaxpr",
+    "custom_vmap_call": "call",
 }
 """Primitive that only calls another jaxpr -> parameter that holds the jaxpr."""
 

@@ -4,16 +4,19 @@ JAX's own store does not verify what it reads and does not write entries atomica
 users can read its folders. XLA may crash on a damaged program, or run it.
 """
 
+import contextlib
 import hashlib
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from gyrostat.core.cache import Cache, named_folder, private_cache
 
-__all__ = ["keep_programs", "use_private_cache"]
+__all__ = ["compiled_anew", "keep_programs", "use_private_cache"]
+
+_reading = True
 
 
 def keep_programs(say: Callable[[str], None]) -> None:
@@ -52,6 +55,17 @@ def use_private_cache(jax: Any) -> None:
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.05)
 
 
+@contextlib.contextmanager
+def compiled_anew() -> Iterator[None]:
+    """Compile every program anew, although the store may have it."""
+    global _reading
+    _reading = False
+    try:
+        yield
+    finally:
+        _reading = True
+
+
 class _Store:
     """Store with the methods that JAX calls, as in `jax._src.compilation_cache_interface`."""
 
@@ -59,7 +73,7 @@ class _Store:
         self._cache, self._path = cache, cache.path
 
     def get(self, key: str) -> bytes | None:
-        return self._cache.read(_entry(key))
+        return self._cache.read(_entry(key)) if _reading else None
 
     def put(self, key: str, value: bytes) -> None:
         self._cache.write(_entry(key), value)

@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from gyrostat.core.jax64 import jnp
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.effects import Nuisance, accumulated
+from gyrostat.identification.friction_torques import friction_torques
 from gyrostat.identification.prediction import Linearisation, SpeedPrediction
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction.stribeck import DEFAULT_STRIBECK_SPEED
@@ -96,10 +96,8 @@ class _Candidates:
 
     def dry_torque(self, speed: Matrix) -> Matrix:
         """Dry friction torque at speeds of 0 or more, N·m, of any shape."""
-        own = {n: self.values[n] for n in self.prediction.model.dimensions()}
-        friction, ahead = self.prediction.model(**own), jnp.ones(())
-        speeds = jnp.asarray(speed)
-        return np.asarray(friction.torque(speeds, ahead) - friction.viscous_torque(speeds, ahead))
+        found = friction_torques(self.prediction.model, self.values, speed.ravel())
+        return found.dry.reshape(speed.shape)
 
     def per_torque(self, linear: Linearisation) -> Vector:
         """Change of the speed at the end of each interval per torque in it, rad/s per N·m."""

@@ -13,8 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.stored_function import stored_function
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.prediction import Linearisation, SpeedPrediction, over_intervals
+from gyrostat.identification.prediction import (
+    Linearisation,
+    SpeedPrediction,
+    over_intervals,
+    padded,
+)
 from gyrostat.telemetry import Record
 
 LAGS = (0.1, 0.3, 1.0)
@@ -74,7 +80,7 @@ class TorqueNoise:
     first: float
 
 
-@jax.jit
+@stored_function
 def _chain(transition, inputs):
     """Accumulate local changes of the speed, (N - 1, k), over a record, (N - 1, k)."""
 
@@ -102,12 +108,6 @@ def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
 def spare(width: int) -> int:
     """Number of zero columns to append, so that few different widths are compiled."""
     return -width % WIDTH
-
-
-def padded(values: Vector) -> Vector:
-    """Append zeros up to a rounded length, so that few different lengths are compiled."""
-    size = int(np.ceil(2.0 ** (np.ceil(4.0 * np.log2(max(len(values), 256))) / 4.0)))
-    return np.pad(values, (0, size - len(values)))
 
 
 def _lag(records: Sequence[Record], linear: Sequence[Linearisation]) -> Nuisance:

@@ -2,19 +2,18 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.named_vector import NamedVector
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.averaging import Effect
 from gyrostat.identification.findings import Finding, Score
 from gyrostat.identification.fit_json import content
 from gyrostat.identification.fit_text import table
+from gyrostat.identification.friction_torques import friction_torques
 from gyrostat.identification.observability import Observability
 from gyrostat.identification.prediction import build_wheel, wheel_dimensions
 from gyrostat.identification.statistics import Whiteness
@@ -44,19 +43,6 @@ class FrictionPoints:
     torque: Vector
     sigma: Vector
     when: Vector | None = None
-
-
-@partial(jax.jit, static_argnums=0)
-def _curve_and_slope(model: type[Friction], values, speeds):
-    """Friction torque over speed, and its derivative with respect to each parameter."""
-    names = tuple(model.dimensions())
-
-    def torque(theta, speed):
-        return model(**dict(zip(names, theta, strict=True))).torque(speed, jnp.sign(speed))
-
-    over_speed = (None, 0)
-    curve = jax.vmap(torque, over_speed)(values, speeds)
-    return curve, jax.vmap(jax.jacfwd(torque), over_speed)(values, speeds)
 
 
 @dataclass(frozen=True, repr=False)
@@ -250,15 +236,14 @@ class Fit:
         """
         self._require(self.model.dimensions())
         names = list(self.model.dimensions())
-        values = jnp.array([self.parameters[n] for n in names])
-        curve, slope = _curve_and_slope(self.model, values, jnp.asarray(speed))
+        found = friction_torques(self.model, self.parameters, speed)
         covariance = np.zeros((len(names), len(names)))
         own = [(i, self.names.index(n)) for i, n in enumerate(names) if n in self.names]
         for i, a in own:
             for j, b in own:
                 covariance[i, j] = self.covariance[a, b]
-        variance = np.einsum("mi,ij,mj->m", np.asarray(slope), covariance, np.asarray(slope))
-        return np.asarray(curve), np.sqrt(variance)
+        slope = found.by_parameters
+        return found.torque, np.sqrt(np.einsum("mi,ij,mj->m", slope, covariance, slope))
 
     def to_dict(self) -> dict[str, object]:
         """Content of fit.json."""

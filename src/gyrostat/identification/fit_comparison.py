@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
@@ -97,7 +97,7 @@ def _over_time(joint: _Joint, labels: Sequence[str]) -> tuple[list[Change], list
         scaled = apart / sigma
         joined = float(scaled @ np.linalg.pinv(whitened, rcond=1e-9, hermitian=True) @ scaled)
         freedom = int(np.linalg.matrix_rank(whitened, tol=1e-9, hermitian=True))
-        chance = float(chi2.sf(joined, freedom))
+        chance = float(chdtrc(freedom, joined))
         changes.append(Change(ALL, labels[k], labels[0], None, None, "", chance))
         for n, d, s in zip(names, apart.tolist(), sigma.tolist(), strict=True):
             unit = fits[k].units[fits[k].names.index(n)]

@@ -96,9 +96,7 @@ def score_rows(fit: "Fit") -> Iterator[tuple[str, str, str]]:
 def posterior_summary(posterior: "Posterior") -> list[str]:
     """Draws of a posterior, and whether it is valid, one sentence per line."""
     draws = len(posterior.marginals[0].draws)
-    lines = [
-        f"posterior: {draws} draws in {posterior.chains} chains, {posterior.divergences} divergent"
-    ]
+    lines = [f"posterior: {draws} draws in {posterior.chains} chains"]
     if not posterior.valid:
         lines.append(f"no valid posterior: {'; '.join(posterior.faults)}")
     return lines

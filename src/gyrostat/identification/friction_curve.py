@@ -2,12 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
-from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.types import Vector
+from gyrostat.identification.friction_torques import friction_torques
 from gyrostat.identification.least_squares import Prior, Solution, minimise
 from gyrostat.identification.loss import Quadratic
 from gyrostat.identification.observability import judge
@@ -62,35 +61,6 @@ class FrictionCurve:
     def excess(self) -> float:
         """Scatter of the points about the curve relative to their own uncertainty, at least 1."""
         return max(1.0, np.sqrt(self.misfit / self.freedom)) if self.freedom > 0 else 1.0
-
-
-@lru_cache
-def _compiled(model: type[Friction]):
-    """Compile theta, (k,) speeds -> torques, their derivatives by theta (k, n) and by speed."""
-    names = tuple(model.dimensions())
-
-    def torque(theta, speed):
-        friction = model(**dict(zip(names, theta, strict=True)))
-        return friction.torque(speed, jnp.sign(speed))
-
-    def point(theta, speed):
-        by_theta, by_speed = jax.grad(torque, (0, 1))(theta, speed)
-        return torque(theta, speed), by_theta, by_speed
-
-    return jax.jit(jax.vmap(point, (None, 0)))
-
-
-def _torques(
-    model: type[Friction], values: Mapping[str, float], speed: Vector
-) -> tuple[Vector, Matrix, Vector]:
-    """Friction torques at some speeds, with their derivatives by parameters and by speed."""
-    # few lengths are compiled
-    padded = np.pad(speed, (0, -len(speed) % 16), mode="edge")
-    # numpy: jnp.array takes longer for a list than the compiled function
-    theta = np.array([values[n] for n in model.dimensions()], dtype=float)
-    torque, by_theta, by_speed = (np.asarray(part) for part in _compiled(model)(theta, padded))
-    count = len(speed)
-    return torque[:count], by_theta[:count], by_speed[:count]
 
 
 def plateau_torques(plateaus: Sequence[Plateau], held: Mapping[str, float]) -> Vector:
@@ -161,7 +131,7 @@ def _fitted(
             values = dict(start) | dict(zip(names, x.tolist(), strict=True))
             if any(values[n] <= 0.0 for n in model.held_by_default):
                 return None
-            curve, by_theta, _ = _torques(model, values, speed)
+            curve, _, by_theta, _ = friction_torques(model, values, speed)
             return (torque - curve) / sigma, by_theta[:, index] / sigma[:, None]
 
         return minimise(evaluate, first, prior, Quadratic())
@@ -173,7 +143,7 @@ def _fitted(
     start, solution = min(ended, key=lambda pair: pair[1].cost)
     # the uncertainty of the speed adds to that of the torque by the slope of the curve
     values = dict(start) | dict(zip(names, solution.x.tolist(), strict=True))
-    steepness = _torques(model, values, speed)[2]
+    steepness = friction_torques(model, values, speed).by_speed
     sigma = np.maximum(np.hypot(torque_sigma, steepness * speed_sigma), least)
     last = run(values, sigma)
     if last is None:

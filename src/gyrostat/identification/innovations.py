@@ -14,8 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.stored_function import stored_function
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.effects import TorqueNoise, padded, spare
+from gyrostat.identification.effects import TorqueNoise, spare
+from gyrostat.identification.prediction import padded
 
 
 class Innovations(NamedTuple):
@@ -36,7 +38,7 @@ class Innovations(NamedTuple):
         return self._replace(products=self.products[:, :count, :count])
 
 
-@jax.jit
+@stored_function
 def _filter(columns, variance, transition, gain, crossing, walk, first, squared):
     """Whiten columns (N, c) for g noise levels; `squared` holds the squared levels, (g, 2)."""
     levels, count = squared.shape[0], columns.shape[1]

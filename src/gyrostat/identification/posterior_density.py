@@ -19,8 +19,14 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.effects import TorqueNoise
 from gyrostat.identification.least_squares import Prior
-from gyrostat.identification.prediction import CurrentHold, SpeedPrediction, compiled_response
+from gyrostat.identification.prediction import (
+    CurrentHold,
+    SpeedPrediction,
+    build_wheel,
+    wheel_dimensions,
+)
 from gyrostat.wheel.friction import Friction
+from gyrostat.wheel.response import advance, sample_intervals
 
 FAR = 8.0
 """Distance from its limit, in standard deviations, from which a parameter has no limit."""
@@ -30,7 +36,7 @@ class RecordData(NamedTuple):
     """One record as arrays, padded to a rounded length P.
 
     Attributes:
-        inputs: Time, current and whether a segment starts, as `compiled_response` takes them.
+        inputs: Time, current and whether a segment starts, each (P,).
         place: Index of the initial speed of each sample's segment, (P,).
         at: Map of the parameters to those at the temperature of the record, (n, n).
         averaged: Weight of the sample before each one in its mean, (P,): 0 or 1/2.
@@ -178,82 +184,74 @@ def record_data(
     )
 
 
-def _whitened(columns, data: RecordData):
-    """Prediction errors of columns (P, c) over their standard deviations, (P, c)."""
-    parts, first = data.noise
-
-    def sample(carry, entry):
-        x, u, xx, xu, uu = carry
-        row, variance, (f, g, v, w) = entry
-        error, total = row - x, xx + variance
-        weight = jnp.where(jnp.isfinite(variance), 1.0 / total, 0.0)
-        kx, ku = xx * weight, xu * weight
-        x, u = x + kx * error, u + ku * error
-        xx, xu, uu = xx - kx * xx, xu - kx * xu, uu - ku * xu
-        ahead = f * f * xx + 2.0 * f * g * xu + g * g * uu + v
-        carry = (f * x + g * u, u, ahead, f * xu + g * uu, uu + w)
-        return carry, error * jnp.sqrt(weight)
-
-    nothing = jnp.zeros(columns.shape[1])
-    start = (nothing, nothing, jnp.zeros(()), jnp.zeros(()), jnp.asarray(first, dtype=float))
-    return jax.lax.scan(sample, start, (columns, data.variance, parts))[1]
-
-
 @lru_cache
 def density(model: type[Friction], hold: CurrentHold, shared: int):
-    """Logarithm of the density over (u, `Posed`), with its gradient by exact sensitivities.
+    """Logarithm of the density, a function (u, `Posed`) -> number; minus infinity if unresolved.
 
     Args:
         model: Friction model.
         hold: Interpolation of the current between samples.
         shared: Number of parameters that all records share.
     """
-    respond = compiled_response(model, hold)
+    names = tuple(wheel_dimensions(model))
 
     def products(values, data: RecordData):
+        """Sums of products of the whitened residual and columns, and whether all is resolved."""
         own = data.at @ values
-        first = own[data.place]
-        speed, slim, _, resolved = respond(jnp.append(own[:shared], first[0]), *data.inputs, first)
-        slopes = jax.nn.one_hot(data.place, len(values)) * slim[:, -1:]
-        slopes = slopes.at[:, :shared].add(slim[:, :-1]) @ data.at
-        model_columns = jnp.column_stack([speed, slopes])
-        weight = data.averaged[:, None]
-        model_columns = (1.0 - weight) * model_columns + weight * jnp.roll(model_columns, 1, axis=0)
-        residual = data.speed - model_columns[:, 0]
-        every = jnp.column_stack([residual, -model_columns[:, 1:], data.columns])
-        # a missing sample has no residual, and the padding none either
-        every = jnp.where(jnp.isfinite(data.variance)[:, None], every, 0.0)
-        white = _whitened(every, data)
-        return white.T @ white, resolved
+        wheel = build_wheel(model, dict(zip(names, own[: shared - 1], strict=True)))
+        bias, first = own[shared - 1], own[data.place]
+        time, current, restart = data.inputs
+        duration, slope = sample_intervals(time, current, hold)
+        # the motion in a gap is unknown
+        duration = jnp.append(jnp.where(restart[1:], 0.0, duration), 0.0)
+        slope = jnp.append(slope, 0.0)
+        noise, walk = data.noise
 
-    def value_and_slope(u, posed: Posed):
-        x, _ = posed.coordinates.values(u)
+        def sample(carry, entry):
+            (speed, before, resolved), (x, u, xx, xu, uu), total = carry
+            start, change, length, anew, initial, weight, measured, variance, beside, parts = entry
+            f, g, v, w = parts
+            speed = jnp.where(anew, initial, speed)
+            mean = (1.0 - weight) * speed + weight * before
+            # a missing sample has no residual, and the padding none either
+            known = jnp.isfinite(variance)
+            error = jnp.where(known, jnp.append(measured - mean, beside), 0.0) - x
+            share = jnp.where(known, 1.0 / (xx + variance), 0.0)
+            total = total + share * error[:, None] * error
+            kx, ku = xx * share, xu * share
+            x, u = x + kx * error, u + ku * error
+            xx, xu, uu = xx - kx * xx, xu - kx * xu, uu - ku * xu
+            ahead = f * f * xx + 2.0 * f * g * xu + g * g * uu + v
+            step = advance(wheel, speed, start + bias, change, length)
+            moved = step.speed, speed, resolved & step.resolved
+            return (moved, (f * x + g * u, u, ahead, f * xu + g * uu, uu + w), total), None
+
+        nothing = jnp.zeros(1 + data.columns.shape[1])
+        zero = jnp.zeros(())
+        entries = (
+            *(current, slope, duration, jnp.asarray(restart).at[0].set(True), first),
+            *(data.averaged, data.speed, data.variance, data.columns, noise),
+        )
+        begin = (
+            (first[0], first[0], jnp.array(True)),
+            (nothing, nothing, zero, zero, jnp.asarray(walk, dtype=float)),
+            jnp.outer(nothing, nothing),
+        )
+        ((_, _, resolved), _, total), _ = jax.lax.scan(sample, begin, entries)
+        return total, resolved
+
+    def log_density(u, posed: Posed):
+        x, determinant = posed.coordinates.values(u)
         values = jnp.asarray(posed.start).at[posed.free].set(x)
         found = [products(values, data) for data in posed.records]
         total = jnp.sum(jnp.stack([part for part, _ in found]), axis=0)
-        size = 1 + len(posed.start)
-        effects = jnp.eye(total.shape[0] - size) + total[size:, size:]
-        beside = jnp.linalg.solve(effects, total[size:, :size])
-        left = total[:size, :size] - total[:size, size:] @ beside
+        effects = jnp.eye(total.shape[0] - 1) + total[1:, 1:]
+        misfit = total[0, 0] - total[0, 1:] @ jnp.linalg.solve(effects, total[1:, 0])
         apart = posed.rows @ (x - posed.mean)
-        slope_x = -left[0, 1:][posed.free] - posed.rows.T @ apart
-        log = -0.5 * left[0, 0] - 0.5 * apart @ apart
-        (dx, determinant), pull = jax.vjp(posed.coordinates.values, u)
-        (slope,) = pull((slope_x, jnp.ones_like(determinant)))
+        log = determinant - 0.5 * misfit - 0.5 * apart @ apart
         sound = jnp.all(jnp.array([resolved for _, resolved in found])) & jnp.isfinite(log)
-        sound = sound & jnp.all(jnp.isfinite(dx)) & jnp.all(jnp.isfinite(slope))
-        log = jnp.where(sound, log + determinant, -jnp.inf)
-        return log, jnp.where(sound, slope, 0.0)
+        return jnp.where(sound, log, -jnp.inf)
 
-    # reverse mode cannot pass the loop over segments; the sensitivities give the gradient
-    @jax.custom_vjp
-    def log_density(u, posed: Posed):
-        return value_and_slope(u, posed)[0]
-
-    def backward(slope, cotangent):
-        return cotangent * slope, None
-
-    log_density.defvjp(lambda u, posed: value_and_slope(u, posed), backward)
     return log_density
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.stored_function import stored_function
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.slopes import (
     at_temperature,
@@ -118,16 +119,13 @@ def compiled_response(model: type[Friction], hold: CurrentHold):
         speeds = jnp.concatenate([theta[-1:], speeds])
         return speeds, jnp.concatenate([own[None], rows]), slopes, resolved
 
-    return jax.jit(respond)
+    return stored_function(respond, model, hold)
 
 
-def _padded(values: Vector) -> Vector:
-    """Repeat the last value up to a rounded length, so that few lengths are compiled.
-
-    The repeated times give intervals of zero length, which cost nothing.
-    """
+def padded(values: Vector, *, repeat: bool = False) -> Vector:
+    """Append zeros, or repeat the last value, up to a rounded length: few lengths are compiled."""
     size = int(np.ceil(2.0 ** (np.ceil(4.0 * np.log2(max(len(values), 256))) / 4.0)))
-    return np.pad(values, (0, size - len(values)), mode="edge")
+    return np.pad(values, (0, size - len(values)), mode="edge" if repeat else "constant")
 
 
 class SpeedPrediction:
@@ -188,7 +186,7 @@ class SpeedPrediction:
             again = np.zeros(len(record.time), dtype=bool)
             again[[part.start for part in record.segments[1:]]] = True
             parts = (record.time - record.time[0], record.current)
-            inputs = [jnp.asarray(_padded(part)) for part in parts]
+            inputs = [jnp.asarray(padded(part, repeat=True)) for part in parts]
             flags = np.pad(again, (0, len(inputs[0]) - len(again)))
             self.inputs.append((*inputs, jnp.asarray(flags)))
             further = range(restart, restart + len(record.segments) - 1)

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.stats import chi2, norm
-from scipy.stats import t as student
+from scipy.special import chdtrc, chdtri, ndtr, stdtr  # scipy.stats takes long to import
 
 from gyrostat.core.types import Matrix, Vector
 
@@ -20,7 +19,7 @@ CONFIDENCE = 0.95
 
 def two_sided(z: float) -> float:
     """Probability of a normal deviate of at least this size."""
-    return float(2.0 * norm.sf(abs(z)))
+    return float(2.0 * ndtr(-abs(z)))
 
 
 def holm(chances: Sequence[float]) -> Vector:
@@ -82,7 +81,7 @@ def line(time: Vector, values: Vector, covariance: Matrix) -> Line:
         if excess > 1.0:
             spread = excess * spread
             t = abs(solved[1]) / np.sqrt(spread[1, 1])
-            chance = max(chance, float(2.0 * student.sf(t, freedom)))
+            chance = max(chance, float(2.0 * stdtr(freedom, -t)))
     return Line(float(solved[0]), float(solved[1]), np.asarray(spread, dtype=np.float64), chance)
 
 
@@ -143,10 +142,10 @@ def between(values: Vector, covariance: Matrix) -> Spread:
         root: Any = brentq(excess, 0.0, top, xtol=1e-14 * upper)
         return float(root)
 
-    ends = [variance_at(float(chi2.isf(p, freedom))) for p in (0.025, 0.975)]
+    ends = [variance_at(float(chdtri(freedom, p))) for p in (0.025, 0.975)]
     variance = variance_at(float(freedom))
     mean, own, _ = _mean(values, covariance, variance)
-    chance = float(chi2.sf(_mean(values, covariance, 0.0)[2], freedom))
+    chance = float(chdtrc(freedom, _mean(values, covariance, 0.0)[2]))
     low, middle, high = np.sqrt([ends[0], variance, ends[1]]).tolist()
     return Spread(mean, float(np.sqrt(own)), middle, low, high, chance)
 
@@ -172,4 +171,4 @@ def from_others(values: Vector, covariance: Matrix, place: int) -> tuple[float, 
     contrast[place] = 1.0
     total = covariance + spread * np.eye(len(values))
     difference, sigma = float(contrast @ values), float(np.sqrt(contrast @ total @ contrast))
-    return difference, sigma, float(2.0 * student.sf(abs(difference) / sigma, len(values) - 2))
+    return difference, sigma, float(2.0 * stdtr(len(values) - 2, -abs(difference) / sigma))

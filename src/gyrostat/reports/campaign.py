@@ -16,7 +16,7 @@ from gyrostat.campaigns.results import metrics_of, percentile_name
 from gyrostat.campaigns.summary import percentile_of
 from gyrostat.core.text import or_none
 from gyrostat.reports.campaign_run import IN_DEGREES, run_page, told
-from gyrostat.reports.drawing import MARK, MODEL, STYLE, svg
+from gyrostat.reports.drawing import MARK, MODEL, STYLE, literal, svg
 from gyrostat.reports.template import render
 from gyrostat.simulation import Status
 
@@ -237,7 +237,7 @@ def distribution_figure(
             mark = percentile_of(values, PERCENTILES[-1]).value
             axes.axvline(mark, color=MARK, lw=0.9, ls="--")
             unit = IN_DEGREES.get(unit, unit)
-            axes.set_xlabel(name if unit == "1" else f"{name} ({unit})")
+            axes.set_xlabel(literal(name if unit == "1" else f"{name} ({unit})"))
         for axes in grid[len(shown) :]:
             axes.set_visible(False)
         figure.tight_layout()

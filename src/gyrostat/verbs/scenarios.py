@@ -217,18 +217,18 @@ def replay(
     from gyrostat.campaigns.jobs import executor_for
     from gyrostat.reports.campaign import write_replay
 
-    folder = folder if isinstance(folder, str | Path) else folder.attrs["folder"]
-    store = Store(Path(folder), say)
+    path = Path(folder if isinstance(folder, str | Path) else folder.attrs["folder"])
+    store = Store(path, say)
     known = store.known()
     if run not in range(known.runs):
         raise InputError(f"run: found {run}, expected 0 to {known.runs - 1}")
-    refuse_other(known.engine, str(folder))
+    refuse_other(known.engine, str(path))
     with store.locked():
         store.mend(known)
         opener, _, fly_job = executor_for(known, 1)
-        path = simulate_again(store, known, [run], opener, fly_job)[0]
-    write_replay(known, path, run, command=command, say=say)
-    with xr.open_dataset(path, engine="h5netcdf") as history:
+        written = simulate_again(store, known, [run], opener, fly_job)[0]
+    write_replay(known, written, run, command=command, say=say)
+    with xr.open_dataset(written, engine="h5netcdf") as history:
         return history.load()
 
 

@@ -8,45 +8,20 @@ segment, and of several overloaded wheels the one with the largest excess is rel
 
 from typing import NamedTuple
 
-import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+import equinox as eqx
+from jaxtyping import Array, Bool
 
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rarely import rarely
 from gyrostat.wheel.bearing_equation import Motion
 from gyrostat.wheel.coupled_bearings import CoupledBearings, Modes
+from gyrostat.wheel.coupled_events import earliest_event, runge_kutta
 from gyrostat.wheel.segment import (
-    NEWTON_STEPS,
     Segment,
-    ends,
-    falls_through_zero,
-    narrowed,
     through_segments,
-    within,
 )
 from gyrostat.wheel.step_bounds import stays, step_bounds
-
-EVENT_TOLERANCE = 1e-9
-"""Remaining share of an event function that counts as zero, if its minimum only reaches zero."""
-POLISH = 1e-6
-"""Largest share of a segment by which the last Newton step may move an event; its square is the
-error."""
-STAGES, WEIGHTS = np.array([0.5, 0.5, 1.0]), np.array([2.0, 2.0, 1.0]) / 6.0
-
-
-@jax.jit
-def _runge_kutta(contacts: CoupledBearings, motion: Motion, modes: Modes, start, rate, duration):
-    """Classical fourth-order step in fixed modes; later stages in a loop, which compiles faster."""
-
-    def stage(carry, share):
-        rate, total = carry
-        place, weight = share
-        there = jax.tree.map(lambda y, k: y + place * duration * k, motion, rate)
-        rate = contacts.rate(there, modes, start + place * duration)
-        return (rate, jax.tree.map(lambda y, k: y + weight * duration * k, total, rate)), None
-
-    total = jax.tree.map(lambda y, k: y + duration / 6.0 * k, motion, rate)
-    return jax.lax.scan(stage, (rate, total), (STAGES, WEIGHTS))[0][1]
 
 
 def _modes(contacts: CoupledBearings, motion: Motion, released: PerWheel, time: Scalar) -> Modes:
@@ -74,39 +49,35 @@ def _modes(contacts: CoupledBearings, motion: Motion, released: PerWheel, time: 
     return jax.lax.while_loop(goes_on, release_worst, (start, nothing, rests, 0))[1]
 
 
-class _Loads(NamedTuple):
-    """Friction torques, N·m, their rates of change, N·m/s, and the time derivative of the state."""
+class _Whole(NamedTuple):
+    """Segment without events: state, time and whether the interval ends, at its end."""
 
-    torque: PerWheel
-    change: PerWheel
-    rate: Motion
-
-
-@jax.jit
-def _loads(contacts: CoupledBearings, motion: Motion, modes: Modes, time) -> _Loads:
-    """Friction torques and their rates of change in fixed modes of motion."""
-    torque, along = jax.linearize(
-        lambda motion, time: contacts.torques(motion, modes, time), motion, time
-    )
-    rate = contacts.rate_under(motion, torque, modes, time)
-    return _Loads(torque, along(rate, jnp.ones_like(time)), rate)
+    end: Motion
+    duration: Scalar
+    last: Bool[Array, ""]
 
 
-class _Search(NamedTuple):
-    """Earliest event so far, and the wheels that may have had an earlier one."""
+def _without_events(contacts: CoupledBearings, motion: Motion, modes: Modes, start, remaining):
+    """Move in fixed modes until the end of the interval or the segment limit.
 
-    time: Float[Array, ""]
-    wheel: Int[Array, ""]
-    found: Bool[Array, ""]
-    suspects: Bool[Array, " wheels"]
-
-
-class _Trial(NamedTuple):
-    """State of the search for the event of one wheel."""
-
-    wheel: Int[Array, ""]
-    bracket: tuple[Float[Array, ""], Float[Array, ""], Float[Array, ""]]
-    steps: Int[Array, ""]
+    Returns:
+        `_Whole`, whether an event is certainly absent, and the rate of the state at the start.
+    """
+    torque = contacts.torques(motion, modes, start)
+    rate = contacts.rate_under(motion, torque, modes, start)
+    frozen = jax.lax.stop_gradient((contacts, motion, modes, start, torque, rate, remaining))
+    begin, limit = step_bounds(*frozen)
+    last = limit >= remaining
+    duration = jnp.where(last, remaining, limit)
+    direction = modes.direction
+    end = runge_kutta(contacts, motion, modes, start, rate, duration)
+    # far from zero and not moving there, so that `ends` would find no event
+    first, final = direction * motion.speed, direction * end.speed
+    heads_for = first + 0.5 * duration * jnp.minimum(direction * rate.speed, 0.0)
+    turns_on = (first > 0.0) & (final > 0.0) & (heads_for > 0.0)
+    rests_on = stays(contacts, modes, begin, end, start + duration, duration)
+    calm = jnp.all(jnp.where(direction == 0.0, rests_on, turns_on))
+    return _Whole(end, duration, last), calm, rate
 
 
 def _travel(contacts: CoupledBearings, motion: Motion, modes: Modes, start, remaining):
@@ -116,127 +87,23 @@ def _travel(contacts: CoupledBearings, motion: Motion, modes: Modes, start, rema
         State and time at the end, whether it is the end of the interval, the wheels that had an
         event, and the direction in which the torque on each resting wheel grows.
     """
-    torque = contacts.torques(motion, modes, start)
-    rate = contacts.rate_under(motion, torque, modes, start)
-    frozen = jax.lax.stop_gradient((contacts, motion, modes, start, torque, rate, remaining))
-    begin, limit = step_bounds(*frozen)
-    last = limit >= remaining
-    duration = jnp.where(last, remaining, limit)
+    whole, calm, rate = _without_events(contacts, motion, modes, start, remaining)
     direction = modes.direction
-    end = _runge_kutta(contacts, motion, modes, start, rate, duration)
-    # far from zero and not moving there, so that `ends` would find no event
-    first, final = direction * motion.speed, direction * end.speed
-    heads_for = first + 0.5 * duration * jnp.minimum(direction * rate.speed, 0.0)
-    turns_on = (first > 0.0) & (final > 0.0) & (heads_for > 0.0)
-    rests_on = stays(contacts, modes, begin, end, start + duration, duration)
-    calm = jnp.all(jnp.where(direction == 0.0, rests_on, turns_on))
-    whole = (end, duration, last)
 
     def look_closer(_):
-        return _look_closer(contacts, motion, modes, start, remaining, rate, whole)
+        return earliest_event(contacts, motion, modes, start, remaining, rate, whole)
 
     nothing = (jnp.zeros(direction.shape, dtype=bool), jnp.zeros_like(direction))
     return jax.lax.cond(calm, lambda _: (*whole, *nothing), look_closer, None)
 
 
-def _look_closer(contacts, motion, modes, start, remaining, begins, whole):
-    """Continue `_travel` if an event is possible."""
-    (end, duration, last), direction, held = whole, modes.direction, modes.direction == 0.0
-
-    def flow(duration):
-        return _runge_kutta(contacts, motion, modes, start, begins, duration)
-
-    def loads(motion, duration):
-        return _loads(contacts, motion, modes, start + duration)
-
-    # the kind of event depends on values only, not on derivatives
-    length = jax.lax.stop_gradient(duration)
-    both = jax.tree.map(lambda a, b: jnp.stack([a, b]), motion, end)
-    # one call for both ends, which compiles once
-    at_both = jax.lax.stop_gradient(jax.vmap(loads)(both, jnp.stack([jnp.zeros(()), length])))
-    rising = jnp.sign(at_both.torque[1] - at_both.torque[0])
-
-    def heights(motion, loads):
-        """Event function of each mode of motion, and its rate of change.
-
-        For a turning wheel it is the speed in its direction. For a wheel at rest it is the
-        breakaway torque minus the holding torque, in the direction in which this torque grows.
-        """
-        lacks = contacts.breakaway_torque(rising) - rising * loads.torque
-        at_rest = jnp.where(rising == 0.0, 1.0, lacks)
-        return (
-            jnp.where(held, at_rest, direction * motion.speed),
-            jnp.where(held, -rising * loads.change, direction * loads.rate.speed),
-        )
-
-    values = jax.lax.stop_gradient(jax.vmap(heights)(both, at_both))
-    (first, final), (start_rate, end_rate) = values
-    turning, from_zero, rises, past_zero, dips = ends(
-        held, first, start_rate, final, end_rate, length
-    )
-    guess = falls_through_zero(first, start_rate, end_rate, length)
-
-    def go_on(_):
-        # exactly at the breakaway torque, rounding may turn a wheel back: it stays at zero
-        stays = from_zero & ~rises & (final < 0.0)
-        speed = jnp.where(stays, 0.0, end.speed)
-        return end._replace(speed=speed), duration, last, jnp.zeros_like(held)
-
-    def next_trial(search: _Search) -> _Trial:
-        wheel = jnp.argmin(jnp.where(search.suspects, guess, jnp.inf))
-        low = jnp.where(rises[wheel] & from_zero[wheel], turning[wheel], 0.0)
-        high = jnp.where(past_zero[wheel], search.time, turning[wheel])
-        return _Trial(wheel, (low, high, jnp.clip(guess[wheel], low, high)), jnp.array(0))
-
-    def locate(_):
-        def look(carry: tuple[_Search, _Trial, Array]) -> tuple[_Search, _Trial, Array]:
-            # the bracket and its end are evaluated in one step, so that a flow compiles once
-            search, trial, number = carry
-            wheel, time = trial.wheel, trial.bracket[2]
-            there = flow(time)
-            left, rate = heights(there, loads(there, time))
-            closer = trial._replace(
-                bracket=narrowed(trial.bracket, left[wheel], rate[wheel]), steps=trial.steps + 1
-            )
-            # the parabola that indicated the dip is only an estimate; the flow decides
-            happens = past_zero[wheel] | (left[wheel] <= EVENT_TOLERANCE * first[wheel])
-            earliest = jnp.where(happens, time, search.time)
-            earlier = jnp.where(past_zero, left <= 0.0, turning < earliest)
-            others = search.suspects & (jnp.arange(len(held)) != wheel)
-            others &= jnp.where(happens, earlier, True)
-            judged = _Search(
-                earliest, jnp.where(happens, wheel, search.wheel), search.found | happens, others
-            )
-            over = trial.steps == NEWTON_STEPS
-            return *jax.tree.map(
-                lambda a, b: jnp.where(over, a, b), (judged, next_trial(judged)), (search, closer)
-            ), number + 1
-
-        # flight code needs a constant bound, and reports if it is reached
-        bound = len(held) * (NEWTON_STEPS + 1)
-        none = _Search(length, jnp.array(0), jnp.array(False), past_zero | dips)
-        search, *_ = jax.lax.stop_gradient(
-            jax.lax.while_loop(
-                lambda s: jnp.any(s[0].suspects) & (s[2] <= bound),
-                look,
-                (none, next_trial(none), jnp.array(0)),
-            )
-        )
-        there = flow(search.time)
-        at = loads(there, search.time)
-        left, rate = (value[search.wheel] for value in heights(there, at))
-        # one more Newton step, which has the derivative but hardly changes the value
-        move = -left / jax.lax.stop_gradient(jnp.where(rate == 0.0, -1.0, rate))
-        move += jax.lax.stop_gradient(jnp.where(jnp.abs(move) < POLISH * length, 0.0, -move))
-        time = within(search.time + move, remaining)
-        hit = jnp.arange(len(held)) == search.wheel
-        move = time - search.time
-        there = jax.tree.map(lambda y, k: y + move * jax.lax.stop_gradient(k), there, at.rate)
-        there = there._replace(speed=jnp.where(hit, 0.0, there.speed))
-        stops = (there, time, jnp.array(False), hit)
-        return jax.tree.map(lambda a, b: jnp.where(search.found, a, b), stops, go_on(None))
-
-    return *jax.lax.cond(jnp.any(past_zero | dips), locate, go_on, None), rising
+def _quick_step(contacts, motion, duration):
+    """Advance by one segment without a search for events; also whether that is all there is."""
+    motion = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), motion)
+    time = jnp.zeros(())
+    modes = _modes(contacts, motion, jnp.zeros_like(motion.speed), time)
+    whole, calm, _ = _without_events(contacts, motion, modes, time, duration)
+    return (whole.end, jnp.array(True)), calm & whole.last
 
 
 def step_coupled_wheels(
@@ -253,6 +120,19 @@ def step_coupled_wheels(
         State at the end, and whether the interval was resolved: False if it needed more than
         `MAX_SEGMENTS` segments. Differentiable in forward mode in every argument and parameter.
     """
+    arrays, static = eqx.partition(contacts, eqx.is_array_like)
+
+    def exact(arrays, motion, duration):
+        return _step(eqx.combine(arrays, static), motion, duration)
+
+    def quick(arrays, motion, duration):
+        return _quick_step(eqx.combine(arrays, static), motion, duration)
+
+    return rarely(quick, exact)(arrays, motion, duration)
+
+
+def _step(contacts, motion, duration):
+    """Advance through all segments of an interval."""
 
     def go(segment: Segment, duration: Scalar) -> Segment:
         motion, elapsed = segment.motion, segment.elapsed

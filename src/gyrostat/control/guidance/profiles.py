@@ -8,7 +8,6 @@ from typing import Annotated, Self
 import numpy as np
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar
@@ -156,6 +155,8 @@ class Table(Checked):
                 f"attitude table, row {wide[0] + 1}: found a rotation of {turned:.3g} deg from the "
                 f"row before, expected {np.degrees(LARGEST_STEP):g} deg or less"
             )
+        from scipy.interpolate import CubicSpline  # slow to import, and only tables need it
+
         signs = np.cumprod(np.append(1.0, np.where(cosines < 0.0, -1.0, 1.0)))
         found = found * signs[:, None]
         slopes = CubicSpline(times, found)(times, 1)

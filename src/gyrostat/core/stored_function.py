@@ -1,0 +1,88 @@
+"""Compiled functions of arrays, whose machine code is kept in the private cache.
+
+JAX keeps compiled programs too, but finds them only after it has traced the function, which takes
+longer than most fits.
+"""
+
+import hashlib
+import os
+import pickle
+import platform
+from collections.abc import Callable
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jax.core import Tracer
+
+from gyrostat.core.cache import private_cache
+from gyrostat.core.jax64 import jax
+from gyrostat.core.jax_cache import compiled_anew
+from gyrostat.core.source_digest import source_digest
+
+
+def stored_function(function: Callable[..., Any], *about: Any) -> Callable[..., Any]:
+    """Compile a function of arrays, as `jax.jit` does; its machine code outlives the process.
+
+    In a function that is being traced, and on a GPU, it is a function compiled by `jax.jit`. The
+    same is true if the function depends on a class that is not of this package, whose code the name
+    of the entry does not cover.
+
+    Args:
+        function: Function of arrays that returns a tree of arrays.
+        about: What else determines the function: texts and numbers that it uses, and classes.
+    """
+    compiled = jax.jit(function)
+    loaded: dict[Any, Callable[..., Any]] = {}
+    ours = all(each.__module__.startswith("gyrostat.") for each in about if isinstance(each, type))
+
+    def call(*arguments: Any) -> Any:
+        if not ours or any(isinstance(each, Tracer) for each in arguments):
+            return compiled(*arguments)
+        given = [np.asarray(each) for each in arguments]
+        types = tuple((each.shape, str(each.dtype)) for each in given)
+        if types not in loaded:
+            name = repr((function.__module__, function.__qualname__, about, types))
+            loaded[types] = _executable(compiled, given, name)
+        return loaded[types](*given)
+
+    return call
+
+
+def _executable(compiled: Any, given: list[Any], name: str) -> Callable[..., Any]:
+    """Executable of a function for the types of these arguments."""
+    from jax.experimental.serialize_executable import deserialize_and_load, serialize
+
+    cache = private_cache() if jax.default_backend() == "cpu" else None
+    if cache is None:
+        return compiled
+    entry = f"jax-function-{hashlib.sha256(f'{name} {_machine()}'.encode()).hexdigest()}"
+    content = cache.read(entry)
+    if content is not None:
+        return deserialize_and_load(*pickle.loads(content))
+    with compiled_anew():  # what JAX has loaded from a store cannot be serialised
+        made = compiled.lower(*given).compile()
+    content = pickle.dumps(serialize(made))
+    again = deserialize_and_load(*pickle.loads(content))(*given)
+    if all(map(_same, jax.tree.leaves(made(*given)), jax.tree.leaves(again))):
+        cache.write(entry, content)
+    return made
+
+
+def _same(one: Any, other: Any) -> bool:
+    return np.asarray(one).tobytes() == np.asarray(other).tobytes()
+
+
+@lru_cache
+def _machine() -> str:
+    """Everything beside the function that determines its machine code."""
+    options = {k: v for k, v in os.environ.items() if k.startswith(("JAX_", "XLA_"))}
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        text = ""
+    lines = {line for line in text.splitlines() if line.startswith(("flags", "Features", "model"))}
+    versions = (jax.__version__, version("jaxlib"), np.__version__, source_digest())
+    return repr((sorted(options.items()), platform.platform(), sorted(lines), versions))
