@@ -15,8 +15,10 @@ from gyrostat.exports.targets import STEPS, Target
 from gyrostat.exports.template import filled
 
 TOLERANCE = {"double": 1e-12, "float": 1e-3}
-"""Largest error of an output, relative to the largest value of its array in the run. An element of
-an array, such as a covariance, can be the rounding error of the others."""
+"""Largest error of an output, relative to its largest value in the run."""
+ROUNDING = {"double": 2.0**-47, "float": 2.0**-18}
+"""Error that is allowed too, relative to the largest value of its array: 32 units in the last
+place. An element, as of a covariance, can be nothing but the rounding error of the others."""
 
 
 def program(target: Target, module: Module, precision: Precision) -> tuple[str, str]:
@@ -29,7 +31,8 @@ def program(target: Target, module: Module, precision: Precision) -> tuple[str, 
     names = [text.strip("(*)") for text in seen]
     given = np.array([_row(target.inputs, k) for k in range(STEPS)])
     expected = np.array([[x for name in outputs for x in _numbers(step[name])] for step in made])
-    scale = np.array([x for name in outputs for x in _scales([step[name] for step in made])])
+    share = ROUNDING[precision] / TOLERANCE[precision]
+    scale = np.array([x for name in outputs for x in _scales([step[name] for step in made], share)])
 
     def calls(entries: Sequence[Entry], indent: str) -> str:
         return "\n".join(f"{indent}status |= {call(module, e.name)};" for e in entries)
@@ -69,12 +72,13 @@ def _numbers(tree: Any) -> list[float]:
     return [float(x) for leaf in jax.tree.leaves(tree) for x in np.ravel(leaf)]
 
 
-def _scales(trees: Sequence[Any]) -> Iterator[float]:
-    """Largest finite value of each array in the run, once for each of its elements."""
+def _scales(trees: Sequence[Any], share: float) -> Iterator[float]:
+    """Largest finite value of each number in the run; at least a share of that of its array."""
     for arrays in zip(*map(jax.tree.leaves, trees), strict=True):
-        every = np.abs(np.array(arrays, dtype=float))
-        largest = np.max(every, where=np.isfinite(every), initial=np.finfo(np.float32).tiny)
-        yield from [float(largest)] * np.size(arrays[0])
+        every = np.abs(np.array(arrays, dtype=float)).reshape(len(arrays), -1)
+        tiny = float(np.finfo(np.float32).tiny)
+        own = np.max(every, axis=0, where=np.isfinite(every), initial=tiny)
+        yield from np.maximum(own, share * np.max(own, initial=tiny)).tolist()
 
 
 def _row(inputs: Any, step: int) -> list[float]:
