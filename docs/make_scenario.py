@@ -5,7 +5,7 @@ from pathlib import Path
 from gyrostat.campaigns.components import COMPENSATORS, ESTIMATORS, SENSORS
 from gyrostat.campaigns.controllers import CONTROLLERS
 from gyrostat.campaigns.environments import ENVIRONMENTS, TORQUES
-from gyrostat.campaigns.metric_schema import (
+from gyrostat.campaigns.metrics.schema import (
     METRICS,
     PERCENTILE,
     RESULTS,

@@ -1,6 +1,6 @@
 """Public names of gyrostat and the rooms that have them; `__init__.py` reads this file."""
 
-from gyrostat.campaigns.scenario_file import read_scenario as read_scenario
+from gyrostat.campaigns.reading.scenario_file import read_scenario as read_scenario
 from gyrostat.campaigns.schema import Key as Key
 from gyrostat.control import AttitudePID as AttitudePID
 from gyrostat.control import CurrentMode as CurrentMode

@@ -129,7 +129,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="session")
 def scenario(folder):
     """The small scenario."""
-    from gyrostat.campaigns.scenario_file import read_scenario
+    from gyrostat.campaigns.reading.scenario_file import read_scenario
 
     return read_scenario(folder / "scenario.toml")
 

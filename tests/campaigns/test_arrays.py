@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gyrostat.campaigns.build import build, plan
-from gyrostat.campaigns.scenario_file import read_scenario
+from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.structure import structure_of
 from gyrostat.core import rotations
 from gyrostat.core.errors import InputError

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from gyrostat.campaigns import Scenario
-from gyrostat.campaigns.own_errors import OwnError
-from gyrostat.campaigns.script_source import extracted
+from gyrostat.campaigns.own.errors import OwnError
+from gyrostat.campaigns.own.script_source import extracted
 from gyrostat.core.errors import InputError
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from gyrostat.campaigns import Scenario
 from gyrostat.campaigns.build import build, plan
-from gyrostat.campaigns.metrics import Observer
-from gyrostat.campaigns.scenario_file import read_scenario
+from gyrostat.campaigns.metrics.observer import Observer
+from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.schema import GUARD
 from gyrostat.campaigns.structure import structure_of
 from gyrostat.core.jax64 import jax, jnp

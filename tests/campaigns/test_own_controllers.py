@@ -15,10 +15,10 @@ import pytest
 import gyrostat as gs
 from gyrostat.campaigns import Job, Scenario, Store, run_campaign
 from gyrostat.campaigns.jobs import work, work_here
+from gyrostat.campaigns.own.trial import first_sample
 from gyrostat.campaigns.plans import plans_of
-from gyrostat.campaigns.scenario_file import read_scenario
+from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.structure import structure_of
-from gyrostat.campaigns.trial import first_sample
 from gyrostat.codegen.simd import compiler
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp

@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from gyrostat.campaigns.engine import fly
-from gyrostat.campaigns.results import metrics_of
-from gyrostat.campaigns.scenario_file import read_scenario
+from gyrostat.campaigns.metrics.results import metrics_of
+from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.codegen.simd import compiler
 from gyrostat.core.errors import InputError
 

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from gyrostat.campaigns.scenario_file import read_scenario
+from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.core.errors import InputError
 
 SCENARIO = """

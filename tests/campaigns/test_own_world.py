@@ -16,8 +16,8 @@ from gyrostat.campaigns import replay as fly_again
 from gyrostat.campaigns.engine import fly
 from gyrostat.campaigns.executors import cluster, threads
 from gyrostat.campaigns.jobs import work_here
+from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.scenario_file import read_scenario
 from gyrostat.codegen.simd import compiler
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
@@ -210,7 +210,7 @@ KILLED = """
 import os, sys
 from pathlib import Path
 from gyrostat.campaigns import run_campaign
-from gyrostat.campaigns.scenario_file import read_scenario
+from gyrostat.campaigns.reading.scenario_file import read_scenario
 if __name__ == "__main__":
     folder, out, runs, seed, block = sys.argv[1:]
     run_campaign(

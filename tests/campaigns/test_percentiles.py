@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gyrostat.campaigns import percentiles
-from gyrostat.campaigns.percentiles import BinnedErrors, SortedErrors, collectors, rank
+from gyrostat.campaigns.metrics import percentiles
+from gyrostat.campaigns.metrics.percentiles import BinnedErrors, SortedErrors, collectors, rank
 
 PERCENTS = (5.0, 50.0, 95.0, 99.7)
 ERRORS = arrays(float, (3, 50), elements=st.floats(1e-9, 3.2) | st.just(0.0) | st.just(np.inf))

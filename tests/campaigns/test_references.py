@@ -9,7 +9,7 @@ import pytest
 from gyrostat.campaigns import Scenario
 from gyrostat.campaigns.build import build
 from gyrostat.campaigns.plans import plans_of
-from gyrostat.campaigns.scenario_file import read_scenario
+from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.structure import structure_of
 from gyrostat.control.guidance import Mode
 from gyrostat.core.errors import InputError

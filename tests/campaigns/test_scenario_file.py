@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from gyrostat.campaigns import Scenario
-from gyrostat.campaigns.results import metrics_of
-from gyrostat.campaigns.scenario_file import read_scenario
+from gyrostat.campaigns.metrics.results import metrics_of
+from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.core.errors import InputError
 from gyrostat.core.units import RPM
 from gyrostat.wheel import read_wheel_sheet

@@ -9,10 +9,10 @@ import pytest
 from scipy.signal import butter, sosfilt, sosfilt_zi
 from scipy.spatial.transform import Rotation
 
-from gyrostat.campaigns.results import window_metrics
-from gyrostat.campaigns.sample import Sample
+from gyrostat.campaigns.metrics.results import window_metrics
+from gyrostat.campaigns.metrics.sample import Sample
+from gyrostat.campaigns.metrics.windows import WindowObserver, concluded, pointing_error
 from gyrostat.campaigns.scenario import Event, Part, Window
-from gyrostat.campaigns.windows import WindowObserver, concluded, pointing_error
 from gyrostat.control.guidance import AttitudeReference, Mode
 from gyrostat.core.jax64 import jax, jnp
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from gyrostat.campaigns.kinds import component
-from gyrostat.campaigns.own_parts import is_own
+from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.sensing import Values, options_of
 from gyrostat.campaigns.structure import Structure
 from gyrostat.spacecraft import AddedSensors, ChangingPlant, PlantChange

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from gyrostat.campaigns.build import Plans
 from gyrostat.campaigns.draws import draw, noise_keys
-from gyrostat.campaigns.metrics import Seen, concluded, ended
+from gyrostat.campaigns.metrics.observer import Seen, concluded, ended
+from gyrostat.campaigns.metrics.percentiles import collectors
 from gyrostat.campaigns.native import Program, program_of
-from gyrostat.campaigns.percentiles import collectors
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.run_loop import OWN, loop_of, runner_of
 from gyrostat.campaigns.scenario import Scenario

@@ -8,7 +8,7 @@ from gyrostat.campaigns.description import Campaign, DamagedError
 from gyrostat.campaigns.executors import Opener, carry_out, kept_open
 from gyrostat.campaigns.fingerprint import FLAGS, engine_record, refuse_other
 from gyrostat.campaigns.jobs import Job, executor_for, work
-from gyrostat.campaigns.results import metrics_of, percentile_name
+from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.store import Store
 from gyrostat.core.engines import engine_named

@@ -12,8 +12,8 @@ from gyrostat.campaigns.components import (
 )
 from gyrostat.campaigns.controllers import CONTROLLERS
 from gyrostat.campaigns.environments import ENVIRONMENTS, TORQUES
-from gyrostat.campaigns.metric_schema import METRICS, WINDOW
-from gyrostat.campaigns.own_parts import is_own, own_component
+from gyrostat.campaigns.metrics.schema import METRICS, WINDOW
+from gyrostat.campaigns.own.parts import is_own, own_component
 from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
 from gyrostat.campaigns.scenario import INERTIA, Part, Scenario, Source
 from gyrostat.campaigns.schema import (
@@ -56,7 +56,7 @@ def component(section: str, kind: str, sources: tuple[Source, ...] = ()) -> Any:
     """Component of a section by its kind.
 
     Args:
-        section: Key of `KINDS`, of `PARTS`, or of `gyrostat.campaigns.own_parts.OWN`.
+        section: Key of `KINDS`, of `PARTS`, or of `gyrostat.campaigns.own.parts.OWN`.
         kind: Name of a component of this package, or "FILE.py:NAME" for a class or function of a
             user's Python file.
         sources: Python files of the scenario.

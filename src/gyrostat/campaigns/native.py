@@ -16,7 +16,7 @@ import numpy as np
 from gyrostat.campaigns.build import Plans
 from gyrostat.campaigns.fingerprint import FLAGS, engine_record
 from gyrostat.campaigns.kinds import is_shipped
-from gyrostat.campaigns.metrics import Seen
+from gyrostat.campaigns.metrics.observer import Seen
 from gyrostat.campaigns.run_loop import ON_DEMAND, OWN, loop_of, runner_of
 from gyrostat.campaigns.structure import Structure
 from gyrostat.codegen.simd.batch import Traced, traced

@@ -12,9 +12,9 @@ import numpy as np
 from gyrostat.campaigns.build import Plans, build, plan
 from gyrostat.campaigns.fingerprint import FLAGS, engine_record
 from gyrostat.campaigns.kinds import is_shipped
+from gyrostat.campaigns.own.trial import check_first_sample, first_sample
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import structure_of
-from gyrostat.campaigns.trial import check_first_sample, first_sample
 from gyrostat.core.cache import private_cache
 from gyrostat.core.jax64 import jax
 from gyrostat.core.validation import check_parts, check_period

@@ -5,7 +5,7 @@ from functools import lru_cache
 from typing import Any
 
 from gyrostat.campaigns.build import build
-from gyrostat.campaigns.metrics import Observer
+from gyrostat.campaigns.metrics.observer import Observer
 from gyrostat.campaigns.structure import Structure
 from gyrostat.simulation import Loop, Runner, control_loop
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gyrostat.campaigns.results import metrics_of
+from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.store import Store
 

@@ -201,7 +201,7 @@ class Scenario:
         Raises:
             InputError: There is no such section, key or attribute, or a value is not allowed.
         """
-        from gyrostat.campaigns.changes import replaced  # it imports this module
+        from gyrostat.campaigns.own.changes import replaced  # it imports this module
 
         return replaced(self, changes)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import bdtr, bdtrik
 
-from gyrostat.campaigns.percentiles import rank
+from gyrostat.campaigns.metrics.percentiles import rank
 from gyrostat.core.types import Vector
 
 CONFIDENCE = 0.95

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from gyrostat.campaigns import Campaign, Scenario, Store, Window, worst_runs
 from gyrostat.campaigns.drivers import find_drivers
-from gyrostat.campaigns.results import metrics_of, percentile_name
+from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
 from gyrostat.campaigns.summary import percentile_of
 from gyrostat.core.text import or_none
 from gyrostat.reports.campaign_run import IN_DEGREES, run_page, told

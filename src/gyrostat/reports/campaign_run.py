@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from gyrostat.campaigns.results import metrics_of
+from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.outputs import new_files
 from gyrostat.core.text import plain

@@ -187,7 +187,7 @@ def _scenario_of(model: Any, *, force: bool) -> "Scenario | None":
     path = Path(model)
     if path.suffix != ".toml" or "spacecraft" not in read_toml(path, "a model file"):
         return None
-    from gyrostat.campaigns.scenario_file import read_scenario
+    from gyrostat.campaigns.reading.scenario_file import read_scenario
 
     return read_scenario(path, force=force)
 

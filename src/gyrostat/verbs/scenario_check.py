@@ -35,7 +35,7 @@ def check(
             what was found and what was expected.
     """
     from gyrostat.campaigns.kinds import components_of
-    from gyrostat.campaigns.scenario_file import validated
+    from gyrostat.campaigns.reading.scenario_file import validated
 
     found = scenario_of(scenario, force=force, changes=changes)
     if not isinstance(scenario, str | Path) and not changes:

@@ -55,7 +55,7 @@ def simulate(
             replaced.
     """
     from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
-    from gyrostat.campaigns.results import metrics_of
+    from gyrostat.campaigns.metrics.results import metrics_of
     from gyrostat.core.outputs import check_outputs
     from gyrostat.core.validation import check_seed
 
@@ -71,7 +71,7 @@ def simulate(
     use_engine(engine_record(device, FLAGS[device]))
     from gyrostat.campaigns.engine import fly
     from gyrostat.campaigns.execute import chosen_engine
-    from gyrostat.campaigns.trial import say_bad_commands
+    from gyrostat.campaigns.own.trial import say_bad_commands
 
     found = scenario_of(scenario, force=force, changes=changes)
     say(f"simulating {found.name}: {found.duration:g} s")
@@ -143,7 +143,7 @@ def campaign(
             cannot be used.
     """
     from gyrostat.campaigns import campaign_runs, cluster, run_campaign
-    from gyrostat.campaigns.trial import say_bad_commands
+    from gyrostat.campaigns.own.trial import say_bad_commands
     from gyrostat.core.files import check_writable
     from gyrostat.reports.campaign import write_campaign
 
@@ -257,7 +257,7 @@ def scenario_of(
     scenario: "Scenario | str | Path", *, force: bool, changes: Mapping[str, Any] | None = None
 ) -> "Scenario":
     """Scenario, read from its file unless it is an object, with changes."""
-    from gyrostat.campaigns.scenario_file import read_scenario
+    from gyrostat.campaigns.reading.scenario_file import read_scenario
 
     if isinstance(scenario, str | Path):
         scenario = read_scenario(scenario, force=force)

@@ -8,7 +8,7 @@ from typing import Any
 import equinox as eqx
 from jaxtyping import PRNGKeyArray
 
-from gyrostat.campaigns.own_errors import OwnError, numbers, reported, same_memory
+from gyrostat.campaigns.own.errors import OwnError, numbers, reported, same_memory
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax
 from gyrostat.core.validation import check_parts

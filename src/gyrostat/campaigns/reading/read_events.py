@@ -5,10 +5,10 @@ from math import inf
 
 from gyrostat.campaigns.controllers import NOTIFIED, PlannedController
 from gyrostat.campaigns.kinds import own_event_keys
-from gyrostat.campaigns.read_sources import own_kind
+from gyrostat.campaigns.own.read_sources import own_kind
+from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import AXES, Event, Source
 from gyrostat.campaigns.schema import EVENTS, SENSOR_FAULT, Measured, event_keys
-from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 from gyrostat.spacecraft import SpacecraftFile
 

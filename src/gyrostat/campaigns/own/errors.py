@@ -8,7 +8,7 @@ import traceback
 from collections.abc import Iterator
 from typing import Any
 
-from gyrostat.campaigns.sources import PREFIX
+from gyrostat.campaigns.own.sources import PREFIX
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 

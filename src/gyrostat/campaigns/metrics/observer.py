@@ -7,14 +7,14 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from gyrostat.campaigns import windows
 from gyrostat.campaigns.build import Setup
-from gyrostat.campaigns.percentiles import Collector
-from gyrostat.campaigns.results import metrics_of, percentile_name
-from gyrostat.campaigns.sample import Sample
+from gyrostat.campaigns.metrics import windows
+from gyrostat.campaigns.metrics.percentiles import Collector
+from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
+from gyrostat.campaigns.metrics.sample import Sample
+from gyrostat.campaigns.metrics.windows import SeenWindow, WindowObserver, pointing_error
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import Structure
-from gyrostat.campaigns.windows import SeenWindow, WindowObserver, pointing_error
 from gyrostat.control.guidance import AttitudeReference, Mode
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.campaigns.change_parts import LISTS, is_list, own_list, with_list
 from gyrostat.campaigns.kinds import KINDS, component, components_of, fitting_estimator, numbers_of
-from gyrostat.campaigns.own_objects import own_object
-from gyrostat.campaigns.own_parts import OWN, is_own
-from gyrostat.campaigns.read_metrics import with_windows
+from gyrostat.campaigns.own.change_parts import LISTS, is_list, own_list, with_list
+from gyrostat.campaigns.own.objects import own_object
+from gyrostat.campaigns.own.parts import OWN, is_own
+from gyrostat.campaigns.reading.read_metrics import with_windows
+from gyrostat.campaigns.reading.scenario_file import validated
+from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Scenario, Source
-from gyrostat.campaigns.scenario_file import validated
-from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import refuse_unknown
 from gyrostat.core.validation import MOST_PERIODS

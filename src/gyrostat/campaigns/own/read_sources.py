@@ -6,9 +6,9 @@ import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
 
-from gyrostat.campaigns.own_parts import is_own
+from gyrostat.campaigns.own.parts import is_own
+from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Source
-from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import read_text
 

@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 
 from gyrostat.campaigns.environments import ORBIT
-from gyrostat.campaigns.read_events import within_run
+from gyrostat.campaigns.reading.read_events import within_run
+from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.references import LIMITS, LISTS, attitude_table
 from gyrostat.campaigns.scenario import Part, Source
-from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import read_text
 

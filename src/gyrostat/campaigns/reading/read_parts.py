@@ -5,10 +5,10 @@ import re
 from collections.abc import Collection, Iterator
 
 from gyrostat.campaigns.kinds import PARTS, component
-from gyrostat.campaigns.metric_schema import RESULTS
-from gyrostat.campaigns.read_sources import own_kind
+from gyrostat.campaigns.metrics.schema import RESULTS
+from gyrostat.campaigns.own.read_sources import own_kind
+from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Part, Source
-from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 from gyrostat.spacecraft import SpacecraftMeasurement, TrackerGyroMeasurement
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 
-from gyrostat.campaigns.own_errors import OwnError, described, numbers, reported, same_memory
+from gyrostat.campaigns.own.errors import OwnError, described, numbers, reported, same_memory
 from gyrostat.control.guidance import Guide
 from gyrostat.control.missing_sample import predicted
 from gyrostat.control.recorded import recorded_with

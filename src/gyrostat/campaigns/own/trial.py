@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from gyrostat.campaigns.build import Plans, Setup, build
-from gyrostat.campaigns.own_errors import OwnError
-from gyrostat.campaigns.own_parts import is_own
-from gyrostat.campaigns.own_world import OwnTorque
+from gyrostat.campaigns.own.errors import OwnError
+from gyrostat.campaigns.own.parts import is_own
+from gyrostat.campaigns.own.world import OwnTorque
 from gyrostat.campaigns.run_loop import loop_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.sensing import Values

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 from typing import NamedTuple
 
-from gyrostat.campaigns.metric_schema import (
+from gyrostat.campaigns.metrics.schema import (
     PERCENTILE,
     RESULTS,
     WINDOW_PERCENTILE,

@@ -11,7 +11,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Int
 
-from gyrostat.campaigns.band_filter import (
+from gyrostat.campaigns.metrics.band_filter import (
     Sections,
     States,
     at_rest,
@@ -19,9 +19,9 @@ from gyrostat.campaigns.band_filter import (
     high_pass,
     low_pass,
 )
-from gyrostat.campaigns.exposures import Exposures, exposed, no_exposures
-from gyrostat.campaigns.results import window_metrics
-from gyrostat.campaigns.sample import Sample
+from gyrostat.campaigns.metrics.exposures import Exposures, exposed, no_exposures
+from gyrostat.campaigns.metrics.results import window_metrics
+from gyrostat.campaigns.metrics.sample import Sample
 from gyrostat.campaigns.scenario import Window
 from gyrostat.campaigns.structure import Structure
 from gyrostat.campaigns.timeline import event_times, modes, slew_times

@@ -17,10 +17,11 @@ import numpy as np
 
 from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.controllers import IGNORED, DesignCase, PlannedController
-from gyrostat.campaigns.own_control import OwnControl
-from gyrostat.campaigns.own_errors import OwnError, reported
-from gyrostat.campaigns.own_metric import OwnMetric
-from gyrostat.campaigns.own_world import (
+from gyrostat.campaigns.own.control import OwnControl
+from gyrostat.campaigns.own.errors import OwnError, reported
+from gyrostat.campaigns.own.metric import OwnMetric
+from gyrostat.campaigns.own.sources import load
+from gyrostat.campaigns.own.world import (
     OwnActuator,
     OwnChange,
     OwnProfile,
@@ -30,7 +31,6 @@ from gyrostat.campaigns.own_world import (
 from gyrostat.campaigns.references import UNTIL, single
 from gyrostat.campaigns.scenario import Source
 from gyrostat.campaigns.schema import Key
-from gyrostat.campaigns.sources import load
 from gyrostat.core.any_unit import ANY_UNIT
 from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jax, jnp
@@ -211,7 +211,7 @@ def _in_world(wrapper: Callable[[Any, str], Any], call: str, **methods: str) -> 
     """Function that makes the component of a torque, sensor, actuator, event or metric.
 
     Args:
-        wrapper: Class of `gyrostat.campaigns.own_world` or `gyrostat.campaigns.own_metric`.
+        wrapper: Class of `gyrostat.campaigns.own.world` or `gyrostat.campaigns.own.metric`.
         call: Arguments and result of the part.
         methods: Other methods of the part; without any, it can be a function.
     """

@@ -5,8 +5,8 @@ from typing import Any, Protocol
 import equinox as eqx
 from jaxtyping import Array, Bool
 
-from gyrostat.campaigns.own_errors import numbers, reported, same_memory
-from gyrostat.campaigns.sample import Sample
+from gyrostat.campaigns.metrics.sample import Sample
+from gyrostat.campaigns.own.errors import numbers, reported, same_memory
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
 

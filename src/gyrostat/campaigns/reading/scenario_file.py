@@ -12,20 +12,20 @@ import numpy as np
 
 from gyrostat.campaigns.components import ESTIMATOR_OF
 from gyrostat.campaigns.kinds import KINDS, component, fitting_estimator, measured
-from gyrostat.campaigns.own_errors import OwnError
-from gyrostat.campaigns.own_parts import OWN
+from gyrostat.campaigns.own.errors import OwnError
+from gyrostat.campaigns.own.parts import OWN
+from gyrostat.campaigns.own.read_sources import own_kind, own_sources
+from gyrostat.campaigns.own.trial import try_shapes
 from gyrostat.campaigns.plans import plans_of
-from gyrostat.campaigns.read_dispersions import read_dispersions
-from gyrostat.campaigns.read_events import read_events
-from gyrostat.campaigns.read_metrics import read_metrics
-from gyrostat.campaigns.read_parts import own_kinds, part_values, read_parts
-from gyrostat.campaigns.read_reference import check_reference, read_tables, with_defaults
-from gyrostat.campaigns.read_sources import own_kind, own_sources
+from gyrostat.campaigns.reading.read_dispersions import read_dispersions
+from gyrostat.campaigns.reading.read_events import read_events
+from gyrostat.campaigns.reading.read_metrics import read_metrics
+from gyrostat.campaigns.reading.read_parts import own_kinds, part_values, read_parts
+from gyrostat.campaigns.reading.read_reference import check_reference, read_tables, with_defaults
+from gyrostat.campaigns.reading.tables import Table, opened
 from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
 from gyrostat.campaigns.schema import RUN, START, WHEEL, WHEEL_PARTS, guard_keys
-from gyrostat.campaigns.tables import Table, opened
 from gyrostat.campaigns.timeline import check_windows
-from gyrostat.campaigns.trial import try_shapes
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, printable
 from gyrostat.core.toml_file import LONGEST_NAME

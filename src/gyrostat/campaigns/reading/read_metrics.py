@@ -6,11 +6,11 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from gyrostat.campaigns.metric_schema import METRICS, WINDOW
-from gyrostat.campaigns.read_events import within_run
-from gyrostat.campaigns.results import percentile_name
+from gyrostat.campaigns.metrics.results import percentile_name
+from gyrostat.campaigns.metrics.schema import METRICS, WINDOW
+from gyrostat.campaigns.reading.read_events import within_run
+from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Event, Part, Scenario, Window
-from gyrostat.campaigns.tables import Table
 from gyrostat.campaigns.timeline import event_times, modes
 from gyrostat.core.errors import InputError
 from gyrostat.core.validation import MOST_PERIODS

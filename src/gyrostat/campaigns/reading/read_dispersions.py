@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from gyrostat.campaigns.kinds import numbers_of
+from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Dispersion, Scenario
 from gyrostat.campaigns.schema import DISTRIBUTIONS, Key
-from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
 

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gyrostat.campaigns.kinds import KINDS, measured
-from gyrostat.campaigns.own_objects import own_object
-from gyrostat.campaigns.own_parts import is_own
-from gyrostat.campaigns.read_events import within_run
-from gyrostat.campaigns.read_parts import part_name
+from gyrostat.campaigns.own.objects import own_object
+from gyrostat.campaigns.own.parts import is_own
+from gyrostat.campaigns.reading.read_events import within_run
+from gyrostat.campaigns.reading.read_parts import part_name
+from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Event, Part, Scenario, Source
 from gyrostat.campaigns.schema import EVENT_TIME, guard_keys
-from gyrostat.campaigns.tables import Table
 from gyrostat.core.errors import InputError
 
 LISTS = {

@@ -1,0 +1,1 @@
+"""Metrics of runs, computed sample by sample at constant memory."""
