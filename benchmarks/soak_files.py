@@ -96,11 +96,11 @@ def work_once(put=setattr):
 
     from gyrostat.reports import campaign, campaign_run
 
-    def of_table(scenario, columns):
+    def of_table(scenario, columns, names):
         parts = (
             f"{name}{values.dtype}".encode() + bytes(values) for name, values in columns.items()
         )
-        return hashlib.sha256(b"".join(parts)).digest()
+        return hashlib.sha256(b"".join(parts)).digest(), tuple(names)
 
     def of_history(scenario, history):
         parts = (f"{name}".encode() + history[name].values.tobytes() for name in history.variables)

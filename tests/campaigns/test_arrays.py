@@ -121,7 +121,10 @@ def test_the_fault_detector_knows_the_delay(variant):
 @pytest.mark.parametrize(
     ("changes", "found"),
     [
-        ([DETECTS], "key event[loss].detected_after: found '10 s', expected none: the controller "),
+        (
+            [DETECTS],
+            "key event[loss].detected_after: found '10 s', expected none: this controller ",
+        ),
         (
             [('"wheel_array"', '"wheel_array_detecting"'), UNTOLD],
             "key controller.failure_torque: found none, expected above 0",

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import numpy as np
 
 from gyrostat import control, estimation, spacecraft
@@ -97,6 +98,21 @@ def controller(part, measurement):
     return Step(part, shapes(lambda: (part.start(PERIOD), measurement)))
 
 
+def heavier(craft):
+    """The spacecraft with a larger inertia, as an event makes it."""
+    return eqx.tree_at(lambda c: c.spacecraft.inertia, craft, 1.1 * craft.spacecraft.inertia)
+
+
+class TrueSpin(NamedTuple):
+    """Sensor of the sum of the wheel speeds, without noise."""
+
+    def start(self, state, period):
+        return ()
+
+    def __call__(self, memory, state, key):
+        return memory, jnp.sum(state.wheel_speed)
+
+
 def examples():
     """Name -> step of every part."""
     measured = spacecraft.TableMeasurement(0.01, 0.001, -3.0)
@@ -182,6 +198,10 @@ def examples():
         # plants
         "AirBearingTable": plant(lugre, spacecraft.TableCommand(0.01), speed=-3.0),
         "BenchWheel": plant(bench, bench_wheel.TorqueCommand(0.01)),
+        "ChangingPlant": plant(
+            spacecraft.ChangingPlant(GYROSTAT, (spacecraft.PlantChange("heavier", 0.03, heavier),)),
+            torque,
+        ),
         "DrivenGyrostat, ImbalancedGyrostat, Gyrostat": plant(
             spacecraft.DrivenGyrostat(
                 spacecraft.ImbalancedGyrostat(harsh, imbalance), Driver(0.05), 5e-3
@@ -220,6 +240,10 @@ def examples():
         "ReducedSensor": sensor(reduced_gyrostat.ReducedSensor(reduced), lambda: reduced_state),
         "EulerSensor": sensor(
             torque_driven.EulerSensor(), lambda: torque_driven.EulerState(*jnp.full(6, 0.1))
+        ),
+        "AddedSensors": sensor(
+            spacecraft.AddedSensors(spacecraft.SpacecraftSensor(GYROSTAT), {"spin": TrueSpin()}),
+            GYROSTAT.start,
         ),
         "FaultySensor, WheelTachometer": sensor(
             spacecraft.FaultySensor(
