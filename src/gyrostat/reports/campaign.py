@@ -238,6 +238,9 @@ def distribution_figure(
             axes.axvline(mark, color=MARK, lw=0.9, ls="--")
             unit = IN_DEGREES.get(unit, unit)
             axes.set_xlabel(literal(name if unit == "1" else f"{name} ({unit})"))
+            # long numbers would overlap
+            axes.locator_params(axis="x", nbins=5)
+            axes.ticklabel_format(axis="x", scilimits=(-2, 5))
         for axes in grid[len(shown) :]:
             axes.set_visible(False)
         figure.tight_layout()
