@@ -38,6 +38,17 @@ def with_faults(structure: Structure, values: Values, sensor: Any) -> Any:
     return FaultySensor(sensor, faults) if faults else sensor
 
 
+def first_measurement(sensor: Any, start: Any, period: Scalar) -> Any:
+    """Measurement at time 0 with one draw of the noise.
+
+    Args:
+        sensor: Sensor of the loop.
+        start: State at time 0.
+        period: Control period, s.
+    """
+    return sensor(sensor.start(start, period), start, jax.random.key(0))[1]
+
+
 def guarded(structure: Structure, values: Values, controller: Any, sensor: Any, start: Any) -> Any:
     """Add the measurement guard of a scenario; without guard, the controller is unchanged.
 
@@ -51,12 +62,7 @@ def guarded(structure: Structure, values: Values, controller: Any, sensor: Any, 
     if structure.guard is None:
         return controller
     own = options_of(values, "guard")
-
-    def measured() -> Any:
-        memory = sensor.start(start, values["run.control_period"])
-        return sensor(memory, start, jax.random.key(0))[1]
-
-    shapes = jax.eval_shape(measured)
+    shapes = jax.eval_shape(lambda: first_measurement(sensor, start, values["run.control_period"]))
     limits = {}
     for name in measured_names(structure):
         if not jnp.issubdtype(getattr(shapes, name).dtype, jnp.floating):

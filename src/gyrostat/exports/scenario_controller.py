@@ -9,7 +9,7 @@ from gyrostat.campaigns.build import build
 from gyrostat.campaigns.phases import Phases
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.sensing import options_of
+from gyrostat.campaigns.sensing import first_measurement, options_of
 from gyrostat.campaigns.structure import measured_names, structure_of
 from gyrostat.control import FieldLimits, MeasurementGuard
 from gyrostat.control.measurement_guard import UNLIMITED
@@ -44,8 +44,7 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     plans = plans_of(alone)
     setup = build(structure_of(alone), jax.tree.map(jnp.asarray, dict(alone.values)), plans)
     period = scenario.values["run.control_period"]
-    memory = setup.sensor.start(setup.start, period)
-    _, first = setup.sensor(memory, setup.start, jax.random.key(0))
+    first = first_measurement(setup.sensor, setup.start, period)
     limits = {}
     if scenario.guard is not None:
         for name in measured_names(scenario):

@@ -23,6 +23,7 @@ from gyrostat.spacecraft.gyrostat_state import (
     WheelTorqueCommand,
     too_fast,
 )
+from gyrostat.spacecraft.pieces import pieces
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.torque_models import (
     Actuator,
@@ -196,9 +197,6 @@ class Gyrostat(Checked):
             return self._carry(state, torque, friction, none > 0.0, none, time, duration)
         failures = self.failures or WheelFailures.none(len(torque))
         times = jnp.concatenate([jnp.asarray(part.time) for part in changes])
-        cuts = jnp.sort(jnp.clip(times - time, 0.0, duration))
-        starts = jnp.concatenate([jnp.zeros(1), cuts])
-        lengths = jnp.diff(starts, append=jnp.asarray(duration)[None])
 
         def part(carried, piece):
             state, fine = carried
@@ -214,7 +212,7 @@ class Gyrostat(Checked):
             state, resolved = self._carry(state, given, rubs, seized, drag, time + start, length)
             return (state, fine & resolved), None
 
-        return jax.lax.scan(part, (state, jnp.array(True)), (starts, lengths))[0]
+        return jax.lax.scan(part, (state, jnp.array(True)), pieces(times, time, duration))[0]
 
     def _within_momentum_limit(self, state, torque, duration):
         wheels = self.spacecraft.wheels

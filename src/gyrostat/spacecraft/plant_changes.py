@@ -12,6 +12,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.named_tuples import with_fields, without_fields
 from gyrostat.core.validation import check_parts
+from gyrostat.spacecraft.pieces import pieces
 from gyrostat.spacecraft.spacecraft import Spacecraft
 
 TOLERANCE = 1e-9
@@ -144,9 +145,6 @@ class ChangingPlant(Checked):
     ) -> tuple[Any, Bool[Array, ""]]:
         """Integrate over an interval of constant command; see the plant."""
         times = jnp.stack([jnp.asarray(change.time, dtype=float) for change in self.changes])
-        cuts = jnp.sort(jnp.clip(times - time, 0.0, duration))
-        starts = jnp.concatenate([jnp.zeros(1), cuts])
-        lengths = jnp.diff(starts, append=jnp.asarray(duration, dtype=float)[None])
 
         def piece(carried, part):
             state, fine = carried
@@ -157,7 +155,7 @@ class ChangingPlant(Checked):
             return (after, fine & (resolved | ~passes)), None
 
         begun = (without_fields(state), jnp.array(True))
-        (after, resolved), _ = jax.lax.scan(piece, begun, (starts, lengths))
+        (after, resolved), _ = jax.lax.scan(piece, begun, pieces(times, time, duration))
         return type(state)(*after, time + duration), resolved
 
     def rate(self, state: Any) -> Vector3:

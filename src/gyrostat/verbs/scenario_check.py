@@ -35,6 +35,7 @@ def check(
             what was found and what was expected.
     """
     from gyrostat.campaigns.kinds import components_of
+    from gyrostat.campaigns.own.parts import is_own
     from gyrostat.campaigns.reading.scenario_file import validated
 
     found = scenario_of(scenario, force=force, changes=changes)
@@ -46,7 +47,7 @@ def check(
         own = [
             f"{key.removeprefix(start)} = {value:g}"
             for key, value in found.values.items()
-            if key.startswith(start) and ":" in kind
+            if key.startswith(start) and is_own(kind)
         ]
         say(", ".join([f"{section}: {kind}", *own]))
     return named

@@ -7,12 +7,13 @@ from typing import Annotated, Any, NamedTuple
 import equinox as eqx
 
 from gyrostat.campaigns.own.errors import OwnError, described, numbers, reported, same_memory
+from gyrostat.campaigns.own.wrapper import Own
 from gyrostat.control.guidance import Guide
 from gyrostat.control.missing_sample import predicted
 from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import Scalar
-from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.validation import check_parts, check_period
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.validation import check_period
 
 
 class SampleTime(NamedTuple):
@@ -39,25 +40,16 @@ class OwnMemory(NamedTuple):
     period: Scalar
 
 
-class OwnControl(eqx.Module):
+class OwnControl(Own):
     """Controller, compensator or estimator of a user.
 
     It adds the field `time`, s, to the measurements, and validates what the part returns.
 
     Attributes:
-        inner: Part of the user.
-        name: Its name, for messages.
         wheels: Number of wheels.
     """
 
-    inner: Any
-    name: str = eqx.field(static=True)
     wheels: int = eqx.field(static=True)
-
-    def check(self) -> None:
-        """Validate parameters; raises `InputError`."""
-        with reported(self.name):
-            check_parts(self.inner)
 
     def check_period(self, period: float) -> None:
         """Validate the control period, s; raises `InputError`."""
@@ -79,10 +71,7 @@ class OwnControl(eqx.Module):
     def start(self, period: Scalar) -> OwnMemory:
         """Memory before the first sample."""
         period = jnp.asarray(period, dtype=float)
-        with reported(self.name):
-            inner = self.inner.start(period)
-        inner = jax.tree.map(lambda leaf: numbers(self.name, "memory", leaf), inner)
-        return OwnMemory(inner, jnp.zeros(()), period)
+        return OwnMemory(self.begun(period), jnp.zeros(()), period)
 
     def predicted(self, memory: OwnMemory, measurement: Any, command: Any) -> OwnMemory:
         """Memory after a period without a sample; see `gyrostat.control.missing_sample`."""

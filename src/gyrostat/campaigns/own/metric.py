@@ -2,11 +2,11 @@
 
 from typing import Any, Protocol
 
-import equinox as eqx
 from jaxtyping import Array, Bool
 
 from gyrostat.campaigns.metrics.sample import Sample
 from gyrostat.campaigns.own.errors import numbers, reported, same_memory
+from gyrostat.campaigns.own.wrapper import Own
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
 
@@ -27,24 +27,14 @@ class RunMetric(Protocol):
         ...
 
 
-class OwnMetric(eqx.Module):
-    """Metric of a user in the loop of a run.
-
-    Attributes:
-        inner: Part of the user, a `RunMetric`.
-        name: Its name, for messages.
-    """
-
-    inner: Any
-    name: str = eqx.field(static=True)
+class OwnMetric(Own):
+    """Metric of a user, a `RunMetric`, in the loop of a run."""
 
     def start(self) -> Any:
         """Memory before the first sample; 0 if the part has no method `start`."""
         if not hasattr(self.inner, "start"):
             return jnp.zeros(())
-        with reported(self.name):
-            memory = self.inner.start()
-        return jax.tree.map(lambda leaf: numbers(self.name, "memory", leaf), memory)
+        return self.begun()
 
     def __call__(self, memory: Any, sample: Sample) -> Any:
         """Memory after a sample.

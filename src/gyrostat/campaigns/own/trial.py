@@ -11,7 +11,7 @@ from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.own.world import OwnTorque
 from gyrostat.campaigns.run_loop import loop_of
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.sensing import Values
+from gyrostat.campaigns.sensing import Values, first_measurement
 from gyrostat.campaigns.structure import Structure, structure_of
 from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jax
@@ -43,8 +43,7 @@ def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Se
     """Parts of a run, the controller's memory and command after the first sample, own torques."""
     setup = build(structure, values, plans)
     period = values["run.control_period"]
-    memory = setup.sensor.start(setup.start, period)
-    _, measurement = setup.sensor(memory, setup.start, jax.random.key(0))
+    measurement = first_measurement(setup.sensor, setup.start, period)
     made = setup.controller(setup.controller.start(period), measurement)
     return setup, made, _own_torques(setup, made[1])
 

@@ -5,34 +5,16 @@ Each validates what the user's Python returns, and reports mistakes with the nam
 
 from typing import Any
 
-import equinox as eqx
 from jaxtyping import PRNGKeyArray
 
 from gyrostat.campaigns.own.errors import OwnError, numbers, reported, same_memory
+from gyrostat.campaigns.own.wrapper import Own
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax
-from gyrostat.core.validation import check_parts
 from gyrostat.spacecraft import Spacecraft
 
 
-class _Own(eqx.Module):
-    """Part of a user.
-
-    Attributes:
-        inner: Instance of the user's class, or a function.
-        name: Name of the part, for messages.
-    """
-
-    inner: Any
-    name: str = eqx.field(static=True)
-
-    def check(self) -> None:
-        """Validate parameters; raises `InputError`."""
-        with reported(self.name):
-            check_parts(self.inner)
-
-
-class OwnTorque(_Own):
+class OwnTorque(Own):
     """Environment torque of a user; see `gyrostat.spacecraft.TorqueModel`."""
 
     def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
@@ -42,7 +24,7 @@ class OwnTorque(_Own):
         return numbers(self.name, "torque, N·m in body axes", torque, (3,))
 
 
-class OwnProfile(_Own):
+class OwnProfile(Own):
     """Attitude over time of a user; see `gyrostat.control.guidance.Profile`."""
 
     def __call__(self, time: Scalar) -> Quaternion:
@@ -52,7 +34,7 @@ class OwnProfile(_Own):
         return numbers(self.name, "attitude, a quaternion", attitude, (4,))
 
 
-class OwnActuator(_Own):
+class OwnActuator(Own):
     """Actuator of a user; see `gyrostat.spacecraft.Actuator`."""
 
     def __call__(self, value: Any, attitude: Quaternion, time: Scalar) -> Vector3:
@@ -62,7 +44,7 @@ class OwnActuator(_Own):
         return numbers(self.name, "torque, N·m in body axes", torque, (3,))
 
 
-class OwnChange(_Own):
+class OwnChange(Own):
     """Event of a user; see `gyrostat.spacecraft.Change`."""
 
     def __call__(self, plant: Any) -> Any:
@@ -71,7 +53,7 @@ class OwnChange(_Own):
             return self.inner(plant)
 
 
-class OwnSensor(_Own):
+class OwnSensor(Own):
     """Sensor of a user; see `gyrostat.spacecraft.AddedSensor`."""
 
     @property
@@ -81,9 +63,7 @@ class OwnSensor(_Own):
 
     def start(self, state: Any, period: Scalar) -> Any:
         """Memory before the first sample."""
-        with reported(self.name):
-            memory = self.inner.start(state, period)
-        return jax.tree.map(lambda leaf: numbers(self.name, "memory", leaf), memory)
+        return self.begun(state, period)
 
     def __call__(self, memory: Any, state: Any, key: PRNGKeyArray) -> tuple[Any, Any]:
         """Measure.
