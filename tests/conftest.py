@@ -47,6 +47,8 @@ settings.load_profile("ci" if os.environ.get("CI") else "gyrostat")
 # Files that take longest, the longest first; the campaign files that share one flown campaign.
 LONGEST = (
     *("papers/test_carvalho_fenili", "papers/test_carrara_kuga", "campaigns/test_engine"),
+    *("campaigns/test_own_world", "spacecraft/test_added_parts", "control/test_following"),
+    *("campaigns/test_own_controllers", "campaigns/test_own_metrics", "campaigns/test_windows"),
     *("identification/test_batch", "spacecraft/test_gyrostat", "campaigns/test_faults"),
     *("test_verbs", "exports/test_against_interpreter", "simulation/test_in_lanes"),
     *("failures/test_recover", "control/test_optimal_laws", "test_cli", "wheel/test_bristles"),

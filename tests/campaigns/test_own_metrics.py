@@ -95,11 +95,12 @@ class Count:
 def mission(tmp_path):
     """Write the scenario with a change of its Python file, and read it."""
 
-    def make(old="", new="", more=""):
+    def make(old="", new="", more="", first=""):
         for name in ("cubesat.toml", "cubesat_wheel.toml"):
             shutil.copy(EXAMPLES / name, tmp_path)
         assert old in MISSION
-        (tmp_path / "mission.py").write_text(MISSION.replace(old, new, 1) if old else MISSION)
+        text = first + (MISSION.replace(old, new, 1) if old else MISSION)
+        (tmp_path / "mission.py").write_text(text)
         (tmp_path / "scenario.toml").write_text(SCENARIO + more)
         return read_scenario(tmp_path / "scenario.toml")
 
@@ -161,3 +162,15 @@ def test_propellant_is_a_signal_of_the_loop(mission):
     more = '[[metrics.window]]\nname = "burn"\npropellant = "flow"\n'
     with pytest.raises(InputError, match=r"window\[burn\].propellant: found 'flow', expected a s"):
         mission(more=more)
+
+
+def test_the_check_of_a_metric_is_called(mission):
+    check = (
+        "    def check(self):\n        raise gs.InputError('weight: found 3, expected less')\n\n"
+    )
+    with pytest.raises(InputError, match="weight: found 3, expected less"):
+        mission(
+            '    unit = "rad"\n\n    def start',
+            f'    unit = "rad"\n\n{check}    def start',
+            first="import gyrostat as gs\n",
+        )

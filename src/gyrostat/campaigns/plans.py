@@ -46,7 +46,7 @@ def plans_of(scenario: Scenario) -> Plans:
         check_first_sample(scenario, *first)
     else:
         setup = eqx.filter_jit(build)(*given)
-    check_parts(setup.plant, setup.controller, setup.sensor)
+    check_parts(setup.plant, setup.controller, setup.sensor, *setup.metrics.values())
     setup.plant.check_state(setup.start)
     check_period(scenario.values["run.control_period"], setup.controller)
     plans = jax.tree.map(np.asarray, plans)
