@@ -1,0 +1,1 @@
+"""Orbit of a spacecraft and what surrounds it, as tables over time."""

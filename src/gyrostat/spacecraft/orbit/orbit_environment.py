@@ -1,0 +1,160 @@
+"""Position, Sun, magnetic field and air density along an orbit, interpolated over time.
+
+Libraries compute tables before the simulation (`gyrostat.spacecraft.orbit.tables`); in a run they
+are only interpolated. Inertial axes are those of the GCRS.
+"""
+
+from typing import Annotated, NamedTuple, Self
+
+import numpy as np
+from jaxtyping import Array, Float
+
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, positive, signed
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import normalised, to_inertial
+
+EARTH_SEMI_AXIS = 6378137.0
+"""Equatorial radius of the Earth, m (WGS 84)."""
+FLATTENING = 1.0 / 298.257223563
+"""Flattening of the Earth (WGS 84)."""
+
+
+class OrbitSamples(NamedTuple):
+    """Values along an orbit at equidistant times, NumPy arrays.
+
+    Attributes:
+        position: Position from the centre of the Earth, GCRS, (rows, 3), m.
+        velocity: Inertial velocity, GCRS, (rows, 3), m/s.
+        sun: Position of the Sun from the centre of the Earth, GCRS, (rows, 3), m.
+        field: Magnetic flux density of the Earth, in axes of the GCRS, (rows, 3), T.
+        density: Air density, (rows,), kg/m³; above 0.
+        earth: Attitude of the ITRF with respect to the GCRS, quaternions, scalar first, without
+            changes of sign from row to row, (rows, 4).
+    """
+
+    position: Float[np.ndarray, "rows 3"]
+    velocity: Float[np.ndarray, "rows 3"]
+    sun: Float[np.ndarray, "rows 3"]
+    field: Float[np.ndarray, "rows 3"]
+    density: Float[np.ndarray, " rows"]
+    earth: Float[np.ndarray, "rows 4"]
+
+
+_POSITION, _VELOCITY, _SUN, _FIELD, _DENSITY, _EARTH = (0, 3), (3, 6), (6, 9), (9, 12), 12, (13, 17)
+
+
+class OrbitEnvironment(Checked):
+    """Orbit and its environment as functions of time.
+
+    Cubic splines with not-a-knot ends between equidistant rows. The density is interpolated by its
+    logarithm. Beyond the first and the last row, the values of these rows hold.
+
+    Attributes:
+        coefficients: Coefficients of the cubic pieces, from the constant one up, over the share of
+            the step, (rows - 1, 4, channels).
+        step: Time between rows, s.
+        period: Orbital period, s; scale of `offset`.
+        offset: Time of the tables at time 0 of the run, s. It moves the start of the run along the
+            orbit, with the Earth and the Sun at that time.
+    """
+
+    coefficients: Float[Array, "pieces 4 channels"]
+    step: Annotated[Scalar, positive("step of the orbit tables", "s")]
+    period: Annotated[Scalar, positive("orbital period", "s")]
+    offset: Annotated[Scalar, signed("offset of the orbit tables", "s")] = 0.0
+
+    @classmethod
+    def of(cls, step: float, samples: OrbitSamples, period: float) -> Self:
+        """Create the environment from values at equidistant times.
+
+        Args:
+            step: Time between rows, s; the first row is at time 0.
+            samples: Values, four rows or more.
+            period: Orbital period, s.
+
+        Raises:
+            InputError: There are fewer than four rows, a value is not finite, or a density is not
+                above 0.
+        """
+        from scipy.interpolate import CubicSpline  # slow to import
+
+        density = np.asarray(samples.density, dtype=float)
+        if len(density) < 4:
+            raise InputError(f"orbit tables: found {len(density)} rows, expected four or more")
+        if not np.all(density > 0.0):
+            raise InputError(
+                f"orbit tables: found the air density {np.min(density):g} kg/m³, expected above 0"
+            )
+        columns = (*samples[:4], np.log(density)[:, None], samples.earth)
+        rows = np.concatenate([np.asarray(column, dtype=float) for column in columns], axis=1)
+        if not np.all(np.isfinite(rows)):
+            row = int(np.argmin(np.all(np.isfinite(rows), axis=1)))
+            raise InputError(
+                f"orbit tables, row {row}: found a value that is not finite, expected finite ones"
+            )
+        # over the share of the step, highest power first
+        pieces = CubicSpline(np.arange(len(rows)), rows).c
+        return cls(pieces[::-1].swapaxes(0, 1).copy(), step, period)
+
+    def _at(self, time: Scalar, first: int, last: int) -> Array:
+        """Values of some channels at a time, s."""
+        pieces = jnp.asarray(self.coefficients)
+        share = (self.offset + time) / self.step
+        # not `clip`, whose derivative at the ends would be half of the spline's
+        share = jnp.where(share < 0.0, 0.0, jnp.where(share > len(pieces), len(pieces), share))
+        row = jnp.clip(jnp.floor(share), 0.0, len(pieces) - 1.0)
+        share = share - row
+        start = (row.astype(int), 0, first)
+        piece = jax.lax.dynamic_slice(pieces, start, (1, 4, last - first))
+        constant, linear, square, cubic = piece[0]
+        return ((cubic * share + square) * share + linear) * share + constant
+
+    def position(self, time: Scalar) -> Vector3:
+        """Position from the centre of the Earth, GCRS, (3,), m, at a time, s."""
+        return self._at(time, *_POSITION)
+
+    def velocity(self, time: Scalar) -> Vector3:
+        """Inertial velocity, GCRS, (3,), m/s, at a time, s."""
+        return self._at(time, *_VELOCITY)
+
+    def sun(self, time: Scalar) -> Vector3:
+        """Position of the Sun from the centre of the Earth, GCRS, (3,), m, at a time, s."""
+        return self._at(time, *_SUN)
+
+    def field(self, time: Scalar) -> Vector3:
+        """Magnetic flux density of the Earth, in axes of the GCRS, (3,), T, at a time, s."""
+        return self._at(time, *_FIELD)
+
+    def density(self, time: Scalar) -> Scalar:
+        """Air density, kg/m³, at a time, s."""
+        return jnp.exp(self._at(time, _DENSITY, _DENSITY + 1)[0])
+
+    def earth(self, time: Scalar) -> Quaternion:
+        """Attitude of the ITRF with respect to the GCRS, (4,), scalar first, at a time, s."""
+        return normalised(self._at(time, *_EARTH))
+
+    def ground(
+        self, latitude: Scalar, longitude: Scalar, altitude: Scalar, time: Scalar
+    ) -> Vector3:
+        """Position of a point that turns with the Earth, GCRS, (3,), m.
+
+        Args:
+            latitude: Geodetic latitude, rad (WGS 84).
+            longitude: Longitude, to the east, rad.
+            altitude: Height above the ellipsoid, m.
+            time: Time, s.
+        """
+        up, across = jnp.sin(latitude), jnp.cos(latitude)
+        squared = FLATTENING * (2.0 - FLATTENING)
+        radius = EARTH_SEMI_AXIS / jnp.sqrt(1.0 - squared * up**2)
+        level = (radius + altitude) * across
+        point = jnp.stack(
+            [
+                level * jnp.cos(longitude),
+                level * jnp.sin(longitude),
+                (radius * (1.0 - squared) + altitude) * up,
+            ]
+        )
+        return to_inertial(self.earth(time), point)
