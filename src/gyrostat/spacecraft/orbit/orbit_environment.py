@@ -15,6 +15,8 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import normalised, to_inertial
 
+EARTH = 3.986004418e14
+"""Gravitational parameter of the Earth, m³/s² (IERS Conventions, 2010)."""
 EARTH_SEMI_AXIS = 6378137.0
 """Equatorial radius of the Earth, m (WGS 84)."""
 FLATTENING = 1.0 / 298.257223563
@@ -114,6 +116,17 @@ class OrbitEnvironment(Checked):
     def position(self, time: Scalar) -> Vector3:
         """Position from the centre of the Earth, GCRS, (3,), m, at a time, s."""
         return self._at(time, *_POSITION)
+
+    def zenith(self, time: Scalar) -> Vector3:
+        """Unit vector from the centre of the Earth to the spacecraft, GCRS, (3,), at a time, s."""
+        position = self.position(time)
+        return position / jnp.sqrt(position @ position)
+
+    def gradient(self, time: Scalar) -> Scalar:
+        """Gravitational parameter of the Earth over the cubed distance, 1/s², at a time, s."""
+        position = self.position(time)
+        squared = position @ position
+        return EARTH / (squared * jnp.sqrt(squared))
 
     def velocity(self, time: Scalar) -> Vector3:
         """Inertial velocity, GCRS, (3,), m/s, at a time, s."""
