@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from gyrostat.spacecraft.orbit.orbit_environment import EARTH, OrbitEnvironment, OrbitSamples
+from gyrostat.spacecraft.orbit.earth import EARTH
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment, OrbitSamples
 
 RADIUS, ECCENTRICITY, INCLINATION = 6.8e6, 0.01, 0.9
 PERIOD = 2.0 * np.pi * np.sqrt(RADIUS**3 / EARTH)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.spacecraft.orbit.orbit_environment import EARTH_SEMI_AXIS
+from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
 from gyrostat.spacecraft.torques.eclipse import SUN_RADIUS, sunlight, visible_share
 
 DISTANCE = 1.5e11
@@ -26,8 +26,8 @@ def light(positions):
 
 def cone(along, sign):
     """Radius of the penumbra (sign 1) or the umbra (-1) by tangents common to Sun and Earth."""
-    sine = (SUN_RADIUS + sign * EARTH_SEMI_AXIS) / DISTANCE
-    return sign * (along + sign * EARTH_SEMI_AXIS / sine) * np.tan(np.arcsin(sine))
+    sine = (SUN_RADIUS + sign * EARTH_RADIUS) / DISTANCE
+    return sign * (along + sign * EARTH_RADIUS / sine) * np.tan(np.arcsin(sine))
 
 
 def test_covered_areas_are_those_of_a_quadrature():
@@ -63,9 +63,7 @@ def test_the_shadow_has_the_cones_of_umbra_and_penumbra(along):
 
 def test_far_behind_the_earth_the_sun_is_a_ring():
     along = 3e9  # the umbra ends at 1.4e9 m
-    ring = (
-        1.0 - (np.arcsin(EARTH_SEMI_AXIS / along) / np.arcsin(SUN_RADIUS / (DISTANCE + along))) ** 2
-    )
+    ring = 1.0 - (np.arcsin(EARTH_RADIUS / along) / np.arcsin(SUN_RADIUS / (DISTANCE + along))) ** 2
     assert cone(along, -1) < 0.0
     np.testing.assert_allclose(light(behind(along, [0.0, 1e6])), ring, rtol=1e-6)
 
@@ -78,8 +76,8 @@ def test_before_the_earth_and_beside_it_the_sun_is_full():
 
 @pytest.mark.parametrize("altitude", [200e3, 3.6e7])
 def test_the_share_is_that_of_rays_that_miss_the_sphere(altitude):
-    radius, count = EARTH_SEMI_AXIS + altitude, 600
-    middle = np.arcsin(EARTH_SEMI_AXIS / radius)
+    radius, count = EARTH_RADIUS + altitude, 600
+    middle = np.arcsin(EARTH_RADIUS / radius)
     angles = middle + np.linspace(-1.0, 1.0, 11) * 4.65e-3
     positions = behind(radius * np.cos(angles), radius * np.sin(angles))
     rings = np.sqrt((np.arange(count) + 0.5) / count)[:, None]
@@ -89,7 +87,7 @@ def test_the_share_is_that_of_rays_that_miss_the_sphere(altitude):
     for position, share in zip(positions, light(positions), strict=True):
         rays = points - position
         nearest = np.sum(np.cross(rays, position) ** 2, axis=-1) / np.sum(rays**2, axis=-1)
-        missed = np.mean(nearest > EARTH_SEMI_AXIS**2)
+        missed = np.mean(nearest > EARTH_RADIUS**2)
         assert share == pytest.approx(missed, abs=3e-4)
 
 

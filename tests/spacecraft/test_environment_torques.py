@@ -20,7 +20,7 @@ from gyrostat.spacecraft import (
     Spacecraft,
     Surfaces,
 )
-from gyrostat.spacecraft.orbit.orbit_environment import EARTH
+from gyrostat.spacecraft.orbit.earth import EARTH
 from gyrostat.spacecraft.torques.eclipse import sunlight
 from gyrostat.wheel import WheelArray, orthogonal_axes
 from gyrostat.wheel.friction import ViscousCoulomb

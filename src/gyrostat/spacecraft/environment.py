@@ -17,8 +17,8 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import to_body
 from gyrostat.core.validation import require
-from gyrostat.spacecraft.orbit.orbit_environment import EARTH, OrbitEnvironment
-from gyrostat.spacecraft.orbit.orbit_environment import EARTH_SEMI_AXIS as EARTH_RADIUS
+from gyrostat.spacecraft.orbit.earth import EARTH, EARTH_RADIUS
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed, zeros
 
