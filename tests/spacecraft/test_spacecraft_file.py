@@ -180,3 +180,81 @@ def test_a_data_sheet_gives_what_the_file_leaves_out(tmp_path):
 def test_a_sheet_that_does_not_fit_is_refused(tmp_path, old, new, complaint):
     with pytest.raises(InputError, match=complaint):
         read_spacecraft(written(tmp_path, SHEETS.replace(old, new)))
+
+
+OUTSIDE = """
+[box]
+size = ["20 cm", "10 cm", 0.3]
+centre = [0, "50 mm", 0]
+specular = 0.1
+[[panel]]
+name = "wing"
+size = ["60 cm", "30 cm"]
+normal = [0, 0, 2]
+centre = [0, "0.4 m", 0]
+diffuse = 0.25
+[[facet]]
+name = "lid"
+area = "50 cm²"
+normal = [1, 1, 0]
+centre = [0.1, 0.1, 0.1]
+specular = 0.6
+diffuse = 0.4
+"""
+HEAVY = GOOD.replace("[body]", '[body]\nmass = "12000 g"\ncentre_of_mass = ["1 mm", 0, -0.002]')
+
+
+def test_a_file_without_mass_and_surfaces_leaves_them_out(tmp_path):
+    craft = read_spacecraft(written(tmp_path, GOOD)).spacecraft
+    assert (craft.mass, craft.centre_of_mass, craft.surfaces) == (None, None, None)
+
+
+def test_mass_and_surfaces(tmp_path):
+    craft = read_spacecraft(written(tmp_path, HEAVY + OUTSIDE)).spacecraft
+    assert craft.mass == pytest.approx(12.0, rel=1e-15)
+    np.testing.assert_allclose(craft.centre_of_mass, [0.001, 0.0, -0.002], rtol=1e-15)
+    found = craft.surfaces
+    # faces of the box: +x, -x, +y, -y, +z, -z
+    area = [0.03, 0.03, 0.06, 0.06, 0.02, 0.02, 0.18, 0.18, 0.005]
+    np.testing.assert_allclose(found.area, area, rtol=1e-14)
+    half = np.sqrt(0.5)
+    normal = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 1], [half, half, 0]]
+    np.testing.assert_allclose(found.normal[[0, 2, 4, 6, 8]], normal, atol=1e-15)
+    np.testing.assert_allclose(found.normal[[1, 3, 5, 7]], -np.array(normal[:4]), atol=1e-15)
+    centre = [[0.1, 0.05, 0], [0, 0, 0], [0, 0.05, -0.15], [0, 0.4, 0], [0, 0.4, 0], [0.1] * 3]
+    np.testing.assert_allclose(found.centre[[0, 3, 5, 6, 7, 8]], centre, atol=1e-15)
+    np.testing.assert_allclose(found.specular, [0.1] * 6 + [0.0, 0.0, 0.6])
+    np.testing.assert_allclose(found.diffuse, [0.0] * 6 + [0.25, 0.25, 0.4])
+    facets = craft.facets("a part")
+    np.testing.assert_allclose(facets.centre, found.centre - [0.001, 0.0, -0.002])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ('"12000 g"', '"12 m"', r"body.mass .*expected a unit of mass: kg, g"),
+        ('"12000 g"', "0", r"body.mass: found 0, expected a number above 0"),
+        ('["1 mm", 0, -0.002]', "[0, 0]", r"body.centre_of_mass: found 2 values"),
+        ("[box]", "[box]\nlength = 3", r"key box.length: found an unknown key"),
+        ("[box]", "[[box]]", r"key box: found 1 values, expected a table \[box\]"),
+        ('size = ["20 cm", "10 cm", 0.3]', "", r"box.size: found none, expected three"),
+        ('"10 cm", 0.3', '"10 cm", 0', r"box.size\[2\]: found 0, expected a number above 0"),
+        ("[[panel]]", "[panel]", r"key panel: found a table, expected tables \[\[panel\]\]"),
+        ('"wing"', '"big wing"', r"panel\[0\].name: found 'big wing', expected a name without"),
+        ("[0, 0, 2]", "[0, 0, 0]", r"panel\[wing\].normal: found zero, expected a direction"),
+        ('size = ["60 cm", "30 cm"]', "", r"panel\[wing\].area: found none of area and size"),
+        ("diffuse = 0.25", "area = 1", r"panel\[wing\].area: found both of area and size"),
+        ('["60 cm", "30 cm"]', '"60 cm"', r"panel\[wing\].size: found '60 cm', expected two"),
+        ('"50 cm²"', '"50 cm"', r"facet\[lid\].area .*expected a unit of area: m², cm², mm²"),
+        ("diffuse = 0.4", "diffuse = 0.5", r"facet\[lid\].diffuse: found the sum 1.1 with spec"),
+        ("diffuse = 0.4", "diffuse = -0.4", r"facet\[lid\].diffuse: found -0.4, expected 0 to 1"),
+        ("diffuse = 0.4", "difuse = 0.4", r"facet\[lid\].difuse: .*did you mean"),
+    ],
+)
+def test_bad_masses_and_surfaces_are_named(tmp_path, old, new, complaint):
+    assert old in HEAVY + OUTSIDE
+    path = written(tmp_path, (HEAVY + OUTSIDE).replace(old, new, 1))
+    with pytest.raises(InputError, match=complaint) as raised:
+        read_spacecraft(path)
+    assert str(raised.value).startswith(str(tmp_path))
+    assert "\n" not in str(raised.value)

@@ -9,11 +9,23 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from gyrostat.core.errors import InputError
+from gyrostat.core.types import Vector
 from gyrostat.core.units import parse_quantity
 from gyrostat.core.validation import magnitude
 
-__all__ = ["name_text", "number", "quantity", "read_text", "read_toml", "refuse_unknown"]
+__all__ = [
+    "described",
+    "name_text",
+    "number",
+    "quantity",
+    "read_text",
+    "read_toml",
+    "refuse_unknown",
+    "three",
+]
 
 
 LONGEST_NAME = 100
@@ -156,3 +168,38 @@ def quantity(path: Path, key: str, value: object, dimension: str, *, positive: b
     if isinstance(value, str):
         value = parse_quantity(value, dimension, f"{path}: key {key}")
     return number(path, key, value, positive=positive)
+
+
+def three(path: Path, key: str, value: object, dimension: str | None) -> Vector:
+    """Read three numbers, with a dimension or dimensionless.
+
+    Args:
+        path: Path of the file, for the error message.
+        key: Full key, for the error message.
+        value: Value from the TOML file.
+        dimension: Key of `gyrostat.core.units.SI_UNIT`; None for dimensionless numbers.
+
+    Returns:
+        The numbers in SI units, (3,).
+
+    Raises:
+        InputError: The value is not a list of three such numbers.
+    """
+    if not isinstance(value, list) or len(value) != 3:
+        raise InputError(f"{path}: key {key}: found {described(value)}, expected three numbers")
+    entries = [
+        quantity(path, f"{key}[{k}]", entry, dimension, positive=False)
+        if dimension
+        else number(path, f"{key}[{k}]", entry, positive=False)
+        for k, entry in enumerate(value)
+    ]
+    return np.array(entries)
+
+
+def described(value: object) -> str:
+    """Description of a value of a wrong type, for an error message."""
+    if value is None:
+        return "none"
+    if isinstance(value, dict):
+        return "a table"
+    return f"{len(value)} values" if isinstance(value, list) else repr(value)

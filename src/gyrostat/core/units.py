@@ -5,13 +5,13 @@ import math
 import re
 import unicodedata
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.unit_table import RPM, TABLE, Unit
 from gyrostat.core.validation import magnitude
 
 __all__ = [
@@ -27,105 +27,7 @@ __all__ = [
     "unit_of",
 ]
 
-RPM = 2.0 * math.pi / 60.0
-"""One revolution per minute, rad/s."""
-_DEGREE = math.pi / 180.0
-
-
-@dataclass(frozen=True)
-class Unit:
-    """A unit of one dimension: value in SI = factor * value + offset."""
-
-    symbol: str
-    factor: float = 1.0
-    offset: float = 0.0
-
-    @overload
-    def to_si(self, value: float) -> float: ...
-    @overload
-    def to_si(self, value: NDArray[np.float64]) -> NDArray[np.float64]: ...
-    def to_si(self, value):
-        """Convert a number or an array (any shape) to SI. NaN stays NaN."""
-        # Add only a nonzero offset: adding 0.0 would turn -0.0 into 0.0.
-        return self.factor * value + self.offset if self.offset else self.factor * value
-
-
-# One row for each unit: the unit, its other spellings where case matters ('mA' is not 'MA'), and
-# its spellings where case does not matter. The first unit of a dimension is the one used inside and
-# in outputs. '·' between the parts of a spelling may be omitted or be a dot, a blank or a star.
-# Speeds have no Hz and no 1/s: these do not say whether radians or revolutions are counted.
-_Row = tuple[Unit, tuple[str, ...], tuple[str, ...]]
-_TABLE: dict[str, tuple[_Row, ...]] = {
-    "time": (
-        (Unit("s"), (), ("s", "sec", "second", "seconds")),
-        (Unit("ms", 1e-3), (), ("msec", "millisecond", "milliseconds")),
-        (Unit("µs", 1e-6), (), ("usec", "microsecond", "microseconds")),
-        (Unit("ns", 1e-9), (), ("nsec", "nanosecond", "nanoseconds")),
-        (Unit("min", 60.0), (), ("min", "minute", "minutes")),
-        (Unit("h", 3600.0), (), ("h", "hour", "hours")),
-    ),
-    "current": (
-        (Unit("A"), (), ("amp", "amps", "ampere", "amperes")),
-        (Unit("mA", 1e-3), (), ("milliamp", "milliamps", "milliampere", "milliamperes")),
-        (Unit("µA", 1e-6), (), ("microamp", "microamps", "microampere", "microamperes")),
-    ),
-    "speed": (
-        (Unit("rad/s"), (), ("rad/s", "rad/sec", "rad·s-1", "radians/s")),
-        (Unit("deg/s", _DEGREE), (), ("deg/s", "deg/sec", "°/s", "°/sec", "deg·s-1", "degrees/s")),
-        (Unit("rpm", RPM), (), ("rpm", "rev/min", "r/min", "1/min", "min-1", "U/min")),
-        (Unit("rev/s", 2.0 * math.pi), (), ("rev/s", "rev/sec", "r/s", "rps")),
-    ),
-    "torque": (
-        (Unit("N·m"), (), ()),
-        (Unit("mN·m", 1e-3), (), ()),
-        (Unit("µN·m", 1e-6), (), ()),
-    ),
-    "momentum": (
-        (Unit("N·m·s"), ("kg·m2/s",), ()),
-        (Unit("mN·m·s", 1e-3), (), ()),
-        (Unit("µN·m·s", 1e-6), (), ()),
-    ),
-    "motor_constant": (
-        (Unit("N·m/A"), ("N·m·A-1",), ()),
-        (Unit("mN·m/A", 1e-3), ("mN·m·A-1",), ()),
-    ),
-    "inertia": (
-        (Unit("kg·m²"), ("N·m·s2",), ()),
-        (Unit("g·m²", 1e-3), (), ()),
-        (Unit("kg·cm²", 1e-4), (), ()),
-        (Unit("g·cm²", 1e-7), (), ()),
-        (Unit("kg·mm²", 1e-6), (), ()),
-        (Unit("g·mm²", 1e-9), (), ()),
-    ),
-    "imbalance": (
-        (Unit("kg·m"), (), ()),
-        (Unit("g·cm", 1e-5), (), ()),
-        (Unit("g·mm", 1e-6), (), ()),
-    ),
-    "viscous": (
-        (Unit("N·m·s/rad"), ("N·m·s", "N·m/(rad/s)"), ()),
-        (Unit("mN·m·s/rad", 1e-3), ("mN·m·s", "mN·m/(rad/s)"), ()),
-        (Unit("µN·m·s/rad", 1e-6), ("uN·m·s", "uN·m/(rad/s)"), ()),
-        (Unit("N·m/rpm", 1.0 / RPM), (), ()),
-        (Unit("mN·m/rpm", 1e-3 / RPM), (), ()),
-        (Unit("µN·m/rpm", 1e-6 / RPM), (), ()),
-    ),
-    "torque_per_temperature": ((Unit("N·m/°C"), (), ()),),
-    "viscous_per_temperature": ((Unit("N·m·s/rad/°C"), (), ()),),
-    "temperature": (
-        (Unit("°C"), ("C",), ("°C", "degC", "deg·C", "Celsius")),
-        (Unit("K", 1.0, -273.15), (), ("Kelvin",)),
-        (Unit("°F", 5.0 / 9.0, -160.0 / 9.0), ("F",), ("°F", "degF", "deg·F", "Fahrenheit")),
-    ),
-    "frequency": ((Unit("Hz"), (), ("Hz", "hertz")), (Unit("mHz", 1e-3), ("mHz",), ())),
-    "angle": (
-        (Unit("rad"), (), ("rad", "radian", "radians")),
-        (Unit("deg", _DEGREE), (), ("deg", "°", "degree", "degrees")),
-        (Unit("rev", 2.0 * math.pi), (), ("rev", "turn", "turns", "revolution", "revolutions")),
-    ),
-}
-
-SI_UNIT: dict[str, str] = {dimension: rows[0][0].symbol for dimension, rows in _TABLE.items()}
+SI_UNIT: dict[str, str] = {dimension: rows[0][0].symbol for dimension, rows in TABLE.items()}
 """Unit of each dimension, inside and in outputs (temperature: °C)."""
 
 
@@ -141,7 +43,7 @@ def _spellings() -> tuple[dict[str, dict[str, Unit]], dict[str, dict[str, Unit]]
     """Dimension -> normalised spelling -> unit: exact spellings, and case-insensitive ones."""
     exact: dict[str, dict[str, Unit]] = {}
     folded: dict[str, dict[str, Unit]] = {}
-    for dimension, rows in _TABLE.items():
+    for dimension, rows in TABLE.items():
         exact[dimension], folded[dimension] = {}, {}
         for unit, strict, free in rows:
             for spelling in (_normalised(text) for text in (unit.symbol, *strict, *free)):
@@ -174,7 +76,7 @@ def find_unit(text: str, dimension: str, where: str) -> Unit:
     unit = known_unit(text, dimension)
     if unit is not None:
         return unit
-    symbols = {row[0].symbol.casefold(): row[0].symbol for row in _TABLE[dimension]}
+    symbols = {row[0].symbol.casefold(): row[0].symbol for row in TABLE[dimension]}
     near = difflib.get_close_matches(text.strip().casefold(), symbols, n=1)
     raise InputError(
         f"{where}: found unit {text[:40]!r}, expected a unit of {dimension.replace('_', ' ')}: "
@@ -231,7 +133,7 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
     if match is None:
         raise InputError(
             f"{where}: found {text[:40]!r}, expected a number in {SI_UNIT[dimension]} "
-            f"or with a unit: {', '.join(row[0].symbol for row in _TABLE[dimension])}"
+            f"or with a unit: {', '.join(row[0].symbol for row in TABLE[dimension])}"
         )
     unit = match[2].strip() or SI_UNIT[dimension]
     value = find_unit(unit, dimension, f"{where} {text[:40]!r}").to_si(float(match[1]))

@@ -34,6 +34,7 @@ from gyrostat.spacecraft.speed_driven import (
 from gyrostat.spacecraft.speed_loop import SpeedLoopSpacecraft, SpeedLoopState
 from gyrostat.spacecraft.table import AirBearingTable, DriveRecord, TableCommand, TableState
 from gyrostat.spacecraft.torque_models import Actuator, TorqueModel
+from gyrostat.spacecraft.torques.surfaces import Surfaces
 
 __all__ = [
     "Actuator",
@@ -69,6 +70,7 @@ __all__ = [
     "SpeedLoopSpacecraft",
     "SpeedLoopState",
     "StarTracker",
+    "Surfaces",
     "TableCommand",
     "TableMeasurement",
     "TableSensors",

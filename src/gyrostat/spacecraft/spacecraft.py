@@ -1,5 +1,6 @@
 """Parameters of a rigid body with wheels."""
 
+from dataclasses import replace
 from typing import Annotated
 
 import equinox as eqx
@@ -7,9 +8,11 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
-from gyrostat.core.checked import Checked, Rule
+from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.checked import Checked, Rule, positive, three
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
+from gyrostat.spacecraft.torques.surfaces import Surfaces
 from gyrostat.wheel import WheelArray
 from gyrostat.wheel.array import listed
 
@@ -60,12 +63,40 @@ class Spacecraft(Checked):
         inertia: Inertia of body and wheels about the centre of mass in body axes, without the
             inertia of each rotor about its spin axis, (3, 3), kg·m².
         wheels: Reaction wheels.
+        mass: Mass with the wheels, kg; None if it is not given.
+        centre_of_mass: Centre of mass in body axes, from their origin, (3,), m; None for the
+            origin.
+        surfaces: Outer surfaces; None if they are not given.
     """
 
     inertia: Annotated[Float[Array, "3 3"], of_a_body] = eqx.field(converter=listed)
     wheels: WheelArray
+    mass: Annotated[Scalar | None, positive("mass", "kg")] = None
+    centre_of_mass: Annotated[Vector3 | None, three("centre of mass", "m")] = eqx.field(
+        converter=listed, default=None
+    )
+    surfaces: Surfaces | None = None
 
     def inertia_locked(self) -> Float[Array, "3 3"]:
         """Inertia with all rotors locked to the body, (3, 3), kg·m²."""
         axes = jnp.asarray(self.wheels.axes)
         return self.inertia + (axes * self.wheels.inertia) @ axes.T
+
+    def facets(self, part: str) -> Surfaces:
+        """Surfaces with centres from the centre of mass.
+
+        Args:
+            part: Part that needs them, for the message.
+
+        Raises:
+            InputError: The spacecraft has no surfaces.
+        """
+        if self.surfaces is None:
+            raise InputError(
+                f"{part}: found a spacecraft without surfaces, expected [box], [[panel]] or "
+                "[[facet]] in its file, or `surfaces` of Spacecraft"
+            )
+        if self.centre_of_mass is None:
+            return self.surfaces
+        centre = jnp.asarray(self.surfaces.centre) - self.centre_of_mass
+        return replace(self.surfaces, centre=centre)

@@ -3,6 +3,8 @@
 [body]
 name = "cube"                     # optional
 inertia = [12.0, 12.0, 12.0]      # kg·m²: principal values, or three rows of the matrix
+mass = "40 kg"                    # with the wheels; optional
+centre_of_mass = ["1 mm", 0, 0]   # m, from the origin of the body axes; optional, default there
 
 [[wheel]]                         # one for each wheel
 name = "x"
@@ -12,6 +14,8 @@ torque_limit = 0.1                # N·m, optional
 momentum_limit = "3 N·m·s"        # optional
 model = "x/model.toml"            # friction, from `gyrostat identify`; optional
 sheet = "bct-rwp015"              # data sheet for the values omitted above; optional
+
+Surfaces ([box], [[panel]], [[facet]]) are optional; see `gyrostat.spacecraft.surfaces_file`.
 """
 
 import difflib
@@ -25,14 +29,23 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
-from gyrostat.core.toml_file import name_text, number, quantity, read_toml, refuse_unknown
-from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.toml_file import (
+    described,
+    name_text,
+    quantity,
+    read_toml,
+    refuse_unknown,
+    three,
+)
+from gyrostat.core.types import Matrix
 from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia
+from gyrostat.spacecraft.surfaces_file import SURFACES, read_surfaces, table_names, tables
 from gyrostat.wheel import WheelArray, WheelModel, read_model, read_wheel_sheet
 
 SAME = 1e-3
 """Largest relative difference between the inertia in this file and that of the model."""
 _LIMITS = {"torque_limit": "torque", "momentum_limit": "momentum"}
+_BODY = ("name", "inertia", "mass", "centre_of_mass")
 _WHEEL = ("name", "axis", "inertia", *_LIMITS, "model", "sheet")
 
 
@@ -84,16 +97,16 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
     """
     path = Path(path)
     table = read_toml(path, "a spacecraft file")
-    refuse_unknown(path, "", table, ("body", "wheel"))
+    refuse_unknown(path, "", table, ("body", "wheel", *SURFACES))
     body = table.get("body")
     if not isinstance(body, dict):
-        raise InputError(f"{path}: key body: found {_kind(body)}, expected a table [body]")
-    refuse_unknown(path, "body.", body, ("name", "inertia"))
-    rows = table.get("wheel")
-    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
-        raise InputError(f"{path}: key wheel: found {_kind(rows)}, expected tables [[wheel]]")
+        raise InputError(f"{path}: key body: found {described(body)}, expected a table [body]")
+    refuse_unknown(path, "body.", body, _BODY)
+    rows = tables(path, "wheel", table.get("wheel"))
+    if not rows:
+        raise InputError(f"{path}: key wheel: found {described(rows)}, expected tables [[wheel]]")
     inertia = _body_inertia(path, body)
-    names = _names(path, rows)
+    names = table_names(path, "wheel", rows)
     wheels = [
         _wheel(path, f"wheel[{name}].", row, force) for name, row in zip(names, rows, strict=True)
     ]
@@ -104,7 +117,8 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
         **{limit: np.array([wheel[limit] for wheel in wheels]) for limit in _LIMITS},
         **_friction(path, names, [wheel["model"] for wheel in wheels]),
     )
-    spacecraft = Spacecraft(jax.device_put(inertia), array)
+    surfaces = read_surfaces(path, table)
+    spacecraft = Spacecraft(jax.device_put(inertia), array, **_mass(path, body), surfaces=surfaces)
     spacecraft.check()
     return SpacecraftFile(
         name_text(path, "body.name", body.get("name", "")),
@@ -114,19 +128,30 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
     )
 
 
+def _mass(path: Path, body: dict[str, Any]) -> dict[str, Any]:
+    """Mass and centre of mass, as far as the file has them."""
+    found: dict[str, Any] = {}
+    if "mass" in body:
+        found["mass"] = quantity(path, "body.mass", body["mass"], "mass", positive=True)
+    if "centre_of_mass" in body:
+        key = "body.centre_of_mass"
+        found["centre_of_mass"] = three(path, key, body["centre_of_mass"], "length")
+    return found
+
+
 def _body_inertia(path: Path, body: dict[str, Any]) -> Matrix:
     found = body.get("inertia")
     if not isinstance(found, list) or len(found) != 3:
         raise InputError(
-            f"{path}: key body.inertia: found {_kind(found)}, expected three principal values or "
-            "three rows of three, kg·m²"
+            f"{path}: key body.inertia: found {described(found)}, expected three principal values "
+            "or three rows of three, kg·m²"
         )
     if any(isinstance(row, list) for row in found):
         inertia = np.stack(
-            [_three(path, f"body.inertia[{k}]", row, "inertia") for k, row in enumerate(found)]
+            [three(path, f"body.inertia[{k}]", row, "inertia") for k, row in enumerate(found)]
         )
     else:
-        inertia = np.diag(_three(path, "body.inertia", found, "inertia"))
+        inertia = np.diag(three(path, "body.inertia", found, "inertia"))
     try:
         check_inertia(inertia)
     except InputError as error:
@@ -134,26 +159,10 @@ def _body_inertia(path: Path, body: dict[str, Any]) -> Matrix:
     return inertia
 
 
-def _names(path: Path, rows: list[dict[str, Any]]) -> tuple[str, ...]:
-    names: list[str] = []
-    for k, row in enumerate(rows):
-        name = name_text(path, f"wheel[{k}].name", row.get("name", ""))
-        if not name or not set(name).isdisjoint("=, \t\n"):
-            found = repr(name) if name else "none"
-            raise InputError(
-                f"{path}: key wheel[{k}].name: found {found}, expected a name without blanks, "
-                "commas and equals signs"
-            )
-        if name in names:
-            raise InputError(f"{path}: key wheel[{k}].name: found {name!r} twice, expected it once")
-        names.append(name)
-    return tuple(names)
-
-
 def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[str, Any]:
     """Read the table of a wheel, with its model and data sheet; SI units."""
     refuse_unknown(path, prefix, row, _WHEEL)
-    axis = _three(path, f"{prefix}axis", row.get("axis"), None)
+    axis = three(path, f"{prefix}axis", row.get("axis"), None)
     length = float(np.linalg.norm(axis))
     if length == 0.0:
         raise InputError(f"{path}: key {prefix}axis: found zero, expected a direction")
@@ -225,29 +234,7 @@ def _friction(
     }
 
 
-def _three(path: Path, key: str, value: object, dimension: str | None) -> Vector:
-    """Read three numbers, with a dimension or dimensionless."""
-    if not isinstance(value, list) or len(value) != 3:
-        raise InputError(f"{path}: key {key}: found {_kind(value)}, expected three numbers")
-    entries = [
-        quantity(path, f"{key}[{k}]", entry, dimension, positive=False)
-        if dimension
-        else number(path, f"{key}[{k}]", entry, positive=False)
-        for k, entry in enumerate(value)
-    ]
-    return np.array(entries)
-
-
 def _text(path: Path, key: str, value: object) -> str:
     if not isinstance(value, str):
         raise InputError(f"{path}: key {key}: found {value!r}, expected a text")
     return value
-
-
-def _kind(value: object) -> str:
-    """Description of a value of a wrong type, for an error message."""
-    if value is None:
-        return "none"
-    if isinstance(value, dict):
-        return "a table"
-    return f"{len(value)} values" if isinstance(value, list) else repr(value)

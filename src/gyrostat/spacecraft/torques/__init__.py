@@ -1,0 +1,1 @@
+"""Torques of the environment on a spacecraft in an orbit, and what they need: facets, sunlight."""
