@@ -17,13 +17,9 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import to_body
 from gyrostat.core.validation import require
+from gyrostat.spacecraft.orbit.earth import EARTH, EARTH_RADIUS
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed, zeros
-
-EARTH = 3.986004418e14
-"""Gravitational parameter of the Earth, m³/s² (IERS Conventions, 2010)."""
-EARTH_RADIUS = 6378137.0
-"""Equatorial radius of the Earth, m (WGS 84)."""
 
 
 class CircularOrbit(Checked):

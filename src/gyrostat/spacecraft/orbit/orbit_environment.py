@@ -14,9 +14,8 @@ from gyrostat.core.checked import Checked, positive, signed
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import normalised, to_inertial
+from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
 
-EARTH_SEMI_AXIS = 6378137.0
-"""Equatorial radius of the Earth, m (WGS 84)."""
 FLATTENING = 1.0 / 298.257223563
 """Flattening of the Earth (WGS 84)."""
 
@@ -148,7 +147,7 @@ class OrbitEnvironment(Checked):
         """
         up, across = jnp.sin(latitude), jnp.cos(latitude)
         squared = FLATTENING * (2.0 - FLATTENING)
-        radius = EARTH_SEMI_AXIS / jnp.sqrt(1.0 - squared * up**2)
+        radius = EARTH_RADIUS / jnp.sqrt(1.0 - squared * up**2)
         level = (radius + altitude) * across
         point = jnp.stack(
             [
