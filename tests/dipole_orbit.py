@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gyrostat.spacecraft.environment import EARTH, EARTH_RADIUS
+from gyrostat.spacecraft.orbit.earth import EARTH, EARTH_RADIUS
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment, OrbitSamples
 
 DIPOLE = 7.8e15

@@ -11,7 +11,7 @@ import numpy as np
 
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
-from gyrostat.spacecraft.orbit.orbit_environment import EARTH_SEMI_AXIS
+from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
 
 SUN_RADIUS = 6.957e8
 """Radius of the Sun, m (IAU 2015, resolution B3)."""
@@ -29,7 +29,7 @@ def sunlight(position: Vector3, sun: Vector3) -> Scalar:
     to_sun = sun - position
     return visible_share(
         _apparent_radius(SUN_RADIUS, to_sun),
-        _apparent_radius(EARTH_SEMI_AXIS, position),
+        _apparent_radius(EARTH_RADIUS, position),
         _angle(to_sun, -position),
     )
 
