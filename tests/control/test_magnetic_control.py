@@ -47,7 +47,7 @@ def fly(frictionless):
     """Closed loops with rods of 0.5 A·m² and an ideal magnetometer, one for each law; histories."""
 
     def flown(orbit, laws, wheel_speeds, *, count, period, rate=REST, engine="jax"):
-        plant = Gyrostat(TWELVE_UNITS, actuators={"rods": TorqueRods(orbit, 0.5)})
+        plant = Gyrostat(TWELVE_UNITS, actuators={"torque_rods": TorqueRods(orbit, 0.5)})
         return simulate(
             frictionless(plant),
             stack(laws),
@@ -79,7 +79,7 @@ def test_a_tumbling_body_comes_to_rest_within_one_orbit(detumbled, orbits):
     assert speed[0] > 4.99
     assert found.time[np.argmax(speed < 0.1)] < 0.6 * 2.0 * np.pi / rate
     assert speed[-1] < 0.01
-    assert np.abs(found.rods.values).max() > 1.0  # beyond the limit of the rods
+    assert np.abs(found.torque_rods.values).max() > 1.0  # beyond the limit of the rods
 
 
 def test_the_kinetic_energy_never_increases(detumbled):
@@ -105,7 +105,7 @@ def test_the_rate_across_the_field_decays_geometrically():
     rate = first = np.array([0.01, 0.02, -0.005])
     for _ in range(50):
         _, command = law(law.start(period), WithField(field, rate))
-        rate = rate + period / inertia * np.cross(command.rods, field)
+        rate = rate + period / inertia * np.cross(command.torque_rods, field)
     across = first - along * (along @ first)
     expected = first - across + across * (1.0 - gain * period / inertia) ** 50
     np.testing.assert_allclose(rate, expected, rtol=1e-12)
@@ -138,7 +138,7 @@ def test_the_momentum_decays_by_the_law_of_the_field_on_the_orbit(unloaded, orbi
     wheels = ROTOR * found.wheel_speed.values
     there = solve_ivp(slope, (0.0, 5000.0), wheels[0], t_eval=[2500.0, 5000.0], rtol=1e-8).y.T
     size = np.linalg.norm(wheels[0] - TARGET)
-    assert np.abs(found.rods.values).max() < 0.5
+    assert np.abs(found.torque_rods.values).max() < 0.5
     np.testing.assert_allclose(wheels[[1250, 2500]], there, atol=3e-3 * size)
     assert np.linalg.norm(wheels[-1] - TARGET) < 0.3 * size
 
@@ -152,7 +152,7 @@ def test_compensation_removes_most_of_the_disturbance(unloaded):
 def test_a_limited_dipole_still_reduces_the_momentum(unloaded):
     found = unloaded.isel(run=2)
     size = np.linalg.norm(ROTOR * found.wheel_speed.values - TARGET, axis=1)
-    assert np.abs(found.rods).max() == pytest.approx(0.1)
+    assert np.abs(found.torque_rods).max() == pytest.approx(0.1)
     assert np.all(np.diff(size[::50]) < 0.0)
 
 
@@ -164,7 +164,7 @@ def test_both_engines_agree(fly, orbits):
         fly(orbit, law, (HELD,), count=5, period=2.0, rate=rate, engine=engine)
         for engine in ("jax", "native")
     )
-    for name in ("attitude", "momentum", "rods", "magnetometer"):
+    for name in ("attitude", "momentum", "torque_rods", "magnetometer"):
         np.testing.assert_allclose(native[name], jax_run[name], rtol=1e-12, atol=1e-15)
 
 

@@ -20,11 +20,11 @@ class RodCommand(NamedTuple):
 
     Attributes:
         torque: Motor torques of the wheels, (wheels,), N·m.
-        rods: Dipole moments of three rods along the body axes, (3,), A·m².
+        torque_rods: Dipole moments of three rods along the body axes, (3,), A·m².
     """
 
     torque: Annotated[PerWheel, "N·m"]
-    rods: Annotated[Vector3, "A·m²"]
+    torque_rods: Annotated[Vector3, "A·m²"]
 
 
 class BCrossMemory(NamedTuple):

@@ -18,7 +18,7 @@ from gyrostat.wheel.array import listed, zeros
 
 
 class _Rods(NamedTuple):
-    rods: Annotated[Vector3, "A·m²"]
+    torque_rods: Annotated[Vector3, "A·m²"]
 
 
 class RodUnloading(Checked):
@@ -35,8 +35,8 @@ class RodUnloading(Checked):
     the wheel torques at once. Controllers that estimate external torques (`WheelArrayControl`)
     compensate for it themselves, with a lag; for them the share is 0.
 
-    The field is that of the sensor `magnetometer`. The rods are driven by the field `rods` of the
-    command.
+    The field is that of the sensor `magnetometer`. The rods are driven by the field `torque_rods`
+    of the command.
 
     Attributes:
         controller: Any controller that commands wheel torques.
@@ -74,7 +74,7 @@ class RodUnloading(Checked):
         return predicted(self.controller, memory, measurement, command)
 
     def __call__(self, memory: Any, measurement: Any) -> tuple[Any, Any]:
-        """Compute the command of the controller with the dipole moments `rods`, (3,), A·m².
+        """Compute the command of the controller with the dipole moments `torque_rods`, (3,), A·m².
 
         Args:
             memory: Memory of the controller.
@@ -87,7 +87,7 @@ class RodUnloading(Checked):
         """
         field = measured(measurement, "magnetometer", "unloading")
         memory, command = self.controller(memory, measurement)
-        if hasattr(command, "rods"):
+        if hasattr(command, "torque_rods"):
             raise InputError(
                 "unloading: found a controller that commands rods itself, expected one that "
                 "commands only wheels"
