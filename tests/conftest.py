@@ -169,12 +169,6 @@ def frictionless(module_at):
 
 
 @pytest.fixture(scope="session")
-def orbits(module_at):
-    """Orbits in the field of a dipole, of dipole_orbit.py beside this file."""
-    return module_at(Path(__file__).with_name("dipole_orbit.py"))
-
-
-@pytest.fixture(scope="session")
 def g2():
     """The closed loop "G2" of Carrara and Kuga: table, wheel and gains, SI units."""
     from types import SimpleNamespace

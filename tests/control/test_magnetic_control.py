@@ -26,6 +26,7 @@ from gyrostat.spacecraft.actuators.torque_rods import TorqueRods
 from gyrostat.spacecraft.sensors.magnetometer import Magnetometer
 from gyrostat.spacecraft.sensors.sampled import Sampled
 from gyrostat.wheel import WheelArray, orthogonal_axes
+from tests.spacecraft import orbit_samples
 
 DEGREE = np.pi / 180.0
 ROTOR = 1e-4
@@ -38,8 +39,8 @@ NATIVE = pytest.mark.skipif(compiler() is None, reason="needs a C compiler")
 
 
 @pytest.fixture(scope="module")
-def orbit(orbits):
-    return orbits.dipole_orbit(5700.0, inclination=INCLINATION)
+def orbit():
+    return orbit_samples.environment(5700.0, inclination=INCLINATION)
 
 
 @pytest.fixture(scope="module")
@@ -63,17 +64,17 @@ def fly(frictionless):
 
 
 @pytest.fixture(scope="module")
-def detumbled(fly, orbit, orbits):
+def detumbled(fly, orbit):
     """12U in 500 km, from 5 deg/s, for one orbit: wheels at rest, and wheels that hold a speed."""
-    law = BCross.designed(TWELVE_UNITS, orbits.mean_motion(), INCLINATION)
+    law = BCross.designed(TWELVE_UNITS, orbit_samples.RATE, INCLINATION)
     laws = [law, replace(law, speed_gain=jnp.array(0.2))]
     rate = np.array([3.0, -3.0, 2.64]) * DEGREE
     return law, fly(orbit, laws, (np.zeros(3), HELD), count=2838, period=2.0, rate=rate)
 
 
-def test_a_tumbling_body_comes_to_rest_within_one_orbit(detumbled, orbits):
+def test_a_tumbling_body_comes_to_rest_within_one_orbit(detumbled):
     law, found = detumbled
-    rate, found = orbits.mean_motion(), found.isel(run=0)
+    rate, found = orbit_samples.RATE, found.isel(run=0)
     assert law.gain == pytest.approx(2.0 * rate * (1.0 + np.sin(INCLINATION)) * (0.12 + ROTOR))
     speed = np.linalg.norm(found.rate.values, axis=1) / DEGREE
     assert speed[0] > 4.99
@@ -157,8 +158,8 @@ def test_a_limited_dipole_still_reduces_the_momentum(unloaded):
 
 
 @NATIVE
-def test_both_engines_agree(fly, orbits):
-    orbit = orbits.dipole_orbit(10.0, step=300.0, inclination=INCLINATION)
+def test_both_engines_agree(fly):
+    orbit = orbit_samples.environment(10.0, step=300.0, inclination=INCLINATION)
     rate, law = np.array([0.02, 0.01, -0.03]), [RodUnloading(NoTorque(), WHEELS, 0.3)]
     jax_run, native = (
         fly(orbit, law, (HELD,), count=5, period=2.0, rate=rate, engine=engine)

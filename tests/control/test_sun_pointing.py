@@ -14,6 +14,7 @@ from gyrostat.spacecraft import AddedSensors, Gyrostat, Spacecraft, SpacecraftSe
 from gyrostat.spacecraft.sensors.sampled import Sampled
 from gyrostat.spacecraft.sensors.sun_sensor import CoarseSunSensors, SunSensor
 from gyrostat.wheel import WheelArray, pyramid_axes
+from tests.spacecraft import orbit_samples
 
 WHEELS = WheelArray(pyramid_axes(4), np.full(4, 1e-4), np.full(4, 5e-3), np.full(4, 0.2))
 CRAFT = Spacecraft(np.array([[0.2, 0.01, 0.0], [0.01, 0.22, 0.0], [0.0, 0.0, 0.12]]), WHEELS)
@@ -27,9 +28,9 @@ STARTS = {
 
 
 @pytest.fixture(scope="module")
-def captured(frictionless, orbits):
+def captured(frictionless):
     """Runs with an ideal sensor: Sun beside, exactly opposite, and in the umbra; and the orbit."""
-    orbit, plant = orbits.dipole_orbit(6000.0), Gyrostat(CRAFT)
+    orbit, plant = orbit_samples.noon(6000.0), Gyrostat(CRAFT)
     half = 0.5 * float(orbit.period)
     starts, sensors = [], []
     for name, (turn, rate) in STARTS.items():
@@ -96,8 +97,8 @@ def test_the_momentum_of_body_and_wheels_is_conserved(captured):
     )
 
 
-def test_cells_on_six_faces_give_the_direction(orbits):
-    orbit, cells = orbits.dipole_orbit(100.0), None
+def test_cells_on_six_faces_give_the_direction():
+    orbit, cells = orbit_samples.noon(100.0), None
     attitude = from_rotation_vector(np.array([0.3, -0.8, 1.1]))
     state, key = SimpleNamespace(attitude=attitude), jax.random.key(1)
     cells = CoarseSunSensors(orbit)(state, 10.0, key)

@@ -11,14 +11,15 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft.actuators.torque_rods import TorqueRods
 from gyrostat.spacecraft.sensors.magnetometer import Magnetometer
 from gyrostat.spacecraft.sensors.sampled import LONGEST, Sampled
+from tests.spacecraft import orbit_samples
 
 ATTITUDE = np.array([0.5, -0.1, 0.7, 0.5]) / np.linalg.norm([0.5, -0.1, 0.7, 0.5])
 BODY = Rotation.from_quat(ATTITUDE, scalar_first=True).inv()
 
 
 @pytest.fixture(scope="module")
-def orbit(orbits):
-    return orbits.dipole_orbit(6000.0)
+def orbit():
+    return orbit_samples.noon(6000.0)
 
 
 def field_in_body(orbit, time):

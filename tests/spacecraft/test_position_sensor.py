@@ -5,10 +5,11 @@ import pytest
 
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import PositionSensor
+from tests.spacecraft import orbit_samples
 
 
-def test_the_position_has_bias_and_noise_which_turn_the_line_of_sight(orbits):
-    orbit, bias = orbits.dipole_orbit(1000.0), np.array([100.0, -50.0, 20.0])
+def test_the_position_has_bias_and_noise_which_turn_the_line_of_sight():
+    orbit, bias = orbit_samples.noon(1000.0), np.array([100.0, -50.0, 20.0])
     sensor = PositionSensor(orbit, 10.0, bias)
     sensor.check()
     keys = jax.random.split(jax.random.key(2), 2000)

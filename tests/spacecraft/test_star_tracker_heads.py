@@ -22,6 +22,7 @@ from gyrostat.spacecraft import (
 from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
 from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHead, StarTrackerHeads
 from gyrostat.wheel import WheelArray, orthogonal_axes
+from tests.spacecraft import orbit_samples
 
 DEGREE = np.pi / 180.0
 REST = BodyMotion(jnp.array([1.0, 0.0, 0.0, 0.0]), jnp.zeros(3))
@@ -29,9 +30,9 @@ ACROSS, ABOUT = 2e-5, 2e-4
 
 
 @pytest.fixture(scope="module")
-def orbit(orbits):
+def orbit():
     """It starts between Earth and Sun, both along x; the orbit is in the x-z plane."""
-    return orbits.dipole_orbit(6000.0)
+    return orbit_samples.noon(6000.0)
 
 
 def towards(angle):

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft.sensors.sun_sensor import CoarseSunSensors, SunSensor
+from tests.spacecraft import orbit_samples
 
 ATTITUDE = np.array([0.5, -0.1, 0.7, 0.5]) / np.linalg.norm([0.5, -0.1, 0.7, 0.5])
 SUN = Rotation.from_quat(ATTITUDE, scalar_first=True).inv().apply([1.0, 0.0, 0.0])
@@ -18,9 +19,9 @@ KEY = jax.random.key(0)
 
 
 @pytest.fixture(scope="module")
-def orbit(orbits):
+def orbit():
     """It starts between Earth and Sun; half a period later it is in the umbra."""
-    return orbits.dipole_orbit(6000.0)
+    return orbit_samples.noon(6000.0)
 
 
 def test_cells_give_cosines_and_nothing_in_the_umbra(orbit):

@@ -5,7 +5,14 @@ from typing import Any
 from gyrostat.campaigns.components import Component, Options, stacked
 from gyrostat.campaigns.schema import Key, positive, size, vector
 from gyrostat.core.jax64 import jnp
-from gyrostat.spacecraft import CircularOrbit, GravityGradient, HarmonicTorque
+from gyrostat.spacecraft import (
+    AerodynamicTorque,
+    CircularOrbit,
+    GravityGradient,
+    HarmonicTorque,
+    ResidualDipole,
+    SolarPressureTorque,
+)
 from gyrostat.spacecraft.environment import EARTH, EARTH_RADIUS
 
 
@@ -99,6 +106,29 @@ TORQUES: dict[str, Component] = {
             "sine": vector("torque", "Amplitude of sin(rate × time), in body axes."),
         },
         lambda options, **given: _harmonic(options),
+    ),
+    "residual_dipole": Component(
+        "Torque of the magnetic field of the Earth on a residual dipole moment "
+        "(`gyrostat.spacecraft.ResidualDipole`).",
+        {"dipole": vector("magnetic_dipole", "Residual dipole moment, in body axes.")},
+        lambda options, orbit, **given: ResidualDipole(orbit, stacked(options, "dipole")),
+        needs=("orbit",),
+    ),
+    "aerodynamic": Component(
+        "Air drag on the surfaces of the spacecraft (`gyrostat.spacecraft.AerodynamicTorque`).",
+        {
+            "drag_coefficient": positive("1", 2.2, "Drag coefficient of every facet."),
+            "density_scale": size("1", 1.0, "Factor on the air density."),
+        },
+        lambda options, orbit, **given: AerodynamicTorque(orbit, **options),
+        needs=("orbit", "surfaces"),
+    ),
+    "solar_pressure": Component(
+        "Solar radiation pressure on the surfaces of the spacecraft, with eclipses "
+        "(`gyrostat.spacecraft.SolarPressureTorque`).",
+        {"scale": size("1", 1.0, "Factor on the pressure.")},
+        lambda options, orbit, **given: SolarPressureTorque(orbit, **options),
+        needs=("orbit", "surfaces"),
     ),
 }
 """Kind -> external torque, any number of which can be added to the environment."""
