@@ -43,8 +43,9 @@ def _cells(options: Options, orbit: OrbitEnvironment, **given: Any) -> Sampled:
 
 
 def _sun_sensor(options: Options, orbit: OrbitEnvironment, **given: Any) -> Sampled:
-    vectors = (stacked(options, name) for name in ("misalignment", "boresight"))
-    return _sampled(options, SunSensor(orbit, options["sigma"], *vectors, options["field_of_view"]))
+    vectors = {name: stacked(options, name) for name in ("misalignment", "boresight")}
+    numbers = {name: options[name] for name in ("sigma", "field_of_view")}
+    return _sampled(options, SunSensor(orbit, **numbers, **vectors))
 
 
 def _position(options: Options, orbit: OrbitEnvironment, **given: Any) -> Sampled:
