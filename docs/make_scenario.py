@@ -3,9 +3,8 @@
 from pathlib import Path
 
 from gyrostat.campaigns.components import COMPENSATORS, ESTIMATORS, SENSORS
-from gyrostat.campaigns.controllers import CONTROLLERS
 from gyrostat.campaigns.environments import ENVIRONMENTS
-from gyrostat.campaigns.kinds import PARTS
+from gyrostat.campaigns.kinds import KINDS, PARTS
 from gyrostat.campaigns.metrics.schema import (
     BUDGET,
     GAINED,
@@ -101,6 +100,7 @@ EXTRA = {
         ("target", "1", "[1, 0, 0, 0]", "Target attitude (quaternion), until an event changes it."),
     ],
     "compensator": [("kind", "", "none", "One of the kinds below; or instead"), OWN],
+    "unloading": [("kind", "", "none", "One of the kinds below.")],
     "sensors": [("kind", "", "white_noise", "One of the kinds below.")],
     "estimator": [
         (
@@ -243,6 +243,13 @@ Any number of further external torques, added to that of `[environment]`: one of
 The optional `name` is used in keys such as `environment.torque.drag.area`; it consists of letters,
 digits and underscores. By default it is the kind, or the class in lower case with underscores.
 """
+HEADS_TEXT = """## [[star_tracker]]
+
+One table for each head of the star tracker of the sensors `star_tracker_gyro`
+([Sensors and actuators](sensors_and_actuators.md#star-tracker-heads)). Without any, the tracker has
+the noise `sensors.attitude_sigma` about each body axis and is never blind; with heads, this is the
+noise that the estimator assumes. The optional `name` is used in keys; by default it is `head`.
+"""
 SENSOR_TEXT = """## [[sensor]]
 
 Any number of sensors in addition to `[sensors]`: one of the kinds below, or [your
@@ -379,6 +386,7 @@ def dispersed():
             *(
                 "controller",
                 "compensator",
+                "unloading",
                 "estimator",
                 "sensors",
                 "orbit",
@@ -392,7 +400,7 @@ def dispersed():
         f"| {parts} | | Keys of the chosen kinds; for a vector `.x`, `.y`, `.z` of the key. |"
     )
     rows.append("| `window.NAME.KEY` | | Numbers of a window of the metrics. |")
-    lists = ("environment.torque", "sensor", "actuator", "metric")
+    lists = ("environment.torque", "star_tracker", "sensor", "actuator", "metric")
     parts = ", ".join(f"`{name}.NAME.KEY`" for name in lists)
     rows.append(f"| {parts} | | Numbers of the part with this name. |")
     rows.append(
@@ -421,10 +429,16 @@ def page():
     for name, components, text in (
         (
             "controller",
-            CONTROLLERS,
+            KINDS["controller"],
             "The controller is designed for the nominal spacecraft, and again at events.",
         ),
         ("compensator", COMPENSATORS, ""),
+        (
+            "unloading",
+            KINDS["unloading"],
+            "Momentum unloading of the wheels, added to the controller and its compensator "
+            "([Sensors and actuators](sensors_and_actuators.md#momentum-unloading)).",
+        ),
         ("sensors", SENSORS, ""),
         (
             "estimator",
@@ -441,6 +455,7 @@ def page():
         lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(components)]
     for text, section_name in (
         (TORQUES_TEXT, "environment.torque"),
+        (HEADS_TEXT, "star_tracker"),
         (SENSOR_TEXT, "sensor"),
         (ACTUATOR_TEXT, "actuator"),
     ):

@@ -13,22 +13,22 @@ SUN = 1.495978707e11 * np.array([np.cos(0.3), np.sin(0.3) * 0.9, np.sin(0.3) * n
 DIPOLE = 7.8e15  # T·m³, along -z
 
 
-def position(time):
+def position(time, inclination=INCLINATION):
     angle = RATE * np.asarray(time, dtype=float)
     across = np.sin(angle)
-    turned = [np.cos(angle), across * np.cos(INCLINATION), across * np.sin(INCLINATION)]
+    turned = [np.cos(angle), across * np.cos(inclination), across * np.sin(inclination)]
     return RADIUS * np.stack(turned, axis=-1)
 
 
-def velocity(time):
+def velocity(time, inclination=INCLINATION):
     angle = RATE * np.asarray(time, dtype=float)
     along = np.cos(angle)
-    turned = [-np.sin(angle), along * np.cos(INCLINATION), along * np.sin(INCLINATION)]
+    turned = [-np.sin(angle), along * np.cos(inclination), along * np.sin(inclination)]
     return RADIUS * RATE * np.stack(turned, axis=-1)
 
 
-def field(time):
-    place = position(time)
+def field(time, inclination=INCLINATION):
+    place = position(time, inclination)
     up = place / RADIUS
     axis = np.array([0.0, 0.0, -1.0])
     return DIPOLE / RADIUS**3 * (3.0 * (up @ axis)[..., None] * up - axis)
@@ -43,14 +43,19 @@ def earth(time):
     return np.stack([np.cos(half), 0 * half, 0 * half, np.sin(half)], axis=-1)
 
 
-def environment(duration=6000.0, step=10.0):
+def noon(duration=6000.0, step=20.0):
+    """Tables of a polar orbit that starts between Earth and Sun, both along x."""
+    return environment(duration, step, 0.5 * np.pi, np.linalg.norm(SUN) * np.eye(3)[0])
+
+
+def environment(duration=6000.0, step=10.0, inclination=INCLINATION, sun=SUN):
     """Tables of this orbit."""
     times = np.arange(0.0, duration + 4.0 * step, step)
     samples = OrbitSamples(
-        position(times),
-        velocity(times),
-        np.tile(SUN, (len(times), 1)),
-        field(times),
+        position(times, inclination),
+        velocity(times, inclination),
+        np.tile(sun, (len(times), 1)),
+        field(times, inclination),
         density(times),
         earth(times),
     )

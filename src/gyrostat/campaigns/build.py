@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat.campaigns.build_parts import named_parts, with_events, with_sensors
+from gyrostat.campaigns.build_parts import named_parts, with_events, with_heads, with_sensors
 from gyrostat.campaigns.build_reference import planned_reference, reference_of, steps_reference
 from gyrostat.campaigns.build_spacecraft import (
     failures_of,
@@ -223,11 +223,15 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
         plans.known,
         structure.command_delay,
     )
+    controller = chosen(structure, "unloading").make(
+        options_of(values, "unloading"), controller, plans.known
+    )
     controller = chosen(structure, "estimator").make(
         options_of(values, "estimator"), in_orbit(controller, orbit), plans.known, plans.sensors
     )
     controller = in_orbit(controller, orbit)
     sensor = chosen(structure, "sensors").make(options_of(values, "sensors"), plant, plans.known)
+    sensor = with_heads(structure, values, sensor, orbit)
     sensor = with_sensors(structure, values, sensor, plant, plans.known, orbit)
     sensor = with_faults(structure, values, sensor)
     controller = guarded(structure, values, controller, sensor, start)

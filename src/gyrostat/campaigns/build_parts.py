@@ -1,5 +1,6 @@
 """Build the further parts of a scenario: torques, actuators, sensors and events."""
 
+from dataclasses import replace
 from typing import Any
 
 from gyrostat.campaigns.kinds import component
@@ -7,6 +8,7 @@ from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.sensing import Values, options_of
 from gyrostat.campaigns.structure import Structure
 from gyrostat.spacecraft import AddedSensors, ChangingPlant, PlantChange
+from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHeads
 
 
 def named_parts(structure: Structure, values: Values, section: str, **given: Any) -> dict[str, Any]:
@@ -46,3 +48,11 @@ def with_sensors(
     """Add the further sensors of a scenario; without any, the sensor is unchanged."""
     added = named_parts(structure, values, "sensor", plant=plant, spacecraft=known, orbit=orbit)
     return AddedSensors(sensor, added) if added else sensor
+
+
+def with_heads(structure: Structure, values: Values, sensor: Any, orbit: Any) -> Any:
+    """Replace the star tracker by the heads of a scenario; without any, the sensor is unchanged."""
+    heads = tuple(named_parts(structure, values, "star_tracker", orbit=orbit).values())
+    if not heads:
+        return sensor
+    return replace(sensor, tracker=StarTrackerHeads(heads, sensor.tracker.periods))

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from gyrostat.campaigns.actuators import ACTUATORS
 from gyrostat.campaigns.components import (
     COMPENSATORS,
     ESTIMATOR_OF,
@@ -12,6 +13,7 @@ from gyrostat.campaigns.components import (
 )
 from gyrostat.campaigns.controllers import CONTROLLERS
 from gyrostat.campaigns.environments import EITHER_ORBIT, ENVIRONMENTS, TORQUES
+from gyrostat.campaigns.magnetic_controllers import MAGNETIC_CONTROLLERS, UNLOADINGS
 from gyrostat.campaigns.metrics.schema import METRICS, WINDOW
 from gyrostat.campaigns.orbits import ORBITS
 from gyrostat.campaigns.own.parts import is_own, own_component
@@ -31,13 +33,15 @@ from gyrostat.campaigns.schema import (
     guard_keys,
 )
 from gyrostat.campaigns.schema import INERTIA as INERTIA_KEY
+from gyrostat.campaigns.sensors import FURTHER_SENSORS, HEADS
 from gyrostat.campaigns.structure import Structure
 from gyrostat.core.errors import InputError
 from gyrostat.wheel.friction import FRICTION_MODELS
 
 KINDS: Mapping[str, Mapping[str, Component]] = {
-    "controller": CONTROLLERS,
+    "controller": {**CONTROLLERS, **MAGNETIC_CONTROLLERS},
     "compensator": COMPENSATORS,
+    "unloading": UNLOADINGS,
     "sensors": SENSORS,
     "estimator": ESTIMATORS,
     "orbit": ORBITS,
@@ -48,14 +52,18 @@ KINDS: Mapping[str, Mapping[str, Component]] = {
 NEEDS = {
     "orbit": "a section [orbit]",
     "surfaces": "[box], [[panel]] or [[facet]] in the spacecraft file",
+    "magnetometer": "a [[sensor]] named magnetometer",
+    "sun_sensor": "a [[sensor]] named sun_sensor or coarse_sun_sensors",
+    "torque_rods": "an [[actuator]] named torque_rods",
 }
 """What a component can need -> where a scenario has it."""
 PARTS: Mapping[str, Mapping[str, Component]] = {
     "environment.torque": TORQUES,
     "reference.mode": MODES,
     "reference.slew": SLEWS,
-    "sensor": {},
-    "actuator": {},
+    "star_tracker": HEADS,
+    "sensor": FURTHER_SENSORS,
+    "actuator": ACTUATORS,
     "metric": {},
 }
 """List of tables of a scenario file, such as [[sensor]] -> components of this package."""
@@ -110,7 +118,20 @@ def check_needs(scenario: Scenario) -> None:
         InputError: A component needs an orbit or surfaces that the scenario does not have, or has
             an orbit of its own beside that of the scenario.
     """
-    lacks = {"orbit": scenario.orbit == "none", "surfaces": not scenario.surfaces}
+    named = {(part.section, part.name) for part in scenario.parts}
+    lacks = {
+        "orbit": scenario.orbit == "none",
+        "surfaces": not scenario.surfaces,
+        "magnetometer": ("sensor", "magnetometer") not in named,
+        "sun_sensor": not named & {("sensor", "sun_sensor"), ("sensor", "coarse_sun_sensors")},
+        "torque_rods": ("actuator", "torque_rods") not in named,
+    }
+    heads = any(part.section == "star_tracker" for part in scenario.parts)
+    if heads and scenario.sensors != "star_tracker_gyro":
+        raise InputError(
+            f"key sensors.kind: found {scenario.sensors} with [[star_tracker]], expected "
+            "star_tracker_gyro"
+        )
     if scenario.environment == "orbit" and not lacks["orbit"]:
         raise InputError(
             "key environment.kind: found orbit beside [orbit], expected constant, with further "

@@ -144,6 +144,7 @@ class Scenario:
         sources: Python files of own parts and the local modules that they import, sorted by path.
         windows: Windows with metrics of their own.
         orbit: Kind of the orbit.
+        unloading: Kind of the unloading of the wheels.
         surfaces: Outer facets of the spacecraft: area, m², outward normal, (3,), centre, (3,), m,
             fractions of specular and of diffuse reflection, (facets, 9).
         budget: Whether the momentum that each external torque adds is a metric.
@@ -175,6 +176,7 @@ class Scenario:
     sources: tuple[Source, ...] = ()
     windows: tuple[Window, ...] = ()
     orbit: str = "none"
+    unloading: str = "none"
     surfaces: tuple[tuple[float, ...], ...] = ()
     budget: bool = False
 

@@ -43,6 +43,7 @@ class Structure:
     sources: tuple[Source, ...]
     windows: tuple[Window, ...]
     orbit: str
+    unloading: str
     surfaces: tuple[tuple[float, ...], ...]
     budget: bool
     events: tuple[Event, ...]

@@ -1,5 +1,6 @@
 """Bodies with reaction wheels, their sensors, failures and environment."""
 
+from gyrostat.spacecraft.actuators.torque_rods import TorqueRods
 from gyrostat.spacecraft.added_sensors import AddedSensor, AddedSensors
 from gyrostat.spacecraft.attitude_sensors import (
     StarTracker,
@@ -22,6 +23,11 @@ from gyrostat.spacecraft.imbalance import Imbalance, ImbalancedGyrostat
 from gyrostat.spacecraft.plant_changes import Change, ChangingPlant, PlantChange
 from gyrostat.spacecraft.rate_gyro import BodyMotion, RateGyro, integrated_rate
 from gyrostat.spacecraft.sensor_faults import FaultySensor, SensorFault
+from gyrostat.spacecraft.sensors.magnetometer import Magnetometer
+from gyrostat.spacecraft.sensors.position_sensor import PositionSensor
+from gyrostat.spacecraft.sensors.sampled import InstantSensor, Sampled
+from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHead, StarTrackerHeads
+from gyrostat.spacecraft.sensors.sun_sensor import CoarseSunSensors, SunSensor
 from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia
 from gyrostat.spacecraft.spacecraft_file import SpacecraftFile, read_spacecraft
 from gyrostat.spacecraft.spacecraft_sensor import SpacecraftMeasurement, SpacecraftSensor
@@ -49,6 +55,7 @@ __all__ = [
     "Change",
     "ChangingPlant",
     "CircularOrbit",
+    "CoarseSunSensors",
     "DriveRecord",
     "DrivenGyrostat",
     "FaultySensor",
@@ -61,10 +68,14 @@ __all__ = [
     "HarmonicTorque",
     "Imbalance",
     "ImbalancedGyrostat",
+    "InstantSensor",
+    "Magnetometer",
     "PlantChange",
+    "PositionSensor",
     "RateGyro",
     "RateRecord",
     "ResidualDipole",
+    "Sampled",
     "SensorFault",
     "SinusoidalMomentum",
     "SolarPressureTorque",
@@ -76,12 +87,16 @@ __all__ = [
     "SpeedLoopSpacecraft",
     "SpeedLoopState",
     "StarTracker",
+    "StarTrackerHead",
+    "StarTrackerHeads",
+    "SunSensor",
     "Surfaces",
     "TableCommand",
     "TableMeasurement",
     "TableSensors",
     "TableState",
     "TorqueModel",
+    "TorqueRods",
     "TrackerGyroMeasurement",
     "TrackerGyroSensors",
     "TrueTurn",

@@ -35,10 +35,21 @@ from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
-    *("guard", "sensor", "actuator", "event", "dispersion", "metric", "metrics", *WHEEL_PARTS),
+    *(
+        "guard",
+        "star_tracker",
+        "sensor",
+        "actuator",
+        "event",
+        "dispersion",
+        "metric",
+        "metrics",
+        *WHEEL_PARTS,
+    ),
 )
 DEFAULTS = {
     "compensator": "none",
+    "unloading": "none",
     "sensors": "white_noise",
     "orbit": "none",
     "environment": "constant",
