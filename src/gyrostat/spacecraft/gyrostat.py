@@ -49,8 +49,8 @@ class Gyrostat(Checked):
     torque, F_i its friction, T the external torque in body axes. The state contains H, and w is
     computed from it, so that without external torque H is conserved to the last bit. P. C. Hughes,
     "Spacecraft Attitude Dynamics", section 3.4. The times at which wheels stick, break away and
-    cross zero speed are resolved (`gyrostat.wheel.step_coupled_wheels`). The body is rigid, or has
-    flexible appendages and propellant (`FlexibleModes`), whose momentum is part of H.
+    cross zero speed are resolved (`gyrostat.wheel.step_coupled_wheels`). The momentum of flexible
+    appendages (`FlexibleModes`) is a further part of H.
 
     Attributes:
         spacecraft: Body and wheels.
@@ -120,8 +120,8 @@ class Gyrostat(Checked):
         attitude: Any = (1.0, 0.0, 0.0, 0.0),
         rate: Any = (0.0, 0.0, 0.0),
         wheel_speed: Any = 0.0,
-        modal_coordinate: Any = 0.0,
-        modal_rate: Any = 0.0,
+        modal_coordinate: Any = None,
+        modal_rate: Any = None,
     ) -> GyrostatState:
         """Create a state from attitude, rate, wheel speeds and the motion of the modes.
 
@@ -129,8 +129,8 @@ class Gyrostat(Checked):
             attitude: Attitude quaternion, (4,), scalar first; it is normalised.
             rate: Body rate in body axes, (3,), rad/s.
             wheel_speed: Wheel speeds relative to the body, (wheels,), or one value for all, rad/s.
-            modal_coordinate: Modal coordinates, (modes,), or one value for all, √kg·m.
-            modal_rate: Modal rates, (modes,), or one value for all, √kg·m/s.
+            modal_coordinate: Modal coordinates, (modes,), or one value for all, √kg·m; None for 0.
+            modal_rate: Modal rates, (modes,), or one value for all, √kg·m/s; None for 0.
         """
         wheels = self.spacecraft.wheels
         quaternion = normalised(jnp.asarray(attitude, dtype=float))
@@ -141,9 +141,10 @@ class Gyrostat(Checked):
         if self.modes is not None:
             modal, stored = self.modes.start(modal_coordinate, modal_rate, jnp.asarray(rate))
             momentum = momentum + stored
-        return GyrostatState(
-            quaternion, to_inertial(quaternion, momentum), speed, **with_names(modal)
-        )
+        elif modal_coordinate is not None or modal_rate is not None:
+            raise InputError("modal_coordinate: found one, expected none without modes")
+        momentum = to_inertial(quaternion, momentum)
+        return GyrostatState(quaternion, momentum, speed, **with_names(modal))
 
     def check_state(self, state: GyrostatState) -> None:
         """Validate a state.

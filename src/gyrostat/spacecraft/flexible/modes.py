@@ -62,14 +62,12 @@ class FlexibleModes(Checked):
             InputError: A shape differs from those of the attributes, or the modes carry more mass
                 than the spacecraft has.
         """
-        wide, one = np.shape(self.participation), np.shape(self.frequency)
-        named = {"damping": self.damping, "translation": self.translation}
-        for name, value in named.items():
-            shape = wide if name == "translation" else one
-            if value is not None and np.shape(value) != shape:
-                raise InputError(f"mode {name}: found shape {np.shape(value)}, expected {shape}")
-        if wide[-1:] != (3,) or wide[:-1] != one:
-            raise InputError(f"mode participation: found shape {wide}, expected {(*one, 3)}")
+        one, wide = np.shape(self.frequency), (*np.shape(self.frequency), 3)
+        sizes = {"damping": one, "participation": wide, "translation": wide}
+        for name, shape in sizes.items():
+            found = getattr(self, name)
+            if found is not None and np.shape(found) != shape:
+                raise InputError(f"mode {name}: found shape {np.shape(found)}, expected {shape}")
         if self.translation is not None:
             moved = np.asarray(self.translation)
             most = np.max(np.linalg.svd(moved, compute_uv=False)) ** 2
@@ -125,17 +123,20 @@ class FlexibleModes(Checked):
         """Motion of the modes, and their momentum in body axes, (3,), N·m·s.
 
         Args:
-            coordinate: Modal coordinates, (modes,), or one value for all, √kg·m.
-            rate: Modal rates, (modes,), or one value for all, √kg·m/s.
+            coordinate: Modal coordinates, (modes,), or one value for all, √kg·m; None for 0.
+            rate: Modal rates, (modes,), or one value for all, √kg·m/s; None for 0.
             turning: Body rate, (3,), rad/s.
         """
-        still, participation = jnp.zeros(self.count), jnp.asarray(self.participation)
-        rate = still + rate
+        participation = jnp.asarray(self.participation)
+        coordinate, rate = (
+            jnp.zeros(self.count) + (0.0 if x is None else jnp.asarray(x, dtype=float))
+            for x in (coordinate, rate)
+        )
         momentum = rate + participation @ turning
         if self.translation is not None:
             moved = jnp.asarray(self.translation)
             momentum = momentum - moved @ (moved.T @ rate)
-        return ModalMotion(still + coordinate, momentum), participation.T @ rate
+        return ModalMotion(coordinate, momentum), participation.T @ rate
 
     def coupling(self) -> ModalCoupling:
         """Coupling of the modes with the body."""
