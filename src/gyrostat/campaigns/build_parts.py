@@ -40,7 +40,9 @@ def with_events(structure: Structure, values: Values, plant: Any, known: Any) ->
     return ChangingPlant(plant, tuple(changes)) if changes else plant
 
 
-def with_sensors(structure: Structure, values: Values, sensor: Any, plant: Any, known: Any) -> Any:
+def with_sensors(
+    structure: Structure, values: Values, sensor: Any, plant: Any, known: Any, orbit: Any
+) -> Any:
     """Add the further sensors of a scenario; without any, the sensor is unchanged."""
-    added = named_parts(structure, values, "sensor", plant=plant, spacecraft=known)
+    added = named_parts(structure, values, "sensor", plant=plant, spacecraft=known, orbit=orbit)
     return AddedSensors(sensor, added) if added else sensor

@@ -11,12 +11,14 @@ from gyrostat.campaigns.components import (
     Component,
 )
 from gyrostat.campaigns.controllers import CONTROLLERS
-from gyrostat.campaigns.environments import ENVIRONMENTS, TORQUES
+from gyrostat.campaigns.environments import EITHER_ORBIT, ENVIRONMENTS, TORQUES
 from gyrostat.campaigns.metrics.schema import METRICS, WINDOW
+from gyrostat.campaigns.orbits import ORBITS
 from gyrostat.campaigns.own.parts import is_own, own_component
 from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
 from gyrostat.campaigns.scenario import INERTIA, Part, Scenario, Source
 from gyrostat.campaigns.schema import (
+    BODY,
     EVENT_TIME,
     MEASURED,
     RUN,
@@ -30,6 +32,7 @@ from gyrostat.campaigns.schema import (
 )
 from gyrostat.campaigns.schema import INERTIA as INERTIA_KEY
 from gyrostat.campaigns.structure import Structure
+from gyrostat.core.errors import InputError
 from gyrostat.wheel.friction import FRICTION_MODELS
 
 KINDS: Mapping[str, Mapping[str, Component]] = {
@@ -37,10 +40,16 @@ KINDS: Mapping[str, Mapping[str, Component]] = {
     "compensator": COMPENSATORS,
     "sensors": SENSORS,
     "estimator": ESTIMATORS,
+    "orbit": ORBITS,
     "environment": ENVIRONMENTS,
     "reference": REFERENCES,
 }
 """Section of a scenario file -> components of this package that its `kind` can name."""
+NEEDS = {
+    "orbit": "a section [orbit]",
+    "surfaces": "[box], [[panel]] or [[facet]] in the spacecraft file",
+}
+"""What a component can need -> where a scenario has it."""
 PARTS: Mapping[str, Mapping[str, Component]] = {
     "environment.torque": TORQUES,
     "reference.mode": MODES,
@@ -94,6 +103,41 @@ def fitting_estimator(kinds: Mapping[str, str]) -> str:
     return given if is_own(given) or alone else ESTIMATOR_OF[kinds["sensors"]]
 
 
+def check_needs(scenario: Scenario) -> None:
+    """Check that a scenario has what its components need.
+
+    Raises:
+        InputError: A component needs an orbit or surfaces that the scenario does not have, or has
+            an orbit of its own beside that of the scenario.
+    """
+    lacks = {"orbit": scenario.orbit == "none", "surfaces": not scenario.surfaces}
+    if scenario.environment == "orbit" and not lacks["orbit"]:
+        raise InputError(
+            "key environment.kind: found orbit beside [orbit], expected constant, with further "
+            "torques such as gravity_gradient in [[environment.torque]]"
+        )
+    parts = {f"{part.section}.{part.name}": part.section for part in scenario.parts}
+    for place, kind in components_of(scenario).items():
+        section = parts.get(place, place if place in KINDS else "event")
+        made = component(section, kind, scenario.sources)
+        for need in made.needs:
+            if lacks[need]:
+                raise InputError(
+                    f"key {place}: found {kind} without {need}, expected {NEEDS[need]}"
+                )
+        if made.keys.get("altitude") is EITHER_ORBIT["altitude"]:
+            _check_altitude(f"{place}.altitude", scenario)
+
+
+def _check_altitude(key: str, scenario: Scenario) -> None:
+    """Check that a component has either an orbit of its own or that of the scenario."""
+    altitude = scenario.values[key]
+    if scenario.orbit == "none" and altitude == 0.0:
+        raise InputError(f"key {key}: found none, expected it, or a section [orbit]")
+    if scenario.orbit != "none" and altitude != 0.0:
+        raise InputError(f"key {key}: found {altitude:g} m beside [orbit], expected none")
+
+
 def is_shipped(scenario: Scenario | Structure) -> bool:
     """Whether all components of a scenario are of this package.
 
@@ -135,12 +179,17 @@ def own_event_keys(kind: str, sources: tuple[Source, ...]) -> dict[str, Key]:
     return {**component("event", kind, sources).keys, "time": EVENT_TIME}
 
 
+def _has_body(scenario: Scenario, name: str) -> bool:
+    return any(key.startswith(f"body.{name}") for key in scenario.values)
+
+
 def numbers_of(scenario: Scenario) -> dict[str, Key]:
     """Full key -> schema entry, for every number of a scenario with these components."""
     friction = FRICTION_MODELS[scenario.friction].dimensions()
     fields = measured(scenario.parts, scenario.sources)
     sections: dict[str, Mapping[str, Key]] = {
         "body.inertia": dict.fromkeys(INERTIA, INERTIA_KEY),
+        "body": {name: key for name, key in BODY.items() if _has_body(scenario, name)},
         **{f"wheel.{w}": {**friction_keys(friction), **WHEEL_ALL} for w in scenario.wheels},
         **{"run": RUN, "start": START, "metrics": METRICS},
         "guard": guard_keys(fields),

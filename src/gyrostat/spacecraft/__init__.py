@@ -36,12 +36,16 @@ from gyrostat.spacecraft.speed_driven import (
 from gyrostat.spacecraft.speed_loop import SpeedLoopSpacecraft, SpeedLoopState
 from gyrostat.spacecraft.table import AirBearingTable, DriveRecord, TableCommand, TableState
 from gyrostat.spacecraft.torque_models import Actuator, TorqueModel
+from gyrostat.spacecraft.torques.aerodynamic import AerodynamicTorque
+from gyrostat.spacecraft.torques.residual_dipole import ResidualDipole
+from gyrostat.spacecraft.torques.solar_pressure import SolarPressureTorque
 from gyrostat.spacecraft.torques.surfaces import Surfaces
 
 __all__ = [
     "Actuator",
     "AddedSensor",
     "AddedSensors",
+    "AerodynamicTorque",
     "AirBearingTable",
     "BodyMotion",
     "Change",
@@ -63,8 +67,10 @@ __all__ = [
     "PlantChange",
     "RateGyro",
     "RateRecord",
+    "ResidualDipole",
     "SensorFault",
     "SinusoidalMomentum",
+    "SolarPressureTorque",
     "Spacecraft",
     "SpacecraftFile",
     "SpacecraftMeasurement",

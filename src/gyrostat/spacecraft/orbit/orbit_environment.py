@@ -14,9 +14,8 @@ from gyrostat.core.checked import Checked, positive, signed
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import normalised, to_inertial
+from gyrostat.spacecraft.orbit.earth import EARTH, EARTH_RADIUS
 
-EARTH_SEMI_AXIS = 6378137.0
-"""Equatorial radius of the Earth, m (WGS 84)."""
 FLATTENING = 1.0 / 298.257223563
 """Flattening of the Earth (WGS 84)."""
 
@@ -115,6 +114,17 @@ class OrbitEnvironment(Checked):
         """Position from the centre of the Earth, GCRS, (3,), m, at a time, s."""
         return self._at(time, *_POSITION)
 
+    def zenith(self, time: Scalar) -> Vector3:
+        """Unit vector from the centre of the Earth to the spacecraft, GCRS, (3,), at a time, s."""
+        position = self.position(time)
+        return position / jnp.sqrt(position @ position)
+
+    def gradient(self, time: Scalar) -> Scalar:
+        """Gravitational parameter of the Earth over the cubed distance, 1/s², at a time, s."""
+        position = self.position(time)
+        squared = position @ position
+        return EARTH / (squared * jnp.sqrt(squared))
+
     def velocity(self, time: Scalar) -> Vector3:
         """Inertial velocity, GCRS, (3,), m/s, at a time, s."""
         return self._at(time, *_VELOCITY)
@@ -148,7 +158,7 @@ class OrbitEnvironment(Checked):
         """
         up, across = jnp.sin(latitude), jnp.cos(latitude)
         squared = FLATTENING * (2.0 - FLATTENING)
-        radius = EARTH_SEMI_AXIS / jnp.sqrt(1.0 - squared * up**2)
+        radius = EARTH_RADIUS / jnp.sqrt(1.0 - squared * up**2)
         level = (radius + altitude) * across
         point = jnp.stack(
             [

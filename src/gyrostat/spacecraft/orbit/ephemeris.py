@@ -1,0 +1,178 @@
+"""Orbit from positions and velocities at given times, such as those of a file."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.spacecraft.orbit.earth import EARTH
+from gyrostat.spacecraft.orbit.elements import Trajectory
+from gyrostat.spacecraft.orbit.frames import EARTH_RATE, FRAMES, States, to_gcrs
+from gyrostat.spacecraft.orbit.time_scales import Epoch, Times
+
+DEGREE, LARGEST_DEGREE = 7, 15
+"""Default and largest degree of the interpolating polynomials."""
+
+
+@final
+@dataclass(frozen=True)
+class Ephemeris:
+    """Orbit from states at given times.
+
+    Positions are interpolated by Hermite's polynomials through the positions and velocities of the
+    nearest rows, in GCRS axes; velocities are their derivative.
+
+    Attributes:
+        times: Times, s, ascending, (rows,).
+        states: Positions and velocities, two rows or more.
+        frame: Axes, one of `frames.FRAMES`.
+        degree: Degree of the polynomials, odd: twice the number of rows that they meet, less 1.
+        where: Place for error messages, such as the name of the file.
+        epoch: UTC with a Z, from which the times count; None for the epoch of the run.
+    """
+
+    times: Times
+    states: States
+    frame: str = "GCRS"
+    degree: int = DEGREE
+    where: str = "ephemeris"
+    epoch: str | None = None
+
+    def __post_init__(self):
+        """Validate the rows.
+
+        Raises:
+            InputError: There are fewer than two rows, the times do not ascend, a value is not
+                finite, or the frame or the degree is not among those expected.
+        """
+        if len(self.times) < 2:
+            raise InputError(f"{self.where}: found {len(self.times)} rows, expected two or more")
+        rows = np.column_stack([self.times, *self.states])
+        if not np.all(np.isfinite(rows)):
+            row = int(np.argmin(np.all(np.isfinite(rows), axis=1))) + 1
+            raise InputError(f"{self.where}, row {row}: found no finite numbers, expected such")
+        steps = np.diff(self.times)
+        if not np.all(steps > 0.0):
+            row = int(np.argmax(steps <= 0.0)) + 2
+            raise InputError(
+                f"{self.where}, row {row}: found the time {self.times[row - 1]:g} s after "
+                f"{self.times[row - 2]:g} s, expected ascending times"
+            )
+        if self.frame not in FRAMES:
+            raise InputError(
+                f"{self.where}: found the frame {self.frame!r}, expected one of {', '.join(FRAMES)}"
+            )
+        if not 1 <= self.degree <= LARGEST_DEGREE:
+            raise InputError(
+                f"{self.where}: found the interpolation degree {self.degree}, expected 1 to "
+                f"{LARGEST_DEGREE}"
+            )
+
+    @property
+    def period(self) -> float:
+        """Period of the ellipse of the first row, s.
+
+        Raises:
+            InputError: The first row is on no ellipse.
+        """
+        position, velocity = self.states.position[0], self.states.velocity[0]
+        if self.frame == "ITRF":
+            velocity = velocity + np.cross([0.0, 0.0, EARTH_RATE], position)
+        distance, speed = float(np.linalg.norm(position)), float(np.linalg.norm(velocity))
+        inverse = 2.0 / distance - speed**2 / EARTH if distance > 0.0 else 0.0
+        if not inverse > 0.0:
+            raise InputError(
+                f"{self.where}: found the speed {speed:.5g} m/s at {distance / 1e3:.5g} km from "
+                "the centre of the Earth, expected an elliptic orbit"
+            )
+        return float(2.0 * np.pi / np.sqrt(EARTH * inverse**3))
+
+    def times_after(self, epoch: Epoch) -> Times:
+        """Times of the rows, s after the epoch of a run."""
+        if self.epoch is None:
+            return self.times
+        return self.times + epoch.seconds_to(Epoch.of(self.epoch).utc)
+
+    def trajectory(self, epoch: Epoch, end: float) -> Trajectory:
+        """Orbit from the epoch on, GCRS.
+
+        Args:
+            epoch: Epoch of the run.
+            end: Last time, s.
+
+        Raises:
+            InputError: The rows do not cover the run.
+        """
+        times = self.times_after(epoch)
+        if times[0] > 0.0 or times[-1] < end:
+            raise InputError(
+                f"{self.where}: found states from {times[0]:.6g} s to {times[-1]:.6g} s after the "
+                f"epoch, expected them from 0 s to {end:.6g} s"
+            )
+        rows = to_gcrs(self.states, self.frame, epoch, times)
+
+        def states(wanted: Times) -> States:
+            return hermite(times, rows, self.degree, wanted)
+
+        return Trajectory(states, (self._note(rows),))
+
+    def _note(self, rows: States) -> str:
+        """Interpolation error as a sentence, from rows that are left out."""
+        count = len(self.times)
+        if count < 2 * (self.degree + 1):
+            return f"interpolated from {count} rows, too few to measure the error"
+        kept = States(rows.position[::2], rows.velocity[::2])
+        left_out = hermite(self.times[::2], kept, self.degree, self.times[1:-1:2])
+        off = np.linalg.norm(left_out.position - rows.position[1:-1:2], axis=1)
+        return (
+            f"interpolated by polynomials of degree {self.degree}; from every second row, the "
+            f"error is {np.max(off):.2g} m at the rows between"
+        )
+
+
+def hermite(times: Times, states: States, degree: int, wanted: Times) -> States:
+    """Interpolate states by Hermite's polynomials of the nearest rows.
+
+    J. Stoer, R. Bulirsch, "Introduction to Numerical Analysis", section 2.1.5.
+
+    Args:
+        times: Times of the rows, s, ascending, (rows,).
+        states: Positions and velocities of the rows.
+        degree: Degree; an even one counts as the next odd one.
+        wanted: Times within those of the rows, s.
+    """
+    count = min(degree // 2 + 1, len(times))
+    after = np.searchsorted(times, wanted, side="right")
+    first = np.clip(after - (count + 1) // 2, 0, len(times) - count)
+    rows = first[:, None] + np.arange(count)
+    # over the length of the window, so that products of differences stay near 1
+    length = (times[rows[:, -1]] - times[rows[:, 0]])[:, None] if count > 1 else np.ones((1, 1))
+    nodes = (times[rows] - times[rows[:, :1]]) / length
+    at = (wanted[:, None] - times[rows[:, :1]]) / length
+    others = ~np.eye(count, dtype=bool)
+    between = np.where(others, nodes[:, :, None] - nodes[:, None, :], 1.0)
+    ratio = np.where(others, (at - nodes)[:, None, :], 1.0) / between
+    basis = np.prod(ratio, axis=2)
+    slope = _slope(ratio, 1.0 / between, others)
+    node_slope = np.sum(np.where(others, 1.0 / between, 0.0), axis=2)
+    linear = 1.0 - 2.0 * node_slope * (at - nodes)
+    of_position = linear * basis**2
+    of_velocity = (at - nodes) * basis**2 * length
+    slope_position = 2.0 * basis * (linear * slope - node_slope * basis) / length
+    slope_velocity = basis**2 + 2.0 * (at - nodes) * basis * slope
+
+    def total(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        position, velocity = states.position[rows], states.velocity[rows]
+        return np.einsum("nk,nkx->nx", first, position) + np.einsum("nk,nkx->nx", second, velocity)
+
+    return States(total(of_position, of_velocity), total(slope_position, slope_velocity))
+
+
+def _slope(ratio: np.ndarray, inverse: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Derivatives of Lagrange's basis polynomials, products of the factors `ratio`."""
+    slope = np.zeros(ratio.shape[:2])
+    for left_out in range(ratio.shape[2]):
+        factors = np.where(np.arange(ratio.shape[2]) == left_out, inverse, ratio)
+        slope += np.where(others[:, left_out], np.prod(factors, axis=2), 0.0)
+    return slope

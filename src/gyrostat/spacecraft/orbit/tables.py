@@ -1,0 +1,191 @@
+"""Tables of the environment along an orbit, computed before a run by the extra `orbit`."""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.validation import require
+from gyrostat.spacecraft.orbit.atmosphere import Activity, air_density
+from gyrostat.spacecraft.orbit.elements import Trajectory
+from gyrostat.spacecraft.orbit.field import magnetic_field
+from gyrostat.spacecraft.orbit.frames import (
+    earth_attitude,
+    gcrs_to_itrf,
+    geodetic,
+    rotated,
+    transposed,
+)
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment, OrbitSamples
+from gyrostat.spacecraft.orbit.sun import sun_position
+from gyrostat.spacecraft.orbit.time_scales import Epoch, Times
+
+STEPS = (60, 40, 30, 20, 15, 12, 10, 8, 6, 5, 4, 3, 2, 1)
+"""Times between rows, s, from which one is chosen."""
+LEAST_ROWS = 4
+PROBED = 150
+"""Intervals between rows in which the interpolation error is measured."""
+SHARES = (0.25, 0.5, 0.75)
+"""Places in an interval at which it is measured."""
+TOLERANCE = 1e-6
+"""Largest interpolation error wanted, relative to the rms size of a quantity."""
+LONGEST = 366 * 86400.0
+"""Longest time of tables, s."""
+
+
+class Orbit(Protocol):
+    """Orbit that can be tabulated."""
+
+    @property
+    def period(self) -> float:
+        """Period, s."""
+        ...
+
+    def trajectory(self, epoch: Epoch, end: float) -> Trajectory:
+        """Orbit from the epoch until a time, s."""
+        ...
+
+
+class OrbitAccuracy(NamedTuple):
+    """Accuracy of the tables.
+
+    Attributes:
+        step: Time between rows, s.
+        rows: Number of rows.
+        errors: Largest measured interpolation error of position, velocity, sun, field and earth
+            relative to the rms size of each, and of the density relative to itself.
+        notes: Notes on the orbit.
+    """
+
+    step: float
+    rows: int
+    errors: dict[str, float]
+    notes: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """Accuracy in one line."""
+        errors = ", ".join(f"{name} {error:.1e}" for name, error in self.errors.items())
+        text = f"{self.rows} rows, {self.step:g} s apart; relative interpolation errors: {errors}"
+        return "; ".join((text, *self.notes))
+
+
+def orbit_environment(
+    orbit: Orbit,
+    epoch: str,
+    duration: float,
+    *,
+    f107: float = 150.0,
+    f107a: float = 150.0,
+    ap: float = 15.0,
+    ut1_utc: float = 0.0,
+) -> tuple[OrbitEnvironment, OrbitAccuracy]:
+    """Tabulate an orbit and its environment.
+
+    The step is the longest of `STEPS` for which every quantity but the density is interpolated to
+    `TOLERANCE`, measured against direct evaluations between rows.
+
+    Args:
+        orbit: Orbit, such as `KeplerElements`, `TwoLineElements` or `OrbitFile`.
+        epoch: Time 0, UTC, such as "2026-11-22T10:00:00Z".
+        duration: Time covered from the epoch on, s; the tables end up to two minutes (for short
+            durations three) later, which the orbit must cover.
+        f107: Solar radio flux at 10.7 cm of the previous day, in solar flux units.
+        f107a: Its mean over 81 days.
+        ap: Daily geomagnetic index Ap.
+        ut1_utc: UT1 - UTC at the epoch, s.
+
+    Raises:
+        InputError: A library is not installed, or an input is outside its range.
+    """
+    require("orbit: duration", duration, "s", positive=True)
+    if duration > LONGEST:
+        raise InputError(
+            f"orbit: found the duration {duration:g} s, expected {LONGEST:g} s or less"
+        )
+    start, activity = Epoch.of(epoch, ut1_utc), Activity(f107, f107a, ap)
+    activity.check()
+    trajectory = orbit.trajectory(start, max((rows_of(duration, s) - 1) * s for s in STEPS))
+
+    def table(step: int) -> tuple[OrbitEnvironment, dict[str, float]]:
+        times = float(step) * np.arange(rows_of(duration, step))
+        samples = samples_at(trajectory, start, times, activity)
+        environment = OrbitEnvironment.of(float(step), samples, orbit.period)
+        probed = np.unique(np.linspace(0, len(times) - 2, PROBED).astype(int))
+        between = (step * (probed[:, None] + np.array(SHARES))).ravel()
+        direct = samples_at(trajectory, start, between, activity)
+        return environment, errors_of(environment, direct, between)
+
+    step = STEPS[0]
+    while True:
+        environment, errors = table(step)
+        largest = max(error for name, error in errors.items() if name != "density")
+        if largest <= TOLERANCE or step == STEPS[-1]:
+            break
+        # the error of cubic splines falls with the fourth power of the step
+        promising = step * (0.9 * TOLERANCE / largest) ** 0.25
+        step = max(s for s in STEPS if s < step and (s <= promising or s == STEPS[-1]))
+    rows = len(np.asarray(environment.coefficients)) + 1
+    return environment, OrbitAccuracy(float(step), rows, errors, trajectory.notes)
+
+
+def rows_of(duration: float, step: int) -> int:
+    """Number of rows that cover a duration, s, and an interval more."""
+    return max(LEAST_ROWS, int(np.ceil(duration / step)) + 2)
+
+
+def samples_at(
+    trajectory: Trajectory, epoch: Epoch, times: Times, activity: Activity
+) -> OrbitSamples:
+    """Evaluate the orbit and its environment, without interpolation.
+
+    Args:
+        trajectory: Orbit.
+        epoch: Epoch of the run.
+        times: Times, s, ascending.
+        activity: Solar and geomagnetic activity.
+
+    Raises:
+        InputError: The orbit is too low, or a model does not cover the times.
+    """
+    position, velocity = trajectory.states(times)
+    matrices = gcrs_to_itrf(epoch, times)
+    fixed = rotated(matrices, position)
+    density = air_density(epoch, times, *geodetic(fixed), activity)
+    field = rotated(transposed(matrices), magnetic_field(epoch, times, fixed))
+    return OrbitSamples(
+        position,
+        velocity,
+        sun_position(epoch, times),
+        field,
+        density,
+        earth_attitude(matrices),
+    )
+
+
+def errors_of(
+    environment: OrbitEnvironment, direct: OrbitSamples, times: Times
+) -> dict[str, float]:
+    """Largest relative errors of interpolated values; see `OrbitAccuracy`.
+
+    Args:
+        environment: Interpolated tables.
+        direct: Values without interpolation.
+        times: Times of the values, s, within the tables.
+    """
+    pieces = np.asarray(environment.coefficients)
+    share = times / float(environment.step)
+    row = np.minimum(share.astype(int), len(pieces) - 1)
+    powers = (share - row)[:, None] ** np.arange(4)
+    values = np.einsum("nk,nkc->nc", powers, pieces[row])
+    quaternions = values[:, 13:17]
+    turned = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+    turned *= np.sign(np.sum(turned * direct.earth, axis=1, keepdims=True))
+    interpolated = (values[:, 0:3], values[:, 3:6], values[:, 6:9], values[:, 9:12])
+    pairs = [*zip(interpolated, direct[:4], strict=True), (turned, direct.earth)]
+    names = ("position", "velocity", "sun", "field", "earth")
+    errors = {
+        name: float(np.max(np.linalg.norm(near - true, axis=1)) / np.sqrt(np.mean(true**2) * 3.0))
+        for name, (near, true) in zip(names, pairs, strict=True)
+    }
+    errors["density"] = float(np.max(np.abs(np.exp(values[:, 12]) / direct.density - 1.0)))
+    return errors
