@@ -92,7 +92,8 @@ def flexible():
     inertia = sum(own + about(r - centre, m) for m, r, own in parts)
     swung = c["panel_inertia"] + about(arm, c["panel_mass"])
     panel = hinged_panel(
-        *(c["panel_mass"], swung, c["hinge"] - centre, arm, [0.0, 1.0, 0.0]),
+        *(c["panel_mass"], c["panel_inertia"], c["hinge"] - centre),
+        *(c["hinge"] + arm - centre, [0.0, 1.0, 0.0]),
         **of_spring(c["panel_stiffness"], c["panel_drag"], swung[1, 1]),
         spacecraft_mass=mass,
     )

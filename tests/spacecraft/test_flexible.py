@@ -263,7 +263,12 @@ def test_a_seized_wheel_jerks_the_body_without_its_modes():
 # --- geometry
 
 
-def cloud(panel, hub, axis, line):
+def about(arm, mass):
+    """Inertia of a point."""
+    return mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+
+
+def cloud(panel, hub, line):
     """Mass matrix of a hub of points with points that move in directions `line`, about the centre.
 
     Coordinates: position (3), rotation (3) and the deflection.
@@ -299,18 +304,15 @@ def on_free_body(modes, inertia):
 
 def test_a_hinged_panel_is_that_of_its_points():
     axis, hinge, frequency = np.array([0.6, 0.0, 0.8]), np.array([1.2, 0.1, -0.2]), 1.7
-    mass, centre, total = cloud(PANEL, HUB, axis, lambda r: np.cross(axis, r - hinge))
-    arms = [r - hinge for _, r in PANEL]
-    weights = [m for m, _ in PANEL]
-    inertia = sum(
-        m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(weights, arms, strict=True)
-    )
-    middle = sum(m * r for m, r in zip(weights, arms, strict=True)) / sum(weights)
+    mass, centre, total = cloud(PANEL, HUB, lambda r: np.cross(axis, r - hinge))
+    weights = np.array([m for m, _ in PANEL])
+    middle = weights @ np.array([r for _, r in PANEL]) / np.sum(weights)
+    inertia = sum(about(r - middle, m) for m, r in PANEL)
     modes = hinged_panel(
-        sum(weights),
+        np.sum(weights),
         inertia,
         hinge - centre,
-        middle,
+        middle - centre,
         2.0 * axis,
         frequency=frequency,
         damping=0.01,
@@ -318,7 +320,8 @@ def test_a_hinged_panel_is_that_of_its_points():
     )
     modes.check()
     stiffness = np.zeros((7, 7))
-    stiffness[6, 6] = frequency**2 * axis @ inertia @ axis
+    swung = sum(about(r - hinge, m) for m, r in PANEL)
+    stiffness[6, 6] = frequency**2 * axis @ swung @ axis
     wanted = eigh(stiffness, mass)[0][-1]
     found = on_free_body(jax.tree.map(np.asarray, modes), mass[3:6, 3:6])
     np.testing.assert_allclose(found, [wanted], rtol=1e-12)

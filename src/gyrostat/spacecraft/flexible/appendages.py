@@ -6,11 +6,27 @@ the undeformed spacecraft, whose inertia and mass include the appendages. To fir
 deflection.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.spacecraft.flexible.modes import FlexibleModes
+from gyrostat.spacecraft.spacecraft import Spacecraft
+
+APPENDAGES: Mapping[str, Mapping[str, str]] = {
+    "flexible": {"participation": "√kg·m", "translation": "√kg"},
+    "hinged_panel": {
+        "mass": "mass",
+        "inertia": "inertia",
+        "hinge": "length",
+        "centre": "length",
+        "axis": "1",
+    },
+    "slosh": {"mass": "mass", "position": "length", "direction": "1"},
+}
+"""Kind of appendage -> its keys in a spacecraft file, in addition to frequency and damping, and
+their dimensions or units."""
 
 
 def hinged_panel(
@@ -26,25 +42,25 @@ def hinged_panel(
 ) -> FlexibleModes:
     """Mode of a rigid panel on a hinge with a spring; for an angle a, q = sqrt(I_a) a.
 
-    I_a = axis · inertia axis is the inertia about the hinge line. A spring of stiffness k and
-    damping c gives the frequency sqrt(k / I_a) and the damping ratio c / (2 sqrt(k I_a)).
+    I_a is the inertia of the panel about the hinge line. A spring of stiffness k and damping c
+    gives the frequency sqrt(k / I_a) and the damping ratio c / (2 sqrt(k I_a)).
 
     Args:
         mass: Mass of the panel, kg.
-        inertia: Inertia of the panel about the hinge, body axes, (3, 3), kg·m².
-        hinge: Position of the hinge, body axes, (3,), m.
-        centre: Centre of mass of the panel from the hinge, body axes, (3,), m.
-        axis: Hinge line, body axes, of any length, (3,).
+        inertia: Inertia of the panel about its centre of mass, body axes, (3, 3), kg·m².
+        hinge: Position of a point of the hinge line, body axes, (3,), m.
+        centre: Position of the centre of mass of the panel, body axes, (3,), m.
+        axis: Direction of the hinge line, body axes, of any length, (3,).
         frequency: Frequency on a body at rest, rad/s.
         damping: Damping ratio on a body at rest.
         spacecraft_mass: Mass of the spacecraft with the panel, kg.
     """
-    line = _direction(axis)
-    about_hinge = jnp.asarray(inertia) @ line
-    moved = mass * jnp.cross(line, jnp.asarray(centre))
-    turned = jnp.cross(jnp.asarray(hinge), moved) + about_hinge
-    root = jnp.sqrt(line @ about_hinge)
-    return _one(turned / root, moved / root, frequency, damping, spacecraft_mass)
+    line, middle = _direction(axis), jnp.asarray(centre)
+    moved = jnp.cross(line, middle - jnp.asarray(hinge))
+    own = jnp.asarray(inertia) @ line
+    root = jnp.sqrt(line @ own + mass * (moved @ moved))
+    turned = jnp.cross(middle, mass * moved) + own
+    return _one(turned / root, mass * moved / root, frequency, damping, spacecraft_mass)
 
 
 def spring_mass(
@@ -79,7 +95,47 @@ def _direction(line: Any) -> Vector3:
     return line / jnp.sqrt(line @ line)
 
 
-def _one(turned: Vector3, moved: Vector3, frequency, damping, spacecraft_mass) -> FlexibleModes:
+def _one(
+    turned: Vector3, moved: Vector3 | None, frequency: Any, damping: Any, spacecraft_mass: Any
+) -> FlexibleModes:
     """One mode from its angular and linear momentum per modal rate, body axes."""
     number, ratio = (jnp.reshape(jnp.asarray(x, dtype=float), 1) for x in (frequency, damping))
-    return FlexibleModes(number, ratio, turned[None], moved[None] / jnp.sqrt(spacecraft_mass))
+    share = None if moved is None else moved[None] / jnp.sqrt(spacecraft_mass)
+    return FlexibleModes(number, ratio, turned[None], share)
+
+
+def appendage_modes(kind: str, values: Mapping[str, Any], spacecraft: Spacecraft) -> FlexibleModes:
+    """Modes of an appendage of a spacecraft file.
+
+    Args:
+        kind: Key of `APPENDAGES`.
+        values: Values of its keys, SI; frequencies in Hz.
+        spacecraft: Spacecraft with its mass and centre of mass.
+    """
+
+    def vector(name: str) -> Vector3:
+        return jnp.stack([jnp.asarray(values[f"{name}.{end}"], dtype=float) for end in "xyz"])
+
+    def place(name: str) -> Vector3:
+        centre = spacecraft.centre_of_mass
+        return vector(name) if centre is None else vector(name) - jnp.asarray(centre)
+
+    mass: Any = spacecraft.mass
+    own: dict[str, Any] = {
+        "frequency": 2.0 * jnp.pi * values["frequency"],
+        "damping": values["damping"],
+        "spacecraft_mass": mass,
+    }
+    if kind == "slosh":
+        return spring_mass(values["mass"], place("position"), vector("direction"), **own)
+    if kind == "hinged_panel":
+        xx, yy, zz, xy, xz, yz = (
+            jnp.asarray(values[f"inertia.{end}"], dtype=float)
+            for end in ("xx", "yy", "zz", "xy", "xz", "yz")
+        )
+        inertia = jnp.stack([jnp.stack(row) for row in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))])
+        return hinged_panel(
+            values["mass"], inertia, place("hinge"), place("centre"), vector("axis"), **own
+        )
+    moved = vector("translation") if "translation.x" in values else None
+    return _one(vector("participation"), moved, **own)
