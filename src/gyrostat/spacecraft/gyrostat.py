@@ -26,6 +26,7 @@ from gyrostat.spacecraft.gyrostat_state import (
     check_sizes,
     too_fast,
 )
+from gyrostat.spacecraft.interpolated_torque import InterpolatedTorque
 from gyrostat.spacecraft.pieces import pieces
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.torque_models import (
@@ -58,7 +59,8 @@ class Gyrostat(Checked):
         external_torque: Constant external torque in body axes, (3,), N·m.
         torque_history: External torque in body axes, (attitude quaternion, time in s) -> (3,), N·m;
             added to the constant. It must be smooth and slow compared with the control period.
-        environment: Further external torques, see `TorqueModel`; smooth and slow likewise.
+        environment: Further external torques, see `TorqueModel`; smooth and slow likewise. They
+            are interpolated in every integration step (`InterpolatedTorque`).
         external_torque_limit: Limit of the commanded `external_torque` along each body axis, given
             by an ideal actuator such as magnetorquers, (3,), N·m; None: there is no such actuator,
             and its command is ignored.
@@ -85,9 +87,18 @@ class Gyrostat(Checked):
 
     def torque(self, attitude: Quaternion, time: Scalar) -> Vector3:
         """External torque in body axes, (3,), N·m, at a time, s."""
+        return self.exact_torque(attitude, time) + self.slow_torque(attitude, time)
+
+    def exact_torque(self, attitude: Quaternion, time: Scalar) -> Vector3:
+        """Part of the external torque that is integrated without interpolation, (3,), N·m."""
         torque = jnp.asarray(self.external_torque)
         if self.torque_history is not None:
             torque = torque + self.torque_history(attitude, time)
+        return torque
+
+    def slow_torque(self, attitude: Quaternion, time: Scalar) -> Vector3:
+        """Torque of the environment and of the actuators, body axes, (3,), N·m."""
+        torque = jnp.zeros(3)
         for item in self.environment:
             added = item(self.spacecraft, attitude, time)
             torque = torque + body_torque(added, f"environment torque {type(item).__name__}")
@@ -253,7 +264,7 @@ class Gyrostat(Checked):
         inverse = inverse_definite(jnp.asarray(rigid.inertia))
         contacts = WheelsOnBody(
             friction=friction,
-            body=self,
+            body=self._over(state, torque, friction, rigid, time, duration),
             torque=torque,
             seized=seized,
             added_viscous=drag,
@@ -269,6 +280,20 @@ class Gyrostat(Checked):
         attitude, momentum, modal = motion.carrier
         attitude = normalised(attitude)
         return GyrostatState(attitude, momentum, motion.speed, **with_names(modal)), resolved
+
+    def _over(self, state, torque, friction, rigid, time, duration):
+        """Plant whose environment torques are interpolated over an interval."""
+        if not self.environment:
+            return self
+        wheels, rate = self.spacecraft.wheels, self.rate(state)
+        speed = jnp.asarray(state.wheel_speed)
+        # a wheel at rest moves with the body
+        net = jnp.where(speed == 0.0, 0.0, torque - friction.torque(speed, jnp.sign(speed)))
+        momentum = to_body(state.attitude, state.momentum)
+        given = jnp.cross(momentum, rate) - jnp.asarray(wheels.axes) @ net
+        acceleration = inverse_definite(jnp.asarray(rigid.inertia)) @ given
+        start = (state.attitude, rate, acceleration)
+        return InterpolatedTorque.over(self, *start, jnp.asarray(time, float), duration)
 
     def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""

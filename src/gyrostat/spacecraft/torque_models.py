@@ -15,7 +15,8 @@ from gyrostat.spacecraft.spacecraft import Spacecraft
 class TorqueModel(Protocol):
     """Protocol of an environment torque, an item of `Gyrostat.environment`.
 
-    The torque must be smooth and slow compared with the control period.
+    The torque must be smooth and slow compared with the control period. In every integration step
+    it is interpolated by a quadratic function of time.
     """
 
     def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
