@@ -6,7 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat.campaigns.build_parts import named_parts, with_events, with_heads, with_sensors
+from gyrostat.campaigns.build_parts import (
+    modes_of_run,
+    named_parts,
+    with_events,
+    with_heads,
+    with_sensors,
+)
 from gyrostat.campaigns.build_reference import planned_reference, reference_of, steps_reference
 from gyrostat.campaigns.build_spacecraft import (
     failures_of,
@@ -110,6 +116,10 @@ def plan(scenario: Scenario) -> Plans:
     check_needs(scenario)
     structure = structure_of(scenario)
     known = spacecraft_of(structure, scenario.values)
+    modes = modes_of_run(structure, scenario.values, known)
+    if modes is not None:
+        modes.check()
+        modes.check_inertia(known.inertia)
     controller = chosen(scenario, "controller")
     count = len(scenario.wheels)
     left, seized = np.ones(count, bool), np.zeros(count, bool)
@@ -175,6 +185,7 @@ def _plant(structure: Structure, values: Values, options: Values, plans: Plans, 
     own["actuators"] = named_parts(structure, values, "actuator", **given)
     if budget is not None:
         budget = replace(budget, actuators=own["actuators"])
+    own["modes"] = modes_of_run(structure, values, craft)
     plant: Any = Gyrostat(craft, failures_of(structure, values), **own)
     error = stacked(values, "start.attitude_error")
     motion = {

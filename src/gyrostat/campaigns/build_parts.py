@@ -3,11 +3,17 @@
 from dataclasses import replace
 from typing import Any
 
-from gyrostat.campaigns.kinds import component
+from gyrostat.campaigns.kinds import OF_SPACECRAFT, component
 from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.sensing import Values, options_of
 from gyrostat.campaigns.structure import Structure
-from gyrostat.spacecraft import AddedSensors, ChangingPlant, PlantChange
+from gyrostat.spacecraft import (
+    AddedSensors,
+    ChangingPlant,
+    FlexibleModes,
+    PlantChange,
+    Spacecraft,
+)
 from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHeads
 
 
@@ -29,6 +35,24 @@ def named_parts(structure: Structure, values: Values, section: str, **given: Any
             own = {} if is_own(part.kind) else {"period": values["run.control_period"]}
             found[part.name] = made.make(options_of(values, place), place=place, **given, **own)
     return found
+
+
+def modes_of_run(
+    structure: Structure, values: Values, spacecraft: Spacecraft
+) -> FlexibleModes | None:
+    """Modes of the appendages of the spacecraft; None if there are none.
+
+    Args:
+        structure: Structure of the scenario.
+        values: Values of this run.
+        spacecraft: Spacecraft of this run.
+    """
+    made = [
+        modes
+        for kind in OF_SPACECRAFT
+        for modes in named_parts(structure, values, kind, spacecraft=spacecraft).values()
+    ]
+    return FlexibleModes.joined(*made) if made else None
 
 
 def with_events(structure: Structure, values: Values, plant: Any, known: Any) -> Any:

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from gyrostat.campaigns.actuators import ACTUATORS
+from gyrostat.campaigns.appendages import APPENDAGES
 from gyrostat.campaigns.components import (
     COMPENSATORS,
     ESTIMATOR_OF,
@@ -67,13 +68,18 @@ PARTS: Mapping[str, Mapping[str, Component]] = {
     "metric": {},
 }
 """List of tables of a scenario file, such as [[sensor]] -> components of this package."""
+OF_SPACECRAFT: Mapping[str, Mapping[str, Component]] = {
+    kind: {kind: made} for kind, made in APPENDAGES.items()
+}
+"""List of tables of a spacecraft file, such as [[slosh]] -> components of this package."""
 
 
 def component(section: str, kind: str, sources: tuple[Source, ...] = ()) -> Any:
     """Component of a section by its kind.
 
     Args:
-        section: Key of `KINDS`, of `PARTS`, or of `gyrostat.campaigns.own.parts.OWN`.
+        section: Key of `KINDS`, `PARTS` or `OF_SPACECRAFT`, or of
+            `gyrostat.campaigns.own.parts.OWN`.
         kind: Name of a component of this package, or "FILE.py:NAME" for a class or function of a
             user's Python file.
         sources: Python files of the scenario.
@@ -83,7 +89,7 @@ def component(section: str, kind: str, sources: tuple[Source, ...] = ()) -> Any:
     """
     if is_own(kind):
         return own_component(section, kind, sources)
-    return (KINDS.get(section) or PARTS[section])[kind]
+    return (KINDS.get(section) or PARTS.get(section) or OF_SPACECRAFT[section])[kind]
 
 
 def chosen(scenario: Scenario | Structure, section: str) -> Any:

@@ -100,8 +100,8 @@ class Part:
     """Component of which a scenario can have any number; its keys start with "SECTION.NAME.".
 
     Attributes:
-        section: Section of the scenario file: "environment.torque", "sensor", "actuator" or
-            "metric".
+        section: Section of the scenario file, such as "environment.torque", "sensor", "actuator"
+            or "metric"; or of the spacecraft file: "flexible", "hinged_panel" or "slosh".
         name: Name of the part, unique in its section.
         kind: Kind, see `gyrostat.campaigns.kinds.component`.
     """

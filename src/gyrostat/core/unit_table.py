@@ -116,6 +116,8 @@ TABLE: dict[str, tuple[Row, ...]] = {
     "angle": (
         (Unit("rad"), (), ("rad", "radian", "radians")),
         (Unit("deg", _DEGREE), (), ("deg", "°", "degree", "degrees")),
+        (Unit("arcmin", _DEGREE / 60.0), (), ("arcmin",)),
+        (Unit("arcsec", _DEGREE / 3600.0), (), ("arcsec",)),
         (Unit("rev", 2.0 * math.pi), (), ("rev", "turn", "turns", "revolution", "revolutions")),
         (Unit("arcmin", _DEGREE / 60.0), (), ("arcmin", "arcminute", "arcminutes")),
         (Unit("arcsec", _DEGREE / 3600.0), (), ("arcsec", "arcsecond", "arcseconds")),

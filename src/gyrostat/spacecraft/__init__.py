@@ -11,6 +11,8 @@ from gyrostat.spacecraft.attitude_sensors import (
 from gyrostat.spacecraft.driven_gyrostat import DrivenGyrostat
 from gyrostat.spacecraft.environment import CircularOrbit, GravityGradient, HarmonicTorque
 from gyrostat.spacecraft.failures import WheelFailures
+from gyrostat.spacecraft.flexible.appendages import hinged_panel, spring_mass
+from gyrostat.spacecraft.flexible.modes import FlexibleModes
 from gyrostat.spacecraft.friction_steps import FrictionSteps
 from gyrostat.spacecraft.gyro import Gyro, TableMeasurement, TableSensors, TrueTurn, Turn
 from gyrostat.spacecraft.gyrostat import Gyrostat
@@ -60,6 +62,7 @@ __all__ = [
     "DriveRecord",
     "DrivenGyrostat",
     "FaultySensor",
+    "FlexibleModes",
     "FrictionSteps",
     "GravityGradient",
     "Gyro",
@@ -107,7 +110,9 @@ __all__ = [
     "WheelSpeedCommand",
     "WheelTorqueCommand",
     "check_inertia",
+    "hinged_panel",
     "integrated_rate",
     "read_spacecraft",
+    "spring_mass",
     "unit_quaternion",
 ]

@@ -24,7 +24,7 @@ from gyrostat.campaigns.reading.read_orbit import read_orbit
 from gyrostat.campaigns.reading.read_parts import own_kinds, part_values, read_parts
 from gyrostat.campaigns.reading.read_reference import check_reference, read_tables, with_defaults
 from gyrostat.campaigns.reading.tables import Table, opened
-from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
+from gyrostat.campaigns.scenario import AXES, INERTIA, Part, Scenario
 from gyrostat.campaigns.schema import CENTRE_OF_MASS, RUN, START, WHEEL, WHEEL_PARTS, guard_keys
 from gyrostat.campaigns.timeline import check_windows
 from gyrostat.control.measurement_guard import ON_BAD
@@ -137,7 +137,10 @@ def _read(path: Path, *, force: bool) -> Scenario:
         # fixed order, so that a scenario and its copy from text compile to the same program
         values=dict(sorted(values.items())),
         guard=guard,
-        parts=tuple(part for part, _ in parts),
+        parts=(
+            *(part for part, _ in parts),
+            *(Part(each.kind, each.name, each.kind) for each in craft.appendages),
+        ),
         sources=sources,
         texts=(
             *read_tables(chosen["reference"], parts, top, values["run.duration"]),
@@ -206,6 +209,8 @@ def _spacecraft_values(file: SpacecraftFile) -> dict[str, float]:
     for name, entry in numbers.items():
         each = np.broadcast_to(np.asarray(entry, dtype=float), (wheels.count,))
         found |= {f"wheel.{w}.{name}": float(each[k]) for k, w in enumerate(file.wheel_names)}
+    for part in file.appendages:
+        found |= {f"{part.kind}.{part.name}.{name}": v for name, v in part.values.items()}
     return found
 
 
