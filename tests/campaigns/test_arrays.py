@@ -67,7 +67,7 @@ def test_the_loop_is_closed_on_estimates_in_an_orbit():
         ),
         (("tracker_periods = 4", "tracker_periods = 0.5"), "key sensors.tracker_periods: found"),
         (("angle_walk = 2e-5", "angle_walk = 0.0"), "key sensors.angle_walk: found 0.0, expected"),
-        (("altitude = 500e3", 'altitude = "500 km"'), "key environment.altitude: found"),
+        (("altitude = 500e3", "altitude = -1.0"), "key environment.altitude: found"),
         (('kind = "orbit"', 'kind = "orbits"'), "key environment.kind: found 'orbits', expected"),
         (
             ('control_period = "0.25 s"', 'control_period = "5 s"'),

@@ -176,6 +176,14 @@ def test_numbers_of_all_parts_can_be_dispersed_and_the_loop_has_a_command(read, 
             }.get(name, (3,))
 
 
+def test_thrusters_of_a_scenario_get_the_control_period(read):
+    text = '[[actuator]]\nkind = "thrusters"\narm = "10 cm"\nforce = 0.05\nminimum = "20 ms"\n'
+    thrusters = setup_of(read('[controller]\nkind = "lqr"\n', text)).plant.actuators["thrusters"]
+    value = np.array([0.1, 0.1, 0.019, *np.zeros(9)])
+    torque = thrusters(value, np.array([1.0, 0.0, 0.0, 0.0]), 0.0)
+    np.testing.assert_allclose(torque, [2.0 * 0.1 * 0.05 * 0.1 / 0.5, 0.0, 0.0], rtol=1e-12)
+
+
 def test_heads_of_a_scenario_replace_the_tracker(read):
     setup = setup_of(read(TRACKER, ORBIT))
     seen = first_measurement(setup.sensor, setup.start, 0.5)

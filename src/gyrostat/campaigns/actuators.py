@@ -3,8 +3,10 @@
 from typing import Any
 
 from gyrostat.campaigns.components import Component, Options, stacked
-from gyrostat.campaigns.schema import Key, vector
+from gyrostat.campaigns.schema import Key, positive, size, vector
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.rotations import from_rotation_vector, rotation_matrix
+from gyrostat.spacecraft.actuators.thrusters import Thrusters
 from gyrostat.spacecraft.actuators.torque_rods import TorqueRods
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
@@ -26,6 +28,10 @@ def _torque_rods(options: Options, orbit: OrbitEnvironment, **given: Any) -> Tor
     return TorqueRods(orbit, stacked(options, "limit"), axes, options["duty"])
 
 
+def _thrusters(options: Options, period: Scalar, **given: Any) -> Thrusters:
+    return Thrusters.couples(options["arm"], options["force"], period, minimum=options["minimum"])
+
+
 ACTUATORS: dict[str, Component] = {
     "torque_rods": Component(
         "Three magnetic torque rods along the body axes "
@@ -38,6 +44,21 @@ ACTUATORS: dict[str, Component] = {
         },
         _torque_rods,
         needs=("orbit",),
+    ),
+    "thrusters": Component(
+        "Twelve thrusters in six pairs without net force, about +x, -x, +y, -y, +z and -z "
+        "(`gyrostat.spacecraft.Thrusters`), for a controller of your own. The command is the "
+        "on-time of each thruster in the control period, s, in the order of the pairs.",
+        {
+            "arm": positive("length", None, "Distance of each thruster from the centre of mass."),
+            "force": positive("N", None, "Thrust of each thruster."),
+            "minimum": size(
+                "time",
+                0.0,
+                "Minimum on-time: minimum impulse bit over thrust; a shorter command does nothing.",
+            ),
+        },
+        _thrusters,
     ),
 }
 """Kind of [[actuator]] -> component."""

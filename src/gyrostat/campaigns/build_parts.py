@@ -24,14 +24,16 @@ def named_parts(structure: Structure, values: Values, section: str, **given: Any
         structure: Structure of the scenario.
         values: Values of this run.
         section: Section of the parts.
-        given: Values of reserved fields of own parts.
+        given: Values of reserved fields of own parts. Parts of this package also get the control
+            period, `period`, s.
     """
     found = {}
     for part in structure.parts:
         if part.section == section:
             place = f"{section}.{part.name}"
             made = component(section, part.kind, structure.sources)
-            found[part.name] = made.make(options_of(values, place), place=place, **given)
+            own = {} if is_own(part.kind) else {"period": values["run.control_period"]}
+            found[part.name] = made.make(options_of(values, place), place=place, **given, **own)
     return found
 
 

@@ -1,5 +1,6 @@
 """Bodies with reaction wheels, their sensors, failures and environment."""
 
+from gyrostat.spacecraft.actuators.thrusters import Thrusters
 from gyrostat.spacecraft.actuators.torque_rods import TorqueRods
 from gyrostat.spacecraft.added_sensors import AddedSensor, AddedSensors
 from gyrostat.spacecraft.attitude_sensors import (
@@ -98,6 +99,7 @@ __all__ = [
     "TableMeasurement",
     "TableSensors",
     "TableState",
+    "Thrusters",
     "TorqueModel",
     "TorqueRods",
     "TrackerGyroMeasurement",
