@@ -19,7 +19,9 @@ from gyrostat.core.cache import private_cache
 from gyrostat.core.jax64 import jax
 from gyrostat.core.validation import check_parts, check_period
 
-# The program runs once, for milliseconds: optimising it takes seconds.
+# The program runs once, for milliseconds: optimising it takes seconds. `filter_jit` passes the
+# options to `jax.jit`, which its type does not show.
+_filter_jit: Any = eqx.filter_jit
 _RUN_ONCE = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
 
 
@@ -45,10 +47,10 @@ def plans_of(scenario: Scenario) -> Plans:
     # one program compiles in less time than the single operations
     given = structure_of(scenario), numbers, plans
     if scenario.sources:
-        setup, *first = eqx.filter_jit(first_sample, compiler_options=_RUN_ONCE)(*given)
+        setup, *first = _filter_jit(first_sample, compiler_options=_RUN_ONCE)(*given)
         check_first_sample(scenario, *first)
     else:
-        setup = eqx.filter_jit(build, compiler_options=_RUN_ONCE)(*given)
+        setup = _filter_jit(build, compiler_options=_RUN_ONCE)(*given)
     check_parts(setup.plant, setup.controller, setup.sensor, *setup.metrics.values())
     setup.plant.check_state(setup.start)
     check_period(scenario.values["run.control_period"], setup.controller)
