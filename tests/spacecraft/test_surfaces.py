@@ -37,11 +37,6 @@ def test_rows_are_surfaces_again():
     assert all(map(np.array_equal, jax.tree.leaves(again), jax.tree.leaves(BOX)))
 
 
-def test_the_torque_of_uniform_pressure_on_a_closed_box_is_zero():
-    force = -BOX.area[:, None] * BOX.normal
-    np.testing.assert_allclose(BOX.torque(force), 0.0, atol=1e-16)
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [

@@ -46,7 +46,8 @@ class AerodynamicTorque(Checked):
         pressure = 0.5 * self.density_scale * self.orbit.density(time) * self.drag_coefficient
         # not `maximum`, whose derivative at a tie is the mean of both sides
         flux = facets.area * jnp.where(normal > 0.0, normal, 0.0)
-        return facets.torque(-pressure * flux[:, None] * flow)
+        # all forces are parallel: one product with the sum of the weighted arms
+        return -pressure * jnp.cross(flux @ jnp.asarray(facets.centre), flow)
 
     def relative_velocity(self, time: Scalar) -> Vector3:
         """Velocity relative to the atmosphere, inertial axes, (3,), m/s, at a time, s."""

@@ -54,7 +54,9 @@ class SolarPressureTorque(Checked):
         cosine = normal @ direction
         # not `maximum`, whose derivative at a tie is the mean of both sides
         lit = facets.area * jnp.where(cosine > 0.0, cosine, 0.0)
-        along = 1.0 - jnp.asarray(facets.specular)
-        across = 2.0 * (facets.specular * cosine + jnp.asarray(facets.diffuse) / 3.0)
-        push = along[:, None] * direction + across[:, None] * normal
-        return facets.torque(-pressure * lit[:, None] * push)
+        along = lit * (1.0 - jnp.asarray(facets.specular))
+        across = lit * 2.0 * (facets.specular * cosine + jnp.asarray(facets.diffuse) / 3.0)
+        # the forces along the light are parallel: one product with the sum of the weighted arms
+        centre = jnp.asarray(facets.centre)
+        moment = jnp.cross(along @ centre, direction) + across @ jnp.cross(centre, normal)
+        return -pressure * moment

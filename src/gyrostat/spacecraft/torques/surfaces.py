@@ -7,10 +7,8 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
-from gyrostat.core.arrays import Vector3
 from gyrostat.core.checked import Checked, finite, share, size
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jnp
 from gyrostat.core.types import Matrix
 from gyrostat.core.validation import require
 from gyrostat.wheel.array import listed
@@ -144,14 +142,6 @@ class Surfaces(Checked):
         """Area, normal, centre, specular and diffuse share of each facet, (facets, 9), SI."""
         columns = (self.area, self.normal, self.centre, self.specular, self.diffuse)
         return np.column_stack([np.asarray(column, dtype=float) for column in columns])
-
-    def torque(self, force: Float[Array, "facets 3"]) -> Vector3:
-        """Torque about the origin of the centres, body axes, (3,), N·m.
-
-        Args:
-            force: Force on each facet, at its centre, body axes, (facets, 3), N.
-        """
-        return jnp.sum(jnp.cross(jnp.asarray(self.centre), force), axis=0)
 
     def check_own(self) -> None:
         """Validate shapes, normals and shares of the light.
