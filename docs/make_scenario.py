@@ -379,6 +379,10 @@ def dispersed():
     rows.append(
         "| `wheel.NAME.coulomb`, ... | | Parameters of the friction model of its model file. |"
     )
+    rows.append(
+        "| `flexible.NAME.KEY`, `hinged_panel.NAME.KEY`, `slosh.NAME.KEY` | | Numbers of an appendage "
+        "of the spacecraft file: [flexible appendages](flexible.md). |"
+    )
     rows += [named(f"start.{name}", key) for name, key in START.items()]
     parts = ", ".join(
         f"`{name}.KEY`"

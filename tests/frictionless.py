@@ -24,6 +24,9 @@ class Frictionless(eqx.Module):
     def rate(self, state):
         return self.gyrostat.rate(state)
 
+    def without_modes(self):
+        return self.gyrostat.without_modes()
+
     def __call__(self, state, command, time, duration):
         """dq/dt, dH/dt and dw/dt."""
         craft, wheels = self.gyrostat.spacecraft, self.gyrostat.spacecraft.wheels

@@ -258,3 +258,62 @@ def test_bad_masses_and_surfaces_are_named(tmp_path, old, new, complaint):
         read_spacecraft(path)
     assert str(raised.value).startswith(str(tmp_path))
     assert "\n" not in str(raised.value)
+
+
+FLEXIBLE = """
+[[flexible]]
+name = "wing"
+frequency = "500 mHz"
+participation = [1.5, 0.2, 0.0]
+[[slosh]]
+name = "tank"
+frequency = 0.4
+damping = 0.02
+mass = "20 kg"
+position = [0.0, 0.0, "30 cm"]
+direction = [2.0, 0.0, 0.0]
+[[hinged_panel]]
+name = "panel"
+frequency = "0.2 Hz"
+mass = 2
+inertia = [0.01, 0.1, 0.11]
+hinge = ["0.5 m", 0.0, 0.0]
+centre = ["1.5 m", 0.0, 0.0]
+axis = [0.0, 3.0, 0.0]
+"""
+MASSIVE = GOOD.replace("[body]", '[body]\nmass = "200 kg"\ncentre_of_mass = [0, 0, "10 cm"]')
+
+
+def test_appendages_are_modes(tmp_path):
+    modes = read_spacecraft(written(tmp_path, MASSIVE + FLEXIBLE)).modes
+    # in the order of kinds: flexible, hinged_panel, slosh
+    np.testing.assert_allclose(modes.frequency / (2.0 * np.pi), [0.5, 0.2, 0.4])
+    np.testing.assert_allclose(modes.damping, [0.0, 0.0, 0.02])
+    hinge = 0.1 + 2.0  # kg·m², of the panel about its hinge
+    panel = 2.0 * np.cross([1.5, 0.0, -0.1], [0.0, 0.0, -1.0]) + [0.0, 0.1, 0.0]
+    tank = np.sqrt(20.0) * np.cross([0.0, 0.0, 0.2], [1.0, 0.0, 0.0])
+    wanted = [[1.5, 0.2, 0.0], panel / np.sqrt(hinge), tank]
+    np.testing.assert_allclose(modes.participation, wanted)
+    moved = [np.zeros(3), [0.0, 0.0, -2.0 / np.sqrt(hinge * 200.0)], [np.sqrt(0.1), 0.0, 0.0]]
+    np.testing.assert_allclose(modes.translation, moved)
+    assert read_spacecraft(written(tmp_path, MASSIVE)).modes is None
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        (GOOD + FLEXIBLE, r"craft.toml: hinged_panel\[panel\]: found a spacecraft without mass"),
+        (FLEXIBLE.replace("[2.0,", "[0.0,"), r"slosh\[tank\]\.direction: found zero"),
+        (FLEXIBLE.replace("= 0.02", "= -0.02"), r"slosh\[tank\]\.damping: found -0\.02"),
+        (FLEXIBLE.replace("[1.5, 0.2,", "[9.5, 0.2,"), "kg·m² as least inertia of the body"),
+        (FLEXIBLE.replace('"20 kg"', '"250 kg"'), "of the mass of the spacecraft"),
+        (FLEXIBLE.replace("[0.01, 0.1, 0.11]", "[0.01, 0.1]"), r"panel\]\.inertia: found 2 values"),
+        (FLEXIBLE.replace('"500 mHz"', "0"), r"flexible\[wing\]\.frequency: found 0"),
+        (FLEXIBLE.replace('"wing"', '"a.b"'), "found 'a.b', expected no dot"),
+        (FLEXIBLE.replace("position", "place"), r"slosh\[tank\]\.place: found an unknown key"),
+    ],
+)
+def test_appendages_that_cannot_be(tmp_path, text, found):
+    text = text if "[body]" in text else MASSIVE + text
+    with pytest.raises(InputError, match=found):
+        read_spacecraft(written(tmp_path, text))
