@@ -32,7 +32,7 @@ from gyrostat.spacecraft import (
     WheelFailures,
 )
 from gyrostat.wheel import Driver, WheelArray
-from gyrostat.wheel.friction import FRICTION_MODELS, Friction
+from gyrostat.wheel.friction import WHEEL_FRICTION, Friction
 
 
 class Setup(NamedTuple):
@@ -97,13 +97,13 @@ def spacecraft_of(structure: Structure, values: Values) -> Spacecraft:
     def each(name: str) -> Any:
         return _each(structure, values, name)
 
-    model = FRICTION_MODELS[structure.friction]
+    model = WHEEL_FRICTION[structure.friction]
     wheels = WheelArray(
         axes=jnp.asarray(structure.axes).T,
         inertia=each("inertia"),
         torque_limit=each("torque_limit"),
         momentum_limit=each("momentum_limit"),
-        friction=model(**{name: each(name) for name in model.dimensions()}),
+        friction=model.of(**{name: each(name) for name in model.dimensions()}),
     )
     return Spacecraft(
         jnp.stack([jnp.stack(jax.tree.map(jnp.asarray, row)) for row in rows]), wheels
@@ -150,7 +150,7 @@ def _friction_steps(structure: Structure, values: Values, before: Friction) -> F
             factor = 1.0 if dimension == "speed" else own["factor"]
             value = own.get(name, factor * after[name])
             after[name] = jnp.where(index, value, after[name])
-    return FrictionSteps(time, type(before)(**after))
+    return FrictionSteps(time, type(before).of(**after))
 
 
 def phases_of(structure: Structure) -> list[Event]:

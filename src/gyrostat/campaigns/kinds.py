@@ -30,7 +30,7 @@ from gyrostat.campaigns.schema import (
 )
 from gyrostat.campaigns.schema import INERTIA as INERTIA_KEY
 from gyrostat.campaigns.structure import Structure
-from gyrostat.wheel.friction import FRICTION_MODELS
+from gyrostat.wheel.friction import WHEEL_FRICTION
 
 KINDS: Mapping[str, Mapping[str, Component]] = {
     "controller": CONTROLLERS,
@@ -106,7 +106,7 @@ def is_shipped(scenario: Scenario | Structure) -> bool:
     code = [
         getattr(part, name) for part in parts for name in ("make", "plan") if hasattr(part, name)
     ]
-    code.append(FRICTION_MODELS[scenario.friction])
+    code.append(WHEEL_FRICTION[scenario.friction])
     return all(getattr(each, "__module__", "").startswith("gyrostat.") for each in code)
 
 
@@ -137,7 +137,7 @@ def own_event_keys(kind: str, sources: tuple[Source, ...]) -> dict[str, Key]:
 
 def numbers_of(scenario: Scenario) -> dict[str, Key]:
     """Full key -> schema entry, for every number of a scenario with these components."""
-    friction = FRICTION_MODELS[scenario.friction].dimensions()
+    friction = WHEEL_FRICTION[scenario.friction].dimensions()
     fields = measured(scenario.parts, scenario.sources)
     sections: dict[str, Mapping[str, Key]] = {
         "body.inertia": dict.fromkeys(INERTIA, INERTIA_KEY),

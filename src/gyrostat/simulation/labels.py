@@ -21,6 +21,7 @@ _VECTORS = (
 _PER_WHEEL = (
     *("wheel_speed", "wheel_momentum", "wheel_angle", "wheel_measured", "motor_current"),
     *("torque", "torque_demand", "speed", "set_point", "integral", "saturated", "works"),
+    "deflection",
 )
 _LONG_NAMES = {
     "attitude": "attitude of the body relative to inertial space",
@@ -30,6 +31,7 @@ _LONG_NAMES = {
     "target": "target attitude",
     "works": "wheel considered working",
     "saturated": "at the torque limit",
+    "deflection": "deflection of the bristles",
 }
 
 

@@ -33,8 +33,9 @@ from gyrostat.spacecraft.torque_models import (
     torque_models,
 )
 from gyrostat.spacecraft.wheels_on_body import Carrier, WheelsOnBody
-from gyrostat.wheel import Motion, step_coupled_wheels
+from gyrostat.wheel import Motion, step_coupled_bristles, step_coupled_wheels
 from gyrostat.wheel.array import listed, zeros
+from gyrostat.wheel.friction import LuGre
 
 
 class Gyrostat(Checked):
@@ -46,7 +47,8 @@ class Gyrostat(Checked):
     torque, F_i its friction, T the external torque in body axes. The state contains H, and w is
     computed from it, so that without external torque H is conserved to the last bit. P. C. Hughes,
     "Spacecraft Attitude Dynamics", section 3.4. The times at which wheels stick, break away and
-    cross zero speed are resolved (`gyrostat.wheel.step_coupled_wheels`).
+    cross zero speed are resolved (`gyrostat.wheel.step_coupled_wheels`). With LuGre friction, the
+    deflections of the bristles are part of the state (`gyrostat.wheel.step_coupled_bristles`).
 
     Attributes:
         spacecraft: Body and wheels.
@@ -111,6 +113,7 @@ class Gyrostat(Checked):
         attitude: Any = (1.0, 0.0, 0.0, 0.0),
         rate: Any = (0.0, 0.0, 0.0),
         wheel_speed: Any = 0.0,
+        deflection: Any = None,
     ) -> GyrostatState:
         """Create a state from attitude, rate and wheel speeds.
 
@@ -118,13 +121,26 @@ class Gyrostat(Checked):
             attitude: Attitude quaternion, (4,), scalar first; it is normalised.
             rate: Body rate in body axes, (3,), rad/s.
             wheel_speed: Wheel speeds relative to the body, (wheels,), or one value for all, rad/s.
+            deflection: Deflections of the bristles with LuGre friction, (wheels,), or one value for
+                all, rad; None: those of steady rotation, which are zero at rest.
+
+        Raises:
+            InputError: A deflection is given, and the friction has no bristles.
         """
         wheels = self.spacecraft.wheels
         quaternion = normalised(jnp.asarray(attitude, dtype=float))
         speed = jnp.broadcast_to(jnp.asarray(wheel_speed, dtype=float), (wheels.count,))
         rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * speed)
         momentum = self.spacecraft.inertia_locked() @ jnp.asarray(rate, dtype=float) + rotors
-        return GyrostatState(quaternion, to_inertial(quaternion, momentum), speed)
+        state = GyrostatState(quaternion, to_inertial(quaternion, momentum), speed)
+        if isinstance(wheels.friction, LuGre):
+            given = wheels.friction.steady_deflection(speed) if deflection is None else deflection
+            deflection = jnp.broadcast_to(jnp.asarray(given, dtype=float), speed.shape)
+        elif deflection is not None:
+            raise InputError(
+                f"deflection: found one, expected none with {wheels.friction.name} friction"
+            )
+        return state._replace(deflection=deflection)
 
     def check_state(self, state: GyrostatState) -> None:
         """Validate a state.
@@ -133,10 +149,12 @@ class Gyrostat(Checked):
             state: One state, or several with a leading axis of runs.
 
         Raises:
-            InputError: A shape is wrong, the quaternion is not of unit length, or a wheel is above
-                its momentum limit.
+            InputError: A shape is wrong, the quaternion is not of unit length, a wheel is above its
+                momentum limit, or there are no deflections of the bristles of LuGre friction.
         """
         wheels = self.spacecraft.wheels
+        if isinstance(wheels.friction, LuGre) and state.deflection is None:
+            raise InputError("deflection: found none, expected those of the bristles, rad")
         for name, value in state._asdict().items():
             length = {"attitude": 4, "momentum": 3}.get(name, wheels.count)
             if value is not None and np.shape(value)[-1:] != (length,):
@@ -235,9 +253,16 @@ class Gyrostat(Checked):
             inverse_locked=inverse_definite(self.spacecraft.inertia_locked()),
         )
         motion = Motion(state.wheel_speed, Carrier(state.attitude, state.momentum))
-        motion, resolved = step_coupled_wheels(contacts, motion, duration)
-        attitude = normalised(motion.carrier.attitude)
-        return GyrostatState(attitude, motion.carrier.momentum, motion.speed), resolved
+        deflection = state.deflection
+        if isinstance(friction, LuGre):
+            motion, deflection, resolved = step_coupled_bristles(
+                contacts, motion, deflection, seized, duration
+            )
+        else:
+            motion, resolved = step_coupled_wheels(contacts, motion, duration)
+        attitude, momentum = normalised(motion.carrier.attitude), motion.carrier.momentum
+        state = GyrostatState(attitude, momentum, motion.speed, deflection=deflection)
+        return state, resolved
 
     def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""

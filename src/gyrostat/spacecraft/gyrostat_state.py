@@ -21,6 +21,7 @@ class GyrostatState(NamedTuple):
             them (`ImbalancedGyrostat` does).
         motor_current: Motor currents, (wheels,), A; None for ideal torque motors, without a
             `DrivenGyrostat`.
+        deflection: Deflections of the bristles, (wheels,), rad; None unless the friction is LuGre.
     """
 
     attitude: Annotated[Quaternion, "1"]
@@ -28,6 +29,7 @@ class GyrostatState(NamedTuple):
     wheel_speed: Annotated[PerWheel, "rad/s"]
     wheel_angle: Annotated[PerWheel | None, "rad"] = None
     motor_current: Annotated[PerWheel | None, "A"] = None
+    deflection: Annotated[PerWheel | None, "rad"] = None
 
 
 class WheelTorqueCommand(NamedTuple):

@@ -230,7 +230,9 @@ def _friction(
             )
     dimensions = kind.dimensions()
     return {
-        "friction": kind(**{n: np.array([model.values[n] for model in known]) for n in dimensions})
+        "friction": kind.of(
+            **{n: np.array([model.values[n] for model in known]) for n in dimensions}
+        )
     }
 
 
