@@ -61,7 +61,8 @@ soak: $(VENV)/.test
 	done; test -z "$$failed" || { echo "failed:$$failed" >&2; exit 1; }
 
 peers: $(VENV)/.peers
-	$(BIN)/python -m pytest -q tests/exports
+	$(BIN)/python -m pytest -q tests/exports tests/spacecraft/test_against_basilisk.py \
+		tests/spacecraft/test_torques_against_basilisk.py
 
 lint: $(VENV)/.check
 	$(BIN)/ruff check .

@@ -20,7 +20,13 @@ import numpy as np
 from Basilisk import __version__
 from Basilisk.architecture import messaging
 from Basilisk.fswAlgorithms import attTrackingError, inertial3D, mrpFeedback, rwMotorTorque
-from Basilisk.simulation import extForceTorque, reactionWheelStateEffector, simpleNav, spacecraft
+from Basilisk.simulation import (
+    MtbEffector,
+    extForceTorque,
+    reactionWheelStateEffector,
+    simpleNav,
+    spacecraft,
+)
 from Basilisk.utilities import SimulationBaseClass, macros, simIncludeRW
 
 WORKERS = 2
@@ -133,6 +139,50 @@ def coast(run, step, duration, every):
     simulation.ConfigureStopTime(macros.sec2nano(duration))
     simulation.ExecuteSimulation()
     return speeds.wheelSpeeds[:, 0].tolist()
+
+
+def torque_rods(run, axes, limit, field, step, duration, every):
+    """Motion of a rigid body, with torque rods of constant command in a constant field.
+
+    Args:
+        run: `inertia` (3, 3), kg·m², and `dipole` (rods,), the commands, A·m².
+        axes: of the rods, (3, rods), unit vectors.
+        limit: of each rod, (rods,), A·m².
+        field: in inertial axes, (3,), T.
+        step: of integration, s.
+        duration: s.
+        every: time between samples, s.
+
+    Returns:
+        `mrp` and `rate`, rad/s, at each sample, from rest.
+    """
+    simulation = SimulationBaseClass.SimBaseClass()
+    process = simulation.CreateNewProcess("process")
+    process.addTask(simulation.CreateNewTask("task", macros.sec2nano(step)))
+    hub = spacecraft.Spacecraft()
+    hub.hub.mHub, hub.hub.IHubPntBc_B = 100.0, run["inertia"]
+    rods = MtbEffector.MtbEffector()
+    payload = messaging.MTBArrayConfigMsgPayload()
+    payload.numMTB = len(limit)
+    payload.GtMatrix_B, payload.maxMtbDipoles = np.ravel(axes).tolist(), limit
+    known = messaging.MTBArrayConfigMsg().write(payload)
+    commanded = messaging.MTBCmdMsgPayload()
+    commanded.mtbDipoleCmds = run["dipole"]
+    command = messaging.MTBCmdMsg().write(commanded)
+    around = messaging.MagneticFieldMsgPayload(magField_N=field)
+    around = messaging.MagneticFieldMsg().write(around)
+    rods.mtbParamsInMsg.subscribeTo(known)
+    rods.mtbCmdInMsg.subscribeTo(command)
+    rods.magInMsg.subscribeTo(around)
+    hub.addDynamicEffector(rods)
+    simulation.AddModelToTask("task", hub)
+    simulation.AddModelToTask("task", rods)
+    body = hub.scStateOutMsg.recorder(macros.sec2nano(every))
+    simulation.AddModelToTask("task", body)
+    simulation.InitializeSimulation()
+    simulation.ConfigureStopTime(macros.sec2nano(duration))
+    simulation.ExecuteSimulation()
+    return {"mrp": body.sigma_BN.tolist(), "rate": body.omega_BN_B.tolist()}
 
 
 def timed(work, run):

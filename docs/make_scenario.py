@@ -3,9 +3,11 @@
 from pathlib import Path
 
 from gyrostat.campaigns.components import COMPENSATORS, ESTIMATORS, SENSORS
-from gyrostat.campaigns.controllers import CONTROLLERS
-from gyrostat.campaigns.environments import ENVIRONMENTS, TORQUES
+from gyrostat.campaigns.environments import ENVIRONMENTS
+from gyrostat.campaigns.kinds import KINDS, PARTS
 from gyrostat.campaigns.metrics.schema import (
+    BUDGET,
+    GAINED,
     METRICS,
     PERCENTILE,
     RESULTS,
@@ -13,6 +15,7 @@ from gyrostat.campaigns.metrics.schema import (
     WINDOW_PERCENTILE,
     WINDOW_RESULTS,
 )
+from gyrostat.campaigns.orbits import ORBITS
 from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
 from gyrostat.campaigns.schema import (
     EVENTS,
@@ -97,6 +100,7 @@ EXTRA = {
         ("target", "1", "[1, 0, 0, 0]", "Target attitude (quaternion), until an event changes it."),
     ],
     "compensator": [("kind", "", "none", "One of the kinds below; or instead"), OWN],
+    "unloading": [("kind", "", "none", "One of the kinds below.")],
     "sensors": [("kind", "", "white_noise", "One of the kinds below.")],
     "estimator": [
         (
@@ -109,6 +113,10 @@ EXTRA = {
     ],
     "guard": [
         ("on_bad", "", "hold", "Command after a rejected sample: hold or zero."),
+    ],
+    "orbit": [
+        ("kind", "", "none", "One of the kinds below."),
+        ("epoch", "", "that of the elements or the file", "UTC time at time 0 of the run."),
     ],
     "environment": [("kind", "", "constant", "One of the kinds below.")],
     "reference": [("kind", "", "fixed", "One of the kinds below, or `python` in its place.")],
@@ -124,6 +132,12 @@ EXTRA = {
             "1",
             "none",
             "Body direction whose error is evaluated; none: full attitude error.",
+        ),
+        (
+            "momentum_budget",
+            "",
+            "false",
+            "Whether the momentum that each external torque adds is a metric, `gained.NAME`.",
         ),
     ],
 }
@@ -214,6 +228,10 @@ its rate limit is rejected: the safe command is used until the next valid sample
 star tracker, whose measurements have a validity flag, only the affected values are rejected.
 `sample_status` and `samples_missed` are recorded. Omit the section for a controller without guard:
 a sample that is not finite then ends the run."""
+ORBIT_TEXT = """Orbit with an epoch, for torques, sensors, actuators and references that need it
+([Orbits](orbit.md)). It is computed before the runs, by the libraries of the extra `orbit`
+(`pip install 'gyrostat[orbit]'`), and interpolated in the runs. Inertial axes are then those of the
+GCRS. `epoch` is the UTC time at time 0 of the run, such as `"2026-11-22T10:00:00Z"`."""
 REFERENCE = """The wanted attitude over time. Controllers follow its attitude, rate and acceleration
 without lag ([how to](references.md)). With another kind than `fixed`, `controller.target` and
 events of the kind `slew` are refused. `python = "FILE.py:NAME"` in place of `kind` names an own
@@ -225,19 +243,28 @@ Any number of further external torques, added to that of `[environment]`: one of
 The optional `name` is used in keys such as `environment.torque.drag.area`; it consists of letters,
 digits and underscores. By default it is the kind, or the class in lower case with underscores.
 """
-LISTS_TEXT = """## [[sensor]]
+HEADS_TEXT = """## [[star_tracker]]
 
-Any number of [your own sensors](your_own_parts.md#sensors), `python = "FILE.py:NAME"`, in addition
-to `[sensors]`. `name` (by default the class in lower case with underscores) is the field of the
-measurement that the sensor gives. Sensor faults (`sensor = "NAME"`) and the limits of `[guard]`
+One table for each head of the star tracker of the sensors `star_tracker_gyro`
+([Sensors and actuators](sensors_and_actuators.md#star-tracker-heads)). Without any, the tracker has
+the noise `sensors.attitude_sigma` about each body axis and is never blind; with heads, this is the
+noise that the estimator assumes. The optional `name` is used in keys; by default it is `head`.
+"""
+SENSOR_TEXT = """## [[sensor]]
+
+Any number of sensors in addition to `[sensors]`: one of the kinds below, or [your
+own](your_own_parts.md#sensors) with `python = "FILE.py:NAME"` instead of `kind`. `name` (by default
+the kind, or the class in lower case with underscores) is the field of the measurement that the
+sensor gives. Sensor faults (`sensor = "NAME"`) and the limits of `[guard]`
 (`NAME_lower`, `NAME_upper`, `NAME_change`, in the unit of the sensor) apply to it. Its noise does
 not change that of the other sensors.
+"""
+ACTUATOR_TEXT = """## [[actuator]]
 
-## [[actuator]]
-
-Any number of [your own actuators](your_own_parts.md#actuators), `python = "FILE.py:NAME"`, in
-addition to the wheels. `name` is the field of the command that drives the actuator; the controller
-must command it. It is subject to `run.command_delay`.
+Any number of actuators in addition to the wheels: one of the kinds below, or [your
+own](your_own_parts.md#actuators) with `python = "FILE.py:NAME"` instead of `kind`. `name` is the
+field of the command that drives the actuator; the controller must command it. It is subject to
+`run.command_delay`.
 """
 OWN_EVENT = """`python = "FILE.py:NAME"` instead of `kind`: [an event of your
 own](your_own_parts.md#events), which changes numbers of the spacecraft at the exact `time`.
@@ -356,7 +383,16 @@ def dispersed():
     parts = ", ".join(
         f"`{name}.KEY`"
         for name in (
-            *("controller", "compensator", "estimator", "sensors", "environment", "reference"),
+            *(
+                "controller",
+                "compensator",
+                "unloading",
+                "estimator",
+                "sensors",
+                "orbit",
+                "environment",
+                "reference",
+            ),
             *("reference.slew.NAME", "reference.mode.NAME", "guard"),
         )
     )
@@ -364,7 +400,7 @@ def dispersed():
         f"| {parts} | | Keys of the chosen kinds; for a vector `.x`, `.y`, `.z` of the key. |"
     )
     rows.append("| `window.NAME.KEY` | | Numbers of a window of the metrics. |")
-    lists = ("environment.torque", "sensor", "actuator", "metric")
+    lists = ("environment.torque", "star_tracker", "sensor", "actuator", "metric")
     parts = ", ".join(f"`{name}.NAME.KEY`" for name in lists)
     rows.append(f"| {parts} | | Numbers of the part with this name. |")
     rows.append(
@@ -393,10 +429,16 @@ def page():
     for name, components, text in (
         (
             "controller",
-            CONTROLLERS,
+            KINDS["controller"],
             "The controller is designed for the nominal spacecraft, and again at events.",
         ),
         ("compensator", COMPENSATORS, ""),
+        (
+            "unloading",
+            KINDS["unloading"],
+            "Momentum unloading of the wheels, added to the controller and its compensator "
+            "([Sensors and actuators](sensors_and_actuators.md#momentum-unloading)).",
+        ),
         ("sensors", SENSORS, ""),
         (
             "estimator",
@@ -404,13 +446,20 @@ def page():
             "The estimator processes the measurements before the controller uses them. With a "
             "controller of your own, the kind `none` fits any sensors.",
         ),
+        ("orbit", ORBITS, ORBIT_TEXT),
         ("environment", ENVIRONMENTS, ""),
         ("reference", REFERENCES, REFERENCE),
     ):
         lines += [*section(name, {}, text), *kinds(components)]
     for name, components in (("reference.slew", SLEWS), ("reference.mode", MODES)):
         lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(components)]
-    lines += [TORQUES_TEXT, *kinds(TORQUES), LISTS_TEXT]
+    for text, section_name in (
+        (TORQUES_TEXT, "environment.torque"),
+        (HEADS_TEXT, "star_tracker"),
+        (SENSOR_TEXT, "sensor"),
+        (ACTUATOR_TEXT, "actuator"),
+    ):
+        lines += [text, *kinds(PARTS[section_name])]
     lines += section("guard", GUARD, GUARD_TEXT)
     lines += [
         "## [[event]]",
@@ -431,7 +480,7 @@ def page():
     lines += section("metrics", METRICS)
     window = section("[metrics.window]", WINDOW, WINDOW_TEXT)
     lines += [*window, METRIC_TEXT, METRICS_OUT, "| metric | unit | meaning |", "|---|---|---|"]
-    results = {"error_pNN": PERCENTILE, **RESULTS}
+    results = {"error_pNN": PERCENTILE, **RESULTS, f"{GAINED}.NAME": BUDGET}
     lines += [*(f"| `{n}` | {u} | {m} |" for n, (u, m) in results.items()), ""]
     lines += [WINDOW_OUT, "| metric | unit | requested by | meaning |", "|---|---|---|---|"]
     unit, meaning = WINDOW_PERCENTILE

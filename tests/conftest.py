@@ -164,7 +164,7 @@ def table_reference(module_at):
 
 @pytest.fixture(scope="session")
 def frictionless(module_at):
-    """The gyrostat without friction and external torques of frictionless.py beside this file."""
+    """The gyrostat without friction of frictionless.py beside this file."""
     return module_at(Path(__file__).with_name("frictionless.py")).Frictionless
 
 

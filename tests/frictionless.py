@@ -4,12 +4,13 @@ import equinox as eqx
 
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
-from gyrostat.core.rotations import normalised, rate_of_quaternion, to_body
+from gyrostat.core.rotations import normalised, rate_of_quaternion, to_body, to_inertial
 from gyrostat.spacecraft import Gyrostat, GyrostatState
+from gyrostat.spacecraft.torque_models import commanded_torques
 
 
 class Frictionless(eqx.Module):
-    """Wheels without friction on a body: one Runge-Kutta step, which compiles soon."""
+    """Wheels without friction or limits on a body: one Runge-Kutta step, which compiles soon."""
 
     gyrostat: Gyrostat
 
@@ -24,22 +25,27 @@ class Frictionless(eqx.Module):
         return self.gyrostat.rate(state)
 
     def __call__(self, state, command, time, duration):
-        """dq/dt and dw/dt at a constant momentum."""
-        wheels = self.gyrostat.spacecraft.wheels
+        """dq/dt, dH/dt and dw/dt."""
+        craft, wheels = self.gyrostat.spacecraft, self.gyrostat.spacecraft.wheels
+        given = commanded_torques(self.gyrostat.actuators, command)
 
-        def slope(state):
-            rate = self.gyrostat.rate(state)
-            turning = jnp.cross(rate, to_body(state.attitude, state.momentum))
-            inverse = inverse_definite(jnp.asarray(self.gyrostat.spacecraft.inertia))
-            turn = inverse @ (-turning - wheels.axes @ command.torque)
+        def slope(state, now):
+            rate, attitude = self.gyrostat.rate(state), state.attitude
+            torque = self.gyrostat.torque(attitude, now)
+            for part in given:
+                torque = torque + part(craft, attitude, now)
+            turning = jnp.cross(rate, to_body(attitude, state.momentum))
+            inverse = inverse_definite(jnp.asarray(craft.inertia))
+            turn = inverse @ (torque - turning - wheels.axes @ command.torque)
             speed = command.torque / wheels.inertia - wheels.axes.T @ turn
-            return GyrostatState(rate_of_quaternion(state.attitude, rate), jnp.zeros(3), speed)
+            gained = to_inertial(attitude, torque)
+            return GyrostatState(rate_of_quaternion(attitude, rate), gained, speed)
 
         def stage(carry, share):
             total, rate = carry
             reach, weight = share
             there = jax.tree.map(lambda y, k: y + reach * duration * k, state, rate)
-            rate = slope(there)
+            rate = slope(there, time + reach * duration)
             return (jax.tree.map(lambda y, k: y + weight * duration * k, total, rate), rate), None
 
         shares = (jnp.array([0.0, 0.5, 0.5, 1.0]), jnp.array([1.0, 2.0, 2.0, 1.0]) / 6.0)

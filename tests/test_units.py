@@ -23,6 +23,7 @@ def test_si_units_are_spelled_as_the_outputs_spell_them():
         "length": "m",
         "area": "m²",
         "magnetic_dipole": "A·m²",
+        "flux_density": "T",
         "imbalance": "kg·m",
         "viscous": "N·m·s/rad",
         "torque_per_temperature": "N·m/°C",

@@ -60,7 +60,7 @@ def _carried(plant, state, torques, times, period, tolerance):
         state, resolved = plant(state, WheelTorqueCommand(torque), time, period)
         return state, (state, plant.rate(state), plant.kinetic_energy(state), resolved)
 
-    with mock.patch("gyrostat.spacecraft.gyrostat.step_coupled_bristles", stepping):
+    with mock.patch("gyrostat.spacecraft.wheel_friction.step_coupled_bristles", stepping):
         return jax.lax.scan(tick, state, (torques, times))[1]
 
 

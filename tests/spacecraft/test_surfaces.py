@@ -29,6 +29,14 @@ def test_a_panel_has_two_sides_of_one_place():
     np.testing.assert_allclose([wing.area, wing.specular], [[2.0, 2.0], [0.5, 0.5]])
 
 
+def test_rows_are_surfaces_again():
+    rows = BOX.rows()
+    assert rows.shape == (6, 9)
+    np.testing.assert_array_equal(rows[2], [0.1, 0, 1, 0, 0.01, 0.13, 0.03, 0.3, 0.2])
+    again = Surfaces.of_rows(rows)
+    assert all(map(np.array_equal, jax.tree.leaves(again), jax.tree.leaves(BOX)))
+
+
 def test_the_torque_of_uniform_pressure_on_a_closed_box_is_zero():
     force = -BOX.area[:, None] * BOX.normal
     np.testing.assert_allclose(BOX.torque(force), 0.0, atol=1e-16)

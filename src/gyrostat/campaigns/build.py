@@ -1,20 +1,35 @@
 """Build the plant, controller, sensor and initial state of a run from a scenario."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat.campaigns.build_parts import named_parts, with_events, with_sensors
+from gyrostat.campaigns.build_parts import (
+    modes_of_run,
+    named_parts,
+    with_events,
+    with_heads,
+    with_sensors,
+)
 from gyrostat.campaigns.build_reference import planned_reference, reference_of, steps_reference
+from gyrostat.campaigns.build_spacecraft import (
+    failures_of,
+    friction_steps_of,
+    has_section,
+    of_wheels,
+    spacecraft_of,
+)
 from gyrostat.campaigns.components import stacked
 from gyrostat.campaigns.controllers import IGNORED, NOTIFIED, DesignCase
-from gyrostat.campaigns.kinds import chosen
-from gyrostat.campaigns.phases import Phases
+from gyrostat.campaigns.environments import environment_torques
+from gyrostat.campaigns.kinds import check_needs, chosen
+from gyrostat.campaigns.metrics.budget import Budget
+from gyrostat.campaigns.orbits import orbit_of_run, planned_orbit
+from gyrostat.campaigns.phases import Phases, in_orbit
 from gyrostat.campaigns.references import PlannedReference
-from gyrostat.campaigns.scenario import AXES, INERTIA, Event, Scenario
-from gyrostat.campaigns.schema import WHEEL_IS_LOST
+from gyrostat.campaigns.scenario import AXES, Event, Scenario
 from gyrostat.campaigns.sensing import Values, guarded, options_of, with_faults
 from gyrostat.campaigns.structure import Structure, notified, structure_of
 from gyrostat.control.guidance import Guided, Reference
@@ -24,15 +39,13 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import from_rotation_vector, product
 from gyrostat.spacecraft import (
     DrivenGyrostat,
-    FrictionSteps,
     Gyrostat,
     Imbalance,
     ImbalancedGyrostat,
     Spacecraft,
-    WheelFailures,
 )
-from gyrostat.wheel import Driver, WheelArray
-from gyrostat.wheel.friction import WHEEL_FRICTION, Friction
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+from gyrostat.wheel import Driver
 
 
 class Setup(NamedTuple):
@@ -47,6 +60,7 @@ class Setup(NamedTuple):
         targets: Target attitude of each phase, (phases, 4), scalar first.
         metrics: Own metrics by name.
         reference: Reference attitude; None for the targets of the phases.
+        budget: Momentum budget; None unless it is requested.
     """
 
     plant: Any
@@ -57,6 +71,7 @@ class Setup(NamedTuple):
     targets: Float[Array, "phases 4"]
     metrics: dict[str, Any]
     reference: Reference | None = None
+    budget: Budget | None = None
 
 
 class Plans(NamedTuple):
@@ -69,6 +84,7 @@ class Plans(NamedTuple):
         known: Nominal spacecraft, the model of the controller.
         sensors: Nominal options of the sensors, the model of the estimator.
         reference: Part of the reference that is computed once; None for fixed targets.
+        orbit: Tables along the orbit; None without an orbit.
     """
 
     controllers: tuple[Any, ...]
@@ -77,80 +93,7 @@ class Plans(NamedTuple):
     known: Spacecraft
     sensors: dict[str, np.ndarray]
     reference: PlannedReference | None = None
-
-
-def _each(structure: Structure, values: Values, name: str) -> Any:
-    """Values of one key for all wheels, (wheels,)."""
-    return jnp.stack([jnp.asarray(values[f"wheel.{w}.{name}"]) for w in structure.wheels])
-
-
-def _has(structure: Structure, name: str) -> bool:
-    """Whether the scenario has the optional section with this wheel key."""
-    return f"wheel.{structure.wheels[0]}.{name}" in structure.keys
-
-
-def spacecraft_of(structure: Structure, values: Values) -> Spacecraft:
-    """Spacecraft with the given values."""
-    xx, yy, zz, xy, xz, yz = (values[f"body.inertia.{end}"] for end in INERTIA)
-    rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-
-    def each(name: str) -> Any:
-        return _each(structure, values, name)
-
-    model = WHEEL_FRICTION[structure.friction]
-    wheels = WheelArray(
-        axes=jnp.asarray(structure.axes).T,
-        inertia=each("inertia"),
-        torque_limit=each("torque_limit"),
-        momentum_limit=each("momentum_limit"),
-        friction=model.of(**{name: each(name) for name in model.dimensions()}),
-    )
-    return Spacecraft(
-        jnp.stack([jnp.stack(jax.tree.map(jnp.asarray, row)) for row in rows]), wheels
-    )
-
-
-def _failures(structure: Structure, values: Values) -> WheelFailures | None:
-    failing = [e for e in structure.events if e.wheel is not None and e.kind != "friction_step"]
-    if not failing:
-        return None
-    failures = WheelFailures.none(len(structure.wheels))
-    for event in failing:
-        own = options_of(values, f"event.{event.name}")
-        seized, share = event.kind == "seized", own.get("torque_share", 1.0)
-        if event.kind in WHEEL_IS_LOST:
-            share = 0.0
-        index = jnp.arange(len(structure.wheels)) == event.wheel
-        changed = WheelFailures(
-            time=own["time"],
-            torque_share=share,
-            stuck_torque=own.get("torque", 0.0),
-            seized=seized,
-            added_viscous=own.get("added_viscous", 0.0),
-            sensor_lost=event.kind == "tachometer_lost",
-        )
-        failures = jax.tree.map(
-            lambda new, old, own=index: jnp.where(own, new, old), changed, failures
-        )
-    return failures
-
-
-def _friction_steps(structure: Structure, values: Values, before: Friction) -> FrictionSteps | None:
-    stepping = [event for event in structure.events if event.kind == "friction_step"]
-    if not stepping:
-        return None
-    time, dimensions = jnp.full(len(structure.wheels), jnp.inf), before.dimensions()
-    after = before.parameters()
-    for event in stepping:
-        own = options_of(values, f"event.{event.name}")
-        index = jnp.arange(len(structure.wheels)) == event.wheel
-        time = jnp.where(index, own["time"], time)
-        for name, dimension in dimensions.items():
-            # the factor scales friction torques and drag, not the speeds of the friction curve
-            factor = 1.0 if dimension == "speed" else own["factor"]
-            value = own.get(name, factor * after[name])
-            after[name] = jnp.where(index, value, after[name])
-    return FrictionSteps(time, type(before).of(**after))
+    orbit: OrbitEnvironment | None = None
 
 
 def phases_of(structure: Structure) -> list[Event]:
@@ -170,8 +113,13 @@ def plan(scenario: Scenario) -> Plans:
     Raises:
         InputError: The working wheels do not suffice in a phase.
     """
+    check_needs(scenario)
     structure = structure_of(scenario)
     known = spacecraft_of(structure, scenario.values)
+    modes = modes_of_run(structure, scenario.values, known)
+    if modes is not None:
+        modes.check()
+        modes.check_inertia(known.inertia)
     controller = chosen(scenario, "controller")
     count = len(scenario.wheels)
     left, seized = np.ones(count, bool), np.zeros(count, bool)
@@ -219,55 +167,63 @@ def plan(scenario: Scenario) -> Plans:
         known,
         {name: np.asarray(value) for name, value in sensors.items()},
         planned_reference(scenario, known, np.array(working)),
+        planned_orbit(scenario),
     )
 
 
-def _plant(structure: Structure, values: Values, options: Values, plans: Plans) -> Any:
-    """Spacecraft with environment, actuators and own events, and its initial state."""
+def _plant(structure: Structure, values: Values, options: Values, plans: Plans, orbit: Any) -> Any:
+    """Spacecraft with environment, actuators and own events, its initial state, and budget."""
     own = chosen(structure, "environment").make(options_of(values, "environment"))
     if "external_torque_limit" in options:
         own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
     craft = spacecraft_of(structure, values)
-    own["friction_steps"] = _friction_steps(structure, values, craft.wheels.friction)
-    given = {"spacecraft": plans.known}
+    own["friction_steps"] = friction_steps_of(structure, values, craft.wheels.friction)
+    given = {"spacecraft": plans.known, "orbit": orbit}
     torques = named_parts(structure, values, "environment.torque", **given)
+    budget = Budget(craft, environment_torques(own) | torques, {}) if structure.budget else None
     own["environment"] = (*own.get("environment", ()), *torques.values())
     own["actuators"] = named_parts(structure, values, "actuator", **given)
-    plant: Any = Gyrostat(craft, _failures(structure, values), **own)
+    if budget is not None:
+        budget = replace(budget, actuators=own["actuators"])
+    own["modes"] = modes_of_run(structure, values, craft)
+    plant: Any = Gyrostat(craft, failures_of(structure, values), **own)
     error = stacked(values, "start.attitude_error")
     motion = {
         "attitude": product(jnp.asarray(plans.attitude), from_rotation_vector(error)),
         "rate": stacked(values, "start.rate"),
-        "wheel_speed": _each(structure, values, "speed"),
+        "wheel_speed": of_wheels(structure, values, "speed"),
     }
-    if _has(structure, "static_imbalance"):
-        position = [_each(structure, values, f"position.{axis}") for axis in AXES]
+    if has_section(structure, "static_imbalance"):
+        position = [of_wheels(structure, values, f"position.{axis}") for axis in AXES]
         imbalance = Imbalance(
-            _each(structure, values, "static_imbalance"),
-            _each(structure, values, "dynamic_imbalance"),
+            of_wheels(structure, values, "static_imbalance"),
+            of_wheels(structure, values, "dynamic_imbalance"),
             jnp.stack(position),
         )
         plant = ImbalancedGyrostat(plant, imbalance)
-        motion["wheel_angle"] = _each(structure, values, "angle")
-    if _has(structure, "motor_constant"):
+        motion["wheel_angle"] = of_wheels(structure, values, "angle")
+    if has_section(structure, "motor_constant"):
         names = [field.name for field in fields(Driver)]
         # the torque limit is that of the wheel, not of the driver
-        numbers = {n: _each(structure, values, n) for n in names if n != "torque_limit"}
-        plant = DrivenGyrostat(plant, Driver(**numbers), _each(structure, values, "motor_constant"))
+        numbers = {n: of_wheels(structure, values, n) for n in names if n != "torque_limit"}
+        plant = DrivenGyrostat(
+            plant, Driver(**numbers), of_wheels(structure, values, "motor_constant")
+        )
     plant = with_events(structure, values, plant, plans.known)
-    return plant, plant.start(**motion)
+    return plant, plant.start(**motion), budget
 
 
 def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     """Build the parts of a run from its values; pure, for `jit` and `vmap` over the values."""
     options = options_of(values, "controller")
-    plant, start = _plant(structure, values, options, plans)
+    orbit = orbit_of_run(values, plans.orbit)
+    plant, start, budget = _plant(structure, values, options, plans, orbit)
     law = chosen(structure, "controller")
     made = [law.make(plan, options, start.momentum) for plan in plans.controllers]
     starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(structure, values)])
     joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
-    controller: Any = Phases(starts, joined)
-    reference = reference_of(structure, values, plans, start, starts)
+    controller: Any = Phases(starts, joined, orbit=orbit)
+    reference = reference_of(structure, values, plans, start, starts, orbit)
     fixed = reference is None and getattr(made[0], "takes_reference", False)
     followed = steps_reference(starts, jnp.asarray(plans.targets)) if fixed else reference
     if followed is not None:
@@ -278,13 +234,18 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
         plans.known,
         structure.command_delay,
     )
-    controller = chosen(structure, "estimator").make(
-        options_of(values, "estimator"), controller, plans.known, plans.sensors
+    controller = chosen(structure, "unloading").make(
+        options_of(values, "unloading"), controller, plans.known
     )
+    controller = chosen(structure, "estimator").make(
+        options_of(values, "estimator"), in_orbit(controller, orbit), plans.known, plans.sensors
+    )
+    controller = in_orbit(controller, orbit)
     sensor = chosen(structure, "sensors").make(options_of(values, "sensors"), plant, plans.known)
-    sensor = with_sensors(structure, values, sensor, plant, plans.known)
+    sensor = with_heads(structure, values, sensor, orbit)
+    sensor = with_sensors(structure, values, sensor, plant, plans.known, orbit)
     sensor = with_faults(structure, values, sensor)
     controller = guarded(structure, values, controller, sensor, start)
-    metrics = named_parts(structure, values, "metric", spacecraft=plans.known)
+    metrics = named_parts(structure, values, "metric", spacecraft=plans.known, orbit=orbit)
     targets = jnp.asarray(plans.targets)
-    return Setup(plant, controller, sensor, start, starts, targets, metrics, reference)
+    return Setup(plant, controller, sensor, start, starts, targets, metrics, reference, budget)

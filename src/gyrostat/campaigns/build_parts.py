@@ -1,12 +1,20 @@
 """Build the further parts of a scenario: torques, actuators, sensors and events."""
 
+from dataclasses import replace
 from typing import Any
 
-from gyrostat.campaigns.kinds import component
+from gyrostat.campaigns.kinds import OF_SPACECRAFT, component
 from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.sensing import Values, options_of
 from gyrostat.campaigns.structure import Structure
-from gyrostat.spacecraft import AddedSensors, ChangingPlant, PlantChange
+from gyrostat.spacecraft import (
+    AddedSensors,
+    ChangingPlant,
+    FlexibleModes,
+    PlantChange,
+    Spacecraft,
+)
+from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHeads
 
 
 def named_parts(structure: Structure, values: Values, section: str, **given: Any) -> dict[str, Any]:
@@ -27,6 +35,24 @@ def named_parts(structure: Structure, values: Values, section: str, **given: Any
     return found
 
 
+def modes_of_run(
+    structure: Structure, values: Values, spacecraft: Spacecraft
+) -> FlexibleModes | None:
+    """Modes of the appendages of the spacecraft; None if there are none.
+
+    Args:
+        structure: Structure of the scenario.
+        values: Values of this run.
+        spacecraft: Spacecraft of this run.
+    """
+    made = [
+        modes
+        for kind in OF_SPACECRAFT
+        for modes in named_parts(structure, values, kind, spacecraft=spacecraft).values()
+    ]
+    return FlexibleModes.joined(*made) if made else None
+
+
 def with_events(structure: Structure, values: Values, plant: Any, known: Any) -> Any:
     """Add the own events of a scenario to the plant; without any, the plant is unchanged."""
     changes = []
@@ -40,7 +66,17 @@ def with_events(structure: Structure, values: Values, plant: Any, known: Any) ->
     return ChangingPlant(plant, tuple(changes)) if changes else plant
 
 
-def with_sensors(structure: Structure, values: Values, sensor: Any, plant: Any, known: Any) -> Any:
+def with_sensors(
+    structure: Structure, values: Values, sensor: Any, plant: Any, known: Any, orbit: Any
+) -> Any:
     """Add the further sensors of a scenario; without any, the sensor is unchanged."""
-    added = named_parts(structure, values, "sensor", plant=plant, spacecraft=known)
+    added = named_parts(structure, values, "sensor", plant=plant, spacecraft=known, orbit=orbit)
     return AddedSensors(sensor, added) if added else sensor
+
+
+def with_heads(structure: Structure, values: Values, sensor: Any, orbit: Any) -> Any:
+    """Replace the star tracker by the heads of a scenario; without any, the sensor is unchanged."""
+    heads = tuple(named_parts(structure, values, "star_tracker", orbit=orbit).values())
+    if not heads:
+        return sensor
+    return replace(sensor, tracker=StarTrackerHeads(heads, sensor.tracker.periods))

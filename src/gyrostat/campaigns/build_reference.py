@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from gyrostat.campaigns.attitude_table import attitude_table
 from gyrostat.campaigns.kinds import chosen, component
 from gyrostat.campaigns.references import (
     LISTS,
     PlannedReference,
     ReferenceCase,
-    attitude_table,
 )
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.sensing import Values, options_of
@@ -21,6 +21,7 @@ from gyrostat.control.guidance import Reference, WheelEnvelope
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.spacecraft import Spacecraft
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
 
 def planned_reference(
@@ -48,7 +49,7 @@ def planned_reference(
             )
     if kind == "fixed":
         return None
-    if kind == "table" and not scenario.tables:
+    if kind == "table" and not scenario.texts:
         raise InputError("key reference.file: found none, expected a CSV file")
     slews = [event.name for event in scenario.events if event.kind == "slew"]
     if slews:
@@ -60,7 +61,11 @@ def planned_reference(
     if scenario.reference in LISTS:
         starts = np.arange(float(len(working)))
         envelope = WheelEnvelope.of(known, working, starts=starts)
-    tables = {table.path: attitude_table(table.path, table.text) for table in scenario.tables}
+    tables = {
+        text.path: attitude_table(text.path, text.text)
+        for text in scenario.texts
+        if text.path.startswith("reference")
+    }
     return PlannedReference(envelope, tables)
 
 
@@ -70,6 +75,7 @@ def reference_of(
     plans: Any,
     start: Any,
     starts: Float[Array, " phases"],
+    orbit: OrbitEnvironment | None,
 ) -> Reference | None:
     """Reference of a run; None for fixed targets.
 
@@ -79,10 +85,11 @@ def reference_of(
         plans: Plans of the scenario.
         start: State at time 0.
         starts: Start time of each phase of the controller, (phases,), s.
+        orbit: Orbit of the run.
     """
-    planned = plans.reference
-    if planned is None:
+    if plans.reference is None:
         return None
+    planned = plans.reference._replace(orbit=orbit)
     own = options_of(values, "reference")
     envelope = planned.envelope
     if envelope is not None:

@@ -38,6 +38,7 @@ class Component:
             that it cannot validate values.
         unit: Unit of the value of a sensor or metric.
         texts: Names of keys that are texts; their reader stores them.
+        needs: What the scenario must have for it: "orbit", "surfaces".
     """
 
     meaning: str
@@ -45,6 +46,7 @@ class Component:
     make: Callable[..., Any]
     unit: str = field(default="1", kw_only=True)
     texts: tuple[str, ...] = field(default=(), kw_only=True)
+    needs: tuple[str, ...] = field(default=(), kw_only=True)
 
 
 def _friction_model(

@@ -3,9 +3,16 @@
 from typing import Any
 
 from gyrostat.campaigns.components import Component, Options, stacked
-from gyrostat.campaigns.schema import Key, positive, vector
+from gyrostat.campaigns.schema import Key, positive, size, vector
 from gyrostat.core.jax64 import jnp
-from gyrostat.spacecraft import CircularOrbit, GravityGradient, HarmonicTorque
+from gyrostat.spacecraft import (
+    AerodynamicTorque,
+    CircularOrbit,
+    GravityGradient,
+    HarmonicTorque,
+    ResidualDipole,
+    SolarPressureTorque,
+)
 from gyrostat.spacecraft.environment import EARTH, EARTH_RADIUS
 
 
@@ -30,6 +37,13 @@ def _in_orbit(options: Options) -> dict[str, Any]:
     return {**_constant_torque(options), "environment": (GravityGradient(orbit), harmonic)}
 
 
+def environment_torques(made: dict[str, Any]) -> dict[str, Any]:
+    """Name -> environment torque of the section [environment], from the result of its `make`."""
+    found = {"constant": HarmonicTorque(0.0, constant=made["external_torque"])}
+    names = ("gravity_gradient", "harmonic")
+    return found | dict(zip(names, made.get("environment", ()), strict=False))
+
+
 def _harmonic(options: Options) -> HarmonicTorque:
     cosine, sine = (stacked(options, name)[None] for name in ("cosine", "sine"))
     return HarmonicTorque(options["rate"], cosine=cosine, sine=sine)
@@ -37,11 +51,21 @@ def _harmonic(options: Options) -> HarmonicTorque:
 
 _EXTERNAL = {"external_torque": vector("torque", "Constant external torque, in body axes.")}
 ORBIT = {
-    "altitude": positive("m", None, "Altitude above the equatorial radius of the Earth."),
+    "altitude": positive("length", None, "Altitude above the equatorial radius of the Earth."),
     "inclination": Key("angle", 0.0, "Inclination to the inertial x-y plane."),
     "ascending_node": Key("angle", 0.0, "Ascending node, from inertial x towards y."),
     "latitude": Key("angle", 0.0, "Initial argument of latitude, from the ascending node."),
 }
+EITHER_ORBIT: dict[str, Key] = {
+    **ORBIT,
+    "altitude": size(
+        "length",
+        0.0,
+        "Altitude above the equatorial radius of the Earth, of a circular orbit; required without "
+        "[orbit], and not allowed with it.",
+    ),
+}
+"""Keys of a component that follows the tables of [orbit], or a circular orbit of its own."""
 ENVIRONMENTS: dict[str, Component] = {
     "constant": Component("Constant external torque.", _EXTERNAL, _constant_torque),
     "orbit": Component(
@@ -69,10 +93,10 @@ TORQUES: dict[str, Component] = {
         lambda options, **given: HarmonicTorque(0.0, constant=stacked(options, "torque")),
     ),
     "gravity_gradient": Component(
-        "Gravity gradient torque in a circular Earth orbit "
+        "Gravity gradient torque along [orbit], or in a circular Earth orbit "
         "(`gyrostat.spacecraft.GravityGradient`).",
-        ORBIT,
-        lambda options, **given: GravityGradient(orbit_of(options)),
+        EITHER_ORBIT,
+        lambda options, orbit, **given: GravityGradient(orbit or orbit_of(options)),
     ),
     "harmonic": Component(
         "Torque of one frequency in body axes (`gyrostat.spacecraft.HarmonicTorque`).",
@@ -82,6 +106,29 @@ TORQUES: dict[str, Component] = {
             "sine": vector("torque", "Amplitude of sin(rate × time), in body axes."),
         },
         lambda options, **given: _harmonic(options),
+    ),
+    "residual_dipole": Component(
+        "Torque of the magnetic field of the Earth on a residual dipole moment "
+        "(`gyrostat.spacecraft.ResidualDipole`).",
+        {"dipole": vector("magnetic_dipole", "Residual dipole moment, in body axes.")},
+        lambda options, orbit, **given: ResidualDipole(orbit, stacked(options, "dipole")),
+        needs=("orbit",),
+    ),
+    "aerodynamic": Component(
+        "Air drag on the surfaces of the spacecraft (`gyrostat.spacecraft.AerodynamicTorque`).",
+        {
+            "drag_coefficient": positive("1", 2.2, "Drag coefficient of every facet."),
+            "density_scale": size("1", 1.0, "Factor on the air density."),
+        },
+        lambda options, orbit, **given: AerodynamicTorque(orbit, **options),
+        needs=("orbit", "surfaces"),
+    ),
+    "solar_pressure": Component(
+        "Solar radiation pressure on the surfaces of the spacecraft, with eclipses "
+        "(`gyrostat.spacecraft.SolarPressureTorque`).",
+        {"scale": size("1", 1.0, "Factor on the pressure.")},
+        lambda options, orbit, **given: SolarPressureTorque(orbit, **options),
+        needs=("orbit", "surfaces"),
     ),
 }
 """Kind -> external torque, any number of which can be added to the environment."""

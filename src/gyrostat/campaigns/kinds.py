@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from gyrostat.campaigns.actuators import ACTUATORS
+from gyrostat.campaigns.appendages import APPENDAGES
 from gyrostat.campaigns.components import (
     COMPENSATORS,
     ESTIMATOR_OF,
@@ -11,12 +13,15 @@ from gyrostat.campaigns.components import (
     Component,
 )
 from gyrostat.campaigns.controllers import CONTROLLERS
-from gyrostat.campaigns.environments import ENVIRONMENTS, TORQUES
+from gyrostat.campaigns.environments import EITHER_ORBIT, ENVIRONMENTS, TORQUES
+from gyrostat.campaigns.magnetic_controllers import MAGNETIC_CONTROLLERS, UNLOADINGS
 from gyrostat.campaigns.metrics.schema import METRICS, WINDOW
+from gyrostat.campaigns.orbits import ORBITS
 from gyrostat.campaigns.own.parts import is_own, own_component
 from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
 from gyrostat.campaigns.scenario import INERTIA, Part, Scenario, Source
 from gyrostat.campaigns.schema import (
+    BODY,
     EVENT_TIME,
     MEASURED,
     RUN,
@@ -29,34 +34,52 @@ from gyrostat.campaigns.schema import (
     guard_keys,
 )
 from gyrostat.campaigns.schema import INERTIA as INERTIA_KEY
+from gyrostat.campaigns.sensors import FURTHER_SENSORS, HEADS
 from gyrostat.campaigns.structure import Structure
+from gyrostat.core.errors import InputError
 from gyrostat.wheel.friction import WHEEL_FRICTION
 
 KINDS: Mapping[str, Mapping[str, Component]] = {
-    "controller": CONTROLLERS,
+    "controller": {**CONTROLLERS, **MAGNETIC_CONTROLLERS},
     "compensator": COMPENSATORS,
+    "unloading": UNLOADINGS,
     "sensors": SENSORS,
     "estimator": ESTIMATORS,
+    "orbit": ORBITS,
     "environment": ENVIRONMENTS,
     "reference": REFERENCES,
 }
 """Section of a scenario file -> components of this package that its `kind` can name."""
+NEEDS = {
+    "orbit": "a section [orbit]",
+    "surfaces": "[box], [[panel]] or [[facet]] in the spacecraft file",
+    "magnetometer": "a [[sensor]] named magnetometer",
+    "sun_sensor": "a [[sensor]] named sun_sensor or coarse_sun_sensors",
+    "torque_rods": "an [[actuator]] named torque_rods",
+}
+"""What a component can need -> where a scenario has it."""
 PARTS: Mapping[str, Mapping[str, Component]] = {
     "environment.torque": TORQUES,
     "reference.mode": MODES,
     "reference.slew": SLEWS,
-    "sensor": {},
-    "actuator": {},
+    "star_tracker": HEADS,
+    "sensor": FURTHER_SENSORS,
+    "actuator": ACTUATORS,
     "metric": {},
 }
 """List of tables of a scenario file, such as [[sensor]] -> components of this package."""
+OF_SPACECRAFT: Mapping[str, Mapping[str, Component]] = {
+    kind: {kind: made} for kind, made in APPENDAGES.items()
+}
+"""List of tables of a spacecraft file, such as [[slosh]] -> components of this package."""
 
 
 def component(section: str, kind: str, sources: tuple[Source, ...] = ()) -> Any:
     """Component of a section by its kind.
 
     Args:
-        section: Key of `KINDS`, of `PARTS`, or of `gyrostat.campaigns.own.parts.OWN`.
+        section: Key of `KINDS`, `PARTS` or `OF_SPACECRAFT`, or of
+            `gyrostat.campaigns.own.parts.OWN`.
         kind: Name of a component of this package, or "FILE.py:NAME" for a class or function of a
             user's Python file.
         sources: Python files of the scenario.
@@ -66,7 +89,7 @@ def component(section: str, kind: str, sources: tuple[Source, ...] = ()) -> Any:
     """
     if is_own(kind):
         return own_component(section, kind, sources)
-    return (KINDS.get(section) or PARTS[section])[kind]
+    return (KINDS.get(section) or PARTS.get(section) or OF_SPACECRAFT[section])[kind]
 
 
 def chosen(scenario: Scenario | Structure, section: str) -> Any:
@@ -92,6 +115,54 @@ def fitting_estimator(kinds: Mapping[str, str]) -> str:
     given = kinds["estimator"]
     alone = given == "none" and is_own(kinds["controller"])
     return given if is_own(given) or alone else ESTIMATOR_OF[kinds["sensors"]]
+
+
+def check_needs(scenario: Scenario) -> None:
+    """Check that a scenario has what its components need.
+
+    Raises:
+        InputError: A component needs an orbit or surfaces that the scenario does not have, or has
+            an orbit of its own beside that of the scenario.
+    """
+    named = {(part.section, part.name) for part in scenario.parts}
+    lacks = {
+        "orbit": scenario.orbit == "none",
+        "surfaces": not scenario.surfaces,
+        "magnetometer": ("sensor", "magnetometer") not in named,
+        "sun_sensor": not named & {("sensor", "sun_sensor"), ("sensor", "coarse_sun_sensors")},
+        "torque_rods": ("actuator", "torque_rods") not in named,
+    }
+    heads = any(part.section == "star_tracker" for part in scenario.parts)
+    if heads and scenario.sensors != "star_tracker_gyro":
+        raise InputError(
+            f"key sensors.kind: found {scenario.sensors} with [[star_tracker]], expected "
+            "star_tracker_gyro"
+        )
+    if scenario.environment == "orbit" and not lacks["orbit"]:
+        raise InputError(
+            "key environment.kind: found orbit beside [orbit], expected constant, with further "
+            "torques such as gravity_gradient in [[environment.torque]]"
+        )
+    parts = {f"{part.section}.{part.name}": part.section for part in scenario.parts}
+    for place, kind in components_of(scenario).items():
+        section = parts.get(place, place if place in KINDS else "event")
+        made = component(section, kind, scenario.sources)
+        for need in made.needs:
+            if lacks[need]:
+                raise InputError(
+                    f"key {place}: found {kind} without {need}, expected {NEEDS[need]}"
+                )
+        if made.keys.get("altitude") is EITHER_ORBIT["altitude"]:
+            _check_altitude(f"{place}.altitude", scenario)
+
+
+def _check_altitude(key: str, scenario: Scenario) -> None:
+    """Check that a component has either an orbit of its own or that of the scenario."""
+    altitude = scenario.values[key]
+    if scenario.orbit == "none" and altitude == 0.0:
+        raise InputError(f"key {key}: found none, expected it, or a section [orbit]")
+    if scenario.orbit != "none" and altitude != 0.0:
+        raise InputError(f"key {key}: found {altitude:g} m beside [orbit], expected none")
 
 
 def is_shipped(scenario: Scenario | Structure) -> bool:
@@ -135,12 +206,17 @@ def own_event_keys(kind: str, sources: tuple[Source, ...]) -> dict[str, Key]:
     return {**component("event", kind, sources).keys, "time": EVENT_TIME}
 
 
+def _has_body(scenario: Scenario, name: str) -> bool:
+    return any(key.startswith(f"body.{name}") for key in scenario.values)
+
+
 def numbers_of(scenario: Scenario) -> dict[str, Key]:
     """Full key -> schema entry, for every number of a scenario with these components."""
     friction = WHEEL_FRICTION[scenario.friction].dimensions()
     fields = measured(scenario.parts, scenario.sources)
     sections: dict[str, Mapping[str, Key]] = {
         "body.inertia": dict.fromkeys(INERTIA, INERTIA_KEY),
+        "body": {name: key for name, key in BODY.items() if _has_body(scenario, name)},
         **{f"wheel.{w}": {**friction_keys(friction), **WHEEL_ALL} for w in scenario.wheels},
         **{"run": RUN, "start": START, "metrics": METRICS},
         "guard": guard_keys(fields),

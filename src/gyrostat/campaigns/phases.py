@@ -11,6 +11,13 @@ from gyrostat.control.missing_sample import predicted
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.validation import check_parts, check_period
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+
+
+def in_orbit(controller: Any, orbit: OrbitEnvironment | None) -> Any:
+    """Controller that gets the orbit of the run by its method `in_orbit`, if it has one."""
+    get = getattr(controller, "in_orbit", None)
+    return controller if orbit is None or get is None else get(orbit)
 
 
 class PhasesMemory(NamedTuple):
@@ -34,11 +41,13 @@ class Phases(eqx.Module):
         starts: Start times of the phases, increasing from 0, (phases,), s.
         plans: Stacked controllers; each array has a leading axis of phases.
         guide: Reference at the sample; None for the targets of the designs.
+        orbit: Orbit of the run; None without one.
     """
 
     starts: Float[Array, " phases"]
     plans: Any
     guide: Guide | None = None
+    orbit: OrbitEnvironment | None = None
 
     def toward(self, guide: Guide) -> "Phases":
         """Controller whose designs follow a reference."""
@@ -56,7 +65,7 @@ class Phases(eqx.Module):
         """Controller that is active at a time, s."""
         # tolerance, because a multiple of the period has a rounding error
         number = jnp.sum(self.starts <= time + 1e-9) - 1
-        active = jax.tree.map(lambda leaf: leaf[number], self.plans)
+        active = in_orbit(jax.tree.map(lambda leaf: leaf[number], self.plans), self.orbit)
         return active if self.guide is None else toward(active, self.guide)
 
     def start(self, period: Scalar) -> PhasesMemory:

@@ -4,27 +4,31 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import Any, NamedTuple
 
-import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.campaigns.components import Component, Options, stacked
-from gyrostat.campaigns.environments import ORBIT, orbit_of
+from gyrostat.campaigns.environments import EITHER_ORBIT, orbit_of
 from gyrostat.campaigns.schema import Key, positive, size
 from gyrostat.control.guidance import (
     NEVER,
+    Aim,
     Condition,
     Fixed,
+    GroundTarget,
     Nadir,
+    Pointing,
     Profile,
     Reference,
     SlewLimits,
     Slews,
     Table,
     WheelEnvelope,
+    to_earth,
+    to_sun,
 )
-from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import normalised
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
 
 class PlannedReference(NamedTuple):
@@ -33,10 +37,12 @@ class PlannedReference(NamedTuple):
     Attributes:
         envelope: Torque and momentum of the working wheels; None if no slew needs it.
         tables: Place of a table in the scenario -> interpolated table.
+        orbit: Orbit of the run; None without one.
     """
 
     envelope: WheelEnvelope | None
     tables: Mapping[str, Table]
+    orbit: OrbitEnvironment | None = None
 
 
 class ReferenceCase(NamedTuple):
@@ -65,9 +71,25 @@ def _fixed(options: Options, planned: PlannedReference, place: str) -> Fixed:
     return Fixed(_target(options))
 
 
-def _nadir(options: Options, planned: PlannedReference, place: str) -> Nadir:
+def _nadir(options: Options, planned: PlannedReference, place: str) -> Profile:
     axes = stacked(options, "to_earth"), stacked(options, "along")
-    return Nadir.pointing(orbit_of(options), *axes)
+    if planned.orbit is None:
+        return Nadir.pointing(orbit_of(options), *axes)
+    return _along(planned, to_earth, *axes)
+
+
+def _sun(options: Options, planned: PlannedReference, place: str) -> Pointing:
+    return _along(planned, to_sun, stacked(options, "to_sun"), stacked(options, "normal"))
+
+
+def _ground_target(options: Options, planned: PlannedReference, place: str) -> Pointing:
+    target = GroundTarget(*(options[name] for name in ("latitude", "longitude", "height")))
+    return _along(planned, target, stacked(options, "to_target"), stacked(options, "along"))
+
+
+def _along(planned: PlannedReference, aim: Aim, axis: Array, second: Array) -> Pointing:
+    assert planned.orbit is not None  # `needs`
+    return Pointing.of(planned.orbit, aim, axis, second)
 
 
 def _table(options: Options, planned: PlannedReference, place: str) -> Table:
@@ -122,12 +144,33 @@ def _condition(options: Options) -> Condition:
 
 _TARGET = {"target": Key("1", None, "Attitude, a quaternion, scalar first.", shape=(4,))}
 _NADIR: dict[str, Key] = {
-    **ORBIT,
+    **EITHER_ORBIT,
     "to_earth": Key("1", (0.0, 0.0, 1.0), "Body axis that points to the Earth.", shape=(3,)),
     "along": Key(
         "1",
         (1.0, 0.0, 0.0),
         "Body axis whose part across `to_earth` points along the velocity.",
+        shape=(3,),
+    ),
+}
+_SUN: dict[str, Key] = {
+    "to_sun": Key("1", (1.0, 0.0, 0.0), "Body axis that points to the Sun.", shape=(3,)),
+    "normal": Key(
+        "1",
+        (0.0, 1.0, 0.0),
+        "Body axis whose part across `to_sun` points along the orbit normal.",
+        shape=(3,),
+    ),
+}
+_GROUND: dict[str, Key] = {
+    "latitude": Key("angle", None, "Geodetic latitude (WGS 84)."),
+    "longitude": Key("angle", None, "Longitude, to the east."),
+    "height": Key("length", 0.0, "Height above the ellipsoid."),
+    "to_target": Key("1", (0.0, 0.0, 1.0), "Body axis that points to the target.", shape=(3,)),
+    "along": Key(
+        "1",
+        (1.0, 0.0, 0.0),
+        "Body axis whose part across `to_target` points along the velocity.",
         shape=(3,),
     ),
 }
@@ -166,6 +209,13 @@ UNTIL: dict[str, Key] = {
 MODES: dict[str, Component] = {
     "fixed": Component("Fixed attitude.", {**_TARGET, **UNTIL}, _fixed),
     "nadir": Component("As the reference `nadir`.", {**_NADIR, **UNTIL}, _nadir),
+    "sun": Component("As the reference `sun`.", {**_SUN, **UNTIL}, _sun, needs=("orbit",)),
+    "ground_target": Component(
+        "As the reference `ground_target`.",
+        {**_GROUND, **UNTIL},
+        _ground_target,
+        needs=("orbit",),
+    ),
     "table": Component("As the reference `table`.", UNTIL, _table, texts=("file",)),
 }
 """Kinds of [[reference.mode]]."""
@@ -185,10 +235,24 @@ REFERENCES: dict[str, Component] = {
         lambda options, case: None,
     ),
     "nadir": Component(
-        "Nadir pointing on a circular orbit (`gyrostat.control.guidance.Nadir`). Elements that are "
-        "not given are those of the environment `orbit`.",
+        "Nadir pointing along [orbit] (`gyrostat.control.guidance.Pointing`), or on a circular "
+        "orbit (`gyrostat.control.guidance.Nadir`). Elements that are not given are those of the "
+        "environment `orbit`.",
         _NADIR,
         single(_nadir),
+    ),
+    "sun": Component(
+        "Sun pointing along [orbit] (`gyrostat.control.guidance.Pointing`).",
+        _SUN,
+        single(_sun),
+        needs=("orbit",),
+    ),
+    "ground_target": Component(
+        "Pointing at a ground target along [orbit] (`gyrostat.control.guidance.GroundTarget`). It "
+        "is also followed below the horizon.",
+        _GROUND,
+        single(_ground_target),
+        needs=("orbit",),
     ),
     "table": Component(
         "Attitude from a CSV `file` with the columns time, s, and quaternion, scalar first, "
@@ -214,34 +278,3 @@ REFERENCES: dict[str, Component] = {
 """Kinds of [reference]; `make` takes the options and a `ReferenceCase`."""
 LISTS = {"slews": "reference.slew", "sequence": "reference.mode"}
 """Kind of the reference -> list of tables that it needs."""
-
-
-def attitude_table(place: str, text: str) -> Table:
-    """Interpolated attitude from the text of a CSV file: time, s, and quaternion in each line.
-
-    Args:
-        place: File, for the error message.
-        text: Content of the file. The first line may be a header.
-
-    Raises:
-        InputError: A line is not five numbers, or `Table.of` refuses them.
-    """
-    rows = []
-    for number, line in enumerate(text.splitlines(), 1):
-        cells = line.replace(";", ",").split(",")
-        try:
-            row = [float(cell) for cell in cells]
-        except ValueError:
-            row = []
-        if len(row) == 5:
-            rows.append(row)
-        elif line.strip() and number > 1:
-            raise InputError(
-                f"{place}, line {number}: found {line[:60]!r}, expected five numbers: time, s, and "
-                "quaternion, scalar first"
-            )
-    found = np.array(rows, dtype=float).reshape(-1, 5)
-    try:
-        return Table.of(found[:, 0], found[:, 1:])
-    except InputError as error:
-        raise InputError(f"{place}: {error}") from None

@@ -83,11 +83,12 @@ class Window:
 
 @dataclass(frozen=True)
 class Source:
-    """Python file of own parts, by its content.
+    """Text that belongs to a scenario, such as a Python file of own parts, by its content.
 
     Attributes:
-        path: Path relative to the folder of the scenario, with "/" between folders.
-        text: Content of the file.
+        path: Path relative to the folder of the scenario, with "/" between folders; or the place in
+            the scenario.
+        text: Content.
     """
 
     path: str
@@ -99,8 +100,8 @@ class Part:
     """Component of which a scenario can have any number; its keys start with "SECTION.NAME.".
 
     Attributes:
-        section: Section of the scenario file: "environment.torque", "sensor", "actuator" or
-            "metric".
+        section: Section of the scenario file, such as "environment.torque", "sensor", "actuator"
+            or "metric"; or of the spacecraft file: "flexible", "hinged_panel" or "slosh".
         name: Name of the part, unique in its section.
         kind: Kind, see `gyrostat.campaigns.kinds.component`.
     """
@@ -137,11 +138,16 @@ class Scenario:
         guard: Command after a rejected sample, "hold" or "zero"; None: measurements are not
             validated.
         reference: Kind of the reference attitude.
-        tables: Tables of the reference attitude, by content; the path of each is its section, such
-            as "reference.mode.NAME".
+        texts: Texts that are no numbers, by their place: the tables of the reference attitude, by
+            content, such as "reference.mode.NAME"; of the orbit, "orbit.epoch" and its elements.
         parts: Further components, in the order of the file.
         sources: Python files of own parts and the local modules that they import, sorted by path.
         windows: Windows with metrics of their own.
+        orbit: Kind of the orbit.
+        unloading: Kind of the unloading of the wheels.
+        surfaces: Outer facets of the spacecraft: area, m², outward normal, (3,), centre, (3,), m,
+            fractions of specular and of diffuse reflection, (facets, 9).
+        budget: Whether the momentum that each external torque adds is a metric.
     """
 
     name: str
@@ -165,10 +171,14 @@ class Scenario:
     values: Mapping[str, float]
     guard: str | None = None
     reference: str = "fixed"
-    tables: tuple[Source, ...] = ()
+    texts: tuple[Source, ...] = ()
     parts: tuple[Part, ...] = ()
     sources: tuple[Source, ...] = ()
     windows: tuple[Window, ...] = ()
+    orbit: str = "none"
+    unloading: str = "none"
+    surfaces: tuple[tuple[float, ...], ...] = ()
+    budget: bool = False
 
     @property
     def dispersed(self) -> tuple[str, ...]:
@@ -227,7 +237,7 @@ _ROWS = {
     "dispersions": Dispersion,
     "parts": Part,
     "sources": Source,
-    "tables": Source,
+    "texts": Source,
     "windows": Window,
 }
 """Field of a scenario -> class of its entries."""

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, nan
 
 from gyrostat.campaigns.scenario import AXES
@@ -69,7 +69,7 @@ class Key:
         if abs(found) > LARGEST:
             return f"a size of {LARGEST:g} or less{unit}"
         if self.least == -inf:
-            return f"a finite number{unit}"
+            return f"a finite number{unit}" if self.most == inf else f"at most {self.most:g}{unit}"
         bound = f"above {self.least:g}" if self.positive else f"{self.least:g} or more"
         return f"{bound}{'' if self.most == inf else f', at most {self.most:g}'}{unit}"
 
@@ -123,9 +123,14 @@ def guard_keys(fields: Mapping[str, Measured]) -> dict[str, Key]:
     Args:
         fields: Measured field -> its dimension, and the unit of its rate of change, see `MEASURED`.
     """
+    lower = {n: Key(d, -inf, "Smallest accepted value.") for n, (d, _) in fields.items()}
+    upper = {n: Key(d, inf, "Largest accepted value.") for n, (d, _) in fields.items()}
+    # closer limits would reject attitudes: a component of a quaternion can be -1 or 1
+    lower["attitude"] = replace(lower["attitude"], most=-1.0)
+    upper["attitude"] = replace(upper["attitude"], least=1.0)
     return {
-        **{f"{n}_lower": Key(d, -inf, "Smallest accepted value.") for n, (d, _) in fields.items()},
-        **{f"{n}_upper": Key(d, inf, "Largest accepted value.") for n, (d, _) in fields.items()},
+        **{f"{name}_lower": key for name, key in lower.items()},
+        **{f"{name}_upper": key for name, key in upper.items()},
         **{
             f"{name}_change": positive(unit, inf, "Largest accepted rate of change.")
             for name, (_, unit) in fields.items()
@@ -239,7 +244,7 @@ WHEEL_PARTS: dict[str, tuple[str, dict[str, Key]]] = {
         {
             "static_imbalance": size("imbalance", 0.0, "Mass of the rotor times its eccentricity."),
             "dynamic_imbalance": size("inertia", 0.0, "Product of inertia of the rotor."),
-            "position": vector("m", "Position of the wheel relative to the centre of mass."),
+            "position": vector("length", "Position of the wheel relative to the centre of mass."),
             "angle": Key("angle", 0.0, "Initial angle of the rotor."),
         },
     ),
@@ -263,6 +268,9 @@ WHEEL_ALL = {**WHEEL, **{k: v for _, keys in WHEEL_PARTS.values() for k, v in ke
 INERTIA = Key(
     "inertia", None, "Body inertia, without the inertia of the rotors about their spin axes."
 )
+CENTRE_OF_MASS = vector("length", "Centre of mass, from the origin of the body axes.")
+BODY = {"mass": positive("mass", None, "Mass with the wheels."), "centre_of_mass": CENTRE_OF_MASS}
+"""Keys of the body that a spacecraft file may have."""
 DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
     "normal": ("sigma",),
     "uniform": ("low", "high"),

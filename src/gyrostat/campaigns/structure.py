@@ -17,7 +17,7 @@ class Structure:
     anything else.
 
     Attributes:
-        wheels: See `Scenario`; also the following attributes up to `windows`.
+        wheels: See `Scenario`; also the following attributes up to `budget`.
         events: Events in their nominal order of time, without targets.
         turning_points: Slews and wheel failures, in the nominal order of their notification.
         keys: Keys of all values.
@@ -42,6 +42,10 @@ class Structure:
     parts: tuple[Part, ...]
     sources: tuple[Source, ...]
     windows: tuple[Window, ...]
+    orbit: str
+    unloading: str
+    surfaces: tuple[tuple[float, ...], ...]
+    budget: bool
     events: tuple[Event, ...]
     turning_points: tuple[Event, ...]
     keys: tuple[str, ...]

@@ -7,6 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from gyrostat.codegen import whole
+from gyrostat.codegen.data import Data
 from gyrostat.codegen.primitives import FOLDED, LOGICAL_ONLY, TEST, WRAPPED, Scalars, one_by_one
 from gyrostat.codegen.program import Assign, Block, Fill, Name, Number, Operand, Table
 from gyrostat.codegen.scope import Scope
@@ -34,7 +35,7 @@ class Builder:
     where: Source
     scope: Scope
     groups: Iterator[int]
-    lower: Callable[..., list[Scalars]]
+    lower: Callable[..., list[Scalars | Data]]
 
     @property
     def params(self) -> dict[str, Any]:
@@ -144,13 +145,44 @@ class Builder:
             index = self.compute("select", beyond, limit, index, hint="index")
         return index
 
-    def table(self, array: Scalars) -> Table:
-        """Table of the elements of an array, to be read at a computed index."""
+    def scalars(self, array: Scalars | Data) -> Scalars:
+        """Elements of an array as scalars.
+
+        Raises:
+            InputError: The array is too large.
+        """
+        if not isinstance(array, Data):
+            return array
+        if array.size > self.scope.largest:
+            raise self.refused(
+                f"an array of {'×'.join(map(str, array.shape))}",
+                f"at most {self.scope.largest} elements, or rows read one at a time by an index "
+                "(jax.lax.dynamic_slice)",
+            )
+        return array.scalars()
+
+    def table(self, array: Scalars | Data) -> tuple[Table, int, list[int]]:
+        """Table that contains an array, to be read at a computed index.
+
+        Returns:
+            The table, the index of the array's first element, and the distance between neighbours
+            along each axis.
+        """
+        strides = array.strides() if isinstance(array, Data) else None
+        if isinstance(array, Data) and strides is not None:
+            return array.table, int(array.places.flat[0]), strides
+        array = self.scalars(array)
         made = Table(array.flat[0].kind, array.size, self.where.name)
         self.block.append(Fill(made, tuple(array.flat), self.where))
-        return made
+        return made, 0, [int(np.prod(array.shape[k + 1 :])) for k in range(array.ndim)]
 
-    def element(self, table: Table, index: Operand, name: Name) -> Name:
-        """Append the reading of a table's element at an index."""
-        self.block.append(Assign(name, "element", (index,), self.where, table))
+    def element(self, table: Table, index: Operand, offset: int, name: Name) -> Name:
+        """Append the reading of a table's element at an index plus a constant offset."""
+        constant = Number("integer", offset)
+        if table.memory and isinstance(index, Number):
+            return table.parameter(int(index.value) + offset)
+        if not table.memory and offset:
+            index = self.compute("add", index, constant, hint="index")
+        operands = (index, constant) if table.memory else (index,)
+        self.block.append(Assign(name, "element", operands, self.where, table))
         return name

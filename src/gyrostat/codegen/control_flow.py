@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.codegen.builder import Builder
+from gyrostat.codegen.data import Data
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import (
     Assign,
@@ -33,6 +34,11 @@ def argument_name(closed: Any, number: int) -> str:
     return re.sub(r"\W+", "_", str(name or "")).strip("_")
 
 
+def is_rows(array: Scalars | Data) -> bool:
+    """Whether an array stands for the rows of a long scan."""
+    return not isinstance(array, Data) and array.shape == () and isinstance(array.item(), Table)
+
+
 def _carried_names(build: Builder, body: Any, fixed: int, count: int) -> list[Scalars]:
     """Names of the variables carried by a loop: those of its body's arguments, if known."""
     return [
@@ -41,10 +47,12 @@ def _carried_names(build: Builder, body: Any, fixed: int, count: int) -> list[Sc
     ]
 
 
-def _inner(build: Builder, closed: Any, inputs: list[Scalars], block: Block) -> list[Scalars]:
+def _inner(
+    build: Builder, closed: Any, inputs: list[Scalars | Data], block: Block
+) -> list[Scalars]:
     """Lower the body of a loop or branch; return its results. Rows of a long scan are refused."""
-    made = build.lower(closed, inputs, block)
-    if any(array.shape == () and isinstance(array.item(), Table) for array in made):
+    made = [build.scalars(array) for array in build.lower(closed, inputs, block)]
+    if any(is_rows(array) for array in made):
         raise refusal(
             build.where,
             f"rows of a scan of more than {build.scope.longest} passes inside a loop or branch",
@@ -53,28 +61,31 @@ def _inner(build: Builder, closed: Any, inputs: list[Scalars], block: Block) -> 
     return made
 
 
-def _picked(build: Builder, body: Block, rows: Scalars, index: Operand, atom: Any) -> Scalars:
+def _picked(
+    build: Builder, body: Block, rows: Scalars | Data, index: Operand, atom: Any
+) -> Scalars:
     """Row of a table at an index. The table is built before the loop; its body reads the row."""
     names = build.names(atom)
     if not names.size:
         return names
-    table, inside = build.table(rows), build.inside(body)
-    width = Number("integer", names.size)
-    for offset, name in enumerate(names.flat):
+    table, first, (width, *strides) = build.table(rows)
+    inside = build.inside(body)
+    for column, name in np.ndenumerate(names):
+        offset = first + sum(k * stride for k, stride in zip(column, strides, strict=True))
         place: Operand = index
-        for operation, other in (("mul", width), ("add", Number("integer", offset))):
-            if other.value != (operation == "mul"):  # omit multiplication by 1 and addition of 0
-                place = inside.compute(operation, place, other, hint="index")
-        inside.element(table, place, name)
+        if width != 1:
+            place = inside.compute("mul", index, Number("integer", width), hint="index")
+        names[column] = inside.element(table, place, offset, name)
     return names
 
 
-def _scan(build: Builder, *given: Scalars) -> Sequence[Scalars]:
+def _scan(build: Builder, *given: Scalars | Data) -> Sequence[Scalars]:
     params, where = build.params, build.where
     constants, carries = params["num_consts"], params["num_carry"]
     body_jaxpr, count = params["jaxpr"], params["length"]
     split = constants + carries
-    fixed, first, rows = given[:constants], given[constants:split], given[split:]
+    fixed, rows = given[:constants], given[split:]
+    first = [build.scalars(array) for array in given[constants:split]]
     results = build.equation.outvars
     if count == 0:
         return [*first, *(np.empty(atom.aval.shape, object) for atom in results[carries:])]
@@ -105,7 +116,7 @@ def _scan(build: Builder, *given: Scalars) -> Sequence[Scalars]:
     for table, atom in zip(tables, results[carries:], strict=True):
         names: Any = build.names(atom)
         for offset, name in enumerate(names.flat):
-            build.element(table, Number("integer", offset), name)
+            build.element(table, Number("integer", 0), offset, name)
         stacked.append(names)
     return [*carried, *stacked]
 
@@ -120,13 +131,14 @@ def _carried(
     ]
 
 
-def _while(build: Builder, *given: Scalars) -> Sequence[Scalars]:
+def _while(build: Builder, *given: Scalars | Data) -> Sequence[Scalars]:
     params = build.params
     split, fixed = params["cond_nconsts"], params["body_nconsts"]
-    test_fixed, body_fixed, first = given[:split], given[split:][:fixed], given[split + fixed :]
+    test_fixed, body_fixed = given[:split], given[split:][:fixed]
+    first = [build.scalars(array) for array in given[split + fixed :]]
     carried = _carried_names(build, params["body_jaxpr"], fixed, len(first))
     test: Block = []
-    goes_on = build.lower(params["cond_jaxpr"], [*test_fixed, *carried], test)[0].item()
+    goes_on = _inner(build, params["cond_jaxpr"], [*test_fixed, *carried], test)[0].item()
     body: Block = []
     made = _inner(build, params["body_jaxpr"], [*body_fixed, *carried], body)
     every = _carried(carried, first, made)
@@ -180,8 +192,10 @@ def _grows(carried: Carried, assigned: dict[Name, Assign]) -> bool:
     return set(step.operands) == {carried.name, Number("integer", 1)}
 
 
-def _cond(build: Builder, which: Scalars, *operands: Scalars) -> Sequence[Scalars]:
-    index, branches = which.item(), build.params["branches"]
+def _cond(
+    build: Builder, which: Scalars | Data, *operands: Scalars | Data
+) -> Sequence[Scalars | Data]:
+    index, branches = build.scalars(which).item(), build.params["branches"]
     if isinstance(index, Number):
         chosen = min(max(int(index.value), 0), len(branches) - 1)
         return build.lower(branches[chosen], operands, build.block)
@@ -204,5 +218,9 @@ def _cond(build: Builder, which: Scalars, *operands: Scalars) -> Sequence[Scalar
     return targets
 
 
-RULES: dict[str, Callable[..., Sequence[Scalars]]] = {"cond": _cond, "scan": _scan, "while": _while}
+RULES: dict[str, Callable[..., Sequence[Scalars | Data]]] = {
+    "cond": _cond,
+    "scan": _scan,
+    "while": _while,
+}
 """Primitive -> (builder, operands) -> results."""

@@ -93,6 +93,6 @@ def uses(function: Function) -> dict[Operand | Table, set[Name | Table]]:
     return makes
 
 
-def made_from(function: Function, given: Sequence[Name]) -> set[Name | Table]:
-    """All names and tables of a function that depend on any of the given parameters."""
+def made_from(function: Function, given: Iterable[Name | Table]) -> set[Name | Table]:
+    """All names and tables of a function that depend on any of the given ones."""
     return reached(given, uses(function))

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gyrostat.codegen.builder import Builder
+from gyrostat.codegen.data import Data
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import Name, Number, Operand
 from gyrostat.codegen.tracing import closed
@@ -13,32 +14,40 @@ from gyrostat.codegen.tracing import closed
 ZERO = Number("integer", 0)
 
 
+class _Base(NamedTuple):
+    """Position in a table: the sum of a computed and a known index."""
+
+    computed: Operand
+    known: int
+
+
 class _Pick:
     """Array with elements read at a computed index, which is clamped to the array."""
 
-    def __init__(self, build: Builder, array: Scalars, sizes: Sequence[int]) -> None:
+    def __init__(self, build: Builder, array: Scalars | Data, sizes: Sequence[int]) -> None:
         self._build, self._array, self._sizes = build, array, sizes
-        self._strides = [int(np.prod(array.shape[k + 1 :])) for k in range(array.ndim)]
-        self._table = build.table(array)
+        self._table, self._first, self._strides = build.table(array)
 
-    def base(self, starts: Sequence[Operand]) -> Operand:
+    def base(self, starts: Sequence[Operand]) -> _Base:
         """Position in the table of the first element of the part that starts at some indices."""
         base: Operand = ZERO
+        known = self._first
         for axis, start in enumerate(starts):
             last = Number("integer", self._array.shape[axis] - self._sizes[axis])
             step = self._build.clamp(start, ZERO, last)
+            if self._table.memory and isinstance(step, Number):
+                known += int(step.value) * self._strides[axis]
+                continue
             if self._strides[axis] != 1:
                 stride = Number("integer", self._strides[axis])
                 step = self._build.compute("mul", step, stride, hint="index")
             base = step if base == ZERO else self._build.compute("add", base, step, hint="index")
-        return base
+        return _Base(base, known)
 
-    def element(self, base: Operand, offset: Sequence[int], name: Name) -> Name:
+    def element(self, base: _Base, offset: Sequence[int], name: Name) -> Name:
         """Element of that part at an offset from its start."""
         steps = sum(place * stride for place, stride in zip(offset, self._strides, strict=True))
-        if steps:
-            base = self._build.compute("add", base, Number("integer", steps), hint="index")
-        return self._build.element(self._table, base, name)
+        return self._build.element(self._table, base.computed, base.known + steps, name)
 
 
 class _Windows(NamedTuple):
@@ -97,25 +106,25 @@ def _inside(build: Builder, starts: Sequence[Operand], limits: Sequence[int]) ->
     return inside
 
 
-def _dynamic_slice(build: Builder, array: Scalars, *starts: Scalars) -> Scalars:
+def _dynamic_slice(build: Builder, array: Scalars | Data, *starts: Scalars | Data) -> Scalars:
     """Part of an array that starts at computed indices."""
     pick = _Pick(build, array, build.params["slice_sizes"])
-    base = pick.base([start.item() for start in starts])
+    base = pick.base([build.scalars(start).item() for start in starts])
     names: Any = build.names(build.target)
     for place in np.ndindex(names.shape):
-        pick.element(base, place, names[place])
+        names[place] = pick.element(base, place, names[place])
     return names
 
 
-def _gather(build: Builder, array: Scalars, indices: Scalars) -> Scalars:
+def _gather(build: Builder, array: Scalars | Data, indices: Scalars | Data) -> Scalars:
     """Parts that start at computed indices, one for each row of an array of indices."""
-    params = build.params
+    params, indices, axes = build.params, build.scalars(indices), len(array.shape)
     dimensions, sizes = params["dimension_numbers"], params["slice_sizes"]
     batched = dimensions.operand_batching_dims
     gone = (*dimensions.collapsed_slice_dims, *batched)
     windows = _Windows(
         dimensions.offset_dims,
-        [k for k in range(array.ndim) if k not in gone],
+        [k for k in range(axes) if k not in gone],
         {axis: k for k, axis in enumerate(dimensions.start_index_map)},
         dict(zip(batched, dimensions.start_indices_batching_dims, strict=True)),
     )
@@ -123,19 +132,20 @@ def _gather(build: Builder, array: Scalars, indices: Scalars) -> Scalars:
     filled = _filling(params, build.target.aval.dtype)
     pick = _Pick(build, array, sizes)
     names: Any = build.names(build.target)
-    bases: dict[tuple[int, ...], tuple[Operand, Operand]] = {}
-    for place, row, offset in windows.places(names.shape, array.ndim):
+    bases: dict[tuple[int, ...], tuple[_Base, Operand]] = {}
+    for place, row, offset in windows.places(names.shape, axes):
         if row not in bases:
-            starts = windows.starts(row, indices, array.ndim)
+            starts = windows.starts(row, indices, axes)
             inside: Operand = Number("logical", True)
             if filled is not None:
                 inside = _inside(build, starts, limits)
             bases[row] = pick.base(starts), inside
         base, inside = bases[row]
-        element = pick.element(base, offset, names[place])
+        group = names[place].group
+        names[place] = element = pick.element(base, offset, names[place])
         if filled is not None:
             choice = (inside, element, Number(element.kind, filled))
-            name = Name(element.kind, build.where.name, element.group, place)
+            name = Name(element.kind, build.where.name, group, place)
             names[place] = build.assign("select", choice, name)
     return names
 
@@ -203,7 +213,8 @@ def _scatter(build: Builder, *arrays: Scalars) -> Scalars:
             return update
         inner = closed(params["update_jaxpr"], params["update_consts"])
         both = [np.array(operand, dtype=object) for operand in (old, update)]
-        return build.lower(inner, both, build.block, build.where)[0].item()
+        (made,) = build.lower(inner, both, build.block, build.where)
+        return build.scalars(made).item()
 
     return _placed(build, arrays, windows, join, clipped="CLIP" in str(params["mode"]))
 

@@ -7,13 +7,17 @@ from typing import Any
 import numpy as np
 
 from gyrostat.codegen.builder import Builder
-from gyrostat.codegen.control_flow import argument_name
-from gyrostat.codegen.primitives import COMPILED, OVERFLOWING, Scalars
-from gyrostat.codegen.program import Block, Call, Function, Table
+from gyrostat.codegen.control_flow import argument_name, is_rows
+from gyrostat.codegen.data import Data, moved
+from gyrostat.codegen.primitives import ALIKE, COMPILED, MOVES, OVERFLOWING, Scalars
+from gyrostat.codegen.program import Block, Call, Function
 from gyrostat.codegen.rules import RULES
 from gyrostat.codegen.scope import FLIGHT, Scope
 from gyrostat.codegen.source import NOWHERE, Source, refused, source
 from gyrostat.codegen.tracing import called, constant, own_function
+
+_READING = frozenset({"dynamic_slice", "gather", "cond", "scan", "while"})
+"""Primitives whose rules take data as it is."""
 
 
 class Lowering:
@@ -26,14 +30,25 @@ class Lowering:
         self._groups = count(1)
         self._library_call: Source | None = None
 
-    def graph(
+    def graph(self, closed: Any, inputs: Sequence[Scalars | Data], block: Block) -> list[Scalars]:
+        """Append a closed jaxpr to a block and return its results.
+
+        Args:
+            closed: Closed jaxpr.
+            inputs: Arguments.
+            block: Block that the statements are appended to.
+        """
+        made = self._graph(closed, inputs, block)
+        return [array.scalars() if isinstance(array, Data) else array for array in made]
+
+    def _graph(
         self,
         closed: Any,
-        inputs: Sequence[Scalars],
+        inputs: Sequence[Scalars | Data],
         block: Block,
         called_at: Source | None = None,
-    ) -> list[Scalars]:
-        """Append a closed jaxpr to a block and return its results.
+    ) -> list[Scalars | Data]:
+        """See `graph`.
 
         Args:
             closed: Closed jaxpr.
@@ -45,9 +60,9 @@ class Lowering:
         outer, self._library_call = self._library_call, called_at or self._library_call
         jaxpr = closed.jaxpr
         constants = dict(zip(jaxpr.constvars, closed.consts, strict=True))
-        values: dict[Any, Scalars] = dict(zip(jaxpr.invars, inputs, strict=True))
+        values: dict[Any, Scalars | Data] = dict(zip(jaxpr.invars, inputs, strict=True))
 
-        def read(atom: Any) -> Scalars:
+        def read(atom: Any) -> Scalars | Data:
             value = constant(atom)
             if value is None and atom in constants:
                 value = constants[atom]
@@ -55,29 +70,37 @@ class Lowering:
 
         for equation in jaxpr.eqns:
             where = self._library_call or source(equation, NOWHERE)
-            build = Builder(equation, block, where, self._scope, self._groups, self.graph)
-            self._refuse_arrays(build)
+            build = Builder(equation, block, where, self._scope, self._groups, self._graph)
+            known = [values.get(a) if constant(a) is None else None for a in equation.invars]
+            self._refuse_arrays(build, known)
             made = self._equation(build, [read(atom) for atom in equation.invars])
             made = self._narrowed(build, [made] if isinstance(made, np.ndarray) else made)
             values.update(zip(equation.outvars, made, strict=True))
         self._library_call = outer
         return [read(atom) for atom in jaxpr.outvars]
 
-    def _equation(self, build: Builder, given: list[Scalars]) -> Scalars | Sequence[Scalars]:
+    def _equation(
+        self, build: Builder, given: list[Scalars | Data]
+    ) -> Scalars | Sequence[Scalars | Data]:
         inner, name = called(build.equation), build.equation.primitive.name
         if inner is not None:
             own = None if self._scope.in_place else own_function(build.equation, inner)
             if own is None:
-                return self.graph(inner, given, build.block, build.where)
-            return self._call(own, inner, given, build)
-        if any(array.shape == () and isinstance(array.item(), Table) for array in given):
+                return self._graph(inner, given, build.block, build.where)
+            return self._call(own, inner, [build.scalars(array) for array in given], build)
+        if _stays_data(build.equation, given):
+            data: Any = given[0]
+            return moved(MOVES[name], build.params, data) if name in MOVES else [data]
+        if name not in _READING:
+            given = [build.scalars(array) for array in given]
+        if any(is_rows(array) for array in given):
             raise build.refused("rows of a long scan", "them only as a result")
         rule = self._scope.rules.get(name) or RULES.get(name)
         if rule is None:
             raise build.refused("a primitive", COMPILED)
         return rule(build, *given)
 
-    def _narrowed(self, build: Builder, made: Sequence[Scalars]) -> Sequence[Scalars]:
+    def _narrowed(self, build: Builder, made: Sequence[Scalars | Data]) -> Sequence[Scalars | Data]:
         if build.equation.primitive.name not in OVERFLOWING:
             return made
         operation = self._scope.narrow.get(build.target.aval.dtype)
@@ -101,15 +124,16 @@ class Lowering:
         build.block.append(Call(function, _flat(given), _flat(results), build.where))
         return results
 
-    def _refuse_arrays(self, build: Builder) -> None:
+    def _refuse_arrays(self, build: Builder, given: Sequence[Scalars | Data | None]) -> None:
         """Check that arrays are not too large and of a supported type; raises `InputError`."""
         scope, equation, where = self._scope, build.equation, build.where
         # results of a long scan are kept as tables, not as scalars
         long = equation.params.get("length", 0) > scope.longest or called(equation) is not None
-        for atom in (*equation.invars, *equation.outvars):
+        is_kept = (long and np.isfinite(scope.longest)) or _stays_data(equation, given)
+        free = [isinstance(array, Data) for array in given] + [is_kept] * len(equation.outvars)
+        for atom, any_size in zip((*equation.invars, *equation.outvars), free, strict=True):
             size, dtype = int(np.prod(atom.aval.shape)), atom.aval.dtype
-            is_kept = long and np.isfinite(scope.longest) and atom in equation.outvars
-            if size > scope.largest and not is_kept:
+            if size > scope.largest and not any_size:
                 found = "×".join(map(str, atom.aval.shape))
                 expected = f"at most {scope.largest} elements"
                 raise refused(equation, where, f"an array of {found}", expected)
@@ -118,6 +142,16 @@ class Lowering:
             if scope.kind_of(dtype) is None:
                 expected = "float64, int32, int64 or logical ones"
                 raise refused(equation, where, f"numbers of type {dtype}", expected)
+
+
+def _stays_data(equation: Any, given: Sequence[Scalars | Data | None]) -> bool:
+    """Whether an equation only rearranges the elements of data."""
+    if len(given) != 1 or not isinstance(given[0], Data):
+        return False
+    name = equation.primitive.name
+    if name == "convert_element_type":
+        return equation.invars[0].aval.dtype == equation.outvars[0].aval.dtype
+    return name in MOVES or name in ALIKE
 
 
 def _flat(arrays: Sequence[Scalars]) -> list[Any]:

@@ -49,12 +49,23 @@ class Table:
         size: Number of scalars.
         hint: Preferred name in C.
         kept: Whether the table is a result, which nothing in the program reads.
+        memory: Memory of the inputs that contains the table, "shared" or "own"; "" for a table that
+            the program fills.
+        start: Index of its first word in that memory.
+        parameters: Index -> parameter for the element at this index, of a table in memory.
     """
 
     kind: Kind
     size: int
     hint: str = ""
     kept: bool = False
+    memory: Literal["", "shared", "own"] = ""
+    start: int = 0
+    parameters: dict[int, Name] = field(default_factory=dict)
+
+    def parameter(self, index: int) -> Name:
+        """Parameter for the element at a known index, of a table in memory."""
+        return self.parameters.setdefault(int(index), Name(self.kind))
 
 
 Operand = Name | Number
@@ -62,7 +73,11 @@ Operand = Name | Number
 
 @dataclass(eq=False)
 class Assign:
-    """Operation: target = operation(operands); an "element" is read from `table`."""
+    """Operation: target = operation(operands).
+
+    An "element" is read from `table` at the index that is its operand. For a table in the memory of
+    the inputs, the index is the sum of two operands, the second of which is constant.
+    """
 
     target: Name
     operation: str

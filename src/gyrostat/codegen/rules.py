@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from gyrostat.codegen import control_flow, indexing, ordering, special
+from gyrostat.codegen.data import Data
 from gyrostat.codegen.primitives import ALIKE, ELEMENTWISE, MOVES, Scalars
 
-Rule = Callable[..., Scalars | Sequence[Scalars]]
+Rule = Callable[..., Scalars | Sequence[Scalars | Data]]
 """(builder, operands) -> result, or results."""
 
 

@@ -24,6 +24,7 @@ from gyrostat.control.attitude.attitude_regulator import AttitudeRegulator
 from gyrostat.control.attitude.attitude_targets import AttitudeTargets
 from gyrostat.control.attitude.command import CurrentCommand
 from gyrostat.control.attitude.output_feedback import OutputFeedback
+from gyrostat.control.attitude.sun_pointing import SunPointing
 from gyrostat.control.attitude.three_axis_law import ThreeAxisLaw
 from gyrostat.control.attitude.wheel_array_control import ArrayCommand, WheelArrayControl
 from gyrostat.control.attitude.wheel_rate_loop import WheelRateLoop
@@ -45,6 +46,8 @@ from gyrostat.control.friction.momentum_control import (
 )
 from gyrostat.control.friction.speed_mode import SpeedMode
 from gyrostat.control.guarded import Guarded
+from gyrostat.control.magnetic.b_cross import BCross, RodCommand
+from gyrostat.control.magnetic.rod_unloading import RodUnloading
 from gyrostat.control.measurement_guard import FieldLimits, MeasurementGuard, SampleStatus
 from gyrostat.control.underactuated.boresight import BoresightLaw, WheelMap, governed
 from gyrostat.control.underactuated.output_zeroing import OutputZeroing, ZeroingCommand
@@ -62,6 +65,7 @@ __all__ = [
     "AttitudePID",
     "AttitudeRegulator",
     "AttitudeTargets",
+    "BCross",
     "BoresightLaw",
     "Compensation",
     "ConditionedCompensator",
@@ -100,11 +104,14 @@ __all__ = [
     "PseudoInverse",
     "QuaternionBody",
     "RiccatiSolution",
+    "RodCommand",
+    "RodUnloading",
     "SafeFrit",
     "SampleStatus",
     "SampledModel",
     "SpeedMode",
     "StateDependentRiccati",
+    "SunPointing",
     "ThreeAxisLaw",
     "TwoWheelLaw",
     "TwoWheelPointing",

@@ -10,3 +10,5 @@ Quaternion = Float[Array, "4"]
 """Unit quaternion, scalar first."""
 PerWheel = Float[Array, " wheels"]
 """One real number for each wheel."""
+PerMode = Float[Array, " modes"]
+"""One real number for each vibration mode."""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.types import Vector
+from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import parse_quantity
 from gyrostat.core.validation import magnitude
 
@@ -194,6 +194,30 @@ def three(path: Path, key: str, value: object, dimension: str | None) -> Vector:
         for k, entry in enumerate(value)
     ]
     return np.array(entries)
+
+
+def inertia_matrix(path: Path, key: str, value: object) -> Matrix:
+    """Read an inertia: three principal values, or three rows of three.
+
+    Args:
+        path: Path of the file, for the error message.
+        key: Full key, for the error message.
+        value: Value from the TOML file.
+
+    Returns:
+        The matrix, (3, 3), kg·m²; not validated.
+
+    Raises:
+        InputError: The value is neither.
+    """
+    if not isinstance(value, list) or len(value) != 3:
+        raise InputError(
+            f"{path}: key {key}: found {described(value)}, expected three principal values or "
+            "three rows of three, kg·m²"
+        )
+    if any(isinstance(row, list) for row in value):
+        return np.stack([three(path, f"{key}[{k}]", row, "inertia") for k, row in enumerate(value)])
+    return np.diag(three(path, key, value, "inertia"))
 
 
 def described(value: object) -> str:

@@ -86,6 +86,12 @@ TABLE: dict[str, tuple[Row, ...]] = {
     ),
     "area": ((Unit("m²"), (), ()), (Unit("cm²", 1e-4), (), ()), (Unit("mm²", 1e-6), (), ())),
     "magnetic_dipole": ((Unit("A·m²"), (), ()), (Unit("mA·m²", 1e-3), (), ())),
+    "flux_density": (
+        (Unit("T"), (), ("tesla",)),
+        (Unit("mT", 1e-3), (), ()),
+        (Unit("µT", 1e-6), (), ()),
+        (Unit("nT", 1e-9), (), ()),
+    ),
     "imbalance": (
         (Unit("kg·m"), (), ()),
         (Unit("g·cm", 1e-5), (), ()),
@@ -115,6 +121,10 @@ TABLE: dict[str, tuple[Row, ...]] = {
     "angle": (
         (Unit("rad"), (), ("rad", "radian", "radians")),
         (Unit("deg", _DEGREE), (), ("deg", "°", "degree", "degrees")),
+        (Unit("arcmin", _DEGREE / 60.0), (), ("arcmin",)),
+        (Unit("arcsec", _DEGREE / 3600.0), (), ("arcsec",)),
         (Unit("rev", 2.0 * math.pi), (), ("rev", "turn", "turns", "revolution", "revolutions")),
+        (Unit("arcmin", _DEGREE / 60.0), (), ("arcmin", "arcminute", "arcminutes")),
+        (Unit("arcsec", _DEGREE / 3600.0), (), ("arcsec", "arcsecond", "arcseconds")),
     ),
 }

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 COMPONENTS = {"quaternion": ("w", "x", "y", "z"), "axis": ("x", "y", "z")}
 """Dimension -> its coordinates."""
-OWN_NAMES = (*COMPONENTS, "wheel", "run", "time", "status", "valid_until", "error")
+OWN_NAMES = (*COMPONENTS, "wheel", "mode", "run", "time", "status", "valid_until", "error")
 """Names that histories have in addition to the signals."""
 _QUATERNIONS = ("attitude", "target", "estimated_attitude")
 _VECTORS = (
@@ -23,12 +23,14 @@ _PER_WHEEL = (
     *("torque", "torque_demand", "speed", "set_point", "integral", "saturated", "works"),
     "deflection",
 )
+_PER_MODE = ("modal_coordinate", "modal_momentum", "modal_rate")
 _LONG_NAMES = {
     "attitude": "attitude of the body relative to inertial space",
     "momentum": "total angular momentum, inertial axes",
     "rate": "body rate, body axes",
     "torque": "motor torque",
     "target": "target attitude",
+    "modal_momentum": "generalised momentum of the modes",
     "works": "wheel considered working",
     "saturated": "at the torque limit",
     "deflection": "deflection of the bristles",
@@ -49,6 +51,7 @@ def dimensions(field: str, label: str, shape: tuple[int, ...], wheels: int | Non
             (_QUATERNIONS, 4, "quaternion"),
             (_VECTORS, 3, "axis"),
             (_PER_WHEEL, wheels, "wheel"),
+            (_PER_MODE, shape[0], "mode"),
         ):
             if field in names and shape[0] == count:
                 return [dimension]
@@ -80,12 +83,13 @@ def with_coordinates(dataset: "xr.Dataset") -> "xr.Dataset":
     """Add the coordinates of named dimensions, and `error` if there is a target.
 
     Args:
-        dataset: Histories; wheels are numbered from 0.
+        dataset: Histories; wheels and modes are numbered from 0.
     """
     sizes = dataset.sizes
     known: dict[str, Any] = {name: [*parts] for name, parts in COMPONENTS.items() if name in sizes}
-    if "wheel" in sizes:
-        known["wheel"] = np.arange(sizes["wheel"])
+    for name in ("wheel", "mode"):
+        if name in sizes:
+            known[name] = np.arange(sizes[name])
     dataset = dataset.assign_coords(known)
     pair = [dataset[name] for name in ("attitude", "target") if name in dataset]
     if len(pair) == 2 and all("quaternion" in signal.dims for signal in pair):

@@ -9,16 +9,18 @@ from jaxtyping import Array, Bool, PRNGKeyArray
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, size, within
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.named_tuples import with_fields
 from gyrostat.core.rotations import from_rotation_vector, product
 from gyrostat.spacecraft.rate_gyro import BodyMotion, RateGyro
 from gyrostat.spacecraft.spacecraft_sensor import SpacecraftSensor
 from gyrostat.wheel.array import listed
 
-_whole = within(
+whole_periods = within(
     "star tracker periods",
     "whole numbers of 1 or more",
     lambda value: (value >= 1.0) & (value == np.round(value)),
 )
+"""Rule for the interval between samples of a star tracker, control periods."""
 
 
 class StarTracker(Checked):
@@ -34,23 +36,24 @@ class StarTracker(Checked):
     sigma: Annotated[Vector3 | float, size("star tracker sigma", "rad")] = eqx.field(
         converter=listed
     )
-    periods: Annotated[Scalar, _whole] = 1
+    periods: Annotated[Scalar, whole_periods] = 1
 
     def __call__(
-        self, attitude: Quaternion, samples: Scalar, key: PRNGKeyArray
+        self, motion: BodyMotion, samples: Scalar, period: Scalar, key: PRNGKeyArray
     ) -> tuple[Quaternion, Bool[Array, ""]]:
         """Measure the attitude.
 
         Args:
-            attitude: True attitude, (4,).
+            motion: True attitude and rate.
             samples: Control periods since the start.
+            period: Unused.
             key: Random key of the noise.
 
         Returns:
             The measured attitude, (4,), and whether the tracker has a sample at this time.
         """
         noise = jnp.asarray(self.sigma) * jax.random.normal(key, (3,))
-        seen = product(attitude, from_rotation_vector(noise))
+        seen = product(motion.attitude, from_rotation_vector(noise))
         return seen, jnp.mod(samples, self.periods) == 0.0
 
 
@@ -84,14 +87,17 @@ class _Memory(NamedTuple):
 class TrackerGyroSensors(Checked):
     """Star tracker, gyro and tachometers of a spacecraft.
 
+    The measurement is a `TrackerGyroMeasurement`. With `StarTrackerHeads`, it also has the field
+    `tracker_heads`, (heads,): whether each head has a sample. The attitude is measured if one has.
+
     Attributes:
         truth: Source of the true state, with the tachometers.
-        tracker: Star tracker.
+        tracker: `StarTracker` or `StarTrackerHeads`.
         gyro: Rate gyro.
     """
 
     truth: SpacecraftSensor
-    tracker: StarTracker
+    tracker: Any
     gyro: RateGyro
 
     def start(self, state: Any, period: Scalar) -> _Memory:
@@ -106,18 +112,18 @@ class TrackerGyroSensors(Checked):
             jnp.asarray(self.gyro.bias, dtype=float),
         )
 
-    def __call__(
-        self, memory: _Memory, state: Any, key: PRNGKeyArray
-    ) -> tuple[_Memory, TrackerGyroMeasurement]:
+    def __call__(self, memory: _Memory, state: Any, key: PRNGKeyArray) -> tuple[_Memory, Any]:
         """Measure attitude, rate and wheel speeds."""
         first, second, third = jax.random.split(key, 3)
         truth, seen = self.truth(memory.truth, state, first)
-        attitude, measured = self.tracker(seen.attitude, memory.samples, second)
         motion = BodyMotion(seen.attitude, self._rate(state))
+        attitude, sees = self.tracker(motion, memory.samples, memory.period, second)
         rate, bias = self.gyro(memory.motion, motion, memory.bias, memory.period, third)
-        measurement = TrackerGyroMeasurement(
-            attitude, measured, rate, seen.wheel_speed, seen.wheel_measured
+        measurement: Any = TrackerGyroMeasurement(
+            attitude, jnp.any(sees), rate, seen.wheel_speed, seen.wheel_measured
         )
+        if sees.ndim:
+            measurement = with_fields("Heads", measurement, {"tracker_heads": sees}, {})
         after = _Memory(truth, memory.samples + 1.0, memory.period, motion, bias)
         return after, measurement
 

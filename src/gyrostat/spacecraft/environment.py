@@ -1,4 +1,4 @@
-"""External torques on a spacecraft in a circular orbit, for `Gyrostat.environment`.
+"""Gravity gradient and periodic torques on a spacecraft, for `Gyrostat.environment`.
 
 A torque model is a callable (spacecraft, attitude, time in s) -> torque in body axes, (3,), N·m.
 The total momentum of a gyrostat is the integral of the sum of these torques; the wheels do not
@@ -18,6 +18,7 @@ from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import to_body
 from gyrostat.core.validation import require
 from gyrostat.spacecraft.orbit.earth import EARTH, EARTH_RADIUS
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed, zeros
 
@@ -69,24 +70,30 @@ class CircularOrbit(Checked):
             ]
         )
 
+    def gradient(self, time: Scalar) -> Scalar:
+        """Gravitational parameter over the cubed distance, 1/s²: the squared mean motion."""
+        del time
+        return jnp.asarray(self.rate) ** 2
+
 
 class GravityGradient(Checked):
-    """Gravity gradient torque T = 3 n² r x J r.
+    """Gravity gradient torque T = 3 n² r x J r, n² = mu / R³.
 
-    r is the zenith in body axes and J the inertia with the wheels locked. P. C. Hughes,
-    "Spacecraft Attitude Dynamics", section 8.1.
+    r is the zenith in body axes, J the inertia with the wheels locked, mu the gravitational
+    parameter of the Earth and R the distance from its centre. The Earth is a point mass. P. C.
+    Hughes, "Spacecraft Attitude Dynamics", section 8.1.
 
     Attributes:
         orbit: Orbit of the spacecraft.
     """
 
-    orbit: CircularOrbit
+    orbit: CircularOrbit | OrbitEnvironment
 
     def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
         """Torque in body axes, (3,), N·m; see the module."""
         zenith = to_body(attitude, self.orbit.zenith(time))
         pull = jnp.cross(zenith, spacecraft.inertia_locked() @ zenith)
-        return 3.0 * jnp.asarray(self.orbit.rate) ** 2 * pull
+        return 3.0 * self.orbit.gradient(time) * pull
 
 
 class HarmonicTorque(Checked):

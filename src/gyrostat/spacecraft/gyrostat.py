@@ -1,4 +1,4 @@
-"""Gyrostat: a rigid body with reaction wheels."""
+"""Gyrostat: a body with reaction wheels, rigid or with flexible appendages."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -16,11 +16,14 @@ from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import check_unit, normalised, to_body, to_inertial
 from gyrostat.core.validation import check_parts
 from gyrostat.spacecraft.failures import WheelFailures
+from gyrostat.spacecraft.flexible.coupling import ModalCoupling, with_names
+from gyrostat.spacecraft.flexible.modes import FlexibleModes
 from gyrostat.spacecraft.friction_steps import FrictionSteps
 from gyrostat.spacecraft.gyrostat_state import (
     GyrostatRecord,
     GyrostatState,
     WheelTorqueCommand,
+    check_sizes,
     too_fast,
 )
 from gyrostat.spacecraft.pieces import pieces
@@ -32,14 +35,13 @@ from gyrostat.spacecraft.torque_models import (
     commanded_torques,
     torque_models,
 )
-from gyrostat.spacecraft.wheels_on_body import Carrier, WheelsOnBody
-from gyrostat.wheel import Motion, step_coupled_bristles, step_coupled_wheels
+from gyrostat.spacecraft.wheel_friction import advanced, check_deflection, started_deflection
+from gyrostat.spacecraft.wheels_on_body import WheelsOnBody
 from gyrostat.wheel.array import listed, zeros
-from gyrostat.wheel.friction import LuGre
 
 
 class Gyrostat(Checked):
-    """Rigid body with reaction wheels: dH/dt = R T, dh_i/dt = m_i - F_i.
+    """Body with reaction wheels: dH/dt = R T, dh_i/dt = m_i - F_i.
 
     H = R (J w + sum a_i h_i) is the total momentum in inertial axes and h_i = J_i (W_i + a_i w) the
     axial momentum of rotor i. J is the inertia of the spacecraft without that of the rotors about
@@ -47,8 +49,8 @@ class Gyrostat(Checked):
     torque, F_i its friction, T the external torque in body axes. The state contains H, and w is
     computed from it, so that without external torque H is conserved to the last bit. P. C. Hughes,
     "Spacecraft Attitude Dynamics", section 3.4. The times at which wheels stick, break away and
-    cross zero speed are resolved (`gyrostat.wheel.step_coupled_wheels`). With LuGre friction, the
-    deflections of the bristles are part of the state (`gyrostat.wheel.step_coupled_bristles`).
+    cross zero speed are resolved (`gyrostat.wheel.step_coupled_wheels`). The momentum of flexible
+    appendages (`FlexibleModes`) is a further part of H.
 
     Attributes:
         spacecraft: Body and wheels.
@@ -63,6 +65,8 @@ class Gyrostat(Checked):
         friction_steps: Step changes of wheel friction; None for none.
         actuators: Further actuators, see `Actuator`, each driven by the field of the command that
             has its name; none by default.
+        modes: Modes of flexible appendages and propellant; None for a rigid body. The inertia of
+            the spacecraft includes them undeformed.
     """
 
     spacecraft: Spacecraft
@@ -77,6 +81,7 @@ class Gyrostat(Checked):
     )
     friction_steps: FrictionSteps | None = None
     actuators: Mapping[str, Actuator] = eqx.field(default_factory=dict)
+    modes: FlexibleModes | None = None
 
     def torque(self, attitude: Quaternion, time: Scalar) -> Vector3:
         """External torque in body axes, (3,), N·m, at a time, s."""
@@ -93,7 +98,7 @@ class Gyrostat(Checked):
 
         Raises:
             InputError: An external torque limit that is not (3,), failures or friction steps of
-                another number of wheels.
+                another number of wheels, or modes with more inertia than the body.
         """
         if self.external_torque_limit is not None:
             shape = np.shape(self.external_torque_limit)
@@ -106,6 +111,8 @@ class Gyrostat(Checked):
         if self.friction_steps is not None:
             self.friction_steps.check_wheels(self.spacecraft.wheels)
         check_parts(*self.actuators.values())
+        if self.modes is not None:
+            self.modes.check_inertia(self.spacecraft.inertia)
 
     def start(
         self,
@@ -113,34 +120,35 @@ class Gyrostat(Checked):
         attitude: Any = (1.0, 0.0, 0.0, 0.0),
         rate: Any = (0.0, 0.0, 0.0),
         wheel_speed: Any = 0.0,
+        modal_coordinate: Any = None,
+        modal_rate: Any = None,
         deflection: Any = None,
     ) -> GyrostatState:
-        """Create a state from attitude, rate and wheel speeds.
+        """Create a state from attitude, rate, wheel speeds and the motion of the modes.
 
         Args:
             attitude: Attitude quaternion, (4,), scalar first; it is normalised.
             rate: Body rate in body axes, (3,), rad/s.
             wheel_speed: Wheel speeds relative to the body, (wheels,), or one value for all, rad/s.
-            deflection: Deflections of the bristles with LuGre friction, (wheels,), or one value for
-                all, rad; None: those of steady rotation, which are zero at rest.
-
-        Raises:
-            InputError: A deflection is given, and the friction has no bristles.
+            modal_coordinate: Modal coordinates, (modes,), or one value for all, √kg·m; None for 0.
+            modal_rate: Modal rates, (modes,), or one value for all, √kg·m/s; None for 0.
+            deflection: Deflections of the bristles, (wheels,), or one value for all, rad; None for
+                those of steady rotation, which are zero at rest.
         """
         wheels = self.spacecraft.wheels
         quaternion = normalised(jnp.asarray(attitude, dtype=float))
         speed = jnp.broadcast_to(jnp.asarray(wheel_speed, dtype=float), (wheels.count,))
         rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * speed)
         momentum = self.spacecraft.inertia_locked() @ jnp.asarray(rate, dtype=float) + rotors
-        state = GyrostatState(quaternion, to_inertial(quaternion, momentum), speed)
-        if isinstance(wheels.friction, LuGre):
-            given = wheels.friction.steady_deflection(speed) if deflection is None else deflection
-            deflection = jnp.broadcast_to(jnp.asarray(given, dtype=float), speed.shape)
-        elif deflection is not None:
-            raise InputError(
-                f"deflection: found one, expected none with {wheels.friction.name} friction"
-            )
-        return state._replace(deflection=deflection)
+        modal = None
+        if self.modes is not None:
+            modal, stored = self.modes.start(modal_coordinate, modal_rate, jnp.asarray(rate))
+            momentum = momentum + stored
+        elif modal_coordinate is not None or modal_rate is not None:
+            raise InputError("modal_coordinate: found one, expected none without modes")
+        momentum = to_inertial(quaternion, momentum)
+        bent = started_deflection(wheels.friction, speed, deflection)
+        return GyrostatState(quaternion, momentum, speed, **with_names(modal), deflection=bent)
 
     def check_state(self, state: GyrostatState) -> None:
         """Validate a state.
@@ -149,16 +157,12 @@ class Gyrostat(Checked):
             state: One state, or several with a leading axis of runs.
 
         Raises:
-            InputError: A shape is wrong, the quaternion is not of unit length, a wheel is above its
-                momentum limit, or there are no deflections of the bristles of LuGre friction.
+            InputError: A shape is wrong, the quaternion is not of unit length, or a wheel is above
+                its momentum limit.
         """
         wheels = self.spacecraft.wheels
-        if isinstance(wheels.friction, LuGre) and state.deflection is None:
-            raise InputError("deflection: found none, expected those of the bristles, rad")
-        for name, value in state._asdict().items():
-            length = {"attitude": 4, "momentum": 3}.get(name, wheels.count)
-            if value is not None and np.shape(value)[-1:] != (length,):
-                raise InputError(f"{name}: found shape {np.shape(value)}, expected ({length},)")
+        check_sizes(state, wheels.count, 0 if self.modes is None else self.modes.count)
+        check_deflection(wheels.friction, state)
         check_unit(state.attitude)
         wheels.check_speed(state.wheel_speed)
 
@@ -170,8 +174,19 @@ class Gyrostat(Checked):
         """
         wheels = self.spacecraft.wheels
         rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * state.wheel_speed)
-        inverse = inverse_definite(self.spacecraft.inertia_locked())
+        rigid, coupling = self.without_modes()
+        inverse = inverse_definite(rigid.inertia_locked())
+        if coupling is not None:
+            rotors = rotors + coupling.body_part(state.modal_momentum)
         return inverse @ (to_body(state.attitude, state.momentum) - rotors)
+
+    def without_modes(self) -> tuple[Spacecraft, ModalCoupling | None]:
+        """Spacecraft without the inertia of the modes, and their coupling with it."""
+        if self.modes is None:
+            return self.spacecraft, None
+        coupling = self.modes.coupling()
+        inertia = self.spacecraft.inertia - coupling.inertia
+        return replace(self.spacecraft, inertia=inertia), coupling
 
     def __call__(
         self, state: GyrostatState, command: Any, time: Scalar, duration: Scalar
@@ -239,7 +254,8 @@ class Gyrostat(Checked):
     def _carry(self, state, torque, friction, seized, drag, time, duration):
         wheels = self.spacecraft.wheels
         axes = jnp.asarray(wheels.axes)
-        inverse = inverse_definite(jnp.asarray(self.spacecraft.inertia))
+        rigid, coupling = self.without_modes()
+        inverse = inverse_definite(jnp.asarray(rigid.inertia))
         contacts = WheelsOnBody(
             friction=friction,
             body=self,
@@ -250,19 +266,10 @@ class Gyrostat(Checked):
             mobility=jnp.diag(1.0 / (jnp.ones(wheels.count) * wheels.inertia))
             + axes.T @ inverse @ axes,
             inverse=inverse,
-            inverse_locked=inverse_definite(self.spacecraft.inertia_locked()),
+            inverse_locked=inverse_definite(rigid.inertia_locked()),
+            coupling=coupling,
         )
-        motion = Motion(state.wheel_speed, Carrier(state.attitude, state.momentum))
-        deflection = state.deflection
-        if isinstance(friction, LuGre):
-            motion, deflection, resolved = step_coupled_bristles(
-                contacts, motion, deflection, seized, duration
-            )
-        else:
-            motion, resolved = step_coupled_wheels(contacts, motion, duration)
-        attitude, momentum = normalised(motion.carrier.attitude), motion.carrier.momentum
-        state = GyrostatState(attitude, momentum, motion.speed, deflection=deflection)
-        return state, resolved
+        return advanced(contacts, state, duration)
 
     def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""
@@ -275,12 +282,20 @@ class Gyrostat(Checked):
             rate=self.rate(state),
             wheel_momentum=wheels.inertia * state.wheel_speed,
             saturated=jnp.abs(command.torque) > wheels.torque_limit,
+            modal_rate=self.modes and self._modal_rate(self.modes, state),
         )
 
-    def kinetic_energy(self, state: GyrostatState) -> Scalar:
-        """Kinetic energy of body and rotors, J."""
+    def _modal_rate(self, modes, state):
+        return modes.coupling().rate(state.modal_momentum, self.rate(state))
+
+    def kinetic_energy(self, state: Any) -> Scalar:
+        """Kinetic energy of body, rotors and modes, J."""
         wheels = self.spacecraft.wheels
         rate = self.rate(state)
         rotor = state.wheel_speed + jnp.asarray(wheels.axes).T @ rate
         body = rate @ jnp.asarray(self.spacecraft.inertia) @ rate
-        return 0.5 * (body + jnp.sum(wheels.inertia * rotor**2))
+        rigid = 0.5 * (body + jnp.sum(wheels.inertia * rotor**2))
+        if self.modes is None:
+            return rigid
+        with_body = state.modal_momentum + jnp.asarray(self.modes.participation) @ rate
+        return rigid + 0.5 * self._modal_rate(self.modes, state) @ with_body

@@ -2,9 +2,11 @@
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
 from jaxtyping import Array, Bool
 
-from gyrostat.core.arrays import PerWheel, Quaternion, Vector3
+from gyrostat.core.arrays import PerMode, PerWheel, Quaternion, Vector3
+from gyrostat.core.errors import InputError
 
 FASTEST = 10.0
 """Body rate above which a run counts as diverged, rad/s."""
@@ -21,6 +23,10 @@ class GyrostatState(NamedTuple):
             them (`ImbalancedGyrostat` does).
         motor_current: Motor currents, (wheels,), A; None for ideal torque motors, without a
             `DrivenGyrostat`.
+        modal_coordinate: Modal coordinates, (modes,), √kg·m; None for a rigid body, without
+            `FlexibleModes`.
+        modal_momentum: Generalised momenta of the modes, (modes,), √kg·m/s; None likewise. They
+            keep their values where the body rate steps.
         deflection: Deflections of the bristles, (wheels,), rad; None unless the friction is LuGre.
     """
 
@@ -29,7 +35,30 @@ class GyrostatState(NamedTuple):
     wheel_speed: Annotated[PerWheel, "rad/s"]
     wheel_angle: Annotated[PerWheel | None, "rad"] = None
     motor_current: Annotated[PerWheel | None, "A"] = None
+    modal_coordinate: Annotated[PerMode | None, "√kg·m"] = None
+    modal_momentum: Annotated[PerMode | None, "√kg·m/s"] = None
     deflection: Annotated[PerWheel | None, "rad"] = None
+
+
+def check_sizes(state: GyrostatState, wheels: int, modes: int) -> None:
+    """Validate the numbers of components of a state.
+
+    Args:
+        state: One state, or several with a leading axis of runs.
+        wheels: Number of wheels.
+        modes: Number of modes; 0 for a rigid body.
+
+    Raises:
+        InputError: A shape is wrong, or the motion of the modes is missing.
+    """
+    modal = dict.fromkeys(("modal_coordinate", "modal_momentum"), modes)
+    sizes = {"attitude": 4, "momentum": 3, **modal}
+    for name, value in state._asdict().items():
+        length = sizes.get(name, wheels)
+        if value is not None and np.shape(value)[-1:] != (length,):
+            raise InputError(f"{name}: found shape {np.shape(value)}, expected ({length},)")
+        if value is None and modes and name in modal:
+            raise InputError(f"{name}: found none, expected that of {modes} modes")
 
 
 class WheelTorqueCommand(NamedTuple):
@@ -51,12 +80,14 @@ class GyrostatRecord(NamedTuple):
         saturated: Whether a limit reduces the command of each wheel, (wheels,).
         jitter: Rotation vector from the attitude with balanced wheels to the attitude, (3,), rad;
             None for balanced wheels.
+        modal_rate: Rates of the modal coordinates, (modes,), √kg·m/s; None for a rigid body.
     """
 
     rate: Annotated[Vector3, "rad/s"]
     wheel_momentum: Annotated[PerWheel, "N·m·s"]
     saturated: Bool[Array, " wheels"]
     jitter: Annotated[Vector3 | None, "rad"] = None
+    modal_rate: Annotated[PerMode | None, "√kg·m/s"] = None
 
 
 class RateRecord(NamedTuple):

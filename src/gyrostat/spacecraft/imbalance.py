@@ -106,6 +106,9 @@ class ImbalancedGyrostat(Checked):
     term is a function of the angle alone. The jitter is added in closed form to the motion with
     balanced wheels; the relative error is of the order of body rate over wheel speed. Nothing is
     sampled or integrated at the wheel frequency, so imbalance does not limit the control period.
+    Flexible modes do not follow the jitter: J is the inertia without that of the modes, and no mode
+    is excited. This holds for wheel speeds W well above the frequencies of the modes on the free
+    body; the relative error is of the order of their squared ratio, and resonance is not modelled.
     Measurements contain the jitter at their time; an integrating gyro measures its mean rate.
 
     Attributes:
@@ -157,7 +160,8 @@ class ImbalancedGyrostat(Checked):
 
     def rate(self, state: Any) -> Vector3:
         """Body rate with jitter, in body axes, (3,), rad/s."""
-        jitter = self.imbalance.jitter_rate(self.spacecraft, state.wheel_speed, state.wheel_angle)
+        jittered, _ = self.gyrostat.without_modes()
+        jitter = self.imbalance.jitter_rate(jittered, state.wheel_speed, state.wheel_angle)
         return self.balanced_rate(state) + jitter
 
     def balanced_rate(self, state: Any) -> Vector3:
@@ -178,7 +182,7 @@ class ImbalancedGyrostat(Checked):
         return self._turned(state, state.wheel_angle, -1.0)._replace(wheel_angle=None)
 
     def _turned(self, state: GyrostatState, angle: Any, sense: float) -> GyrostatState:
-        jitter = from_rotation_vector(sense * self.imbalance.jitter(self.spacecraft, angle))
+        jitter = from_rotation_vector(sense * self._jitter(angle))
         return state._replace(attitude=product(state.attitude, jitter))
 
     def diverged(self, state: Any) -> Bool[Array, ""]:
@@ -188,4 +192,8 @@ class ImbalancedGyrostat(Checked):
     def record(self, state: Any, command: Any) -> GyrostatRecord:
         """Rate, wheel momentum and jitter at the start of a control period."""
         record = self.gyrostat.record(self._balanced(state), command)
-        return record._replace(jitter=self.imbalance.jitter(self.spacecraft, state.wheel_angle))
+        return record._replace(jitter=self._jitter(state.wheel_angle))
+
+    def _jitter(self, angle: Any) -> Vector3:
+        jittered, _ = self.gyrostat.without_modes()
+        return self.imbalance.jitter(jittered, angle)

@@ -16,6 +16,8 @@ model = "x/model.toml"            # friction, from `gyrostat identify`; optional
 sheet = "bct-rwp015"              # data sheet for the values omitted above; optional
 
 Surfaces ([box], [[panel]], [[facet]]) are optional; see `gyrostat.spacecraft.surfaces_file`.
+So are flexible appendages and propellant ([[flexible]], [[hinged_panel]], [[slosh]]); see
+`gyrostat.spacecraft.flexible_file`.
 """
 
 import difflib
@@ -31,6 +33,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 from gyrostat.core.toml_file import (
     described,
+    inertia_matrix,
     name_text,
     quantity,
     read_toml,
@@ -38,6 +41,9 @@ from gyrostat.core.toml_file import (
     three,
 )
 from gyrostat.core.types import Matrix
+from gyrostat.spacecraft.flexible.appendages import APPENDAGES
+from gyrostat.spacecraft.flexible.modes import FlexibleModes
+from gyrostat.spacecraft.flexible_file import Appendage, modes_of, read_appendages
 from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia
 from gyrostat.spacecraft.surfaces_file import SURFACES, read_surfaces, table_names, tables
 from gyrostat.wheel import WheelArray, WheelModel, read_model, read_wheel_sheet
@@ -58,12 +64,19 @@ class SpacecraftFile:
         wheel_names: Names of the wheels, in their order.
         spacecraft: Body with wheels.
         wheel_values: For each wheel, all values of its model and its data sheet, SI.
+        appendages: Flexible appendages and propellant.
     """
 
     name: str
     wheel_names: tuple[str, ...]
     spacecraft: Spacecraft
     wheel_values: tuple[Mapping[str, float], ...]
+    appendages: tuple[Appendage, ...] = ()
+
+    @property
+    def modes(self) -> FlexibleModes | None:
+        """Modes of the appendages, for `Gyrostat`; None if there are none."""
+        return modes_of(self.appendages, self.spacecraft)
 
     def wheel_number(self, name: str, where: str) -> int:
         """Index of a wheel, from 0.
@@ -97,7 +110,7 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
     """
     path = Path(path)
     table = read_toml(path, "a spacecraft file")
-    refuse_unknown(path, "", table, ("body", "wheel", *SURFACES))
+    refuse_unknown(path, "", table, ("body", "wheel", *SURFACES, *APPENDAGES))
     body = table.get("body")
     if not isinstance(body, dict):
         raise InputError(f"{path}: key body: found {described(body)}, expected a table [body]")
@@ -120,12 +133,18 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
     surfaces = read_surfaces(path, table)
     spacecraft = Spacecraft(jax.device_put(inertia), array, **_mass(path, body), surfaces=surfaces)
     spacecraft.check()
-    return SpacecraftFile(
+    found = SpacecraftFile(
         name_text(path, "body.name", body.get("name", "")),
         names,
         spacecraft,
         tuple(wheel["known"] for wheel in wheels),
+        read_appendages(path, table),
     )
+    try:
+        modes_of(found.appendages, spacecraft)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return found
 
 
 def _mass(path: Path, body: dict[str, Any]) -> dict[str, Any]:
@@ -140,18 +159,7 @@ def _mass(path: Path, body: dict[str, Any]) -> dict[str, Any]:
 
 
 def _body_inertia(path: Path, body: dict[str, Any]) -> Matrix:
-    found = body.get("inertia")
-    if not isinstance(found, list) or len(found) != 3:
-        raise InputError(
-            f"{path}: key body.inertia: found {described(found)}, expected three principal values "
-            "or three rows of three, kg·m²"
-        )
-    if any(isinstance(row, list) for row in found):
-        inertia = np.stack(
-            [three(path, f"body.inertia[{k}]", row, "inertia") for k, row in enumerate(found)]
-        )
-    else:
-        inertia = np.diag(three(path, "body.inertia", found, "inertia"))
+    inertia = inertia_matrix(path, "body.inertia", body.get("inertia"))
     try:
         check_inertia(inertia)
     except InputError as error:

@@ -1,13 +1,15 @@
 """Coupled bearing equations of wheels on a free body."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import rate_of_quaternion, to_body, to_inertial
+from gyrostat.spacecraft.flexible.coupling import MODE_STEP, ModalCoupling, ModalMotion
 from gyrostat.wheel import Changes, CoupledBearings, Motion
+from gyrostat.wheel.segment import TURN_STEP
 
 FIXED = 1e12
 """Breakaway torque of a seized rotor, N·m."""
@@ -19,10 +21,20 @@ class Carrier(NamedTuple):
     Attributes:
         attitude: Attitude quaternion, (4,), scalar first.
         momentum: Total momentum in inertial axes, (3,), N·m·s.
+        modal: Motion of the modes; None for a rigid body.
     """
 
     attitude: Quaternion
     momentum: Vector3
+    modal: ModalMotion | None = None
+
+    @classmethod
+    def of(cls, state: Any) -> Self:
+        """Motion of the body from a `GyrostatState`."""
+        modal = None
+        if state.modal_momentum is not None:
+            modal = ModalMotion(state.modal_coordinate, state.modal_momentum)
+        return cls(state.attitude, state.momentum, modal)
 
 
 class WheelsOnBody(CoupledBearings):
@@ -37,9 +49,11 @@ class WheelsOnBody(CoupledBearings):
         added_viscous: Viscous drag in addition to the friction, (wheels,), N·m·s/rad.
         started: Time at the start of the interval, s.
         mobility: See `CoupledBearings`.
-        inverse: Inverse of the inertia without that of the rotors about their axes, (3, 3),
-            1/(kg·m²).
-        inverse_locked: Inverse of the inertia with all rotors locked, (3, 3), 1/(kg·m²).
+        inverse: Inverse of the inertia without that of the modes and of the rotors about their
+            axes, (3, 3), 1/(kg·m²).
+        inverse_locked: Inverse of the inertia without that of the modes, with all rotors locked,
+            (3, 3), 1/(kg·m²).
+        coupling: Coupling of the modes with the body; None for a rigid body.
     """
 
     friction: Any
@@ -51,16 +65,20 @@ class WheelsOnBody(CoupledBearings):
     mobility: Float[Array, "wheels wheels"]
     inverse: Float[Array, "3 3"]
     inverse_locked: Float[Array, "3 3"]
+    coupling: ModalCoupling | None = None
 
     def rate_of_body(self, motion: Motion) -> tuple[Vector3, Vector3]:
         """Body rate, (3,), rad/s, and total momentum, (3,), N·m·s, both in body axes."""
         momentum = to_body(motion.carrier.attitude, motion.carrier.momentum)
-        return self.inverse_locked @ (momentum - self._of_rotors(motion.speed)), momentum
+        return self.inverse_locked @ (momentum - self._stored(motion)), momentum
 
-    def _of_rotors(self, speed: PerWheel) -> Vector3:
-        """Momentum of the rotors from their speeds, or torque from their accelerations, (3,)."""
+    def _stored(self, motion: Motion) -> Vector3:
+        """Momentum of rotors and modes beside that of the body, (3,), or its time derivative."""
         wheels = self.body.spacecraft.wheels
-        return jnp.asarray(wheels.axes) @ (wheels.inertia * speed)
+        stored = jnp.asarray(wheels.axes) @ (wheels.inertia * motion.speed)
+        if self.coupling is None:
+            return stored
+        return stored + self.coupling.body_part(motion.carrier.modal.momentum)
 
     def _felt(self, torque: Vector3) -> PerWheel:
         """Acceleration of the wheels relative to the body by a torque on it, (wheels,), rad/s²."""
@@ -73,6 +91,9 @@ class WheelsOnBody(CoupledBearings):
         torque = self.body.torque(motion.carrier.attitude, self.started + time) - jnp.cross(
             rate, momentum
         )
+        if self.coupling is not None:
+            force = self.coupling.derivative(motion.carrier.modal, rate).momentum
+            torque = torque - self.coupling.body_part(force)
         return self.torque - self.added_viscous * motion.speed, self._felt(torque)
 
     def carrier_rate(self, motion: Motion, friction: PerWheel, time: Scalar) -> Carrier:
@@ -82,7 +103,10 @@ class WheelsOnBody(CoupledBearings):
         torque = to_inertial(
             attitude, self.body.torque(motion.carrier.attitude, self.started + time)
         )
-        return Carrier(rate_of_quaternion(attitude, rate), torque)
+        modal = None
+        if self.coupling is not None:
+            modal = self.coupling.derivative(motion.carrier.modal, rate)
+        return Carrier(rate_of_quaternion(attitude, rate), torque, modal)
 
     def breakaway_torque(self, direction: PerWheel) -> PerWheel:
         """See `CoupledBearings.breakaway_torque`."""
@@ -98,12 +122,17 @@ class WheelsOnBody(CoupledBearings):
         along = (rate.carrier.attitude, jnp.ones_like(time))
         torque, torque_change = jax.jvp(outside, (motion.carrier.attitude, time), along)
         gained = torque - jnp.cross(turning, momentum)
-        change = self.inverse_locked @ (gained - self._of_rotors(rate.speed))
+        change = self.inverse_locked @ (gained - self._stored(rate))
         torque_change = torque_change - jnp.cross(change, momentum) - jnp.cross(turning, gained)
         drag_change = -self.added_viscous * rate.speed
         nutation = self.inverse @ momentum
         drag = jnp.max(self.added_viscous * jnp.diagonal(self.mobility))
         fastest = jnp.maximum(turning @ turning, nutation @ nutation)
+        if self.coupling is not None:
+            second = self.coupling.derivative(rate.carrier.modal, change)
+            torque_change = torque_change - self.coupling.body_part(second.momentum)
+            modes = self.coupling.fastest_squared(self.inverse)
+            fastest = jnp.maximum(fastest, (TURN_STEP / MODE_STEP) ** 2 * modes)
         return Changes(
             drive=drag_change,
             pull=self.mobility @ drag_change + self._felt(torque_change),

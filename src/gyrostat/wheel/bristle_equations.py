@@ -11,6 +11,7 @@ from gyrostat.core.linear import inverse_definite
 from gyrostat.wheel.bearing_equation import Motion
 from gyrostat.wheel.coupled_bearings import CoupledBearings
 from gyrostat.wheel.rosenbrock_w import GAMMA
+from gyrostat.wheel.segment import TURN_STEP
 
 CARRIER_SCALE = 1e-2
 """Scale of the errors in the motion of the carrier, rad and N·m·s."""
@@ -143,15 +144,21 @@ class BristleEquations(eqx.Module):
         most = self.scale.deflection
         return angle / most * jnp.abs(deflection) / most
 
-    def first_step(self, state: Bristled) -> Scalar:
-        """Length of a first step that does not step over the bend of a friction curve, s."""
-        rate = jnp.abs(self.speed(self.rate(state, jnp.zeros(()))))
-        rate = jnp.maximum(rate, jnp.finfo(float).tiny)
-        speed, bend = jnp.abs(self.speed(state)), self.scale.free_speed / REST
+    def step_limits(self, state: Bristled) -> tuple[Scalar, Scalar]:
+        """Longest first step and longest step, s.
+
+        The first does not step over the bend of a friction curve, the others resolve the carrier.
+        """
+        whole = self.rate(state, jnp.zeros(()))
+        before, change = (Motion(self.speed(y), y.carrier) for y in (state, whole))
+        rate = jnp.maximum(jnp.abs(change.speed), jnp.finfo(float).tiny)
+        speed, bend = jnp.abs(before.speed), self.scale.free_speed / REST
         first = FIRST_REACH * jnp.maximum(speed, bend) / rate
         # from rest, the first step must resolve the deflection of the bristles
         rests = jnp.sqrt(self.scale.deflection / rate)
-        return jnp.min(jnp.where(speed < bend, jnp.minimum(first, rests), first))
+        first = jnp.min(jnp.where(speed < bend, jnp.minimum(first, rests), first))
+        turns = self.contacts.changes(before, change, jnp.zeros(())).turn_squared
+        return first, TURN_STEP / jnp.sqrt(jnp.maximum(turns, 1e-18))
 
 
 def bristle_equations(

@@ -67,7 +67,7 @@ def _integrate(equations: BristleEquations, state: Bristled, duration, tolerance
         rate = equations.rate(state, time)
         crossing = jax.lax.stop_gradient(equations.crossing(state, rate, tolerance))
         remaining = duration - time
-        step = jnp.minimum(jax.lax.stop_gradient(progress.step), crossing)
+        step = jnp.minimum(jax.lax.stop_gradient(progress.step), jnp.minimum(crossing, longest))
         last = step >= remaining
         step = jnp.where(last, remaining, step)
         solve = equations.solver(state, step)
@@ -85,7 +85,7 @@ def _integrate(equations: BristleEquations, state: Bristled, duration, tolerance
             number=progress.number + 1,
         )
 
-    first = jax.lax.stop_gradient(equations.first_step(state))
+    first, longest = jax.lax.stop_gradient(equations.step_limits(state))
     start = _Progress(state, jnp.zeros_like(duration), jnp.minimum(duration, first), jnp.array(0))
     last = jax.lax.while_loop(unfinished, go, start)
     return last.state, last.elapsed >= duration

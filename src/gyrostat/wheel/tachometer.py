@@ -7,10 +7,11 @@ is sampled once in each control period.
 from typing import Annotated, Any
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from gyrostat.core.arrays import Scalar
-from gyrostat.core.checked import Checked, positive, size
+from gyrostat.core.checked import Checked, positive, size, within
 from gyrostat.core.delay_line import empty_line, pushed
 from gyrostat.core.jax64 import jax, jnp
 
@@ -71,6 +72,13 @@ class PulseTachometer(Checked):
         return (jnp.concatenate([counts[1:], count[None]]), gate), speed
 
 
+def _is_count(pulses: Any) -> Any:
+    return (pulses == 0.0) | ((pulses >= 1.0) & np.isfinite(pulses))
+
+
+_counted = within("tachometer pulses", "1 or more, or 0 for a speed without steps", _is_count)
+
+
 class WheelTachometer(Checked):
     """Tachometer of one or several wheels with pulses, white noise and a first-order lag.
 
@@ -85,7 +93,7 @@ class WheelTachometer(Checked):
     """
 
     sigma: Annotated[Scalar, size("tachometer sigma", "rad/s")] = 0.0
-    pulses: Annotated[Scalar, size("tachometer pulses")] = 0.0
+    pulses: Annotated[Scalar, _counted] = 0.0
     time_constant: Annotated[Scalar, size("tachometer time constant", "s")] = 0.0
 
     def _counter(self) -> PulseTachometer:

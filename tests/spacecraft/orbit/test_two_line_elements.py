@@ -101,6 +101,8 @@ def test_refuses_lines_of_no_elements(lines, words):
         (2, 8, "  ab.cdef"),
         (2, 52, "00.00000000"),
         (2, 26, "99999x9"),
+        (1, 20, "000.00000000"),
+        (2, 8, "     nan"),
     ],
 )
 def test_refuses_lines_without_numbers(line, start, text):
@@ -116,6 +118,14 @@ def test_refuses_lines_without_numbers(line, start, text):
 def test_refuses_a_run_far_from_the_elements(text, days):
     with pytest.raises(InputError, match=f"found a run up to {days} days from the epoch"):
         TwoLineElements.read(TEXT).trajectory(Epoch.of(text), 60.0)
+
+
+@pytest.mark.filterwarnings("error")
+def test_elements_before_leap_seconds_are_refused_without_a_warning():
+    orbit = TwoLineElements(changed(LINES[0], 18, "58"), LINES[1])
+    assert orbit.epoch.startswith("1958-06-28T18:50:1")
+    with pytest.raises(InputError, match="days from the epoch of the elements"):
+        orbit.trajectory(Epoch.of("2000-06-28T00:00:00Z"), 60.0)
 
 
 def test_an_orbit_that_decays_is_one_line():

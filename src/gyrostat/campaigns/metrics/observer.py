@@ -12,11 +12,12 @@ from gyrostat.campaigns.metrics import windows
 from gyrostat.campaigns.metrics.percentiles import Collector
 from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
 from gyrostat.campaigns.metrics.sample import Sample
+from gyrostat.campaigns.metrics.schema import GAINED
 from gyrostat.campaigns.metrics.windows import SeenWindow, WindowObserver, pointing_error
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import Structure
 from gyrostat.control.guidance import AttitudeReference, Mode
-from gyrostat.core.arrays import Scalar
+from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import error, to_body
 from gyrostat.core.types import Vector
@@ -48,6 +49,7 @@ class Seen(NamedTuple):
         power: Sum of the mechanical power, W.
         windows: Running values of each window.
         own: Own metric -> its memory, and its result after the last sample.
+        gained: External torque -> its integral in inertial axes, (3,), N·m·s.
     """
 
     status: Int[Array, ""]
@@ -68,6 +70,7 @@ class Seen(NamedTuple):
     power: Scalar
     windows: tuple[SeenWindow, ...]
     own: dict[str, tuple[Any, Scalar]]
+    gained: dict[str, Vector3]
 
 
 class Pointing(NamedTuple):
@@ -117,6 +120,7 @@ class Observer(eqx.Module):
             *(jnp.array(-jnp.inf), none, zero, zero, zero, zero, none, zero),
             tuple(window.start() for window in self.windows),
             {name: (own.start(), zero) for name, own in self.setup.metrics.items()},
+            {} if self.setup.budget is None else self.setup.budget.start(),
         )
 
     def reference(self, row: Histories, time: Scalar) -> tuple[AttitudeReference, Mode]:
@@ -157,6 +161,9 @@ class Observer(eqx.Module):
             w.window.name: new.inside for w, new in zip(self.windows, after.windows, strict=True)
         }
         after = after._replace(own=self._own(seen, sample._replace(windows=inside), k))
+        if self.setup.budget is not None:
+            period = jnp.where(k < self.count, self.values["run.control_period"], 0.0)
+            after = after._replace(gained=self.setup.budget(seen.gained, sample, period))
         kept = jax.tree.map(lambda new, old: jnp.where(valid, new, old), after, seen)
         counts = valid & (time + 1e-9 >= self.values["metrics.after"])
         status = jnp.where(k <= self.count, row.status, seen.status)
@@ -209,6 +216,7 @@ class Observer(eqx.Module):
             power=seen.power + jnp.sum(jnp.abs(torque * sample.state.wheel_speed)),
             windows=seen.windows,
             own=seen.own,
+            gained=seen.gained,
         )
 
 
@@ -252,6 +260,7 @@ def concluded(scenario: Scenario, seen: Any, errors: Sequence[Collector]) -> dic
         each = _percentiles(scenario, collected) | windows.concluded(own)
         found |= {f"{window.name}.{name}": entry for name, entry in each.items()}
     found |= {name: result for name, (_, result) in seen.own.items()}
+    found |= {f"{GAINED}.{n}": np.linalg.norm(own, axis=-1) for n, own in seen.gained.items()}
     return {name: np.where(seen.status == 0, found[name], np.nan) for name in metrics_of(scenario)}
 
 

@@ -4,6 +4,8 @@ from collections.abc import Collection
 from typing import NamedTuple
 
 from gyrostat.campaigns.metrics.schema import (
+    BUDGET,
+    GAINED,
     PERCENTILE,
     RESULTS,
     WINDOW_PERCENTILE,
@@ -37,7 +39,18 @@ def metrics_of(scenario: Scenario) -> dict[str, Metric]:
         own = {name: Metric(*WINDOW_PERCENTILE, window.name) for name in percentiles}
         own |= window_metrics(window, keys, scenario.wheels, scenario.boresight)
         found |= {f"{window.name}.{name}": metric for name, metric in own.items()}
-    return found | _own_metrics(scenario)
+    return found | _own_metrics(scenario) | _budget(scenario)
+
+
+def _budget(scenario: Scenario) -> dict[str, Metric]:
+    """Metrics of the momentum budget."""
+    if not scenario.budget:
+        return {}
+    names = ["constant"]
+    names += ["gravity_gradient", "harmonic"] if scenario.environment == "orbit" else []
+    names += [part.name for part in scenario.parts if part.section == "environment.torque"]
+    names += [f"actuator.{part.name}" for part in scenario.parts if part.section == "actuator"]
+    return {f"{GAINED}.{name}": Metric(*BUDGET) for name in names}
 
 
 def _own_metrics(scenario: Scenario) -> dict[str, Metric]:

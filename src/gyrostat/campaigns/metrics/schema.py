@@ -88,3 +88,7 @@ WINDOW_RESULTS: dict[str, tuple[str, str, str]] = {
     "propellant": ("kg", "propellant", "Integral of the signal `propellant`."),
 }
 """Metric of a window -> its unit, the key of the window that requests it, and its meaning."""
+GAINED = "gained"
+"""Beginning of the names of the metrics of the momentum budget; the name of a torque follows."""
+BUDGET = ("N·m·s", "Size of the momentum that this external torque adds in the run.")
+"""Unit and meaning of a metric of the momentum budget."""

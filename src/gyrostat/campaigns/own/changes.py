@@ -19,7 +19,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import refuse_unknown
 from gyrostat.core.validation import MOST_PERIODS
 
-FIXED = ("values", "count", "wheels", "axes", "friction", "sources", "parts", "tables")
+FIXED = ("values", "count", "wheels", "axes", "friction", "sources", "parts", "texts", "surfaces")
 """Attributes of a scenario that follow from others or from its spacecraft."""
 
 

@@ -14,6 +14,7 @@ from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import check_period
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
 
 class SampleTime(NamedTuple):
@@ -63,10 +64,19 @@ class OwnControl(Own):
         inner = dataclasses.replace(self.inner, reference=guide.at)
         return dataclasses.replace(self, inner=inner)
 
+    def in_orbit(self, orbit: OrbitEnvironment) -> "OwnControl":
+        """Part whose field `orbit`, if it has one, is the orbit of the run."""
+        if not self._has("orbit"):
+            return self
+        return dataclasses.replace(self, inner=dataclasses.replace(self.inner, orbit=orbit))
+
+    def _has(self, name: str) -> bool:
+        return name in {field.name for field in dataclasses.fields(self.inner)}
+
     @property
     def takes_reference(self) -> bool:
         """Whether the part has a field `reference`."""
-        return "reference" in {field.name for field in dataclasses.fields(self.inner)}
+        return self._has("reference")
 
     def start(self, period: Scalar) -> OwnMemory:
         """Memory before the first sample."""

@@ -41,9 +41,9 @@ TAKEN = ("kind", "python", "target", "name")
 """Keys of the tables of a scenario file, which no field can have as its name."""
 DIMENSION_OF = {unit: dimension for dimension, unit in SI_UNIT.items()}
 """SI unit -> its dimension: a key in N·m accepts a text with any unit of torque."""
-RESERVED = ("spacecraft", "reference", "controller", "plant")
+RESERVED = ("spacecraft", "reference", "controller", "plant", "orbit")
 """Fields that a part is given: the nominal spacecraft as the controller knows it, the reference,
-the wrapped controller of a compensator or an estimator, the plant of a sensor."""
+the wrapped controller of a compensator or an estimator, the plant of a sensor, the orbit."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,11 @@ class OwnPart:
     made: Any
     fields: tuple[str, ...]
     keys: Mapping[str, Key]
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """What the scenario must have; see `gyrostat.campaigns.components.Component`."""
+        return ("orbit",) if "orbit" in self.fields else ()
 
     @property
     def meaning(self) -> str:
@@ -180,24 +185,24 @@ def _controller(part: OwnPart) -> PlannedController:
         return case.spacecraft
 
     def make(plan: Spacecraft, options: Options, momentum: Vector3) -> OwnControl:
-        made = part.build(options, spacecraft=plan, reference=None)
+        made = part.build(options, spacecraft=plan, reference=None, orbit=None)
         return OwnControl(made, part.name, plan.wheels.count)
 
     part = part.with_methods(**CONTROL)
-    return PlannedController(part.meaning, part.keys, make, plan, IGNORED)
+    return PlannedController(part.meaning, part.keys, make, plan, IGNORED, needs=part.needs)
 
 
 def _wrapping(part: OwnPart) -> Component:
     """Compensator or estimator."""
 
     def make(options: Options, controller: Any, known: Spacecraft, *others: Any) -> OwnControl:
-        made = part.build(options, controller=controller, spacecraft=known)
+        made = part.build(options, controller=controller, spacecraft=known, orbit=None)
         return OwnControl(made, part.name, known.wheels.count)
 
     part = part.with_methods(**CONTROL)
     if "controller" not in part.fields:
         raise part.refuse("no field controller", "it, for the controller that the part wraps")
-    return Component(part.meaning, part.keys, make)
+    return Component(part.meaning, part.keys, make, needs=part.needs)
 
 
 CONTROL = {
@@ -224,7 +229,8 @@ def _in_world(wrapper: Callable[[Any, str], Any], call: str, **methods: str) -> 
         if methods or inspect.isclass(part.made):
             part = part.with_methods(**methods, __call__=call)
         unit = getattr(part.made, "unit", "1")
-        return Component(part.meaning, part.keys, make, unit=unit if isinstance(unit, str) else "1")
+        unit = unit if isinstance(unit, str) else "1"
+        return Component(part.meaning, part.keys, make, unit=unit, needs=part.needs)
 
     return component
 
@@ -235,17 +241,17 @@ def _profile(part: OwnPart) -> Any:
         part = part.with_methods(__call__="(time), which returns a quaternion (4,)")
 
     def make(options: Options, planned: Any, place: str) -> OwnProfile:
-        return OwnProfile(part.build(options), part.name)
+        return OwnProfile(part.build(options, orbit=planned.orbit), part.name)
 
     return make
 
 
 def _reference(part: OwnPart) -> Component:
-    return Component(part.meaning, part.keys, single(_profile(part)))
+    return Component(part.meaning, part.keys, single(_profile(part)), needs=part.needs)
 
 
 def _mode(part: OwnPart) -> Component:
-    return Component(part.meaning, {**part.keys, **UNTIL}, _profile(part))
+    return Component(part.meaning, {**part.keys, **UNTIL}, _profile(part), needs=part.needs)
 
 
 TORQUE = "which returns a torque in body axes (3,), N·m"

@@ -31,12 +31,14 @@ def read_metrics(
         parts: Parts of the scenario: own metrics, modes and slews of the reference.
 
     Returns:
-        Fields of the scenario: boresight, percentiles and windows.
+        Fields of the scenario: boresight, percentiles, budget and windows.
 
     Raises:
         InputError: A key is unknown or has a value that is not allowed.
     """
-    table = top.table("metrics", (*METRICS, "percentiles", "boresight", "window"))
+    table = top.table(
+        "metrics", (*METRICS, "percentiles", "boresight", "momentum_budget", "window")
+    )
     values |= table.numbers(METRICS)
     within_run(table, "after", values["metrics.after"], values)
     boresight = table.unit("boresight", 3, None) if "boresight" in table.row else None
@@ -49,6 +51,7 @@ def read_metrics(
     return {
         "boresight": boresight,
         "percentiles": percentiles,
+        "budget": table.flag("momentum_budget"),
         "windows": _windows(table.tables("window"), boresight, values, events, parts),
     }
 

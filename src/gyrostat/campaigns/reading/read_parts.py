@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator
 
 from gyrostat.campaigns.kinds import PARTS, component
 from gyrostat.campaigns.metrics.schema import RESULTS
+from gyrostat.campaigns.own.parts import OWN
 from gyrostat.campaigns.own.read_sources import own_kind
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Part, Source
@@ -56,14 +57,15 @@ def part_values(
     values: dict[str, float] = {}
     for part, row in parts:
         made = component(part.section, part.kind, sources)
-        row.known(("name", "kind", "python", *made.keys, *made.texts))
+        own = ("python",) if part.section in OWN else ()
+        row.known(("name", "kind", *own, *made.keys, *made.texts))
         values |= row.numbers(made.keys, f"{part.section}.{part.name}.")
     return values
 
 
 def own_kinds(top: Table) -> Iterator[tuple[str, str]]:
     """Place and kind of each own part in a list and of each own event."""
-    for section in (*PARTS, "event"):
+    for section in (section for section in (*PARTS, "event") if section in OWN):
         for row in _tables(top, section):
             if "python" in row.row:
                 yield row.prefix.removesuffix("."), own_kind(row)
@@ -81,7 +83,7 @@ def _tables(top: Table, section: str) -> list[Table]:
 
 def _part(section: str, row: Table, others: Collection[str]) -> Part:
     kinds = PARTS[section]
-    if "python" in row.row:
+    if "python" in row.row and section in OWN:
         kind = own_kind(row)
     elif not kinds:
         found = sorted(row.row) or "none"

@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 
+from gyrostat.campaigns.attitude_table import attitude_table
 from gyrostat.campaigns.environments import ORBIT
 from gyrostat.campaigns.reading.read_events import within_run
 from gyrostat.campaigns.reading.tables import Table
-from gyrostat.campaigns.references import LIMITS, LISTS, attitude_table
+from gyrostat.campaigns.references import LIMITS, LISTS
 from gyrostat.campaigns.scenario import Part, Source
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import read_text

@@ -20,11 +20,12 @@ from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.reading.read_dispersions import read_dispersions
 from gyrostat.campaigns.reading.read_events import read_events
 from gyrostat.campaigns.reading.read_metrics import read_metrics
+from gyrostat.campaigns.reading.read_orbit import read_orbit
 from gyrostat.campaigns.reading.read_parts import own_kinds, part_values, read_parts
 from gyrostat.campaigns.reading.read_reference import check_reference, read_tables, with_defaults
 from gyrostat.campaigns.reading.tables import Table, opened
-from gyrostat.campaigns.scenario import AXES, INERTIA, Scenario
-from gyrostat.campaigns.schema import RUN, START, WHEEL, WHEEL_PARTS, guard_keys
+from gyrostat.campaigns.scenario import AXES, INERTIA, Part, Scenario
+from gyrostat.campaigns.schema import CENTRE_OF_MASS, RUN, START, WHEEL, WHEEL_PARTS, guard_keys
 from gyrostat.campaigns.timeline import check_windows
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, printable
@@ -34,11 +35,23 @@ from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
-    *("guard", "sensor", "actuator", "event", "dispersion", "metric", "metrics", *WHEEL_PARTS),
+    *(
+        "guard",
+        "star_tracker",
+        "sensor",
+        "actuator",
+        "event",
+        "dispersion",
+        "metric",
+        "metrics",
+        *WHEEL_PARTS,
+    ),
 )
 DEFAULTS = {
     "compensator": "none",
+    "unloading": "none",
     "sensors": "white_noise",
+    "orbit": "none",
     "environment": "constant",
     "reference": "fixed",
 }
@@ -111,6 +124,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         wheels=craft.wheel_names,
         axes=tuple(map(tuple, np.asarray(craft.spacecraft.wheels.axes).T.tolist())),
         friction=craft.spacecraft.wheels.friction.name,
+        surfaces=_surfaces(craft),
         **chosen,
         attitude=start.unit("attitude", 4, (1.0, 0.0, 0.0, 0.0)),
         target=top.table("controller", None).unit("target", 4, (1.0, 0.0, 0.0, 0.0)),
@@ -123,9 +137,15 @@ def _read(path: Path, *, force: bool) -> Scenario:
         # fixed order, so that a scenario and its copy from text compile to the same program
         values=dict(sorted(values.items())),
         guard=guard,
-        parts=tuple(part for part, _ in parts),
+        parts=(
+            *(part for part, _ in parts),
+            *(Part(each.kind, each.name, each.kind) for each in craft.appendages),
+        ),
         sources=sources,
-        tables=read_tables(chosen["reference"], parts, top, values["run.duration"]),
+        texts=(
+            *read_tables(chosen["reference"], parts, top, values["run.duration"]),
+            *read_orbit(chosen["orbit"], top.table("orbit", None)),
+        ),
     )
     return replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
 
@@ -174,6 +194,12 @@ def _spacecraft_values(file: SpacecraftFile) -> dict[str, float]:
         f"body.inertia.{end}": float(inertia[AXES.index(end[0]), AXES.index(end[1])])
         for end in INERTIA
     }
+    craft = file.spacecraft
+    if craft.mass is not None:
+        found["body.mass"] = float(craft.mass)
+    if craft.centre_of_mass is not None:
+        centre = np.asarray(craft.centre_of_mass, dtype=float).tolist()
+        found |= dict(zip(CENTRE_OF_MASS.ends("body.centre_of_mass"), centre, strict=True))
     numbers = {
         "inertia": wheels.inertia,
         "torque_limit": wheels.torque_limit,
@@ -183,7 +209,18 @@ def _spacecraft_values(file: SpacecraftFile) -> dict[str, float]:
     for name, entry in numbers.items():
         each = np.broadcast_to(np.asarray(entry, dtype=float), (wheels.count,))
         found |= {f"wheel.{w}.{name}": float(each[k]) for k, w in enumerate(file.wheel_names)}
+    for part in file.appendages:
+        found |= {f"{part.kind}.{part.name}.{name}": v for name, v in part.values.items()}
     return found
+
+
+def _surfaces(craft: SpacecraftFile) -> tuple[tuple[float, ...], ...]:
+    """Facets as rows; see `Scenario.surfaces`."""
+    made = craft.spacecraft.surfaces
+    if made is None:
+        return ()
+    columns = (made.area, made.normal, made.centre, made.specular, made.diffuse)
+    return tuple(map(tuple, np.column_stack(columns).tolist()))
 
 
 def _steps(run: Table, values: dict[str, float]) -> tuple[int, int]:

@@ -67,6 +67,13 @@ class Table:
             raise self.refuse(key, found, "a text")
         return found
 
+    def flag(self, key: str) -> bool:
+        """Read true or false; false by default."""
+        found = self.row.get(key, False)
+        if not isinstance(found, bool):
+            raise self.refuse(key, found, "true or false")
+        return found
+
     def one_of(self, key: str, kinds: Collection[str], default: str | None = None) -> str:
         """Read one of several names; required if the default is None."""
         found = self.text(key, default)

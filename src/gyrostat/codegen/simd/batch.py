@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyrostat.codegen.lower import Lowering
-from gyrostat.codegen.program import Function, Name, Operand, Table
+from gyrostat.codegen.program import Function, Operand, Table
 from gyrostat.codegen.prune import prune
-from gyrostat.codegen.simd.batch_scope import BATCH, batch_kind, numbers, random_keys
+from gyrostat.codegen.simd.batch_scope import BATCH, numbers, random_keys
 from gyrostat.codegen.simd.call import KEY, Compiled, Layout, Place, Type
 from gyrostat.codegen.simd.compiler import library
+from gyrostat.codegen.simd.inputs import inputs_of, parameters_of
 from gyrostat.codegen.simd.module import module
 from gyrostat.codegen.simd.rarely_taken import branch_rarely_taken
 from gyrostat.codegen.simd.simplify import simplify
@@ -138,7 +138,7 @@ def traced(
     if not any(flags):
         raise InputError("own: found no argument that differs between runs, expected one or more")
     jaxpr, shapes = jax.make_jaxpr(function, return_shape=True)(*single)
-    inputs = [_named(variable.aval) for variable in jaxpr.jaxpr.invars]
+    inputs = inputs_of([variable.aval for variable in jaxpr.jaxpr.invars], flags)
     lowering, body = Lowering(BATCH), []
     made = lowering.graph(jaxpr, inputs, body)
     flagged = jax.tree.leaves(
@@ -158,17 +158,14 @@ def traced(
             results += list(array.flat)
         places.append(Place(memory, words[memory], _type(shape)))
         words[memory] += int(np.prod(shape.shape))
-    split: tuple[list[Name], list[Name]] = ([], [])
-    for names, each in zip(inputs, flags, strict=True):
-        split[each].extend(names.flat)
-    program = Function(
-        "fly", split[False] + split[True], body, results, rows=[table for table, _ in rows]
-    )
+    program = Function("fly", [], body, results, rows=[table for table, _ in rows])
     prune([program], [program])
     branch_rarely_taken(program)
     simplify(program)
     prune([program], [program])
-    text = module(program, *split, [demand for _, demand in rows])
+    split = parameters_of(inputs, flags, program.body)
+    own_words = sum(array.size for array, each in zip(inputs, flags, strict=True) if each)
+    text = module(program, *split, own_words, [demand for _, demand in rows])
     types = tuple(_type(leaf) for leaf in jax.tree.leaves(single))
     return Traced(text, Layout(tuple(flags), types, tuple(places), words), shapes)
 
@@ -181,16 +178,6 @@ def _single(leaf: Any) -> Any:
 def _whole(leaf: Any) -> Any:
     leaf = leaf if hasattr(leaf, "dtype") else np.asarray(leaf)
     return jax.ShapeDtypeStruct(leaf.shape, leaf.dtype)
-
-
-def _named(shape: Any) -> NDArray[Any]:
-    kind = batch_kind(shape.dtype)
-    if kind is None:
-        raise InputError(f"argument: found numbers of type {shape.dtype}, expected float64 ones")
-    names = np.empty(shape.shape, dtype=object)
-    for place in np.ndindex(shape.shape):
-        names[place] = Name(kind)
-    return names
 
 
 def _type(leaf: Any) -> Type:

@@ -178,6 +178,20 @@ FUNCTION uint64_t one_bits_of_real(double x)
         memcpy(&after, &before, 8);                                                               \
         after;                                                                                    \
     })
+/* words at an index of each lane, from a first word on: in memory with one word for all lanes, and
+   with one word for each lane. Gather instructions were slower than these reads (AVX2). */
+FUNCTION bits shared_words(const uint64_t *memory, int64_t first, integer index)
+{
+    bits r;
+    EACH r[lane] = memory[first + index[lane]];
+    return r;
+}
+FUNCTION bits own_words(const uint64_t *memory, int64_t first, integer index)
+{
+    bits r;
+    EACH r[lane] = memory[(first + index[lane]) * LANES + lane];
+    return r;
+}
 
 /* logical shifts; a shift by 64 or more gives 0, as in XLA */
 FUNCTION uint64_t one_shift_left(uint64_t x, uint64_t by) { return by < 64 ? x << by : 0; }

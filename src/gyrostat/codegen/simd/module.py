@@ -1,9 +1,9 @@
 """C module for SIMD lanes, from a function of scalars."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from gyrostat.codegen.dependencies import made_from
-from gyrostat.codegen.program import Function, Name, Table
+from gyrostat.codegen.program import Assign, Function, Name, Table, statements
 from gyrostat.codegen.simd.write import Writer
 
 _TEXT = """\
@@ -33,7 +33,11 @@ void fly_all(int64_t groups, int64_t threads, const uint64_t *shared, const uint
 
 
 def module(
-    function: Function, shared: Sequence[Name], own: Sequence[Name], on_demand: Sequence[bool]
+    function: Function,
+    shared: Mapping[Name, int],
+    own: Mapping[Name, int],
+    own_words: int,
+    on_demand: Sequence[bool],
 ) -> str:
     """Text of the C module of a function.
 
@@ -43,12 +47,15 @@ def module(
     all groups. The array `asked` has those of the groups whose `place` is 0 or above.
 
     Args:
-        function: Root function, the results and rows of which are computed.
-        shared: Parameters that are the same for all runs.
-        own: Other parameters.
+        function: Root function, the results and rows of which are computed; without parameters.
+        shared: Parameter that is the same for all runs -> its word in `shared`.
+        own: Other parameter -> its word in `own`.
+        own_words: Number of words of a run in `own`.
         on_demand: For each row of the function, whether it is returned only on request.
     """
-    writer = Writer(made_from(function, own))
+    read = (s.table for s in statements(function.body) if isinstance(s, Assign))
+    own_tables = [table for table in read if table is not None and table.memory == "own"]
+    writer = Writer(made_from(function, [*own, *own_tables]))
     writer.parameters(shared, own)
     words = {"every": 0, "asked": 0}
     places: dict[Table, list[tuple[str, int]]] = {}
@@ -62,6 +69,6 @@ def module(
         body="\n".join(writer.lines),
         every_words=words["every"],
         asked_words=words["asked"],
-        own_words=len(own),
+        own_words=own_words,
         made_words=len(function.results),
     )

@@ -40,6 +40,12 @@ def number(constant: Number) -> str:
     return repr(value) if value >= 0 and repr(value)[0] != "-" else f"({value!r})"
 
 
+def shared_word(kind: Kind, place: str) -> str:
+    """Number in the memory that all runs share."""
+    word = f"shared[{place}]"
+    return f"({ONE[kind]}){f'ONE_AS(double, {word})' if kind == 'real' else word}"
+
+
 def converted(operation: str, kind: Kind, text: str) -> str | None:
     """Type conversion of lanes; None for another operation."""
     target = operation.removeprefix("to_")

@@ -171,8 +171,17 @@ class _Values:
         if values is not None and isinstance(index, Number):
             self._same[assign.target] = values[int(index.value)]
             return
+        if assign.table.memory:
+            self._same[assign.target] = self._read(assign, assign.table, *operands)
+            return
         assign.operands = (index,)
         self._add(assign, assign.target)
+
+    def _read(self, of: Assign, table: Table, index: Operand, offset: Operand) -> Operand:
+        """Element of a table in the memory of the inputs, which never changes."""
+        if isinstance(index, Number) and isinstance(offset, Number):
+            return table.parameter(int(index.value + offset.value))
+        return self._computed(of, "element", (index, offset))
 
     def value(self, of: Assign, operation: str, *operands: Operand) -> Operand:
         """Result of an operation: a constant, a value computed earlier, or a new name."""
@@ -207,7 +216,7 @@ class _Values:
             keys.sort()
             if isinstance(operands[1], Number):
                 operands = operands[::-1]
-        known = (operation, of.target.kind, *keys)
+        known = (operation, of.target.kind, of.table, *keys)
         for each in self._scopes:
             if known in each.computed:
                 return each.computed[known]
@@ -218,7 +227,7 @@ class _Values:
         name = of.target
         if name in self._assigned or operation != of.operation:
             name = Name(of.target.kind, of.target.hint, of.target.group, of.target.place)
-        made = Assign(name, operation, tuple(operands), of.source)
+        made = Assign(name, operation, tuple(operands), of.source, of.table)
         self._assigned[name] = made
         self._depth[name] = self._scopes.index(scope) + 1
         scope.computed[known] = name

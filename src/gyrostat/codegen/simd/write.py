@@ -5,7 +5,7 @@ executes both blocks and selects the results. A loop continues while any lane do
 the values of those lanes.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from gyrostat.codegen.program import (
     Assign,
@@ -20,7 +20,16 @@ from gyrostat.codegen.program import (
     Store,
     Table,
 )
-from gyrostat.codegen.simd.operations import BOUND, INFIX, ONE, VECTOR, converted, number, on_one
+from gyrostat.codegen.simd.operations import (
+    BOUND,
+    INFIX,
+    ONE,
+    VECTOR,
+    converted,
+    number,
+    on_one,
+    shared_word,
+)
 
 
 class Writer:
@@ -34,14 +43,11 @@ class Writer:
         self._depth = 1
         self._active: str | None = None
 
-    def parameters(self, shared: Sequence[Name], own: Sequence[Name]) -> None:
-        """Declare the parameters shared by all runs, and those that differ between runs."""
-        for place, name in enumerate(shared):
-            word = f"shared[{place}]"
-            if name.kind == "real":
-                word = f"ONE_AS(double, {word})"
-            self._declare(name, f"({ONE[name.kind]}){word}", constant=True)
-        for place, name in enumerate(own):
+    def parameters(self, shared: Mapping[Name, int], own: Mapping[Name, int]) -> None:
+        """Declare the parameters shared by all runs and those that differ, with their words."""
+        for name, place in shared.items():
+            self._declare(name, shared_word(name.kind, str(place)), constant=True)
+        for name, place in own.items():
             logical = name.kind == "logical"
             memory = "integer" if logical else VECTOR[name.kind]
             text = f"((const {memory}_memory *)own)[{place}]"
@@ -127,7 +133,7 @@ class Writer:
     def _made(self, statement: Assign) -> str:
         target, operation, operands = statement.target, statement.operation, statement.operands
         if statement.table is not None:
-            return self._element(statement.table, operands[0])
+            return self._element(statement.table, *operands)
         if target not in self._varying:
             return on_one(operation, operands, [self._text(o) for o in operands])
         if operation == "select":
@@ -152,7 +158,19 @@ class Writer:
             f"{operation}_{VECTOR[operands[0].kind]}({', '.join(texts)})"
         )
 
-    def _element(self, table: Table, index: Operand) -> str:
+    def _input(self, table: Table, index: Operand, offset: Number) -> str:
+        """C expression of an element of a table in the memory of the inputs."""
+        start, kind = table.start + int(offset.value), VECTOR[table.kind]
+        if not self._is_one(index):
+            return f"({kind}){table.memory}_words({table.memory}, {start}, {self._text(index)})"
+        place = f"{start} + {self._text(index)}"
+        if table.memory == "shared":
+            return shared_word(table.kind, place)
+        return f"((const {kind}_memory *)own)[{place}]"
+
+    def _element(self, table: Table, index: Operand, *offset: Operand) -> str:
+        if offset:
+            return self._input(table, index, *offset)  # pyright: ignore[reportArgumentType]
         name = self._texts[table]
         if self._is_one(index):
             return f"{name}[{self._text(index)}]"

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
+from gyrostat.control.guidance.pointing import check_axes, frame_of_axes
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar
 from gyrostat.core.checked import Checked, Rule
@@ -16,8 +17,6 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft.environment import CircularOrbit
 
-PARALLEL = 1e-6
-"""Sine of the angle between two body axes below which they count as parallel."""
 LARGEST_STEP = np.radians(60.0)
 """Largest rotation between two rows of a table, rad. The rotation of larger steps is uncertain."""
 
@@ -70,14 +69,8 @@ class Nadir(Checked):
                 axes are parallel, `check` refuses the profile.
         """
         down, forward = (jnp.asarray(axis, dtype=float) for axis in (to_earth, along))
-        down = down / jnp.sqrt(down @ down)
-        forward = forward / jnp.sqrt(forward @ forward)
-        forward = forward - (forward @ down) * down
-        length = jnp.sqrt(forward @ forward)
-        forward = jnp.where(length > PARALLEL, forward / length, jnp.nan)
-        # rows: zenith, velocity and orbit normal in body axes
-        matrix = jnp.stack([-down, forward, jnp.cross(-down, forward)])
-        return cls(orbit, rotations.from_matrix(matrix))
+        # zenith, velocity and orbit normal in body axes
+        return cls(orbit, frame_of_axes(-down, forward))
 
     def check_own(self) -> None:
         """Validate the body axes.
@@ -85,11 +78,7 @@ class Nadir(Checked):
         Raises:
             InputError: They are parallel.
         """
-        if not np.all(np.isfinite(self.body)):
-            raise InputError(
-                "nadir pointing: found parallel body axes to the Earth and along the velocity, "
-                "expected axes with different directions"
-            )
+        check_axes(self.body)
 
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s."""

@@ -14,7 +14,7 @@ from gyrostat.core.checked import Checked, positive, signed
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import normalised, to_inertial
-from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
+from gyrostat.spacecraft.orbit.earth import EARTH, EARTH_RADIUS
 
 FLATTENING = 1.0 / 298.257223563
 """Flattening of the Earth (WGS 84)."""
@@ -113,6 +113,17 @@ class OrbitEnvironment(Checked):
     def position(self, time: Scalar) -> Vector3:
         """Position from the centre of the Earth, GCRS, (3,), m, at a time, s."""
         return self._at(time, *_POSITION)
+
+    def zenith(self, time: Scalar) -> Vector3:
+        """Unit vector from the centre of the Earth to the spacecraft, GCRS, (3,), at a time, s."""
+        position = self.position(time)
+        return position / jnp.sqrt(position @ position)
+
+    def gradient(self, time: Scalar) -> Scalar:
+        """Gravitational parameter of the Earth over the cubed distance, 1/s², at a time, s."""
+        position = self.position(time)
+        squared = position @ position
+        return EARTH / (squared * jnp.sqrt(squared))
 
     def velocity(self, time: Scalar) -> Vector3:
         """Inertial velocity, GCRS, (3,), m/s, at a time, s."""

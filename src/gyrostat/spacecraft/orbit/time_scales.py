@@ -142,6 +142,9 @@ class Epoch(NamedTuple):
 
     def seconds_to(self, utc: Julian) -> float:
         """Time from the epoch to a time UTC, s, to the nanosecond."""
-        tai = Julian(*library("erfa").utctai(*utc))
+        erfa = library("erfa")
+        # elements may be from years before leap seconds; they are refused as too far from the run
+        with warnings.catch_warnings(action="ignore", category=erfa.ErfaWarning):
+            tai = Julian(*erfa.utctai(*utc))
         days = tai.day - self.tai.day + (tai.fraction - self.tai.fraction)
         return round(float(days * DAY), 9)

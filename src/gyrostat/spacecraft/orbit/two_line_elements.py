@@ -4,6 +4,7 @@ D. A. Vallado, P. Crawford, R. Hujsak, T. S. Kelso, "Revisiting Spacetrack Repor
 2006-6753). An orbit from a TLE is good to about 1 km at its epoch and 1 to 3 km a day more.
 """
 
+import warnings
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -19,6 +20,7 @@ MOST_DAYS = 30.0
 """Largest time between the run and the epoch of the elements, days."""
 LENGTH = 69
 """Characters of a line."""
+_NUMBERS = ("epochdays", "bstar", "inclo", "nodeo", "ecco", "argpo", "mo", "no_kozai")
 
 
 @final
@@ -86,8 +88,9 @@ class TwoLineElements:
     @property
     def epoch(self) -> str:
         """Epoch of the elements, UTC."""
-        satellite = self._satellite()
-        parts = library("erfa").d2dtf("UTC", 6, satellite.jdsatepoch, satellite.jdsatepochF)
+        satellite, erfa = self._satellite(), library("erfa")
+        with warnings.catch_warnings(action="ignore", category=erfa.ErfaWarning):
+            parts = erfa.d2dtf("UTC", 6, satellite.jdsatepoch, satellite.jdsatepochF)
         year, month, day, clock = parts
         return "{:04d}-{:02d}-{:02d}T{:02d}:{:02d}:{:02d}.{:06d}Z".format(
             *map(int, (year, month, day, *clock.tolist()))
@@ -128,6 +131,13 @@ class TwoLineElements:
                 f"{self.where}: found {str(error) or 'no numbers'}, expected two-line elements"
             ) from None
         self._check_error(satellite.error, None)
+        numbers = [getattr(satellite, name) for name in _NUMBERS]
+        sound = np.all(np.isfinite(numbers)) and satellite.no_kozai > 0.0
+        if not sound or not 1.0 <= satellite.epochdays < 367.0:
+            raise InputError(
+                f"{self.where}: found an epoch or an element that is no number, no day or no "
+                "motion, expected two-line elements"
+            )
         return satellite
 
     def _states(self, satellite: Any, epoch: Epoch, times: Times, age: float) -> States:
@@ -140,6 +150,8 @@ class TwoLineElements:
         if np.any(codes):
             row = int(np.argmax(codes != 0))
             self._check_error(int(codes[row]), float(times[row]))
+        if not np.all(np.isfinite(position)):
+            raise InputError(f"{self.where}: found no finite position by SGP4, expected an orbit")
         return to_gcrs(States(1e3 * position, 1e3 * velocity), "TEME", epoch, times)
 
     def _check_error(self, code: int, time: float | None) -> None:

@@ -11,6 +11,7 @@ from gyrostat.core.arrays import Vector3
 from gyrostat.core.checked import Checked, finite, share, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
+from gyrostat.core.types import Matrix
 from gyrostat.core.validation import require
 from gyrostat.wheel.array import listed
 
@@ -132,8 +133,17 @@ class Surfaces(Checked):
     @classmethod
     def joined(cls, *parts: Self) -> Self:
         """Create the surfaces that consist of all facets of some surfaces, one or more."""
-        names = ("area", "normal", "centre", "specular", "diffuse")
-        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+        return cls.of_rows(np.concatenate([part.rows() for part in parts]))
+
+    @classmethod
+    def of_rows(cls, rows: Float[Array, "facets 9"] | Matrix) -> Self:
+        """Create surfaces from rows of `rows`."""
+        return cls(rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7], rows[:, 8])
+
+    def rows(self) -> Matrix:
+        """Area, normal, centre, specular and diffuse share of each facet, (facets, 9), SI."""
+        columns = (self.area, self.normal, self.centre, self.specular, self.diffuse)
+        return np.column_stack([np.asarray(column, dtype=float) for column in columns])
 
     def torque(self, force: Float[Array, "facets 3"]) -> Vector3:
         """Torque about the origin of the centres, body axes, (3,), N·m.

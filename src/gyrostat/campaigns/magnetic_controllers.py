@@ -1,0 +1,115 @@
+"""Detumbling, sun pointing and unloading by torque rods, for scenarios."""
+
+from dataclasses import replace
+from typing import Any
+
+from gyrostat.campaigns.actuators import DIPOLE_LIMIT, DUTY
+from gyrostat.campaigns.components import Component, Options, stacked
+from gyrostat.campaigns.controllers import IGNORED, DesignCase, PlannedController
+from gyrostat.campaigns.schema import Key, positive, size, vector
+from gyrostat.control.attitude.sun_pointing import SunPointing
+from gyrostat.control.magnetic.b_cross import BCross, least_inertia
+from gyrostat.control.magnetic.rod_unloading import RodUnloading
+from gyrostat.core.arrays import Vector3
+from gyrostat.spacecraft import Spacecraft
+
+
+def _plan_detumbling(case: DesignCase) -> BCross:
+    return BCross(case.spacecraft, least_inertia(case.spacecraft))
+
+
+def _detumbling(plan: BCross, options: Options, momentum: Vector3) -> BCross:
+    return replace(plan, gain=options["gain"] * plan.gain, speed_gain=options["speed_gain"])
+
+
+def _plan_sun_pointing(case: DesignCase) -> SunPointing:
+    return SunPointing(case.spacecraft)
+
+
+def _sun_pointing(plan: SunPointing, options: Options, momentum: Vector3) -> SunPointing:
+    vectors = {name: stacked(options, name) for name in ("axis", "search_rate")}
+    gains = {name: options[name] for name in ("turn_gain", "rate_gain", "largest_rate")}
+    return replace(plan, **vectors, **gains)
+
+
+def _rod_unloading(options: Options, controller: Any, known: Spacecraft) -> RodUnloading:
+    return RodUnloading(
+        controller,
+        known.wheels,
+        stacked(options, "limit"),
+        options["gain"],
+        stacked(options, "momentum"),
+        options["duty"],
+        options["compensation"],
+    )
+
+
+MAGNETIC_CONTROLLERS: dict[str, PlannedController] = {
+    "detumbling": PlannedController(
+        "Detumbling by torque rods with the B-cross law (`gyrostat.control.BCross`). It needs a "
+        "`[[sensor]]` named `magnetometer` and an `[[actuator]]` named `torque_rods`, and controls "
+        "no attitude.",
+        {
+            "gain": positive(
+                "1/s",
+                4e-3,
+                "Gain over the smallest principal inertia: 2 n (1 + sin i), with the mean motion n "
+                "and the inclination i to the geomagnetic equator.",
+            ),
+            "speed_gain": size(
+                "1/s", 0.0, "Gain that holds the initial wheel speeds; 0: no wheel torque."
+            ),
+        },
+        _detumbling,
+        _plan_detumbling,
+        IGNORED,
+        follows=False,
+        needs=("magnetometer", "torque_rods"),
+    ),
+    "sun_pointing": PlannedController(
+        "Sun pointing of a body axis by wheels (`gyrostat.control.SunPointing`). It needs a "
+        "`[[sensor]]` named `sun_sensor` or `coarse_sun_sensors`. While the Sun is not seen, the "
+        "rate is damped only.",
+        {
+            "axis": Key("1", (0.0, 0.0, 1.0), "Body axis, of any length.", shape=(3,)),
+            "turn_gain": positive("1/s", 0.05, "Commanded rate per angle to the Sun."),
+            "rate_gain": positive("1/s", 0.2, "Gain of the rate loop."),
+            "largest_rate": positive("speed", 0.02, "Largest commanded rate."),
+            "search_rate": vector("speed", "Commanded rate while the Sun is not seen."),
+        },
+        _sun_pointing,
+        _plan_sun_pointing,
+        IGNORED,
+        follows=False,
+        needs=("sun_sensor",),
+    ),
+}
+UNLOADINGS: dict[str, Component] = {
+    "none": Component(
+        "No unloading beside that of the controller.",
+        {},
+        lambda options, controller, known: controller,
+    ),
+    "torque_rods": Component(
+        "Unloading of the wheels by torque rods with the cross-product law "
+        "(`gyrostat.control.RodUnloading`). It needs a `[[sensor]]` named `magnetometer` and an "
+        "`[[actuator]]` named `torque_rods`.",
+        {
+            "limit": replace(DIPOLE_LIMIT, meaning="Largest commanded dipole moment of each rod."),
+            "gain": positive("1/s", 1e-3, "Gain, slow compared with the attitude loop."),
+            "momentum": vector("momentum", "Target of the wheels' momentum, in body axes."),
+            "duty": replace(DUTY, meaning="Share of each control period in which the rods are on."),
+            "compensation": Key(
+                "1",
+                0.0,
+                "Share of the rods' torque that is added to the wheel torques; 0 for controllers "
+                "that estimate external torques, such as `wheel_array`.",
+                least=0.0,
+                most=1.0,
+            ),
+        },
+        _rod_unloading,
+        needs=("magnetometer", "torque_rods"),
+    ),
+}
+"""Kind of [unloading] -> component, which wraps the controller outside the compensator."""

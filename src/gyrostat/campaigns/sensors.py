@@ -1,0 +1,150 @@
+"""Further sensors and star tracker heads that a scenario can name, one entry each."""
+
+from math import inf, pi
+from typing import Any
+
+from gyrostat.campaigns.components import Component, Options, stacked
+from gyrostat.campaigns.schema import Key, positive, size, vector
+from gyrostat.core.jax64 import jnp
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+from gyrostat.spacecraft.sensors.magnetometer import Magnetometer
+from gyrostat.spacecraft.sensors.position_sensor import PositionSensor
+from gyrostat.spacecraft.sensors.sampled import LONGEST, Sampled
+from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHead
+from gyrostat.spacecraft.sensors.sun_sensor import FACES, CoarseSunSensors, SunSensor
+
+_SAMPLING = {
+    "periods": Key(
+        "1", 1.0, "Control periods between samples, rounded to a whole number.", least=1.0
+    ),
+    "latency": Key(
+        "1",
+        0.0,
+        "Control periods from a sample to its use, rounded to a whole number.",
+        least=0.0,
+        most=float(LONGEST),
+    ),
+}
+_ORBIT = ("orbit",)
+
+
+def _sampled(options: Options, sensor: Any) -> Sampled:
+    return Sampled(sensor, jnp.round(options["periods"]), jnp.round(options["latency"]))
+
+
+def _magnetometer(options: Options, orbit: OrbitEnvironment, **given: Any) -> Sampled:
+    vectors = {name: stacked(options, name) for name in ("bias", "scale_factor", "misalignment")}
+    return _sampled(options, Magnetometer(orbit, options["sigma"], **vectors))
+
+
+def _cells(options: Options, orbit: OrbitEnvironment, **given: Any) -> Sampled:
+    scale = jnp.stack([options[f"scale_factor.{k}"] for k in range(len(FACES))])
+    return _sampled(options, CoarseSunSensors(orbit, FACES, options["sigma"], scale))
+
+
+def _sun_sensor(options: Options, orbit: OrbitEnvironment, **given: Any) -> Sampled:
+    vectors = {name: stacked(options, name) for name in ("misalignment", "boresight")}
+    numbers = {name: options[name] for name in ("sigma", "field_of_view")}
+    return _sampled(options, SunSensor(orbit, **numbers, **vectors))
+
+
+def _position(options: Options, orbit: OrbitEnvironment, **given: Any) -> Sampled:
+    return _sampled(options, PositionSensor(orbit, options["sigma"], stacked(options, "bias")))
+
+
+def _head(options: Options, orbit: OrbitEnvironment, **given: Any) -> StarTrackerHead:
+    numbers = ("sun_exclusion", "earth_exclusion", "rate_limit")
+    return StarTrackerHead(
+        orbit,
+        options["across_sigma"],
+        options["about_sigma"],
+        stacked(options, "boresight"),
+        stacked(options, "misalignment"),
+        **{name: options[name] for name in numbers},
+    )
+
+
+_BORESIGHT = Key("1", (0.0, 0.0, 1.0), "Boresight in body axes, of any length.", shape=(3,))
+FURTHER_SENSORS: dict[str, Component] = {
+    "magnetometer": Component(
+        "Magnetic flux density in body axes, (3,) (`gyrostat.spacecraft.Magnetometer`).",
+        {
+            "sigma": size("flux_density", 0.0, "Standard deviation of the noise of each axis."),
+            "bias": vector("flux_density", "Bias, in body axes."),
+            "scale_factor": vector("1", "Scale factor error of each axis."),
+            "misalignment": vector("angle", "Rotation vector from body to magnetometer axes."),
+            **_SAMPLING,
+        },
+        _magnetometer,
+        unit="T",
+        needs=_ORBIT,
+    ),
+    "sun_sensor": Component(
+        "Direction of the Sun in body axes, (3,), zero if it is not seen "
+        "(`gyrostat.spacecraft.SunSensor`).",
+        {
+            "sigma": size("angle", 0.0, "Standard deviation of the error about each axis."),
+            "misalignment": vector("angle", "Rotation vector from body to sensor axes."),
+            "boresight": _BORESIGHT,
+            "field_of_view": Key(
+                "angle",
+                pi,
+                "Largest angle between boresight and Sun.",
+                least=0.0,
+                most=pi,
+                positive=True,
+            ),
+            **_SAMPLING,
+        },
+        _sun_sensor,
+        needs=_ORBIT,
+    ),
+    "coarse_sun_sensors": Component(
+        "Currents of six sun cells on the faces +x, -x, +y, -y, +z, -z, (6,), 1 at normal "
+        "incidence (`gyrostat.spacecraft.CoarseSunSensors`). Albedo is not "
+        "modelled.",
+        {
+            "sigma": size("1", 0.0, "Standard deviation of the noise of each cell."),
+            "scale_factor": Key(
+                "1", 0.0, "Relative error of the current of each cell.", shape=(len(FACES),)
+            ),
+            **_SAMPLING,
+        },
+        _cells,
+        needs=_ORBIT,
+    ),
+    "position": Component(
+        "Position from satellite navigation, GCRS, (3,) (`gyrostat.spacecraft.PositionSensor`).",
+        {
+            "sigma": size("length", 0.0, "Standard deviation of the noise of each axis."),
+            "bias": vector("length", "Bias, GCRS."),
+            **_SAMPLING,
+        },
+        _position,
+        unit="m",
+        needs=_ORBIT,
+    ),
+}
+"""Kind of [[sensor]] -> component."""
+HEADS: dict[str, Component] = {
+    "head": Component(
+        "Head of the star tracker of the sensors `star_tracker_gyro` "
+        "(`gyrostat.spacecraft.StarTrackerHead`).",
+        {
+            "across_sigma": positive(
+                "angle", None, "Standard deviation about each axis across the boresight."
+            ),
+            "about_sigma": positive("angle", None, "Standard deviation about the boresight."),
+            "boresight": _BORESIGHT,
+            "misalignment": vector("angle", "Constant rotation of the measured attitude."),
+            "sun_exclusion": size("angle", 0.0, "Smallest angle between boresight and Sun."),
+            "earth_exclusion": size(
+                "angle", 0.0, "Smallest angle between boresight and limb of the Earth."
+            ),
+            "rate_limit": positive("speed", inf, "Largest body rate."),
+        },
+        _head,
+        needs=_ORBIT,
+    ),
+}
+"""Kind of [[star_tracker]] -> component."""

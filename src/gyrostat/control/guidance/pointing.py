@@ -1,0 +1,125 @@
+"""Attitude profiles along an orbit: a body axis points at the Earth, the Sun or a ground target."""
+
+from collections.abc import Callable
+from typing import Annotated, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gyrostat.core import rotations
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, signed
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+
+PARALLEL = 1e-6
+"""Sine of the angle between two directions below which they count as parallel."""
+Aim = Callable[[OrbitEnvironment, Scalar], tuple[Vector3, Vector3]]
+"""Two directions in the GCRS at a time, of any length: where to point, and the second direction."""
+
+
+def to_earth(orbit: OrbitEnvironment, time: Scalar) -> tuple[Vector3, Vector3]:
+    """Directions to the centre of the Earth and of the velocity."""
+    return -orbit.position(time), orbit.velocity(time)
+
+
+def to_sun(orbit: OrbitEnvironment, time: Scalar) -> tuple[Vector3, Vector3]:
+    """Directions to the Sun and of the orbit normal."""
+    position = orbit.position(time)
+    return orbit.sun(time) - position, jnp.cross(position, orbit.velocity(time))
+
+
+class GroundTarget(Checked):
+    """Directions to a point that turns with the Earth and of the velocity.
+
+    Attributes:
+        latitude: Geodetic latitude (WGS 84), rad.
+        longitude: Longitude, to the east, rad.
+        altitude: Height above the ellipsoid, m.
+    """
+
+    latitude: Annotated[Scalar, signed("latitude of the ground target", "rad")]
+    longitude: Annotated[Scalar, signed("longitude of the ground target", "rad")]
+    altitude: Annotated[Scalar, signed("altitude of the ground target", "m")] = 0.0
+
+    def __call__(self, orbit: OrbitEnvironment, time: Scalar) -> tuple[Vector3, Vector3]:
+        """Directions at a time, s."""
+        target = orbit.ground(self.latitude, self.longitude, self.altitude, time)
+        return target - orbit.position(time), orbit.velocity(time)
+
+
+class Pointing(Checked):
+    """Attitude that points one body axis, and turns another one as near as possible to a direction.
+
+    Two directions determine the attitude (the TRIAD method without noise; F. L. Markley and J. L.
+    Crassidis, "Fundamentals of Spacecraft Attitude Determination and Control", section 5.1).
+
+    Attributes:
+        orbit: Orbit.
+        aim: The two directions over time.
+        body: Attitude of the body relative to the frame of these directions, a quaternion, (4,).
+    """
+
+    orbit: OrbitEnvironment
+    aim: Aim
+    body: Quaternion
+
+    @classmethod
+    def of(cls, orbit: OrbitEnvironment, aim: Aim, axis: ArrayLike, second: ArrayLike) -> Self:
+        """Create the profile from two body axes.
+
+        Args:
+            orbit: Orbit.
+            aim: The two directions over time.
+            axis: Body axis that points along the first direction, (3,), of any length.
+            second: Body axis whose part across `axis` points along the second direction, (3,). If
+                both axes are parallel, `check` refuses the profile.
+        """
+        first, other = (jnp.asarray(axis, dtype=float) for axis in (axis, second))
+        return cls(orbit, aim, frame_of_axes(first, other))
+
+    def check_own(self) -> None:
+        """Validate the body axes.
+
+        Raises:
+            InputError: They are parallel.
+        """
+        check_axes(self.body)
+
+    def __call__(self, time: Scalar) -> Quaternion:
+        """Attitude at a time, s."""
+        frame = frame_of_axes(*self.aim(self.orbit, time))
+        return rotations.product(rotations.conjugate(frame), jnp.asarray(self.body))
+
+
+def frame_of_axes(first: Vector3, second: Vector3) -> Quaternion:
+    """Attitude of a frame of two axes: the first, the second across it, and their cross product.
+
+    The rows of its rotation matrix are these axes.
+
+    Args:
+        first: Axis of any length, (3,).
+        second: Axis of any length, (3,). If both are parallel, the result is NaN.
+    """
+    first = first / jnp.sqrt(first @ first)
+    second = second / jnp.sqrt(second @ second)
+    second = second - (second @ first) * first
+    length = jnp.sqrt(second @ second)
+    second = jnp.where(length > PARALLEL, second / length, jnp.nan)
+    return rotations.from_matrix(jnp.stack([first, second, jnp.cross(first, second)]))
+
+
+def check_axes(body: Quaternion) -> None:
+    """Check that two body axes were not parallel.
+
+    Args:
+        body: Result of `frame_of_axes`.
+
+    Raises:
+        InputError: They were.
+    """
+    if not np.all(np.isfinite(body)):
+        raise InputError(
+            "pointing: found parallel body axes, expected axes with different directions"
+        )

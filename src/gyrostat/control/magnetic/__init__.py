@@ -1,0 +1,3 @@
+"""Control laws of magnetic torque rods."""
+
+__all__: list[str] = []

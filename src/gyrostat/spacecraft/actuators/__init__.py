@@ -1,0 +1,1 @@
+"""Actuators beside the wheels, for `Gyrostat.actuators`."""

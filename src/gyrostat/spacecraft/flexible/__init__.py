@@ -1,0 +1,1 @@
+"""Flexible appendages and propellant slosh of a spacecraft, as linear modes."""

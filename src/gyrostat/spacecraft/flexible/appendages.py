@@ -1,0 +1,141 @@
+"""Modes of simple appendages from their geometry: a hinged panel, a slosh mass on a spring.
+
+The motion of the body that keeps the centre of mass at rest is part of the modes. They also act in
+free fall, where gravity accelerates all parts alike. All positions are from the centre of mass of
+the undeformed spacecraft, whose inertia and mass include the appendages. To first order in the
+deflection.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.jax64 import jnp
+from gyrostat.spacecraft.flexible.modes import FlexibleModes
+from gyrostat.spacecraft.spacecraft import Spacecraft
+
+APPENDAGES: Mapping[str, Mapping[str, str]] = {
+    "flexible": {"participation": "√kg·m", "translation": "√kg"},
+    "hinged_panel": {
+        "mass": "mass",
+        "inertia": "inertia",
+        "hinge": "length",
+        "centre": "length",
+        "axis": "1",
+    },
+    "slosh": {"mass": "mass", "position": "length", "direction": "1"},
+}
+"""Kind of appendage -> its keys in a spacecraft file, in addition to frequency and damping, and
+their dimensions or units."""
+
+
+def hinged_panel(
+    mass: Scalar,
+    inertia: Any,
+    hinge: Any,
+    centre: Any,
+    axis: Any,
+    *,
+    frequency: Scalar,
+    damping: Scalar,
+    spacecraft_mass: Scalar,
+) -> FlexibleModes:
+    """Mode of a rigid panel on a hinge with a spring; for an angle a, q = sqrt(I_a) a.
+
+    I_a is the inertia of the panel about the hinge line. A spring of stiffness k and damping c
+    gives the frequency sqrt(k / I_a) and the damping ratio c / (2 sqrt(k I_a)).
+
+    Args:
+        mass: Mass of the panel, kg.
+        inertia: Inertia of the panel about its centre of mass, body axes, (3, 3), kg·m².
+        hinge: Position of a point of the hinge line, body axes, (3,), m.
+        centre: Position of the centre of mass of the panel, body axes, (3,), m.
+        axis: Direction of the hinge line, body axes, of any length, (3,).
+        frequency: Frequency on a body at rest, rad/s.
+        damping: Damping ratio on a body at rest.
+        spacecraft_mass: Mass of the spacecraft with the panel, kg.
+    """
+    line, middle = _direction(axis), jnp.asarray(centre)
+    moved = jnp.cross(line, middle - jnp.asarray(hinge))
+    own = jnp.asarray(inertia) @ line
+    root = jnp.sqrt(line @ own + mass * (moved @ moved))
+    turned = jnp.cross(middle, mass * moved) + own
+    return _one(turned / root, mass * moved / root, frequency, damping, spacecraft_mass)
+
+
+def spring_mass(
+    mass: Scalar,
+    position: Any,
+    direction: Any,
+    *,
+    frequency: Scalar,
+    damping: Scalar,
+    spacecraft_mass: Scalar,
+) -> FlexibleModes:
+    """Mode of a mass on a spring along a line, such as slosh; for a displacement x, q = sqrt(m) x.
+
+    A spring of stiffness k and damping c gives the frequency sqrt(k / m) and the damping ratio
+    c / (2 sqrt(k m)).
+
+    Args:
+        mass: Moving mass m, kg.
+        position: Its position at rest, body axes, (3,), m.
+        direction: Direction of its motion, body axes, of any length, (3,).
+        frequency: Frequency on a body at rest, rad/s.
+        damping: Damping ratio on a body at rest.
+        spacecraft_mass: Mass of the spacecraft with the moving mass, kg.
+    """
+    moved = jnp.sqrt(jnp.asarray(mass)) * _direction(direction)
+    turned = jnp.cross(jnp.asarray(position), moved)
+    return _one(turned, moved, frequency, damping, spacecraft_mass)
+
+
+def _direction(line: Any) -> Vector3:
+    line = jnp.asarray(line, dtype=float)
+    return line / jnp.sqrt(line @ line)
+
+
+def _one(
+    turned: Vector3, moved: Vector3 | None, frequency: Any, damping: Any, spacecraft_mass: Any
+) -> FlexibleModes:
+    """One mode from its angular and linear momentum per modal rate, body axes."""
+    number, ratio = (jnp.reshape(jnp.asarray(x, dtype=float), 1) for x in (frequency, damping))
+    share = None if moved is None else moved[None] / jnp.sqrt(spacecraft_mass)
+    return FlexibleModes(number, ratio, turned[None], share)
+
+
+def appendage_modes(kind: str, values: Mapping[str, Any], spacecraft: Spacecraft) -> FlexibleModes:
+    """Modes of an appendage of a spacecraft file.
+
+    Args:
+        kind: Key of `APPENDAGES`.
+        values: Values of its keys, SI; frequencies in Hz.
+        spacecraft: Spacecraft with its mass and centre of mass.
+    """
+
+    def vector(name: str) -> Vector3:
+        return jnp.stack([jnp.asarray(values[f"{name}.{end}"], dtype=float) for end in "xyz"])
+
+    def place(name: str) -> Vector3:
+        centre = spacecraft.centre_of_mass
+        return vector(name) if centre is None else vector(name) - jnp.asarray(centre)
+
+    mass: Any = spacecraft.mass
+    own: dict[str, Any] = {
+        "frequency": 2.0 * jnp.pi * values["frequency"],
+        "damping": values["damping"],
+        "spacecraft_mass": mass,
+    }
+    if kind == "slosh":
+        return spring_mass(values["mass"], place("position"), vector("direction"), **own)
+    if kind == "hinged_panel":
+        xx, yy, zz, xy, xz, yz = (
+            jnp.asarray(values[f"inertia.{end}"], dtype=float)
+            for end in ("xx", "yy", "zz", "xy", "xz", "yz")
+        )
+        inertia = jnp.stack([jnp.stack(row) for row in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))])
+        return hinged_panel(
+            values["mass"], inertia, place("hinge"), place("centre"), vector("axis"), **own
+        )
+    moved = vector("translation") if "translation.x" in values else None
+    return _one(vector("participation"), moved, **own)

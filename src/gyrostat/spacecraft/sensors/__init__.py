@@ -1,0 +1,1 @@
+"""Sensors beside those of attitude, rate and wheel speed, for `AddedSensors`."""

@@ -1,0 +1,137 @@
+"""Star tracker with several heads, each with a boresight, noise and blinding."""
+
+from typing import Annotated
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool, Float, PRNGKeyArray
+
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked, limit, positive, signed, size
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.linear import inverse_definite
+from gyrostat.core.rotations import angle_between, from_rotation_vector, product, to_inertial
+from gyrostat.spacecraft.attitude_sensors import whole_periods
+from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+from gyrostat.spacecraft.rate_gyro import BodyMotion
+from gyrostat.spacecraft.torques.eclipse import sunlight
+from gyrostat.wheel.array import listed, zeros
+
+
+class StarTrackerHead(Checked):
+    """Head of a star tracker.
+
+    A head is blind if its boresight is too near to the Sun or to the limb of the Earth, lit or not,
+    or if the body turns too fast. The Sun does not blind it from behind the Earth. The Moon and
+    other bright objects are not modelled.
+
+    Attributes:
+        orbit: Orbit with the Sun.
+        across: Standard deviation about each axis across the boresight, rad.
+        about: Standard deviation about the boresight, rad.
+        boresight: Boresight in body axes, (3,), of any length.
+        misalignment: Constant error of the measured attitude, rotation vector in body axes, (3,),
+            rad.
+        sun_exclusion: Smallest angle between boresight and Sun, rad.
+        earth_exclusion: Smallest angle between boresight and limb of the Earth, rad.
+        rate_limit: Largest body rate, rad/s; infinite: no limit.
+    """
+
+    orbit: OrbitEnvironment
+    across: Annotated[Scalar, positive("star tracker sigma across the boresight", "rad")]
+    about: Annotated[Scalar, positive("star tracker sigma about the boresight", "rad")]
+    boresight: Vector3 = eqx.field(
+        converter=listed, default_factory=lambda: np.array([0.0, 0.0, 1.0])
+    )
+    misalignment: Annotated[Vector3, signed("size of the head's misalignment", "rad")] = zeros()
+    sun_exclusion: Annotated[Scalar, size("sun exclusion angle", "rad")] = 0.0
+    earth_exclusion: Annotated[Scalar, size("earth exclusion angle", "rad")] = 0.0
+    rate_limit: Annotated[Scalar, limit("star tracker rate limit", "rad/s")] = np.inf
+
+    def check_own(self) -> None:
+        """Validate the boresight.
+
+        Raises:
+            InputError: It is zero or not finite.
+        """
+        if not np.all(np.linalg.norm(np.asarray(self.boresight, dtype=float), axis=-1) > 0.0):
+            raise InputError("boresight of a star tracker: found no direction, expected a vector")
+
+    def sees(self, motion: BodyMotion, time: Scalar) -> Bool[Array, ""]:
+        """Whether the head is not blind.
+
+        Args:
+            motion: Attitude and rate of the body.
+            time: Time, s.
+        """
+        position, sun = self.orbit.position(time), self.orbit.sun(time)
+        boresight = to_inertial(motion.attitude, jnp.asarray(self.boresight))
+        dark = sunlight(position, sun) <= 0.0
+        from_sun = angle_between(boresight, sun - position)
+        radius = jnp.sqrt(position @ position)
+        from_limb = angle_between(boresight, -position) - jnp.arcsin(EARTH_RADIUS / radius)
+        slow = motion.rate @ motion.rate <= self.rate_limit**2
+        clear = dark | (from_sun >= self.sun_exclusion)
+        return clear & (from_limb >= self.earth_exclusion) & slow
+
+    def error(self, key: PRNGKeyArray) -> tuple[Vector3, Float[Array, "3 3"]]:
+        """Error of a sample, a rotation vector in body axes, (3,), rad, and its information matrix.
+
+        The information matrix, (3, 3), 1/rad², is the inverse of the covariance of the noise.
+
+        Args:
+            key: Random key of the noise.
+        """
+        axis = jnp.asarray(self.boresight)
+        axis = axis / jnp.sqrt(axis @ axis)
+        white = jax.random.normal(key, (3,))
+        along = axis * (axis @ white)
+        noise = self.across * (white - along) + self.about * along
+        plane = jnp.eye(3) - jnp.outer(axis, axis)
+        information = plane / self.across**2 + jnp.outer(axis, axis) / self.about**2
+        return self.misalignment + noise, information
+
+
+class StarTrackerHeads(Checked):
+    """Star tracker whose attitude is the weighted mean of the heads that are not blind.
+
+    The errors of the heads are weighted by their information matrices (least squares). Two heads
+    with different boresights thus remove most of the noise about each of them. Without a head that
+    sees, there is no sample.
+
+    Attributes:
+        heads: Heads, one or more.
+        periods: Control periods from one sample to the next, a whole number; the first sample is
+            at time 0.
+    """
+
+    heads: tuple[StarTrackerHead, ...]
+    periods: Annotated[Scalar, whole_periods] = 1
+
+    def __call__(
+        self, motion: BodyMotion, samples: Scalar, period: Scalar, key: PRNGKeyArray
+    ) -> tuple[Quaternion, Bool[Array, " heads"]]:
+        """Measure the attitude.
+
+        Args:
+            motion: True attitude and rate.
+            samples: Control periods since the start.
+            period: Control period, s.
+            key: Random key of the noise.
+
+        Returns:
+            The measured attitude, (4,), and whether each head has a sample at this time, (heads,).
+        """
+        due = jnp.mod(samples, self.periods) == 0.0
+        sees = jnp.stack([due & head.sees(motion, samples * period) for head in self.heads])
+        total, weighted = jnp.zeros((3, 3)), jnp.zeros(3)
+        for number, head in enumerate(self.heads):
+            error, information = head.error(jax.random.fold_in(key, number))
+            total += sees[number] * information
+            weighted += sees[number] * (information @ error)
+        # without a head, any definite matrix
+        total += jnp.where(jnp.any(sees), 0.0, 1.0) * jnp.eye(3)
+        mean = inverse_definite(total) @ weighted
+        return product(motion.attitude, from_rotation_vector(mean)), sees

@@ -1,0 +1,164 @@
+"""[orbit] of a scenario: its tables in a run, and mistakes in one line."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gyrostat.campaigns import Scenario
+from gyrostat.campaigns.build import build
+from gyrostat.campaigns.plans import plans_of
+from gyrostat.campaigns.reading.scenario_file import read_scenario
+from gyrostat.campaigns.structure import structure_of
+from gyrostat.core.errors import InputError
+from gyrostat.core.rotations import error_angle, to_body, to_inertial
+from gyrostat.spacecraft.environment import EARTH
+
+pytest.importorskip("erfa", reason="the libraries of the extra orbit are not installed")
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
+HEAD = """
+[run]
+duration = "60 s"
+control_period = "0.25 s"
+[spacecraft]
+file = "cubesat.toml"
+[controller]
+kind = "three_axis"
+"""
+ORBIT = """
+[orbit]
+kind = "circular"
+epoch = "2026-11-22T10:00:00Z"
+altitude = "500 km"
+inclination = "97.4 deg"
+"""
+GRADIENT = """
+[[environment.torque]]
+kind = "gravity_gradient"
+"""
+PHASE = """
+[[dispersion]]
+key = "orbit.phase"
+distribution = "uniform"
+low = 0.0
+high = "360 deg"
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("orbits")
+    for name in ("cubesat.toml", "cubesat_wheel.toml"):
+        shutil.copy(EXAMPLES / name, place / name)
+    return place
+
+
+@pytest.fixture
+def read(folder):
+    def make(text):
+        (folder / "scenario.toml").write_text(HEAD + text, encoding="utf-8")
+        return read_scenario(folder / "scenario.toml")
+
+    return make
+
+
+def setup_of(scenario, **changes):
+    values = {**scenario.values, **changes}
+    return build(structure_of(scenario), values, plans_of(scenario))
+
+
+def test_phase_starts_the_run_later_along_the_orbit(read):
+    scenario = read(ORBIT + GRADIENT + PHASE)
+    orbit = plans_of(scenario).orbit
+    craft = setup_of(scenario).plant
+    later = setup_of(scenario, **{"orbit.phase": np.pi}).plant
+    attitude = np.array([0.8, 0.6, 0.0, 0.0])
+    for plant, start in ((craft, 0.0), (later, 0.5 * float(orbit.period))):
+        position = np.asarray(orbit.position(start + 7.0))
+        zenith = np.asarray(to_body(attitude, position))
+        inertia = np.asarray(plant.spacecraft.inertia_locked())
+        pull = 3.0 * EARTH / np.linalg.norm(position) ** 5 * np.cross(zenith, inertia @ zenith)
+        np.testing.assert_allclose(plant.torque(attitude, 7.0), pull, rtol=1e-9, atol=1e-18)
+
+
+@pytest.mark.parametrize(
+    ("mode", "axis"),
+    [
+        ('kind = "nadir"', [0.0, 0.0, 1.0]),
+        ('kind = "sun"', [1.0, 0.0, 0.0]),
+        ('kind = "ground_target"\nlatitude = "48 deg"\nlongitude = "11 deg"', [0.0, 0.0, 1.0]),
+    ],
+)
+def test_references_along_the_orbit(read, mode, axis):
+    scenario = read(ORBIT + f"[reference]\n{mode}\n")
+    setup = setup_of(scenario)
+    orbit = plans_of(scenario).orbit
+    seen = setup.reference.at(setup.reference.start(), 20.0).attitude
+    pointed = np.asarray(to_inertial(seen, np.array(axis)))
+    place = orbit.position(20.0)
+    to = {
+        "nadir": -place,
+        "sun": orbit.sun(20.0) - place,
+        "ground_target": orbit.ground(np.radians(48.0), np.radians(11.0), 0.0, 20.0) - place,
+    }[scenario.reference]
+    np.testing.assert_allclose(pointed, to / np.linalg.norm(to), atol=1e-12)
+    # the body starts at rest, the reference moves: the controller has it
+    assert error_angle(seen, setup.reference.at(setup.reference.start(), 21.0).attitude) > 0.0
+
+
+def test_the_text_gives_the_same_tables(read):
+    scenario = read(ORBIT + GRADIENT)
+    again = Scenario.from_text(scenario.text())
+    assert again.digest() == scenario.digest()
+    np.testing.assert_array_equal(
+        plans_of(replace(again, name="again")).orbit.coefficients,
+        plans_of(scenario).orbit.coefficients,
+    )
+
+
+def test_own_part_gets_the_orbit(read, folder):
+    (folder / "own.py").write_text(
+        """from typing import Any
+import jax.numpy as jnp
+
+class Field:
+    orbit: Any
+    scale: float = 1.0
+
+    def __call__(self, spacecraft, attitude, time):
+        return self.scale * self.orbit.field(time)
+""",
+        encoding="utf-8",
+    )
+    part = '[[environment.torque]]\npython = "own.py:Field"\n'
+    scenario = read(ORBIT + part)
+    found = setup_of(scenario).plant.torque(np.array([1.0, 0.0, 0.0, 0.0]), 3.0)
+    np.testing.assert_allclose(found, plans_of(scenario).orbit.field(3.0), rtol=1e-12)
+    with pytest.raises(InputError, match=r"environment.torque.field: found .* without orbit"):
+        read(part)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (GRADIENT, r"altitude: found none, expected it, or a section \[orbit\]"),
+        (ORBIT + GRADIENT + 'altitude = "500 km"\n', r"beside \[orbit\], expected none"),
+        (ORBIT + '[environment]\nkind = "orbit"\naltitude = 5e5\n', r"found orbit beside"),
+        ('[reference]\nkind = "sun"\n', r"reference: found sun without orbit"),
+        (ORBIT.replace('epoch = "2026-11-22T10:00:00Z"\n', ""), "epoch: found None"),
+        (ORBIT.replace("2026-11-22T10", "today"), "epoch|UTC"),
+        (ORBIT.replace('"500 km"', '"-500 km"'), "above 0"),
+        (ORBIT.replace('"500 km"', '"50 km"'), "height of 50 km"),
+        (ORBIT + PHASE.replace("phase", "inclination"), "phase only"),
+        ('[orbit]\nkind = "tle"\nlines = "nothing"\n', "line"),
+        ('[orbit]\nkind = "file"\nfile = "none.oem"\n', "none.oem"),
+        ('[orbit]\nkind = "moon"\n', "expected one of none, circular"),
+    ],
+)
+def test_mistakes(read, text, message):
+    with pytest.raises(InputError, match=message) as found:
+        read(text)
+    assert "\n" not in str(found.value)

@@ -1,0 +1,164 @@
+"""Star tracker heads: blinding against geometry, noise against least squares, and the filter."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from gyrostat.control import OutputFeedback
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import error, from_rotation_vector, rotation_vector
+from gyrostat.estimation import AttitudeFilter
+from gyrostat.simulation import simulate
+from gyrostat.spacecraft import (
+    BodyMotion,
+    Gyrostat,
+    RateGyro,
+    Spacecraft,
+    SpacecraftSensor,
+    TrackerGyroSensors,
+    WheelTorqueCommand,
+)
+from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
+from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHead, StarTrackerHeads
+from gyrostat.wheel import WheelArray, orthogonal_axes
+from tests.spacecraft import orbit_samples
+
+DEGREE = np.pi / 180.0
+REST = BodyMotion(jnp.array([1.0, 0.0, 0.0, 0.0]), jnp.zeros(3))
+ACROSS, ABOUT = 2e-5, 2e-4
+
+
+@pytest.fixture(scope="module")
+def orbit():
+    """It starts between Earth and Sun, both along x; the orbit is in the x-z plane."""
+    return orbit_samples.noon(6000.0)
+
+
+def towards(angle):
+    """Direction in the x-y plane, at an angle from the Sun, deg; the Earth is at 180."""
+    return np.array([np.cos(angle * DEGREE), np.sin(angle * DEGREE), 0.0])
+
+
+def test_a_head_is_blind_near_sun_and_earth_and_at_high_rate(orbit):
+    limb = np.arcsin(EARTH_RADIUS / (EARTH_RADIUS + 500e3)) / DEGREE
+    options = {"sun_exclusion": 40.0 * DEGREE, "earth_exclusion": 25.0 * DEGREE, "rate_limit": 0.02}
+
+    def sees(angle, time=0.0, rate=(0.0, 0.0, 0.0)):
+        head = StarTrackerHead(orbit, ACROSS, ABOUT, 3.0 * towards(angle), **options)
+        head.check()
+        return bool(head.sees(BodyMotion(REST.attitude, jnp.array(rate)), time))
+
+    assert [sees(angle) for angle in (0.0, 39.9, 40.1)] == [False, False, True]
+    edge = 180.0 - limb - 25.0
+    assert [sees(angle) for angle in (edge - 0.1, edge + 0.1, 180.0)] == [True, False, False]
+    # behind the Earth the Sun does not blind, but the Earth does
+    half = 0.5 * float(orbit.period)
+    assert [sees(angle, half) for angle in (180.0, 180.0 - edge + 0.1, 0.0)] == [True, True, False]
+    assert [sees(60.0, rate=(0.0, x, 0.0)) for x in (0.0199, 0.0201)] == [True, False]
+
+
+def test_the_boresight_turns_with_the_body(orbit):
+    head = StarTrackerHead(orbit, ACROSS, ABOUT, sun_exclusion=20.0 * DEGREE)
+    for angle, seen in ((19.0, False), (21.0, True)):
+        # body z to inertial x, then away from it
+        turn = Rotation.from_euler("yz", [90.0, angle], degrees=True)
+        attitude = jnp.asarray(turn.as_quat(scalar_first=True))
+        assert bool(head.sees(BodyMotion(attitude, jnp.zeros(3)), 0.0)) is seen
+
+
+def samples(tracker, count=3000):
+    keys = jax.random.split(jax.random.key(5), count)
+    draw = jax.jit(jax.vmap(lambda key: tracker(REST, jnp.zeros(()), 1.0, key)))
+    attitude, sees = draw(keys)
+    return np.asarray(jax.vmap(rotation_vector)(attitude)), np.asarray(sees)
+
+
+def covariance(axis):
+    along = np.outer(axis, axis)
+    return ACROSS**2 * (np.eye(3) - along) + ABOUT**2 * along
+
+
+def test_two_heads_are_combined_by_least_squares(orbit):
+    first, second = towards(70.0), np.array([0.0, 0.0, 1.0])
+    offset = np.array([1e-4, 0.0, -2e-4])
+    heads = tuple(
+        StarTrackerHead(orbit, ACROSS, ABOUT, axis, misalignment=offset) for axis in (first, second)
+    )
+    error, sees = samples(StarTrackerHeads(heads))
+    assert np.all(sees)
+    expected = np.linalg.inv(sum(np.linalg.inv(covariance(axis)) for axis in (first, second)))
+    np.testing.assert_allclose(error.mean(0), offset, atol=4e-6)
+    np.testing.assert_allclose(np.cov(error.T), expected, atol=0.08 * expected.max())
+    # one head alone, the other one blind
+    blind = StarTrackerHead(orbit, ACROSS, ABOUT, towards(0.0), sun_exclusion=0.5)
+    error, sees = samples(StarTrackerHeads((blind, heads[1])))
+    np.testing.assert_array_equal(sees.any(0), [False, True])
+    alone = covariance(second)
+    np.testing.assert_allclose(np.cov(error.T), alone, atol=0.08 * alone.max())
+
+
+class Hold:
+    """Wheels without torque."""
+
+    def start(self, period):
+        return ()
+
+    def __call__(self, memory, measurement):
+        return memory, WheelTorqueCommand(jnp.zeros(3))
+
+
+def test_the_filter_continues_on_the_gyro_while_all_heads_are_blind(orbit, frictionless):
+    """A body that turns about y at 1 deg/s: its head passes the Sun and the Earth."""
+    craft = Spacecraft(np.diag([0.2, 0.2, 0.1]), WheelArray(orthogonal_axes(), np.full(3, 1e-30)))
+    plant = Gyrostat(craft)
+    head = StarTrackerHead(
+        orbit, ACROSS, ABOUT, sun_exclusion=40.0 * DEGREE, earth_exclusion=20.0 * DEGREE
+    )
+    sensors = TrackerGyroSensors(
+        SpacecraftSensor(plant), StarTrackerHeads((head,), 2), RateGyro(1e-5, 1e-7)
+    )
+    sensors.check()
+    found = simulate(
+        frictionless(plant),
+        OutputFeedback(AttitudeFilter(ABOUT, 1e-5, 1e-7, 1e-4), Hold()),
+        sensors,
+        start=plant.start(
+            attitude=from_rotation_vector(jnp.array([0.0, -0.2, 0.0])), rate=(0.0, DEGREE, 0.0)
+        ),
+        duration=360.0,
+        control_period=1.0,
+        engine="jax",
+    )
+    measured, seen = found.attitude_measured.values, found.tracker_heads.values
+    np.testing.assert_array_equal(measured, seen[:, 0])
+    assert not measured[1::2].any()
+    # angle of body z from inertial x, the Sun; the Earth's centre is opposite to it
+    angle = np.abs((90.0 + 0.2 / DEGREE - found.time.values + 180.0) % 360.0 - 180.0)
+    limb = np.arcsin(EARTH_RADIUS / (EARTH_RADIUS + 500e3)) / DEGREE
+    # the Earth's centre moves by the angle of the orbit
+    clear = (angle > 40.0) & (angle < 180.0 - limb - 20.0)
+    near = np.minimum(np.abs(angle - 40.0), np.abs(angle - 180.0 + limb + 20.0)) < 24.0
+    sampled = np.arange(len(angle)) % 2 == 0
+    np.testing.assert_array_equal((measured == clear)[sampled & ~near], True)
+    assert 0.1 < measured.mean() < 0.4
+    sigma = found.attitude_sigma.values
+    assert np.all(found.surprise.values[~measured] == 0.0)
+    blind = np.flatnonzero(~measured & (np.arange(len(measured)) > 60))
+    assert sigma[blind].max() > 1.5 * sigma[measured].max()
+    truth = jax.vmap(lambda a, b: rotation_vector(error(a, b)))(
+        found.estimated_attitude.values, found.attitude.values
+    )
+    assert np.all(np.abs(np.asarray(truth))[10:] < 5.0 * sigma[10:])
+
+
+def test_bad_heads_are_refused(orbit):
+    for options, message in (
+        ({"boresight": np.zeros(3)}, "boresight of a star tracker: found no direction"),
+        ({"sun_exclusion": -0.1}, "sun exclusion angle: found -0.1"),
+        ({"rate_limit": 0.0}, "star tracker rate limit: found 0"),
+    ):
+        with pytest.raises(InputError, match=message):
+            StarTrackerHeads((StarTrackerHead(orbit, ACROSS, ABOUT, **options),)).check()
+    with pytest.raises(InputError, match=r"star tracker periods: found 0\.5"):
+        StarTrackerHeads((StarTrackerHead(orbit, ACROSS, ABOUT),), 0.5).check()
