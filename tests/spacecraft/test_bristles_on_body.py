@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from gyrostat.codegen.simd import compiler
+from gyrostat.codegen.simd.batch import lanes
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import (
@@ -133,6 +135,29 @@ def test_wheels_through_zero_follow_an_implicit_solver():
     assert np.all(found[1] < [1e-8, 1e-8, 2e-5, 5e-5])
     assert np.all(found[0] < 0.05 * found[1])
     assert np.all(found[1] < 0.1 * found[2])
+
+
+@pytest.mark.skipif(compiler() is None, reason="needs a C compiler")
+def test_lanes_agree_with_jax():
+    """Three runs together, of which one slips far from zero and one starts with bent bristles."""
+    plant = built(lugre(), external=EXTERNAL)
+    speeds = ([1.0, 0.0, -0.3], [60.0, 80.0, -70.0], [0.2, -2.0, 15.0])
+    starts = [plant.start(rate=[3e-3, -2e-3, 1e-3], wheel_speed=speed) for speed in speeds]
+    starts[2] = plant.start(wheel_speed=speeds[2], deflection=0.5 * BEND)
+
+    def flown(start):
+        numbers = (DRIVEN, PERIOD * np.arange(COUNT), PERIOD, TOLERANCE)
+        return _carried(plant, start, *(jnp.asarray(x, dtype=float) for x in numbers))[0]
+
+    every = jax.tree.map(lambda *x: np.stack(x), *starts)
+    found = lanes(flown, (True,), (every,))(every)
+    for run, start in enumerate(starts):
+        states = carried(plant, start, DRIVEN)[0]
+        for name, theirs in states._asdict().items():
+            if theirs is not None:
+                ours = getattr(found, name)[run]
+                most = 1e-10 * np.max(np.abs(theirs))
+                np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=most, err_msg=name)
 
 
 def test_momentum_is_conserved_and_energy_lost():

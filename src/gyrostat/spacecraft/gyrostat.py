@@ -132,8 +132,7 @@ class Gyrostat(Checked):
             wheel_speed: Wheel speeds relative to the body, (wheels,), or one value for all, rad/s.
             modal_coordinate: Modal coordinates, (modes,), or one value for all, √kg·m; None for 0.
             modal_rate: Modal rates, (modes,), or one value for all, √kg·m/s; None for 0.
-            deflection: Deflections of the bristles, (wheels,), or one value for all, rad; None for
-                those of steady rotation, which are zero at rest.
+            deflection: Deflections of the bristles, likewise, rad; None for those of steady slip.
         """
         wheels = self.spacecraft.wheels
         quaternion = normalised(jnp.asarray(attitude, dtype=float))

@@ -79,14 +79,14 @@ def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
 
     Raises:
         InputError: The file cannot be read, the identification gives no wheel, or the wheel has
-            bristle friction, which a model file cannot hold.
+            bristle friction.
     """
     from gyrostat.identification import Fit
     from gyrostat.wheel import Wheel, WheelModel, read_model
     from gyrostat.wheel.friction import Friction
 
     if isinstance(model, str | Path):
-        return read_model(Path(model), force=force)
+        model = read_model(Path(model), force=force)
     if isinstance(model, Fit):
         model.wheel()
         found = model.wheel_model()
@@ -97,10 +97,11 @@ def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
             )
         assert found is not None
         return found
-    if isinstance(model, WheelModel):
+    if isinstance(model, WheelModel) and issubclass(model.friction, Friction):
         return model
     if not isinstance(model, Wheel) or not isinstance(model.friction, Friction):
-        friction = type(getattr(model, "friction", model)).__name__
+        found = getattr(model, "friction", model)
+        friction = found.__name__ if isinstance(found, type) else type(found).__name__
         raise InputError(f"model: found {friction}, expected a wheel with a static friction curve")
     values = {"inertia": model.inertia, "motor_constant": model.motor_constant}
     values |= model.friction.parameters()
