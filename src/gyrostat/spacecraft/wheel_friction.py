@@ -41,11 +41,11 @@ def check_deflection(friction: Friction | LuGre, state: GyrostatState) -> None:
     Raises:
         InputError: They are missing, not finite, or given without bristles.
     """
-    found, wanted = state.deflection is not None, isinstance(friction, LuGre)
-    if found != wanted:
-        said = ("one", "none") if found else ("none", "those of the bristles, rad")
+    given = state.deflection is not None
+    if given != isinstance(friction, LuGre):
+        said = ("one", "none") if given else ("none", "those of the bristles, rad")
         raise InputError(f"deflection: found {said[0]}, expected {said[1]}")
-    if found and not np.all(np.isfinite(state.deflection)):
+    if given and not np.all(np.isfinite(np.asarray(state.deflection))):
         raise InputError("deflection: found one that is not finite, expected finite ones, rad")
 
 
@@ -59,7 +59,8 @@ def advanced(
         state: State at the start.
         duration: Length of the interval, s.
     """
-    motion, deflection = Motion(state.wheel_speed, Carrier.of(state)), state.deflection
+    motion: Motion = Motion(state.wheel_speed, Carrier.of(state))
+    deflection: Any = state.deflection
     if isinstance(contacts.friction, LuGre):
         motion, deflection, resolved = step_coupled_bristles(
             contacts, motion, deflection, contacts.seized, duration

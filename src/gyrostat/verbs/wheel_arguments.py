@@ -97,11 +97,11 @@ def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
             )
         assert found is not None
         return found
-    if isinstance(model, WheelModel) and issubclass(model.friction, Friction):
+    if isinstance(model, WheelModel):
+        model.static_friction()
         return model
     if not isinstance(model, Wheel) or not isinstance(model.friction, Friction):
-        found = getattr(model, "friction", model)
-        friction = found.__name__ if isinstance(found, type) else type(found).__name__
+        friction = type(getattr(model, "friction", model)).__name__
         raise InputError(f"model: found {friction}, expected a wheel with a static friction curve")
     values = {"inertia": model.inertia, "motor_constant": model.motor_constant}
     values |= model.friction.parameters()

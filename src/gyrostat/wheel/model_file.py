@@ -79,6 +79,15 @@ class WheelModel:
             correlation[np.ix_(places, places)] = matrix[np.ix_(own, own)]
         return names, correlation * np.outer(sigma, sigma)
 
+    def static_friction(self) -> type[Friction]:
+        """Class of the friction model; raises `InputError` if it is that of bristles."""
+        if not issubclass(self.friction, Friction):
+            raise InputError(
+                f"model: found {self.friction.__name__}, expected a wheel with a static friction "
+                "curve"
+            )
+        return self.friction
+
     def wheel(self) -> Wheel:
         """Wheel with the parameters of the file.
 
