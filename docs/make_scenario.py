@@ -217,10 +217,9 @@ READY = {
     ),
 }
 """File in examples/scenarios -> content."""
-ABSENT = """Some models of the papers are not available in scenarios: bristle friction (LuGre),
-which is supported on a bench but not on a spacecraft; torques without wheels (Carvalho and Fenili);
-wheels on a single axis; ideal speed-commanded wheels. `gyrostat reproduce` simulates the papers
-themselves.
+ABSENT = """Some models of the papers are not available in scenarios: torques without wheels
+(Carvalho and Fenili); wheels on a single axis; ideal speed-commanded wheels. `gyrostat reproduce`
+simulates the papers themselves.
 """
 GUARD_TEXT = """Validates each measurement before anything is computed from it
 (`gyrostat.control.Guarded`). A sample with a value that is not finite, outside its limits or above

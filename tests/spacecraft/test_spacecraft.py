@@ -54,7 +54,8 @@ def test_a_flat_plate_is_a_body():
         ({"momentum_limit": np.array([1.0, -1.0, 1.0])}, "momentum_limit"),
         ({"friction": 3.0}, "found float"),
         ({"friction": Stribeck(0.0, np.zeros(2), np.zeros(2), 1.0)}, "coulomb: found 2 values"),
-        ({"friction": LuGre.dahl(1.0, 1.0)}, "expected a static model"),
+        ({"friction": LuGre.dahl(np.ones(2), 1.0)}, "coulomb: found 2 values"),
+        ({"friction": LuGre.dahl(1.0, np.ones(2))}, "stiffness: found 2 values"),
     ],
 )
 def test_what_are_no_wheels(change, found):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from gyrostat.core.errors import InputError
 from gyrostat.core.validation import LARGEST, SMALLEST
 from gyrostat.wheel import Wheel, WheelModel, read_model, write_model
-from gyrostat.wheel.friction import FRICTION_MODELS, Stribeck
+from gyrostat.wheel.friction import WHEEL_FRICTION, LuGre, Stribeck
 
 GOOD = """
 [wheel]
@@ -30,7 +30,7 @@ finite = st.one_of(st.just(0.0), positive, positive.map(lambda value: -value))
 texts = st.text(st.characters(exclude_categories=["Cs"]))
 
 
-@given(st.data(), st.sampled_from([*FRICTION_MODELS.values()]))
+@given(st.data(), st.sampled_from([*WHEEL_FRICTION.values()]))
 def test_a_model_is_read_back_bit_by_bit(tmp_path_factory, data, friction):
     names = ("inertia", "motor_constant", *friction.dimensions())
     above_zero = {"inertia", "motor_constant", *friction.held_by_default}
@@ -54,6 +54,14 @@ def test_the_wheel_of_a_file(tmp_path):
         viscous=4.83e-6, coulomb=0.8795e-3, static=0.9055e-3, stribeck_speed=0.418879
     )
     assert read_model(path).wheel() == Wheel(1.5e-3, 0.0228, friction)
+
+
+def test_the_bristles_of_a_file_have_a_stribeck_curve(tmp_path):
+    path = tmp_path / "model.toml"
+    bristles = "stiffness = 8.8e-3\ndamping = 2.2e-3\n[sigma]"
+    path.write_text(GOOD.replace('"stribeck"', '"lugre"').replace("[sigma]", bristles))
+    curve = Stribeck(viscous=4.83e-6, coulomb=0.8795e-3, static=0.9055e-3, stribeck_speed=0.418879)
+    assert read_model(path).wheel() == Wheel(1.5e-3, 0.0228, LuGre(curve, 8.8e-3, 2.2e-3))
 
 
 def test_a_wheel_without_inertia_is_a_model_but_no_wheel(tmp_path):
@@ -89,10 +97,11 @@ def test_a_wheel_without_inertia_is_a_model_but_no_wheel(tmp_path):
         ),
         (
             '"stribeck"',
-            '"lugre"',
-            "key friction.model: found 'lugre', expected one of directional,",
+            '"dahl"',
+            "key friction.model: found 'dahl', expected one of directional,",
         ),
         ('"stribeck"', '["stribeck"]', r"key friction.model: found \['stribeck'\]"),
+        ('"stribeck"', '"lugre"', "key friction.stiffness: found none"),
         ('model = "stribeck"', "", "key friction.model: found none"),
         ("static = 1e-6", "static = inf", "key sigma.static: found inf"),
         ("static = 1e-6", "windage = 1.0", "key sigma.windage: found an unknown key"),

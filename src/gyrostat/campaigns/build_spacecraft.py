@@ -11,7 +11,7 @@ from gyrostat.campaigns.structure import Structure
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import FrictionSteps, Spacecraft, Surfaces, WheelFailures
 from gyrostat.wheel import WheelArray
-from gyrostat.wheel.friction import FRICTION_MODELS, Friction
+from gyrostat.wheel.friction import WHEEL_FRICTION, Friction, LuGre
 
 
 def of_wheels(structure: Structure, values: Values, name: str) -> Any:
@@ -32,13 +32,13 @@ def spacecraft_of(structure: Structure, values: Values) -> Spacecraft:
     def each(name: str) -> Any:
         return of_wheels(structure, values, name)
 
-    model = FRICTION_MODELS[structure.friction]
+    model = WHEEL_FRICTION[structure.friction]
     wheels = WheelArray(
         axes=jnp.asarray(structure.axes).T,
         inertia=each("inertia"),
         torque_limit=each("torque_limit"),
         momentum_limit=each("momentum_limit"),
-        friction=model(**{name: each(name) for name in model.dimensions()}),
+        friction=model.of(**{name: each(name) for name in model.dimensions()}),
     )
     inertia = jnp.stack([jnp.stack(jax.tree.map(jnp.asarray, row)) for row in rows])
     centre = None
@@ -78,7 +78,7 @@ def failures_of(structure: Structure, values: Values) -> WheelFailures | None:
 
 
 def friction_steps_of(
-    structure: Structure, values: Values, before: Friction
+    structure: Structure, values: Values, before: Friction | LuGre
 ) -> FrictionSteps | None:
     """Friction steps of the scenario's events; None if there are none."""
     stepping = [event for event in structure.events if event.kind == "friction_step"]
@@ -95,4 +95,4 @@ def friction_steps_of(
             factor = 1.0 if dimension == "speed" else own["factor"]
             value = own.get(name, factor * after[name])
             after[name] = jnp.where(index, value, after[name])
-    return FrictionSteps(time, type(before)(**after))
+    return FrictionSteps(time, type(before).of(**after))

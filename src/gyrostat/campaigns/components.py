@@ -21,6 +21,7 @@ from gyrostat.spacecraft import (
     TrackerGyroSensors,
 )
 from gyrostat.wheel import WheelTachometer
+from gyrostat.wheel.friction import static_curve
 
 Options = Mapping[str, Scalar]
 """Values of the keys of a component, SI."""
@@ -54,7 +55,7 @@ def _friction_model(
     wheels = known.wheels
     return FrictionFeedForward(
         controller,
-        wheels.friction,
+        static_curve(wheels.friction),
         jnp.asarray(wheels.torque_limit),
         options["band"],
         options["share"],

@@ -37,7 +37,7 @@ from gyrostat.campaigns.schema import INERTIA as INERTIA_KEY
 from gyrostat.campaigns.sensors import FURTHER_SENSORS, HEADS
 from gyrostat.campaigns.structure import Structure
 from gyrostat.core.errors import InputError
-from gyrostat.wheel.friction import FRICTION_MODELS
+from gyrostat.wheel.friction import WHEEL_FRICTION
 
 KINDS: Mapping[str, Mapping[str, Component]] = {
     "controller": {**CONTROLLERS, **MAGNETIC_CONTROLLERS},
@@ -177,7 +177,7 @@ def is_shipped(scenario: Scenario | Structure) -> bool:
     code = [
         getattr(part, name) for part in parts for name in ("make", "plan") if hasattr(part, name)
     ]
-    code.append(FRICTION_MODELS[scenario.friction])
+    code.append(WHEEL_FRICTION[scenario.friction])
     return all(getattr(each, "__module__", "").startswith("gyrostat.") for each in code)
 
 
@@ -212,7 +212,7 @@ def _has_body(scenario: Scenario, name: str) -> bool:
 
 def numbers_of(scenario: Scenario) -> dict[str, Key]:
     """Full key -> schema entry, for every number of a scenario with these components."""
-    friction = FRICTION_MODELS[scenario.friction].dimensions()
+    friction = WHEEL_FRICTION[scenario.friction].dimensions()
     fields = measured(scenario.parts, scenario.sources)
     sections: dict[str, Mapping[str, Key]] = {
         "body.inertia": dict.fromkeys(INERTIA, INERTIA_KEY),

@@ -282,6 +282,8 @@ DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
 def friction_keys(dimensions: Mapping[str, str]) -> dict[str, Key]:
     """Keys of the parameters of a friction model, from their dimensions."""
     return {
-        name: (positive if dimension == "speed" else size)(dimension, None, "Friction parameter.")
+        name: (positive if dimension in ("speed", "stiffness") else size)(
+            dimension, None, "Friction parameter."
+        )
         for name, dimension in dimensions.items()
     }

@@ -105,6 +105,11 @@ TABLE: dict[str, tuple[Row, ...]] = {
         (Unit("mN·m/rpm", 1e-3 / RPM), (), ()),
         (Unit("µN·m/rpm", 1e-6 / RPM), (), ()),
     ),
+    "stiffness": (
+        (Unit("N·m/rad"), (), ()),
+        (Unit("mN·m/rad", 1e-3), (), ()),
+        (Unit("µN·m/rad", 1e-6), (), ()),
+    ),
     "torque_per_temperature": ((Unit("N·m/°C"), (), ()),),
     "viscous_per_temperature": ((Unit("N·m·s/rad/°C"), (), ()),),
     "temperature": (

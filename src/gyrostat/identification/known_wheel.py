@@ -76,7 +76,7 @@ class KnownWheel:
                 "gyrostat identify"
             )
         names, covariance = model.covariance()
-        return cls._of_parts(model.friction, model.values, names, covariance, None, {})
+        return cls._of_parts(model.static_friction(), model.values, names, covariance, None, {})
 
     @classmethod
     def read(cls, path: Path, *, force: bool = False) -> Self:

@@ -21,6 +21,7 @@ _VECTORS = (
 _PER_WHEEL = (
     *("wheel_speed", "wheel_momentum", "wheel_angle", "wheel_measured", "motor_current"),
     *("torque", "torque_demand", "speed", "set_point", "integral", "saturated", "works"),
+    "deflection",
 )
 _PER_MODE = ("modal_coordinate", "modal_momentum", "modal_rate")
 _LONG_NAMES = {
@@ -32,6 +33,7 @@ _LONG_NAMES = {
     "modal_momentum": "generalised momentum of the modes",
     "works": "wheel considered working",
     "saturated": "at the torque limit",
+    "deflection": "deflection of the bristles",
 }
 
 

@@ -10,7 +10,7 @@ from gyrostat.core.checked import Checked, from_start
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel.array import listed
-from gyrostat.wheel.friction import Friction
+from gyrostat.wheel.friction import Friction, LuGre
 
 
 class FrictionSteps(Checked):
@@ -22,7 +22,7 @@ class FrictionSteps(Checked):
     """
 
     time: Annotated[PerWheel, from_start("time of a friction step")] = eqx.field(converter=listed)
-    friction: Friction
+    friction: Friction | LuGre
 
     def check_wheels(self, wheels: Any) -> None:
         """Validate the number of wheels and the friction model; raises `InputError`."""
@@ -37,7 +37,7 @@ class FrictionSteps(Checked):
                 f"{wheels.friction.name} as the wheels have"
             )
 
-    def at(self, time: Scalar, before: Friction) -> Friction:
+    def at(self, time: Scalar, before: Any) -> Any:
         """Friction at a time, s, from the friction `before` the steps."""
         done = jnp.asarray(self.time) <= time
         return jax.tree.map(lambda new, old: jnp.where(done, new, old), self.friction, before)

@@ -36,8 +36,8 @@ from gyrostat.spacecraft.torque_models import (
     commanded_torques,
     torque_models,
 )
-from gyrostat.spacecraft.wheels_on_body import Carrier, WheelsOnBody
-from gyrostat.wheel import Motion, step_coupled_wheels
+from gyrostat.spacecraft.wheel_friction import advanced, check_deflection, started_deflection
+from gyrostat.spacecraft.wheels_on_body import WheelsOnBody
 from gyrostat.wheel.array import listed, zeros
 
 
@@ -133,6 +133,7 @@ class Gyrostat(Checked):
         wheel_speed: Any = 0.0,
         modal_coordinate: Any = None,
         modal_rate: Any = None,
+        deflection: Any = None,
     ) -> GyrostatState:
         """Create a state from attitude, rate, wheel speeds and the motion of the modes.
 
@@ -142,6 +143,7 @@ class Gyrostat(Checked):
             wheel_speed: Wheel speeds relative to the body, (wheels,), or one value for all, rad/s.
             modal_coordinate: Modal coordinates, (modes,), or one value for all, √kg·m; None for 0.
             modal_rate: Modal rates, (modes,), or one value for all, √kg·m/s; None for 0.
+            deflection: Deflections of the bristles, likewise, rad; None for those of steady slip.
         """
         wheels = self.spacecraft.wheels
         quaternion = normalised(jnp.asarray(attitude, dtype=float))
@@ -155,7 +157,8 @@ class Gyrostat(Checked):
         elif modal_coordinate is not None or modal_rate is not None:
             raise InputError("modal_coordinate: found one, expected none without modes")
         momentum = to_inertial(quaternion, momentum)
-        return GyrostatState(quaternion, momentum, speed, **with_names(modal))
+        bent = started_deflection(wheels.friction, speed, deflection)
+        return GyrostatState(quaternion, momentum, speed, **with_names(modal), deflection=bent)
 
     def check_state(self, state: GyrostatState) -> None:
         """Validate a state.
@@ -169,6 +172,7 @@ class Gyrostat(Checked):
         """
         wheels = self.spacecraft.wheels
         check_sizes(state, wheels.count, 0 if self.modes is None else self.modes.count)
+        check_deflection(wheels.friction, state)
         check_unit(state.attitude)
         wheels.check_speed(state.wheel_speed)
 
@@ -275,11 +279,7 @@ class Gyrostat(Checked):
             inverse_locked=inverse_definite(rigid.inertia_locked()),
             coupling=coupling,
         )
-        motion = Motion(state.wheel_speed, Carrier.of(state))
-        motion, resolved = step_coupled_wheels(contacts, motion, duration)
-        attitude, momentum, modal = motion.carrier
-        attitude = normalised(attitude)
-        return GyrostatState(attitude, momentum, motion.speed, **with_names(modal)), resolved
+        return advanced(contacts, state, duration)
 
     def _over(self, state, torque, friction, rigid, time, duration):
         """Plant whose environment torques are interpolated over an interval."""

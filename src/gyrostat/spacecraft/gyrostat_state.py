@@ -27,6 +27,7 @@ class GyrostatState(NamedTuple):
             `FlexibleModes`.
         modal_momentum: Generalised momenta of the modes, (modes,), √kg·m/s; None likewise. They
             keep their values where the body rate steps.
+        deflection: Deflections of the bristles, (wheels,), rad; None unless the friction is LuGre.
     """
 
     attitude: Annotated[Quaternion, "1"]
@@ -36,6 +37,7 @@ class GyrostatState(NamedTuple):
     motor_current: Annotated[PerWheel | None, "A"] = None
     modal_coordinate: Annotated[PerMode | None, "√kg·m"] = None
     modal_momentum: Annotated[PerMode | None, "√kg·m/s"] = None
+    deflection: Annotated[PerWheel | None, "rad"] = None
 
 
 def check_sizes(state: GyrostatState, wheels: int, modes: int) -> None:

@@ -236,10 +236,10 @@ def _friction(
                 f"{path}: key wheel[{name}].model: found {model.friction.name} friction, expected "
                 f"{kind.name} as wheel {names[0]} has"
             )
-    dimensions = kind.dimensions()
-    return {
-        "friction": kind(**{n: np.array([model.values[n] for model in known]) for n in dimensions})
+    values: dict[str, Any] = {
+        name: np.array([model.values[name] for model in known]) for name in kind.dimensions()
     }
+    return {"friction": kind.of(**values)}
 
 
 def _text(path: Path, key: str, value: object) -> str:

@@ -79,14 +79,14 @@ def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
 
     Raises:
         InputError: The file cannot be read, the identification gives no wheel, or the wheel has
-            bristle friction, which a model file cannot hold.
+            bristle friction.
     """
     from gyrostat.identification import Fit
     from gyrostat.wheel import Wheel, WheelModel, read_model
     from gyrostat.wheel.friction import Friction
 
     if isinstance(model, str | Path):
-        return read_model(Path(model), force=force)
+        model = read_model(Path(model), force=force)
     if isinstance(model, Fit):
         model.wheel()
         found = model.wheel_model()
@@ -98,6 +98,7 @@ def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
         assert found is not None
         return found
     if isinstance(model, WheelModel):
+        model.static_friction()
         return model
     if not isinstance(model, Wheel) or not isinstance(model.friction, Friction):
         friction = type(getattr(model, "friction", model)).__name__

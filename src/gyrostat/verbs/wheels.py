@@ -100,7 +100,7 @@ def validate(
         missing=missing,
     )[0]
     result = predict(
-        known.friction,
+        known.static_friction(),
         values,
         measured,
         current_hold=current_hold,  # pyright: ignore[reportArgumentType]

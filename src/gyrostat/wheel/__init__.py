@@ -5,6 +5,7 @@ from gyrostat.wheel.axes import orthogonal_axes, pyramid_axes
 from gyrostat.wheel.bearing_equation import BearingEquation, Motion
 from gyrostat.wheel.bristles import step_bristles, step_wheel
 from gyrostat.wheel.coupled_bearings import Changes, CoupledBearings
+from gyrostat.wheel.coupled_bristles import step_coupled_bristles
 from gyrostat.wheel.coupled_wheels import step_coupled_wheels
 from gyrostat.wheel.data_sheet import WheelSheet, read_wheel_sheet, wheel_sheets
 from gyrostat.wheel.driver import Driver
@@ -37,6 +38,7 @@ __all__ = [
     "read_wheel_sheet",
     "speed_response",
     "step_bristles",
+    "step_coupled_bristles",
     "step_coupled_wheels",
     "step_dry_friction",
     "step_wheel",

@@ -52,7 +52,8 @@ class WheelArray(Checked):
         torque_limit: Largest motor torque, (wheels,), N·m.
         momentum_limit: Largest momentum, inertia times speed relative to the body, (wheels,),
             N·m·s. At this limit, the motor gives no torque that would increase the speed.
-        friction: Bearing friction, one model whose parameters are (wheels,) or shared.
+        friction: Bearing friction, a static `Friction` or `LuGre`, one model whose parameters are
+            (wheels,) or shared.
     """
 
     axes: Float[Array, "3 wheels"] = eqx.field(converter=listed)
@@ -130,8 +131,8 @@ class WheelArray(Checked):
         """Validate axes, friction and shapes.
 
         Raises:
-            InputError: The axes are not (3, wheels) or not of unit length, the friction is not
-                static, or a parameter has another number of wheels.
+            InputError: The axes are not (3, wheels) or not of unit length, the friction is no
+                friction model, or a parameter has another number of wheels.
         """
         axes = np.asarray(self.axes, dtype=float)
         if axes.ndim < 2 or axes.shape[-2] != 3 or axes.shape[-1] < 1:
@@ -140,10 +141,9 @@ class WheelArray(Checked):
         if not np.all(np.abs(lengths - 1.0) < UNIT_TOLERANCE):
             odd = lengths[~(np.abs(lengths - 1.0) < UNIT_TOLERANCE)].flat[0]
             raise InputError(f"wheel axes: found a length of {odd:g}, expected unit vectors")
-        if not isinstance(self.friction, Friction):
+        if not isinstance(self.friction, Friction | LuGre):
             kind = type(self.friction).__name__
-            wanted = "a static model" if isinstance(self.friction, LuGre) else "a friction model"
-            raise InputError(f"wheel friction: found {kind}, expected {wanted}")
+            raise InputError(f"wheel friction: found {kind}, expected a friction model")
         for name, value in {
             "inertia": self.inertia,
             "torque_limit": self.torque_limit,

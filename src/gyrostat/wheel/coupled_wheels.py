@@ -97,7 +97,7 @@ def _travel(contacts: CoupledBearings, motion: Motion, modes: Modes, start, rema
     return jax.lax.cond(calm, lambda _: (*whole, *nothing), look_closer, None)
 
 
-def _quick_step(contacts, motion, duration):
+def quick_step(contacts, motion, duration):
     """Advance by one segment without a search for events; also whether that is all there is."""
     motion = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), motion)
     time = jnp.zeros(())
@@ -126,7 +126,7 @@ def step_coupled_wheels(
         return _step(eqx.combine(arrays, static), motion, duration)
 
     def quick(arrays, motion, duration):
-        return _quick_step(eqx.combine(arrays, static), motion, duration)
+        return quick_step(eqx.combine(arrays, static), motion, duration)
 
     return rarely(quick, exact)(arrays, motion, duration)
 

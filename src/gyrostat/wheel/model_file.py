@@ -36,7 +36,7 @@ from gyrostat.core.files import write_whole
 from gyrostat.core.toml_file import number, read_toml, refuse_unknown
 from gyrostat.core.types import Matrix
 from gyrostat.core.units import SI_UNIT
-from gyrostat.wheel.friction import FRICTION_MODELS, Friction
+from gyrostat.wheel.friction import WHEEL_FRICTION, Friction, LuGre
 from gyrostat.wheel.wheel import Wheel
 
 _SECTIONS = ("wheel", "friction", "sigma", "correlation", "validity", "origin")
@@ -57,7 +57,7 @@ class WheelModel:
         impossible: Reason why no wheel can have these values; empty if they are possible.
     """
 
-    friction: type[Friction]
+    friction: type[Friction] | type[LuGre]
     values: Mapping[str, float]
     sigma: Mapping[str, float] = field(default_factory=dict)
     origin: Mapping[str, str] = field(default_factory=dict)
@@ -79,6 +79,15 @@ class WheelModel:
             correlation[np.ix_(places, places)] = matrix[np.ix_(own, own)]
         return names, correlation * np.outer(sigma, sigma)
 
+    def static_friction(self) -> type[Friction]:
+        """Class of the friction model; raises `InputError` if it is that of bristles."""
+        if not issubclass(self.friction, Friction):
+            raise InputError(
+                f"model: found {self.friction.__name__}, expected a wheel with a static friction "
+                "curve"
+            )
+        return self.friction
+
     def wheel(self) -> Wheel:
         """Wheel with the parameters of the file.
 
@@ -92,7 +101,7 @@ class WheelModel:
         return Wheel(
             inertia=self.values["inertia"],
             motor_constant=self.values["motor_constant"],
-            friction=self.friction(**{n: self.values[n] for n in self.friction.dimensions()}),
+            friction=self.friction.of(**{n: self.values[n] for n in self.friction.dimensions()}),
         )
 
 
@@ -148,13 +157,13 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
             raise InputError(f"{path}: key {section}: found a value, expected a table")
     friction = dict(table.get("friction", {}))
     name = friction.pop("model", None)
-    if not isinstance(name, str) or name not in FRICTION_MODELS:
+    if not isinstance(name, str) or name not in WHEEL_FRICTION:
         found = "none" if name is None else repr(name)
         raise InputError(
             f"{path}: key friction.model: found {found}, expected one of "
-            f"{', '.join(FRICTION_MODELS)}"
+            f"{', '.join(WHEEL_FRICTION)}"
         )
-    model = FRICTION_MODELS[name]
+    model = WHEEL_FRICTION[name]
     dimensions = {**_WHEEL, **model.dimensions()}
     wheel, sigma = table.get("wheel", {}), table.get("sigma", {})
     refuse_unknown(path, "validity.", table.get("validity", {}), ("impossible",))

@@ -16,10 +16,13 @@ FRICTION_MODELS: dict[str, type[Friction]] = {
     model.name: model for model in sorted(Friction.__subclasses__(), key=lambda m: m.name)
 }
 """Static friction models by name."""
+WHEEL_FRICTION: dict[str, type[Friction] | type[LuGre]] = {**FRICTION_MODELS, LuGre.name: LuGre}
+"""Friction models of a model file and of the wheels of a spacecraft by name."""
 
 __all__ = [
     "DEFAULT_STRIBECK_SPEED",
     "FRICTION_MODELS",
+    "WHEEL_FRICTION",
     "DirectionalStribeck",
     "Friction",
     "LuGre",

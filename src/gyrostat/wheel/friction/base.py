@@ -91,6 +91,11 @@ class Friction(Checked):
         """Parameter names in order -> dimension (a key of `gyrostat.core.units.SI_UNIT`)."""
         return {f.name: f.metadata["dimension"] for f in dataclasses.fields(cls)}
 
+    @classmethod
+    def of(cls, **values: Scalar) -> Self:
+        """Model from the values of `parameters`."""
+        return cls(**values)
+
     def parameters(self) -> dict[str, Scalar]:
         """Parameter names in order -> values in SI units."""
         return {name: getattr(self, name) for name in self.dimensions()}

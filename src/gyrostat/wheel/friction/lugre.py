@@ -1,7 +1,8 @@
 """LuGre friction: a dynamic model with bristles that deflect before they slip."""
 
 import math
-from typing import Annotated, Self
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from gyrostat.core.validation import require
 from gyrostat.wheel.friction.base import Friction
 from gyrostat.wheel.friction.stribeck import Stribeck
 from gyrostat.wheel.friction.viscous_coulomb import ViscousCoulomb
+
+_BRISTLES: Mapping[str, str] = {"stiffness": "stiffness", "damping": "viscous"}
 
 
 class LuGre(Checked):
@@ -30,6 +33,10 @@ class LuGre(Checked):
         stiffness: Stiffness s_0 of the bristles, N·m/rad.
         damping: Damping s_1 of the bristles, N·m·s/rad.
     """
+
+    name: ClassVar[str] = "lugre"
+    title: ClassVar[str] = "LuGre"
+    held_by_default: ClassVar[tuple[str, ...]] = ("stribeck_speed", "stiffness")
 
     curve: Friction
     stiffness: Annotated[Scalar, positive("bristle stiffness", "N·m/rad")]
@@ -82,6 +89,21 @@ class LuGre(Checked):
         return cls(curve, stiffness * radius**2, damping * radius**2)
 
     @classmethod
+    def of(cls, **values: Scalar) -> Self:
+        """Model with a Stribeck curve, from the values of `dimensions`."""
+        curve = Stribeck(**{name: values[name] for name in Stribeck.dimensions()})
+        return cls(curve, **{name: values[name] for name in _BRISTLES})
+
+    @classmethod
+    def dimensions(cls) -> dict[str, str]:
+        """Parameter names with a Stribeck curve -> dimension; see `Friction.dimensions`."""
+        return {**Stribeck.dimensions(), **_BRISTLES}
+
+    def parameters(self) -> dict[str, Scalar]:
+        """Parameter names of curve and bristles in order -> values in SI units."""
+        return {**self.curve.parameters(), **{name: getattr(self, name) for name in _BRISTLES}}
+
+    @classmethod
     def dahl(cls, coulomb: Scalar, stiffness: Scalar) -> Self:
         """Friction model of P. Dahl (1968): constant level, no damping.
 
@@ -114,9 +136,13 @@ class LuGre(Checked):
         whole = self.curve.torque(speed, direction)
         return direction * (whole - self.curve.viscous_torque(speed, direction))
 
+    def slip_rate(self, speed: Scalar) -> Scalar:
+        """Rate s_0 abs(w) / g(w) at which slip relaxes the deflection, 1/s."""
+        return self.stiffness * jnp.abs(speed) / self.level(speed)
+
     def deflection_rate(self, speed: Scalar, deflection: Scalar) -> Scalar:
         """Rate of deflection dz/dt, rad/s."""
-        return speed - self.stiffness * jnp.abs(speed) * deflection / self.level(speed)
+        return speed - self.slip_rate(speed) * deflection
 
     def torque(self, speed: Scalar, deflection: Scalar) -> Scalar:
         """Friction torque F on the rotor with opposite sign, N·m.
@@ -125,10 +151,14 @@ class LuGre(Checked):
             speed: Wheel speed w, rad/s.
             deflection: Deflection z of the bristles, rad.
         """
-        direction = jnp.where(jnp.asarray(speed) < 0.0, -1.0, 1.0)
         bristles = self.stiffness * deflection
         damped = self.damping * self.deflection_rate(speed, deflection)
-        return bristles + damped + self.curve.viscous_torque(speed, direction)
+        return bristles + damped + self.viscous_torque(speed)
+
+    def viscous_torque(self, speed: Scalar) -> Scalar:
+        """Part of the torque that does not act through bristles, N·m."""
+        direction = jnp.where(jnp.asarray(speed) < 0.0, -1.0, 1.0)
+        return self.curve.viscous_torque(speed, direction)
 
     def steady_deflection(self, speed: Scalar) -> Scalar:
         """Deflection at which the bristles slip at a constant speed, rad."""

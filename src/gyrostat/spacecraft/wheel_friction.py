@@ -1,0 +1,72 @@
+"""Bearing friction of the wheels of a spacecraft, a static curve or bristles."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Array, Bool
+
+from gyrostat.core.arrays import PerWheel, Scalar
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.rotations import normalised
+from gyrostat.spacecraft.flexible.coupling import with_names
+from gyrostat.spacecraft.gyrostat_state import GyrostatState
+from gyrostat.spacecraft.wheels_on_body import Carrier, WheelsOnBody
+from gyrostat.wheel import Motion, step_coupled_bristles, step_coupled_wheels
+from gyrostat.wheel.friction import Friction, LuGre
+
+
+def started_deflection(friction: Friction | LuGre, speed: PerWheel, given: Any) -> PerWheel | None:
+    """Deflections of the bristles at the start, (wheels,), rad; None without bristles.
+
+    Args:
+        friction: Friction of the wheels.
+        speed: Wheel speeds, (wheels,), rad/s.
+        given: Deflections, (wheels,), or one value for all, rad; None for those of steady rotation.
+
+    Raises:
+        InputError: Deflections are given, and the friction has no bristles.
+    """
+    if isinstance(friction, LuGre):
+        chosen = friction.steady_deflection(speed) if given is None else given
+        return jnp.broadcast_to(jnp.asarray(chosen, dtype=float), speed.shape)
+    if given is not None:
+        raise InputError(f"deflection: found one, expected none with {friction.name} friction")
+    return None
+
+
+def check_deflection(friction: Friction | LuGre, state: GyrostatState) -> None:
+    """Validate the deflections of the bristles.
+
+    Raises:
+        InputError: They are missing, not finite, or given without bristles.
+    """
+    given = state.deflection is not None
+    if given != isinstance(friction, LuGre):
+        said = ("one", "none") if given else ("none", "those of the bristles, rad")
+        raise InputError(f"deflection: found {said[0]}, expected {said[1]}")
+    if given and not np.all(np.isfinite(np.asarray(state.deflection))):
+        raise InputError("deflection: found one that is not finite, expected finite ones, rad")
+
+
+def advanced(
+    contacts: WheelsOnBody, state: GyrostatState, duration: Scalar
+) -> tuple[GyrostatState, Bool[Array, ""]]:
+    """State at the end of an interval, s, and whether the interval was resolved.
+
+    Args:
+        contacts: Equations of motion over the interval.
+        state: State at the start.
+        duration: Length of the interval, s.
+    """
+    motion: Motion = Motion(state.wheel_speed, Carrier.of(state))
+    deflection: Any = state.deflection
+    if isinstance(contacts.friction, LuGre):
+        motion, deflection, resolved = step_coupled_bristles(
+            contacts, motion, deflection, contacts.seized, duration
+        )
+    else:
+        motion, resolved = step_coupled_wheels(contacts, motion, duration)
+    attitude, momentum, modal = motion.carrier
+    after = GyrostatState(normalised(attitude), momentum, motion.speed, **with_names(modal))
+    return after._replace(deflection=deflection), resolved
