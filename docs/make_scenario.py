@@ -379,8 +379,8 @@ def dispersed():
         "| `wheel.NAME.coulomb`, ... | | Parameters of the friction model of its model file. |"
     )
     rows.append(
-        "| `flexible.NAME.KEY`, `hinged_panel.NAME.KEY`, `slosh.NAME.KEY` | | Numbers of an appendage "
-        "of the spacecraft file: [flexible appendages](flexible.md). |"
+        "| `flexible.NAME.KEY`, `hinged_panel.NAME.KEY`, `slosh.NAME.KEY` | | Numbers of an "
+        "appendage of the spacecraft file: [flexible appendages](flexible.md). |"
     )
     rows += [named(f"start.{name}", key) for name, key in START.items()]
     parts = ", ".join(

@@ -26,15 +26,15 @@ from gyrostat.spacecraft.gyrostat_state import (
     check_sizes,
     too_fast,
 )
-from gyrostat.spacecraft.interpolated_torque import InterpolatedTorque
+from gyrostat.spacecraft.interpolated_torque import advanced_with_interpolated_torque
 from gyrostat.spacecraft.pieces import pieces
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.torque_models import (
     Actuator,
     TorqueModel,
     body_torque,
-    commanded_torques,
     torque_models,
+    under_command,
 )
 from gyrostat.spacecraft.wheel_friction import advanced, check_deflection, started_deflection
 from gyrostat.spacecraft.wheels_on_body import WheelsOnBody
@@ -215,19 +215,7 @@ class Gyrostat(Checked):
             The state at the end, and whether the interval was resolved. A failure or a friction
             step inside the interval acts from its exact time.
         """
-        craft = self
-        if self.external_torque_limit is not None:
-            if not hasattr(command, "external_torque"):
-                raise InputError(
-                    f"{type(command).__name__}: found no external_torque, expected one: the "
-                    "spacecraft has an actuator for it"
-                )
-            limit = jnp.asarray(self.external_torque_limit)
-            given = self.external_torque + jnp.clip(command.external_torque, -limit, limit)
-            craft = eqx.tree_at(lambda plant: plant.external_torque, self, given)
-        if self.actuators:
-            commanded = commanded_torques(self.actuators, command)
-            craft = replace(craft, environment=(*craft.environment, *commanded))
+        craft = under_command(self, command)
         return craft._under(state, command.torque, time, duration)
 
     def _under(self, state, torque, time, duration):
@@ -268,7 +256,7 @@ class Gyrostat(Checked):
         inverse = inverse_definite(jnp.asarray(rigid.inertia))
         contacts = WheelsOnBody(
             friction=friction,
-            body=self._over(state, torque, friction, rigid, time, duration),
+            body=self,
             torque=torque,
             seized=seized,
             added_viscous=drag,
@@ -279,21 +267,8 @@ class Gyrostat(Checked):
             inverse_locked=inverse_definite(rigid.inertia_locked()),
             coupling=coupling,
         )
-        return advanced(contacts, state, duration)
-
-    def _over(self, state, torque, friction, rigid, time, duration):
-        """Plant whose environment torques are interpolated over an interval."""
-        if not self.environment:
-            return self
-        wheels, rate = self.spacecraft.wheels, self.rate(state)
-        speed = jnp.asarray(state.wheel_speed)
-        # a wheel at rest moves with the body
-        net = jnp.where(speed == 0.0, 0.0, torque - friction.torque(speed, jnp.sign(speed)))
-        momentum = to_body(state.attitude, state.momentum)
-        given = jnp.cross(momentum, rate) - jnp.asarray(wheels.axes) @ net
-        acceleration = inverse_definite(jnp.asarray(rigid.inertia)) @ given
-        start = (state.attitude, rate, acceleration)
-        return InterpolatedTorque.over(self, *start, jnp.asarray(time, float), duration)
+        advance = advanced_with_interpolated_torque if self.environment else advanced
+        return advance(contacts, state, duration)
 
     def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""

@@ -1,6 +1,7 @@
 """External torques on a spacecraft: environment, and actuators driven by fields of the command."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Protocol
 
 import equinox as eqx
@@ -16,7 +17,7 @@ class TorqueModel(Protocol):
     """Protocol of an environment torque, an item of `Gyrostat.environment`.
 
     The torque must be smooth and slow compared with the control period. In every integration step
-    it is interpolated by a quadratic function of time.
+    it is interpolated by a cubic function of time.
     """
 
     def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
@@ -90,6 +91,31 @@ def commanded_torques(
         CommandedTorque(name, actuator, getattr(command, name))
         for name, actuator in sorted(actuators.items())
     )
+
+
+def under_command(plant: Any, command: Any) -> Any:
+    """Gyrostat with the torques of its actuators at a command as external torques.
+
+    Args:
+        plant: `gyrostat.spacecraft.Gyrostat`.
+        command: Command, a named tuple.
+
+    Raises:
+        InputError: The command has no field for an actuator.
+    """
+    if plant.external_torque_limit is not None:
+        if not hasattr(command, "external_torque"):
+            raise InputError(
+                f"{type(command).__name__}: found no external_torque, expected one: the "
+                "spacecraft has an actuator for it"
+            )
+        limit = jnp.asarray(plant.external_torque_limit)
+        given = plant.external_torque + jnp.clip(command.external_torque, -limit, limit)
+        plant = eqx.tree_at(lambda each: each.external_torque, plant, given)
+    if plant.actuators:
+        commanded = commanded_torques(plant.actuators, command)
+        plant = replace(plant, environment=(*plant.environment, *commanded))
+    return plant
 
 
 def body_torque(torque: Any, place: str) -> Vector3:
