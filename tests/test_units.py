@@ -26,6 +26,7 @@ def test_si_units_are_spelled_as_the_outputs_spell_them():
         "flux_density": "T",
         "imbalance": "kg·m",
         "viscous": "N·m·s/rad",
+        "stiffness": "N·m/rad",
         "torque_per_temperature": "N·m/°C",
         "viscous_per_temperature": "N·m·s/rad/°C",
         "temperature": "°C",
