@@ -22,6 +22,7 @@ from gyrostat.spacecraft import (
     WheelFailures,
     WheelTorqueCommand,
 )
+from gyrostat.spacecraft.wheel_friction import net_torque
 from gyrostat.wheel import Wheel, WheelArray, step_coupled_bristles
 from gyrostat.wheel.coupled_bristles import TOLERANCE
 from gyrostat.wheel.friction import LuGre, Stribeck
@@ -264,6 +265,13 @@ def test_far_from_zero_friction_is_the_curve_and_steps_to_a_new_one():
     np.testing.assert_allclose(lost[:11], COULOMB, rtol=1e-9)
     np.testing.assert_allclose(lost[12:, 1], after, rtol=1e-9)
     np.testing.assert_allclose(lost[12:, 2], COULOMB, rtol=1e-9)
+
+
+def test_in_steady_slip_the_net_torque_is_that_of_the_curve():
+    state = built(lugre()).start(wheel_speed=[5.0, -1.0, 0.3])
+    curve = net_torque(lugre().curve, DRIVEN[1], state)
+    np.testing.assert_allclose(net_torque(lugre(), DRIVEN[1], state), curve, rtol=1e-12)
+    assert np.all(np.abs(curve - DRIVEN[1]) > 0.9 * COULOMB)
 
 
 def test_deflections_that_do_not_fit_are_refused():

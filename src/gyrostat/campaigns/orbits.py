@@ -117,8 +117,10 @@ def planned_orbit(scenario: Scenario) -> OrbitEnvironment | None:
     }
     orbit = ORBITS[scenario.orbit].make(options, texts)
     epoch = texts.get("epoch") or orbit.epoch
-    later = orbit.period if PHASE in scenario.dispersed else options["phase"] / tau * orbit.period
-    indices = {name: options[name] for name in ("f107", "f107a", "ap", "ut1_utc")}
+    share = 1.0 if PHASE in scenario.dispersed else scenario.values[PHASE] / tau
+    later = share * orbit.period
+    names = ("f107", "f107a", "ap", "ut1_utc")
+    indices = {name: scenario.values[f"orbit.{name}"] for name in names}
     return orbit_environment(orbit, epoch, scenario.duration + later, **indices)[0]
 
 

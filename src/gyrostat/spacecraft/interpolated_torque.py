@@ -11,7 +11,7 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import from_rotation_vector, product, rate_of_quaternion, to_body
 from gyrostat.spacecraft.gyrostat_state import GyrostatState
 from gyrostat.spacecraft.spacecraft import Spacecraft
-from gyrostat.spacecraft.wheel_friction import advanced
+from gyrostat.spacecraft.wheel_friction import advanced, net_torque
 from gyrostat.spacecraft.wheels_on_body import WheelsOnBody
 
 REACH = 0.02
@@ -118,11 +118,8 @@ def _end(
         duration: Length of the interval, s.
     """
     wheels, rate = contacts.body.spacecraft.wheels, contacts.body.rate(state)
-    speed = jnp.asarray(state.wheel_speed)
-    bend = jnp.sign(speed) if state.deflection is None else state.deflection
-    net = contacts.torque - contacts.friction.torque(speed, bend)
-    # a wheel at rest moves with the body
-    net = jnp.where(speed == 0.0, 0.0, net - contacts.added_viscous * speed)
+    driven = contacts.torque - contacts.added_viscous * state.wheel_speed
+    net = net_torque(contacts.friction, driven, state)
     momentum = to_body(state.attitude, state.momentum)
     gained = torque - jnp.cross(rate, momentum)
     first = contacts.inverse @ (gained - jnp.asarray(wheels.axes) @ net)

@@ -49,6 +49,21 @@ def check_deflection(friction: Friction | LuGre, state: GyrostatState) -> None:
         raise InputError("deflection: found one that is not finite, expected finite ones, rad")
 
 
+def net_torque(friction: Friction | LuGre, torque: PerWheel, state: Any) -> PerWheel:
+    """Motor torques less friction, (wheels,), N·m; zero for wheels that stick.
+
+    Args:
+        friction: Friction of the wheels.
+        torque: Motor torques, (wheels,), N·m.
+        state: State of the spacecraft, a `GyrostatState`.
+    """
+    speed = jnp.asarray(state.wheel_speed)
+    if isinstance(friction, LuGre):
+        return torque - friction.torque(speed, state.deflection)
+    # a wheel at rest moves with the body
+    return jnp.where(speed == 0.0, 0.0, torque - friction.torque(speed, jnp.sign(speed)))
+
+
 def advanced(
     contacts: WheelsOnBody, state: GyrostatState, duration: Scalar
 ) -> tuple[GyrostatState, Bool[Array, ""]]:

@@ -1,5 +1,7 @@
 """Read the texts of [orbit] in a scenario file: epoch, elements, frame."""
 
+from datetime import datetime
+
 from gyrostat.campaigns.orbits import FRAMES
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Source
@@ -40,6 +42,6 @@ def read_orbit(kind: str, table: Table) -> tuple[Source, ...]:
 def _epoch(table: Table) -> str:
     """Epoch as text; TOML also has dates."""
     found = table.row.get("epoch")
-    if hasattr(found, "isoformat"):
+    if isinstance(found, datetime):
         return found.isoformat()
     return table.text("epoch", None)
