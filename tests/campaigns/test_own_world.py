@@ -513,7 +513,7 @@ def test_mistakes_in_python_are_one_line(tmp_path, old, new, message):
         ('"mission.py:push"', '"mission.py:push"\nname = "if"', "found 'if', expected letters"),
         ('kind = "harmonic"', 'kind = "storm"', "found 'storm', expected one of constant, gravity"),
         ("area = 0.6", "aera = 0.6", r"torque\[drag\].aera.*did you mean.*area"),
-        ('python = "mission.py:Rods"', 'kind = "rods"', r"expected python = \"FILE.py:NAME\""),
+        ('python = "mission.py:Rods"', 'kind = "rods"', "expected one of torque_rods, thrusters"),
         ("[[sensor]]", "[sensor]", r"found a table \[sensor\], expected \[sensors\], or tables"),
         ('time = "7.13 s"\n', "", r"key event\[boom\].time: found none"),
         ('time = "7.13 s"\n', 'time = "70 s"\n', r"key event\[boom\].time: found 70"),

@@ -186,3 +186,13 @@ def test_rows_are_results_alone():
 def test_what_lanes_do_not_know_is_refused(function, found):
     with pytest.raises(InputError, match=found):
         lanes(function, (True,), (np.ones((4, 2)),))
+
+
+def test_rows_of_a_short_scan_on_demand_are_those_of_the_requested_runs():
+    def function(start):
+        return jax.lax.scan(lambda x, _: (0.5 * x, x), start, None, length=5)
+
+    start = np.arange(10.0)
+    end, rows = lanes(function, (True,), (start,), on_demand=(False, True))(start, asked=(7, 2))
+    np.testing.assert_array_equal(end, start / 32.0)
+    np.testing.assert_array_equal(rows, np.outer([7.0, 2.0], 0.5 ** np.arange(5)))

@@ -391,7 +391,7 @@ def test_both_engines_agree_while_wheels_stick_on_a_body_that_vibrates():
     for name in ("attitude", "rate", "wheel_speed", "modal_coordinate", "modal_rate"):
         scale = float(np.max(np.abs(theirs[name])))
         np.testing.assert_allclose(ours[name], theirs[name], rtol=0.0, atol=1e-10 * scale)
-    assert ours.modal_coordinate.dims == ("time", "mode")
+    assert ours.modal_coordinate.dims == ("time", "modal")
     assert ours.modal_coordinate.attrs == {"long_name": "modal coordinate", "units": "√kg·m"}
     assert ours.modal_rate.attrs["units"] == "√kg·m/s"
 

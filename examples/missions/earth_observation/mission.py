@@ -10,6 +10,7 @@ import equinox as eqx
 import gyrostat as gs
 import jax.numpy as jnp
 from gyrostat.control import PseudoInverse, WheelFaultDetector
+from gyrostat.control.allocation.allocation import within_limits
 from gyrostat.core.rotations import error, to_body
 
 
@@ -62,6 +63,7 @@ class MissionControl(eqx.Module):
         momentum = axes @ (inertia * speed)
         torque = self.torque(measurement, momentum, memory.period)
         motors = PseudoInverse()(axes, wheels.torque_limit, detector.works, -torque)
+        motors = within_limits(motors, jnp.asarray(wheels.torque_limit))
         rods = self.dipole(measurement.magnetometer, momentum)
         memory = Memory(self.detector.commanded(detector, motors), memory.period)
         return memory, Command(motors, rods, detector.works)

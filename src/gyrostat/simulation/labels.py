@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 COMPONENTS = {"quaternion": ("w", "x", "y", "z"), "axis": ("x", "y", "z")}
 """Dimension -> its coordinates."""
-OWN_NAMES = (*COMPONENTS, "wheel", "mode", "run", "time", "status", "valid_until", "error")
+OWN_NAMES = (*COMPONENTS, "wheel", "modal", "run", "time", "status", "valid_until", "error")
 """Names that histories have in addition to the signals."""
 _QUATERNIONS = ("attitude", "target", "estimated_attitude")
 _VECTORS = (
@@ -51,7 +51,7 @@ def dimensions(field: str, label: str, shape: tuple[int, ...], wheels: int | Non
             (_QUATERNIONS, 4, "quaternion"),
             (_VECTORS, 3, "axis"),
             (_PER_WHEEL, wheels, "wheel"),
-            (_PER_MODE, shape[0], "mode"),
+            (_PER_MODE, shape[0], "modal"),
         ):
             if field in names and shape[0] == count:
                 return [dimension]
@@ -87,7 +87,7 @@ def with_coordinates(dataset: "xr.Dataset") -> "xr.Dataset":
     """
     sizes = dataset.sizes
     known: dict[str, Any] = {name: [*parts] for name, parts in COMPONENTS.items() if name in sizes}
-    for name in ("wheel", "mode"):
+    for name in ("wheel", "modal"):
         if name in sizes:
             known[name] = np.arange(sizes[name])
     dataset = dataset.assign_coords(known)

@@ -123,8 +123,8 @@ def traced(
             `jax.jit`.
         own: For each argument, whether it differs between runs and has a leading axis.
         arguments: Example arguments; only their shapes and types are used.
-        on_demand: Tree, or prefix of a tree, of the results: whether the rows of a scan of more
-            than `batch_scope.LONGEST` passes are returned only for requested runs.
+        on_demand: Tree, or prefix of a tree, of the results: whether they are returned only for
+            requested runs.
 
     Raises:
         InputError: The function contains an operation that SIMD code does not support; the message
@@ -156,7 +156,7 @@ def traced(
             rows.append((table, demand))
         else:
             results += list(array.flat)
-        places.append(Place(memory, words[memory], _type(shape)))
+        places.append(Place(memory, words[memory], _type(shape), bool(demand)))
         words[memory] += int(np.prod(shape.shape))
     program = Function("fly", [], body, results, rows=[table for table, _ in rows])
     prune([program], [program])

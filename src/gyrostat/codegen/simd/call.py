@@ -34,11 +34,13 @@ class Place(NamedTuple):
         memory: Name of the buffer.
         start: Index of its first word.
         type: Shape and type.
+        on_demand: Whether only requested runs are returned.
     """
 
     memory: str
     start: int
     type: Type
+    on_demand: bool = False
 
     def of(self, words: Words) -> NDArray[Any]:
         """Result of each run, from the words of the buffer, (runs, words)."""
@@ -132,7 +134,11 @@ class Compiled:
             name: made.swapaxes(1, 2).reshape(len(made) * width, made.shape[1])[lanes[name]]
             for name, made in memory.items()
         }
-        return [place.of(found[place.memory]) for place in layout.places]
+        # short rows on demand are among the results of all runs
+        only = {**found, "made": found["made"][list(asked)]}
+        return [
+            place.of((only if place.on_demand else found)[place.memory]) for place in layout.places
+        ]
 
 
 def _words(leaf: Any, known: Type, *, own: bool) -> Words:
