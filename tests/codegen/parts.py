@@ -103,6 +103,27 @@ def heavier(craft):
     return eqx.tree_at(lambda c: c.spacecraft.inertia, craft, 1.1 * craft.spacecraft.inertia)
 
 
+class WithField(NamedTuple):
+    """Measurement with the fields of a magnetometer and a Sun sensor."""
+
+    attitude: Any
+    rate: Any
+    wheel_speed: Any
+    wheel_measured: Any
+    magnetometer: Any
+    sun_sensor: Any
+
+
+IN_FIELD = WithField(*SENSED, jnp.array([1e-5, -3e-5, 2e-5]), jnp.array([0.6, 0.0, 0.8]))
+
+
+class Spin(NamedTuple):
+    """Sensor without memory of the sum of the wheel speeds."""
+
+    def __call__(self, state, time, key):
+        return jnp.sum(state.wheel_speed) + time
+
+
 class TrueSpin(NamedTuple):
     """Sensor of the sum of the wheel speeds, without noise."""
 
@@ -245,6 +266,7 @@ def examples():
             spacecraft.AddedSensors(spacecraft.SpacecraftSensor(GYROSTAT), {"spin": TrueSpin()}),
             GYROSTAT.start,
         ),
+        "Sampled": sensor(spacecraft.Sampled(Spin(), 4.0, 2.0), GYROSTAT.start),
         "FaultySensor, WheelTachometer": sensor(
             spacecraft.FaultySensor(
                 spacecraft.SpacecraftSensor(GYROSTAT, tachometer=WheelTachometer(0.1, 64.0, 0.02)),
@@ -313,6 +335,9 @@ def examples():
             ),
             SENSED_TWO,
         ),
+        "BCross": controller(control.BCross(CRAFT, 1e-3, 0.1), IN_FIELD),
+        "SunPointing": controller(control.SunPointing(CRAFT), IN_FIELD),
+        "RodUnloading": controller(control.RodUnloading(regulator, WHEELS, 0.1), IN_FIELD),
         # what controllers are made with
         "rotations.from_matrix": Step(rotations.from_matrix, (jnp.eye(3),)),
         "rotations.to_euler": Step(rotations.to_euler, (TARGET,)),

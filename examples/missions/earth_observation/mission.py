@@ -63,7 +63,7 @@ class MissionControl(eqx.Module):
         momentum = axes @ (inertia * speed)
         torque = self.torque(measurement, momentum, memory.period)
         motors = PseudoInverse()(axes, wheels.torque_limit, detector.works, -torque)
-        motors = within_limits(motors, jnp.asarray(wheels.torque_limit))
+        motors = within_limits(motors + detector.drag, jnp.asarray(wheels.torque_limit))
         rods = self.dipole(measurement.magnetometer, momentum)
         memory = Memory(self.detector.commanded(detector, motors), memory.period)
         return memory, Command(motors, rods, detector.works)

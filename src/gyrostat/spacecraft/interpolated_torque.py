@@ -16,8 +16,12 @@ from gyrostat.spacecraft.wheels_on_body import WheelsOnBody
 
 REACH = 0.02
 """Largest rotation of the body in one interval of interpolation, rad."""
-MOST = 1000.0
+MOST = 1000
 """Largest number of intervals of interpolation in one step."""
+
+
+_Parts = tuple[Any, GyrostatState, Bool[Array, ""]]
+"""Number of the next part, state, and whether all parts so far were resolved."""
 
 
 class InterpolatedTorque(eqx.Module):
@@ -63,19 +67,22 @@ def advanced_with_interpolated_torque(
     rate = contacts.body.rate(state)
     nutation = contacts.inverse @ to_body(state.attitude, state.momentum)
     fastest = jnp.sqrt(jnp.maximum(rate @ rate, nutation @ nutation))
-    count = jnp.ceil(jnp.clip(fastest * duration / REACH, 1.0, MOST))
+    count = jnp.ceil(jnp.clip(fastest * duration / REACH, 1.0, MOST)).astype(int)
     length = duration / count
 
-    def part(number: Scalar, carried: tuple[GyrostatState, Any]) -> tuple[GyrostatState, Any]:
-        state, fine = carried
+    def part(carried: _Parts) -> _Parts:
+        number, state, fine = carried
         time = contacts.started + number * length
         body = with_interpolated_torque(contacts, state, time, length)
         given = replace(contacts, body=body, started=time)
         state, resolved = advanced(given, state, length)
-        return state, fine & resolved
+        return number + 1, state, fine & resolved
 
-    first = state, jnp.array(True)
-    return jax.lax.fori_loop(0, count.astype(int), part, first)
+    def goes_on(carried: _Parts) -> Bool[Array, ""]:
+        # flight code needs an explicit bound
+        return (carried[0] < count) & (carried[0] < MOST)
+
+    return jax.lax.while_loop(goes_on, part, (0, state, jnp.array(True)))[1:]
 
 
 def with_interpolated_torque(
