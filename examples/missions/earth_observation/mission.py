@@ -7,8 +7,9 @@ respond is no longer used. The rods take momentum from the wheels.
 from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
-import gyrostat as gs
 import jax.numpy as jnp
+
+import gyrostat as gs
 from gyrostat.control import PseudoInverse, WheelFaultDetector
 from gyrostat.control.allocation.allocation import within_limits
 from gyrostat.core.rotations import error, to_body
@@ -36,6 +37,7 @@ class MissionControl(eqx.Module):
     damping: float = 0.8
     largest_error: Annotated[float, gs.Key("rad", least=0.0, positive=True)] = 0.2
     unloading: Annotated[float, gs.Key("1/s", least=0.0)] = 5e-3
+    dipole_limit: Annotated[float, gs.Key("A·m²", least=0.0)] = 0.4
     failure_torque: Annotated[float, gs.Key("N·m", least=0.0, positive=True)] = 4e-4
     spacecraft: Any = None  # given
     reference: Any = None  # given
@@ -61,10 +63,11 @@ class MissionControl(eqx.Module):
             memory.period,
         )
         momentum = axes @ (inertia * speed)
+        rods = self.dipole(measurement.magnetometer, momentum)
         torque = self.torque(measurement, momentum, memory.period)
+        torque = torque - jnp.cross(rods, measurement.magnetometer)
         motors = PseudoInverse()(axes, wheels.torque_limit, detector.works, -torque)
         motors = within_limits(motors + detector.drag, jnp.asarray(wheels.torque_limit))
-        rods = self.dipole(measurement.magnetometer, momentum)
         memory = Memory(self.detector.commanded(detector, motors), memory.period)
         return memory, Command(motors, rods, detector.works)
 
@@ -84,4 +87,5 @@ class MissionControl(eqx.Module):
 
     def dipole(self, field, momentum):
         """Dipole moments whose torque m x B takes momentum from the wheels, (3,), A·m²."""
-        return self.unloading * jnp.cross(momentum, field) / jnp.maximum(field @ field, 1e-12)
+        wanted = self.unloading * jnp.cross(momentum, field) / jnp.maximum(field @ field, 1e-12)
+        return jnp.clip(wanted, -self.dipole_limit, self.dipole_limit)
