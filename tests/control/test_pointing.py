@@ -57,6 +57,12 @@ def test_rate_toward_a_ground_target_is_that_of_the_line_of_sight():
         assert np.hypot(found[0], found[1]) == pytest.approx(float(across), rel=1e-9)
 
 
+def test_a_profile_is_a_tree_of_numbers():
+    for aim in (to_earth, TARGET):
+        leaves = jax.tree.leaves(Pointing.of(ORBIT, aim, AXIS, SECOND))
+        assert all(np.issubdtype(np.asarray(leaf).dtype, np.number) for leaf in leaves)
+
+
 def test_parallel_axes_are_refused():
     with pytest.raises(InputError, match="parallel"):
         Pointing.of(ORBIT, to_sun, [1.0, 0.0, 0.0], [-2.0, 0.0, 0.0]).check()

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Annotated, Self
 
+import equinox as eqx
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -10,7 +11,7 @@ from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, signed
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
 PARALLEL = 1e-6
@@ -49,6 +50,11 @@ class GroundTarget(Checked):
         return target - orbit.position(time), orbit.velocity(time)
 
 
+def _as_tree(aim: Aim) -> Aim:
+    """Aim as a tree of numbers, which a function is not."""
+    return aim if isinstance(aim, eqx.Module) else jax.tree_util.Partial(aim)
+
+
 class Pointing(Checked):
     """Attitude that points one body axis, and turns another one as near as possible to a direction.
 
@@ -62,7 +68,7 @@ class Pointing(Checked):
     """
 
     orbit: OrbitEnvironment
-    aim: Aim
+    aim: Aim = eqx.field(converter=_as_tree)
     body: Quaternion
 
     @classmethod
