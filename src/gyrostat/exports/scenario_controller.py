@@ -57,7 +57,8 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
                 rate if np.isfinite(rate) else None,
             )
     guard = MeasurementGuard.of(first, limits, scenario.guard or on_bad)
-    kinds = [k for k in (scenario.estimator, scenario.compensator) if k != "none"]
+    around = (scenario.estimator, scenario.unloading, scenario.compensator)
+    kinds = [kind for kind in around if kind != "none"]
     title = f"Attitude control of {scenario.name}: {', '.join([*kinds, scenario.controller])}"
     controller = setup.controller
     if scenario.reference == "fixed":
