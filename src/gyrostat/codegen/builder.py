@@ -176,11 +176,11 @@ class Builder:
         self.block.append(Fill(made, tuple(array.flat), self.where))
         return made, 0, [int(np.prod(array.shape[k + 1 :])) for k in range(array.ndim)]
 
-    def element(self, table: Table, index: Operand, offset: int, name: Name) -> Name:
+    def element(self, table: Table, index: Operand, offset: int, name: Name) -> Operand:
         """Append the reading of a table's element at an index plus a constant offset."""
         constant = Number("integer", offset)
-        if table.memory and isinstance(index, Number):
-            return table.parameter(int(index.value) + offset)
+        if (table.memory or table.values) and isinstance(index, Number):
+            return table.known(int(index.value) + offset)
         if not table.memory and offset:
             index = self.compute("add", index, constant, hint="index")
         operands = (index, constant) if table.memory else (index,)

@@ -1,4 +1,4 @@
-"""Large inputs, which stay in memory and are read at computed indices."""
+"""Large inputs and constants, which stay in memory and are read at computed indices."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ SMALL = 64
 
 @dataclass(frozen=True)
 class Data:
-    """Array of elements of a table that is an input, without a scalar for each.
+    """Array of elements of a table that is an input or a constant, without a scalar for each.
 
     Attributes:
-        table: Table in the memory of the inputs.
+        table: Table in the memory of the inputs, or constant table.
         places: Index in the table of each element of the array.
     """
 
@@ -37,8 +37,8 @@ class Data:
         return self.places.size
 
     def scalars(self) -> Scalars:
-        """Parameters for all elements."""
-        return one_by_one(self.shape, self.table.parameter, self.places)
+        """Operands for all elements."""
+        return one_by_one(self.shape, self.table.known, self.places)
 
     def strides(self) -> list[int] | None:
         """Distance in the table between neighbours along each axis; None if it is not constant."""

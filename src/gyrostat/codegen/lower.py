@@ -29,6 +29,7 @@ class Lowering:
         self._known: dict[int, tuple[Any, Function]] = {}
         self._groups = count(1)
         self._library_call: Source | None = None
+        self._large: dict[int, tuple[Any, Data | None]] = {}
 
     def graph(self, closed: Any, inputs: Sequence[Scalars | Data], block: Block) -> list[Scalars]:
         """Append a closed jaxpr to a block and return its results.
@@ -66,13 +67,18 @@ class Lowering:
             value = constant(atom)
             if value is None and atom in constants:
                 value = constants[atom]
-            return values[atom] if value is None else self._scope.numbers(value)
+            if value is None:
+                return values[atom]
+            return self._data(value) or self._scope.numbers(value)
+
+        def known(atom: Any) -> Scalars | Data | None:
+            value = constants.get(atom) if constant(atom) is None else constant(atom)
+            return values.get(atom) if value is None else self._data(value)
 
         for equation in jaxpr.eqns:
             where = self._library_call or source(equation, NOWHERE)
             build = Builder(equation, block, where, self._scope, self._groups, self._graph)
-            known = [values.get(a) if constant(a) is None else None for a in equation.invars]
-            self._refuse_arrays(build, known)
+            self._refuse_arrays(build, [known(atom) for atom in equation.invars])
             made = self._equation(build, [read(atom) for atom in equation.invars])
             made = self._narrowed(build, [made] if isinstance(made, np.ndarray) else made)
             values.update(zip(equation.outvars, made, strict=True))
@@ -85,9 +91,10 @@ class Lowering:
         inner, name = called(build.equation), build.equation.primitive.name
         if inner is not None:
             own = None if self._scope.in_place else own_function(build.equation, inner)
-            if own is None:
+            # C has no arrays as arguments of internal functions
+            if own is None or any(isinstance(array, Data) for array in given):
                 return self._graph(inner, given, build.block, build.where)
-            return self._call(own, inner, [build.scalars(array) for array in given], build)
+            return self._call(own, inner, [*given], build)
         if _stays_data(build.equation, given):
             data: Any = given[0]
             return moved(MOVES[name], build.params, data) if name in MOVES else [data]
@@ -99,6 +106,13 @@ class Lowering:
         if rule is None:
             raise build.refused("a primitive", COMPILED)
         return rule(build, *given)
+
+    def _data(self, value: Any) -> Data | None:
+        """Large constant as data of one table, wherever it is read; None if it is not large."""
+        # keep the constant alive with its table: the id of a deleted object may be reused
+        if id(value) not in self._large:
+            self._large[id(value)] = (value, self._scope.large(value))
+        return self._large[id(value)][1]
 
     def _narrowed(self, build: Builder, made: Sequence[Scalars | Data]) -> Sequence[Scalars | Data]:
         if build.equation.primitive.name not in OVERFLOWING:

@@ -53,6 +53,7 @@ class Table:
             the program fills.
         start: Index of its first word in that memory.
         parameters: Index -> parameter for the element at this index, of a table in memory.
+        values: Numbers of a constant table; () for other tables.
     """
 
     kind: Kind
@@ -62,6 +63,13 @@ class Table:
     memory: Literal["", "shared", "own"] = ""
     start: int = 0
     parameters: dict[int, Name] = field(default_factory=dict)
+    values: tuple[float | int | bool, ...] = ()
+
+    def known(self, index: int) -> "Operand":
+        """Element at a known index: a number of a constant table, a parameter of one in memory."""
+        if self.values:
+            return Number(self.kind, self.values[int(index)])
+        return self.parameter(index)
 
     def parameter(self, index: int) -> Name:
         """Parameter for the element at a known index, of a table in memory."""

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.codegen.data import Data
 from gyrostat.codegen.primitives import Scalars, one_by_one
-from gyrostat.codegen.program import Kind, Number
+from gyrostat.codegen.program import Kind, Number, Table
 from gyrostat.core.errors import InputError
 
 LARGEST = 1024
@@ -37,6 +38,7 @@ class Scope:
         narrow: Type -> operation that keeps integers of less than 64 bits within their range.
         longest: Largest number of passes of a scan whose rows are scalars; the rows of a longer
             scan are kept as tables.
+        constant_tables: Whether a constant of more elements than `largest` is kept as a table.
     """
 
     kind_of: Callable[[Any], Kind | None] = kind_of
@@ -47,12 +49,22 @@ class Scope:
     array: Callable[[Any], Any] = np.asarray
     narrow: Mapping[Any, str] = field(default_factory=dict)
     longest: float = np.inf
+    constant_tables: bool = False
 
     def kind(self, atom: Any) -> Kind:
         """Kind of number of a variable that may be lowered."""
         kind = self.kind_of(atom.aval.dtype)
         assert kind is not None  # `Lowering` refuses unsupported types
         return kind
+
+    def large(self, array: Any) -> Data | None:
+        """Constant array as data of a constant table; None if it is not large."""
+        array = self.array(array)
+        kind = self.kind_of(array.dtype)
+        if not self.constant_tables or kind is None or array.size <= self.largest:
+            return None
+        table = Table(kind, array.size, values=tuple(array.ravel().tolist()))
+        return Data(table, np.arange(array.size).reshape(array.shape))
 
     def numbers(self, array: Any) -> Scalars:
         """Array of constants.
@@ -70,4 +82,4 @@ class Scope:
         return one_by_one(array.shape, lambda value: Number(kind, value.item()), array)
 
 
-FLIGHT = Scope()
+FLIGHT = Scope(constant_tables=True)

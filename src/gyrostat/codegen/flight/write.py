@@ -111,10 +111,23 @@ class Writer:
             places: Destinations of an entry's results; those that the lines assign are in `done`.
         """
         self._last = last_branch(block, results, places) if places else None
+        self._constant_tables(block)
         self._count(block)
         self._uses.update(r for r in results if isinstance(r, Name))
         self._block(block, results)
         return self.taken_lines()
+
+    def _constant_tables(self, block: Block) -> None:
+        """Define the constant tables that a block reads."""
+        read = (s.table for s in statements(block) if isinstance(s, Assign) and s.table)
+        for table in dict.fromkeys(read):
+            if table.values:
+                name = self.name(table, f"{table.hint or 'constant'}_table")
+                every = ", ".join(
+                    self._dialect.number(Number(table.kind, v)).text for v in table.values
+                )
+                kind = self._dialect.type_of(table.kind)
+                self.line(f"static const {kind} {name}[{table.size}] = {{{every}}};")
 
     def taken_lines(self) -> list[str]:
         """Lines written since the last call; clears them."""
