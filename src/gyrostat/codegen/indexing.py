@@ -44,7 +44,7 @@ class _Pick:
             base = step if base == ZERO else self._build.compute("add", base, step, hint="index")
         return _Base(base, known)
 
-    def element(self, base: _Base, offset: Sequence[int], name: Name) -> Name:
+    def element(self, base: _Base, offset: Sequence[int], name: Name) -> Operand:
         """Element of that part at an offset from its start."""
         steps = sum(place * stride for place, stride in zip(offset, self._strides, strict=True))
         return self._build.element(self._table, base.computed, base.known + steps, name)

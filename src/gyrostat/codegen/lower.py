@@ -94,7 +94,7 @@ class Lowering:
             # C has no arrays as arguments of internal functions
             if own is None or any(isinstance(array, Data) for array in given):
                 return self._graph(inner, given, build.block, build.where)
-            return self._call(own, inner, [*given], build)
+            return self._call(own, inner, [build.scalars(array) for array in given], build)
         if _stays_data(build.equation, given):
             data: Any = given[0]
             return moved(MOVES[name], build.params, data) if name in MOVES else [data]

@@ -1,7 +1,7 @@
 """Attitude profiles along an orbit: a body axis points at the Earth, the Sun or a ground target."""
 
 from collections.abc import Callable
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 import equinox as eqx
 import numpy as np
@@ -50,7 +50,7 @@ class GroundTarget(Checked):
         return target - orbit.position(time), orbit.velocity(time)
 
 
-def _as_tree(aim: Aim) -> Aim:
+def _as_tree(aim: Any) -> Any:
     """Aim as a tree of numbers, which a function is not."""
     return aim if isinstance(aim, eqx.Module) else jax.tree_util.Partial(aim)
 
