@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from gyrostat.campaigns import Scenario
-from gyrostat.campaigns.build import build
+from gyrostat.campaigns.build import build, plan
 from gyrostat.campaigns.plans import plans_of
-from gyrostat.campaigns.reading.scenario_file import read_scenario
+from gyrostat.campaigns.reading.scenario_file import _read, read_scenario
 from gyrostat.campaigns.structure import structure_of
 from gyrostat.core.errors import InputError
 from gyrostat.core.rotations import error_angle, to_body, to_inertial
@@ -139,6 +139,34 @@ class Field:
     np.testing.assert_allclose(found, plans_of(scenario).orbit.field(3.0), rtol=1e-12)
     with pytest.raises(InputError, match=r"environment.torque.field: found .* without orbit"):
         read(part)
+
+
+def test_an_own_compensator_inside_the_unloading_gets_the_orbit(folder):
+    (folder / "inner.py").write_text(
+        """from typing import Any
+import equinox as eqx
+
+class Along(eqx.Module):
+    controller: Any = None
+    orbit: Any = None
+
+    def start(self, period):
+        return self.controller.start(period)
+
+    def __call__(self, memory, measurement):
+        return self.controller(memory, measurement)
+""",
+        encoding="utf-8",
+    )
+    rods = "limit = [0.1, 0.1, 0.1]\n"
+    text = '[compensator]\npython = "inner.py:Along"\n[[sensor]]\nkind = "magnetometer"\n'
+    text += f'[unloading]\nkind = "torque_rods"\n{rods}[[actuator]]\nkind = "torque_rods"\n{rods}'
+    (folder / "scenario.toml").write_text(HEAD + ORBIT + text, encoding="utf-8")
+    scenario = _read(folder / "scenario.toml", force=False)
+    plans = plan(scenario)
+    controller = build(structure_of(scenario), scenario.values, plans).controller
+    own = controller.controller
+    np.testing.assert_array_equal(own.inner.orbit.coefficients, plans.orbit.coefficients)
 
 
 @pytest.mark.parametrize(

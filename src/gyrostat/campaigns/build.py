@@ -1,6 +1,6 @@
 """Build the plant, controller, sensor and initial state of a run from a scenario."""
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -180,11 +180,11 @@ def _plant(structure: Structure, values: Values, options: Values, plans: Plans, 
     own["friction_steps"] = friction_steps_of(structure, values, craft.wheels.friction)
     given = {"spacecraft": plans.known, "orbit": orbit}
     torques = named_parts(structure, values, "environment.torque", **given)
-    budget = Budget(craft, environment_torques(own) | torques, {}) if structure.budget else None
+    actuators = named_parts(structure, values, "actuator", **given)
+    every = environment_torques(own) | torques
+    budget = Budget(craft, every, actuators) if structure.budget else None
     own["environment"] = (*own.get("environment", ()), *torques.values())
-    own["actuators"] = named_parts(structure, values, "actuator", **given)
-    if budget is not None:
-        budget = replace(budget, actuators=own["actuators"])
+    own["actuators"] = actuators
     own["modes"] = modes_of_run(structure, values, craft)
     plant: Any = Gyrostat(craft, failures_of(structure, values), **own)
     error = stacked(values, "start.attitude_error")
@@ -234,11 +234,12 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
         plans.known,
         structure.command_delay,
     )
+    controller = in_orbit(controller, orbit)
     controller = chosen(structure, "unloading").make(
         options_of(values, "unloading"), controller, plans.known
     )
     controller = chosen(structure, "estimator").make(
-        options_of(values, "estimator"), in_orbit(controller, orbit), plans.known, plans.sensors
+        options_of(values, "estimator"), controller, plans.known, plans.sensors
     )
     controller = in_orbit(controller, orbit)
     sensor = chosen(structure, "sensors").make(options_of(values, "sensors"), plant, plans.known)

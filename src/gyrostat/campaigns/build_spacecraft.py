@@ -44,10 +44,7 @@ def spacecraft_of(structure: Structure, values: Values) -> Spacecraft:
     centre = None
     if "body.centre_of_mass.x" in structure.keys:
         centre = jnp.stack([jnp.asarray(values[f"body.centre_of_mass.{axis}"]) for axis in AXES])
-    surfaces = None
-    if structure.surfaces:
-        rows = np.array(structure.surfaces)
-        surfaces = Surfaces(rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7], rows[:, 8])
+    surfaces = Surfaces.of_rows(np.array(structure.surfaces)) if structure.surfaces else None
     return Spacecraft(inertia, wheels, values.get("body.mass"), centre, surfaces)
 
 

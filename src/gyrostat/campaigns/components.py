@@ -38,7 +38,7 @@ class Component:
             that it cannot validate values.
         unit: Unit of the value of a sensor or metric.
         texts: Names of keys that are texts; their reader stores them.
-        needs: What the scenario must have for it: "orbit", "surfaces".
+        needs: What the scenario must have for it, keys of `gyrostat.campaigns.kinds.NEEDS`.
     """
 
     meaning: str

@@ -33,16 +33,20 @@ class InterpolatedTorque(eqx.Module):
     0.25 s.
 
     Attributes:
-        spacecraft: Body and wheels.
-        body: Plant with the torques `exact_torque` over attitude and time, not interpolated.
+        body: Plant with `spacecraft`, and with the torque `exact_torque` over attitude and time,
+            which is not interpolated.
         started: Time at the start, s.
         cubic: Coefficients of the powers of time from the start, (4, 3), N·m/s^k.
     """
 
-    spacecraft: Spacecraft
     body: Any
     started: Scalar
     cubic: tuple[Vector3, Vector3, Vector3, Vector3]
+
+    @property
+    def spacecraft(self) -> Spacecraft:
+        """Body and wheels."""
+        return self.body.spacecraft
 
     def torque(self, attitude: Quaternion, time: Scalar) -> Vector3:
         """External torque in body axes, (3,), N·m, at a time, s."""
@@ -109,7 +113,7 @@ def with_interpolated_torque(
     mean = (last - start) / length
     square = (3.0 * mean - 2.0 * slope - last_slope) / length
     cube = (slope + last_slope - 2.0 * mean) / length**2
-    return InterpolatedTorque(plant.spacecraft, plant, time, (start, slope, square, cube))
+    return InterpolatedTorque(plant, time, (start, slope, square, cube))
 
 
 def _end(

@@ -217,10 +217,7 @@ def _spacecraft_values(file: SpacecraftFile) -> dict[str, float]:
 def _surfaces(craft: SpacecraftFile) -> tuple[tuple[float, ...], ...]:
     """Facets as rows; see `Scenario.surfaces`."""
     made = craft.spacecraft.surfaces
-    if made is None:
-        return ()
-    columns = (made.area, made.normal, made.centre, made.specular, made.diffuse)
-    return tuple(map(tuple, np.column_stack(columns).tolist()))
+    return () if made is None else tuple(map(tuple, made.rows().tolist()))
 
 
 def _steps(run: Table, values: dict[str, float]) -> tuple[int, int]:
