@@ -107,6 +107,16 @@ def three(name: str, unit: str = "") -> Rule:
     return Rule(wanted, test)
 
 
+def direction(name: str) -> Rule:
+    """Rule: a vector with a direction, neither zero nor NaN; `name` is for the message."""
+
+    def test(value: Any) -> None:
+        if not np.all(np.linalg.norm(np.asarray(value, dtype=float), axis=-1) > 0.0):
+            raise InputError(f"{name}: found no direction, expected a vector")
+
+    return Rule("a direction", test)
+
+
 class Checked(eqx.Module):
     """Base class of plants, sensors, controllers and other parts that validate their parameters.
 

@@ -8,8 +8,7 @@ import numpy as np
 from gyrostat.control.allocation.allocation import PseudoInverse, within_limits
 from gyrostat.control.measured import measured
 from gyrostat.core.arrays import Scalar, Vector3
-from gyrostat.core.checked import Checked, positive, signed
-from gyrostat.core.errors import InputError
+from gyrostat.core.checked import Checked, direction, positive, signed
 from gyrostat.core.jax64 import jnp
 from gyrostat.spacecraft import Spacecraft, WheelTorqueCommand
 from gyrostat.wheel.array import listed, zeros
@@ -55,20 +54,13 @@ class SunPointing(Checked):
     """
 
     spacecraft: Spacecraft
-    axis: Vector3 = eqx.field(converter=listed, default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    axis: Annotated[Vector3, direction("axis of the sun pointing")] = eqx.field(
+        converter=listed, default_factory=lambda: np.array([0.0, 0.0, 1.0])
+    )
     turn_gain: Annotated[Scalar, positive("turn gain", "1/s")] = 0.05
     rate_gain: Annotated[Scalar, positive("rate gain", "1/s")] = 0.2
     largest_rate: Annotated[Scalar, positive("largest rate", "rad/s")] = 0.02
     search_rate: Annotated[Vector3, signed("size of the search rate", "rad/s")] = zeros()
-
-    def check_own(self) -> None:
-        """Validate the axis.
-
-        Raises:
-            InputError: It is zero or not finite.
-        """
-        if not np.all(np.linalg.norm(np.asarray(self.axis, dtype=float), axis=-1) > 0.0):
-            raise InputError("axis of the sun pointing: found no direction, expected a vector")
 
     def start(self, period: Scalar) -> tuple[()]:
         """Initial memory; empty."""

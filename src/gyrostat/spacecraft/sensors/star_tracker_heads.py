@@ -7,8 +7,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
-from gyrostat.core.checked import Checked, limit, positive, signed, size
-from gyrostat.core.errors import InputError
+from gyrostat.core.checked import Checked, direction, limit, positive, signed, size
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import angle_between, from_rotation_vector, product, to_inertial
@@ -42,22 +41,13 @@ class StarTrackerHead(Checked):
     orbit: OrbitEnvironment
     across: Annotated[Scalar, positive("star tracker sigma across the boresight", "rad")]
     about: Annotated[Scalar, positive("star tracker sigma about the boresight", "rad")]
-    boresight: Vector3 = eqx.field(
+    boresight: Annotated[Vector3, direction("boresight of a star tracker")] = eqx.field(
         converter=listed, default_factory=lambda: np.array([0.0, 0.0, 1.0])
     )
     misalignment: Annotated[Vector3, signed("size of the head's misalignment", "rad")] = zeros()
     sun_exclusion: Annotated[Scalar, size("sun exclusion angle", "rad")] = 0.0
     earth_exclusion: Annotated[Scalar, size("earth exclusion angle", "rad")] = 0.0
     rate_limit: Annotated[Scalar, limit("star tracker rate limit", "rad/s")] = np.inf
-
-    def check_own(self) -> None:
-        """Validate the boresight.
-
-        Raises:
-            InputError: It is zero or not finite.
-        """
-        if not np.all(np.linalg.norm(np.asarray(self.boresight, dtype=float), axis=-1) > 0.0):
-            raise InputError("boresight of a star tracker: found no direction, expected a vector")
 
     def sees(self, motion: BodyMotion, time: Scalar) -> Bool[Array, ""]:
         """Whether the head is not blind.

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
-from gyrostat.core.checked import Checked, positive, signed, size
+from gyrostat.core.checked import Checked, direction, positive, signed, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import angle_between, from_rotation_vector, to_body, to_inertial
@@ -93,20 +93,11 @@ class SunSensor(Checked):
     orbit: OrbitEnvironment
     sigma: Annotated[Scalar, size("sun sensor sigma", "rad")] = 0.0
     misalignment: Annotated[Vector3, signed("size of the sun sensor misalignment", "rad")] = zeros()
-    boresight: Vector3 = eqx.field(
+    boresight: Annotated[Vector3, direction("boresight of the sun sensor")] = eqx.field(
         converter=listed, default_factory=lambda: np.array([0.0, 0.0, 1.0])
     )
     field_of_view: Annotated[Scalar, positive("field of view", "rad")] = np.pi
     unit = "1"
-
-    def check_own(self) -> None:
-        """Validate the boresight.
-
-        Raises:
-            InputError: It is zero or not finite.
-        """
-        if not np.all(np.linalg.norm(np.asarray(self.boresight, dtype=float), axis=-1) > 0.0):
-            raise InputError("boresight of the sun sensor: found no direction, expected a vector")
 
     def __call__(self, state: Any, time: Scalar, key: PRNGKeyArray) -> Vector3:
         """Measured direction, (3,), or zero; see `InstantSensor`."""
