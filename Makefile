@@ -19,7 +19,7 @@ PINS := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test soak peers check lint format types contracts docs clean
+.PHONY: help demo test soak peers check lint format types contracts docs types-and-docs clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -80,8 +80,13 @@ docs: $(VENV)/.check
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "The documentation: docs/_build/html/index.html"
 
+# Both take one core, for minutes.
+types-and-docs: $(VENV)/.check
+	@$(MAKE) --no-print-directory types & types=$$!; \
+	  $(MAKE) --no-print-directory docs; docs=$$?; wait $$types && exit $$docs
+
 # The tests stand last, so that their closing line is the last one seen.
-check: lint format types contracts docs test
+check: lint format contracts types-and-docs test
 
 clean:
 	rm -rf build dist demo-out docs/_build .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -3,6 +3,7 @@
 import gc
 import importlib.util
 import os
+import shutil
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -27,8 +28,9 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 _cache = (Path(__file__).parents[1] / ".pytest_cache" / "compiled").resolve()
 os.environ.setdefault("GYROSTAT_CACHE", str(_cache))
 os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(Path(os.environ["GYROSTAT_CACHE"]) / "jax"))
-os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.3")
+os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.05")
 
+C_COMPILER = os.environ.get("CC") or next(filter(shutil.which, ("cc", "gcc", "clang")), "")
 # As the command line does: tracing makes many objects, and collecting them often finds none.
 gc.set_threshold(200_000)
 
@@ -73,6 +75,11 @@ def pytest_collection_modifyitems(items):
         return places.get(item.path.relative_to(here).with_suffix("").as_posix(), len(places))
 
     items.sort(key=place)
+    # The process of the shared campaign, and all that is compared with it, compile alike.
+    shared = {item.path for item in items if "small" in item.fixturenames}
+    for item in items:
+        if item.path in shared:
+            item.add_marker("optimised_c")
 
 
 def pytest_collection_finish():
@@ -96,15 +103,19 @@ def pytest_xdist_make_scheduler(config, log):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item):
-    """Compile without optimisation, except for tests marked `optimised`.
+    """Compile without optimisation, except for tests marked `optimised` or `optimised_c`.
 
-    Most tests compile for longer than they run, and XLA then needs half the time. Processes that a
-    test starts keep the flags above, or those of the product.
+    Most tests compile for longer than they run. XLA then needs half the time, and the C compiler a
+    fifth. Tests of codegen, of the numbers of both engines and of the shared campaign compile C as
+    for users. Processes that a test starts keep the XLA flags above.
     """
     from gyrostat.core.jax64 import jax
 
     optimised = item.get_closest_marker("optimised") is not None
     jax.config.update("jax_disable_most_optimizations", not optimised)
+    own = "codegen" in item.path.parts or item.get_closest_marker("optimised_c") is not None
+    if C_COMPILER:
+        os.environ["CC"] = C_COMPILER if optimised or own else f"{C_COMPILER} -O0"
 
 
 @pytest.fixture

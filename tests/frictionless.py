@@ -24,8 +24,9 @@ class Frictionless(eqx.Module):
     def rate(self, state):
         return self.gyrostat.rate(state)
 
-    def without_modes(self):
-        return self.gyrostat.without_modes()
+    @property
+    def modes(self):
+        return self.gyrostat.modes
 
     def __call__(self, state, command, time, duration):
         """dq/dt, dH/dt and dw/dt."""

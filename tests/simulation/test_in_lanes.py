@@ -14,7 +14,10 @@ from gyrostat.simulation import Status, simulate, simulation, stack
 from gyrostat.spacecraft import Gyro, TableSensors
 from gyrostat.wheel import Tachometer
 
-pytestmark = pytest.mark.skipif(compiler() is None, reason="needs a C compiler")
+pytestmark = [
+    pytest.mark.skipif(compiler() is None, reason="needs a C compiler"),
+    pytest.mark.optimised_c,  # numbers of both engines
+]
 PERIOD, COUNT = 0.1, 100
 NOISY = TableSensors(Gyro(1e-4), Tachometer(0.3))
 

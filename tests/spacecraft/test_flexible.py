@@ -33,6 +33,8 @@ from gyrostat.spacecraft import (
 from gyrostat.wheel import Driver, WheelArray
 from gyrostat.wheel.friction import Stribeck
 
+pytestmark = pytest.mark.optimised_c  # numbers of both engines
+
 INERTIA = np.array([[10.0, 0.5, 0.2], [0.5, 12.0, -0.3], [0.2, -0.3, 15.0]])
 PYRAMID = np.array([[1.0, 1, 1], [1, -1, 1], [-1, 1, 1], [-1, -1, 1]]).T / np.sqrt(3.0)
 ROTORS = np.array([0.010, 0.012, 0.009, 0.011])
@@ -406,6 +408,7 @@ def wider(plant):
 def test_wrappers_keep_the_modes():
     """Balanced wheels and ideal motors under every wrapper fly as without it."""
     inner = dataclasses.replace(built(VISCOUS), failures=None)
+    inner = dataclasses.replace(inner, spacecraft=dataclasses.replace(inner.spacecraft, mass=50.0))
     none = Imbalance(np.zeros(4), np.zeros(4), np.zeros((3, 4)))
     driven = DrivenGyrostat(ImbalancedGyrostat(inner, none), Driver(), 0.05)
     motion = {"rate": [0.02, -0.03, 0.01], "wheel_speed": 20.0, "modal_coordinate": [0.05, -0.02]}
@@ -425,26 +428,6 @@ def test_wrappers_keep_the_modes():
     # the momenta of the modes stay, the body rate steps
     np.testing.assert_array_equal(plant.rate(later), wider(driven).rate(driven.start(**motion)))
     assert np.max(np.abs(plant.rate(later) - plant.rate(start))) > 1e-3
-
-
-def test_imbalance_well_above_the_modes_shakes_the_body_without_them():
-    """Jitter in closed form against the same torque on the body, with the modes in motion."""
-    craft = built(SMOOTH, dataclasses.replace(MODES, translation=np.zeros((2, 3))))
-    speed = 300.0
-    imbalance = Imbalance(np.zeros(4), np.array([1e-6, 0.0, 0.0, 0.0]), np.zeros((3, 4)))
-    shaken = ImbalancedGyrostat(craft, imbalance)
-    start = shaken.start(wheel_speed=[speed, 0.0, 0.0, 0.0])
-    jitter = np.asarray(shaken.rate(start) - shaken.balanced_rate(start))
-    inverse = np.linalg.inv(INERTIA - MODES.participation.T @ MODES.participation)
-    _, torque = imbalance.loads(PYRAMID, start.wheel_speed, np.zeros(4) - 0.5 * np.pi)
-    # the torque a quarter turn ago is that whose integral is the momentum now
-    np.testing.assert_allclose(jitter, inverse @ np.asarray(torque) / speed, rtol=1e-9)
-    participation, mass, drag, stiffness = matrices(craft.modes)
-    s = 1j * speed
-    dynamic = s**2 * mass + s * drag + stiffness
-    response = INERTIA + participation.T @ np.linalg.solve(dynamic, -(s**2) * participation)
-    exact = np.linalg.solve(response, np.asarray(torque))
-    np.testing.assert_allclose(inverse @ np.asarray(torque), exact.real, rtol=2e-3)
 
 
 @pytest.mark.parametrize(

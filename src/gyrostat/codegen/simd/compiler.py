@@ -30,7 +30,8 @@ With GCC before 13, loading such a library makes the whole process treat subnorm
 def compiler() -> tuple[str, ...] | None:
     """Command line that starts with the C compiler; None if there is none.
 
-    The compiler is the one named by `CC`, which may include flags, otherwise cc, gcc or clang.
+    The compiler is the one named by `CC`, which may include flags, otherwise cc, gcc or clang. In
+    the native engine, flags of `CC` replace those of `FLAGS`.
     """
     named = os.environ.get("CC", "")
     wanted = [(named,), named.split()] if named.split() else [("cc",), ("gcc",), ("clang",)]
@@ -216,9 +217,13 @@ def _cache() -> Cache:
 def _entry(text: str, more: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:
     """Name of a module's entry in the cache, and the compiler's command without the files."""
     found = required()
-    parts = (header(), text, compiler_version(), *FLAGS, *more, instructions())
+    # the last of contradicting flags counts
+    named = [*found, "-"]
+    count = next(k for k, word in enumerate(named) if word.startswith("-"))
+    command = (*found[:count], *FLAGS, *more, *found[count:])
+    parts = (header(), text, compiler_version(), *command[1:], instructions())
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
-    return f"lanes-{digest}", (*found, *FLAGS, *more)
+    return f"lanes-{digest}", command
 
 
 def _compile(cache: Cache, text: str, command: tuple[str, ...]) -> bytes:
