@@ -17,7 +17,7 @@ import numpy as np
 
 from gyrostat.codegen.flight.measure import FLAGS, measure
 from gyrostat.codegen.simd import compiler
-from gyrostat.control import AttitudePID, EstimatingCompensator
+from gyrostat.control import AttitudePID, EstimatingCompensator, Guarded
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports import TARGETS, files
 from gyrostat.wheel import Wheel
@@ -87,13 +87,13 @@ def in_jax(target, steps):
     """Nanoseconds a step of the same loop as one scan."""
     angle = 0.001 * (np.arange(steps) % 6283)
     (step,) = target.steps
+    if target.name == "compensator":
+        guard = step.arguments["guard"]
+        first_input = jax.tree.map(lambda values: values[0], target.inputs["measurement"])
 
     def compensate(memory, angle):
-        memory, command = step.function(
-            COMPENSATOR, memory, target.inputs["measurement"]._replace(
-                attitude=1e-3 * angle, rate=jnp.array(1e-4), speed=3.0 - angle
-            )
-        )  # fmt: skip
+        seen = first_input._replace(attitude=1e-3 * angle, rate=jnp.array(1e-4), speed=3.0 - angle)
+        memory, command, _ = step.function(COMPENSATOR, guard, memory, seen)
         return memory, command.current
 
     def move(speed, angle):
@@ -101,7 +101,7 @@ def in_jax(target, steps):
         return speed, resolved
 
     body, first = (
-        (compensate, COMPENSATOR.start(PERIOD))
+        (compensate, Guarded(COMPENSATOR, guard).start(PERIOD))
         if target.name == "compensator"
         else (move, jnp.array(-1.0))
     )

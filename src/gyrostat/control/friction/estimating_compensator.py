@@ -17,6 +17,10 @@ from gyrostat.wheel.friction import Friction, static_curve
 
 MOMENTUM_FREQUENCY = 0.05
 """Natural frequency of the momentum filter in `EstimatingCompensator.tuned`, rad/s."""
+BANDWIDTH = 6.0
+"""Bandwidth of the rate observer in `EstimatingCompensator.tuned`, rad/s."""
+SLOWER = 3.0
+"""Bandwidth of the observer over that of the rate loop."""
 SCALES = (0.3, 3.0)
 """Lower and upper limit of the friction scale."""
 
@@ -29,6 +33,8 @@ class EstimatingMemory(NamedTuple):
         momentum: Momentum estimate at the next sample.
         rate: Rate estimate at the next sample.
         scale: Friction of the wheel over friction of the model.
+        undisturbed: Rate that the torque of the attitude law alone would give, predicted to the
+            time at which the next command acts, rad/s.
         under_way: Known torques on the table from delayed commands, (delay,), N·m.
     """
 
@@ -36,6 +42,7 @@ class EstimatingMemory(NamedTuple):
     momentum: MomentumEstimate
     rate: RateEstimate
     scale: Float[Array, ""]
+    undisturbed: Scalar
     under_way: Float[Array, " delay"]
 
 
@@ -44,7 +51,8 @@ class EstimatingCommand(NamedTuple):
 
     Attributes:
         current: Motor current after the limit, A.
-        attitude_current: Current for the torque that the attitude law and the observer demand, A.
+        attitude_current: Current for the torque that attitude law, observer and rate loop demand,
+            A.
         friction_current: Current for the expected friction, A.
         estimated_speed: Predicted speed of the wheel in the middle of the control period in which
             the command acts, rad/s.
@@ -67,9 +75,15 @@ class EstimatingCompensator(Checked):
     - An observer of the table rate estimates the torque that the model does not explain, and the
       demanded torque cancels it. The part beyond the external torque of the momentum filter is
       friction; it adapts the scale of the friction model while the wheel turns.
-    - If the speed may be zero, its sign is not known, and compensation by that sign could hold the
-      wheel at rest. The compensation is then the breakaway torque in the direction of the demanded
-      torque. A small demand gets only a part of it, so that there is no limit cycle at rest.
+    - Until the observer has found a jump dF of friction, the table takes up the angular momentum
+      2 dF / bandwidth. A rate loop returns it: it holds the table to the undisturbed rate, which
+      the torque of the attitude law alone would have given. Its torque is at most the jump of
+      friction at zero speed. While the motor is saturated, the undisturbed rate follows the table
+      (anti-windup by tracking; K. J. Åström and T. Hägglund, PID Controllers, section 3.5).
+    - Near zero the sign of the speed is not known, and compensation by that sign could hold the
+      wheel at rest. The direction of the compensation is therefore the sum of the speed over its
+      uncertainty and of the needed torque over the breakaway torque, within -1 and 1. A small
+      demand at rest gets only a part of the breakaway torque, so that there is no limit cycle.
 
     `tuned` makes a compensator from a wheel model and the noise of its tachometer.
 
@@ -80,8 +94,9 @@ class EstimatingCompensator(Checked):
         momentum: Momentum filter, which gives the wheel speed.
         observer: Observer of the table rate and of the unexplained torque.
         learning_rate: Adaptation rate of the friction scale, 1/s.
-        band: Band of speed within which the wheel may stick, in standard deviations of the speed.
-        softness: Demanded torque over breakaway torque at which the compensation at rest is
+        band: Speed at which the compensation is complete without needed torque, in standard
+            deviations of the speed. From three times this speed on, only the speed decides.
+        softness: Needed torque over breakaway torque at which the compensation at rest is
             complete.
         current_limit: Limit of the motor current, A.
         delay: Number of control periods from a sample to the start of its command.
@@ -93,8 +108,8 @@ class EstimatingCompensator(Checked):
     momentum: WheelMomentumFilter
     observer: RateObserver
     learning_rate: Scalar = 0.1
-    band: Scalar = 4.0
-    softness: Scalar = 0.2
+    band: Scalar = 3.0
+    softness: Scalar = 0.6
     current_limit: Scalar = np.inf
     delay: int = eqx.field(static=True, default=0)
 
@@ -107,7 +122,7 @@ class EstimatingCompensator(Checked):
         frequency: Scalar,
         speed_sigma: Scalar,
         period: Scalar,
-        bandwidth: Scalar = 3.0,
+        bandwidth: Scalar = BANDWIDTH,
         current_limit: Scalar = np.inf,
         delay: int = 0,
     ) -> "EstimatingCompensator":
@@ -143,7 +158,7 @@ class EstimatingCompensator(Checked):
         speed_sigma: Scalar,
         period: Scalar,
         *,
-        bandwidth: Scalar = 3.0,
+        bandwidth: Scalar = BANDWIDTH,
         current_limit: Scalar = np.inf,
         delay: int = 0,
     ) -> "EstimatingCompensator":
@@ -151,7 +166,8 @@ class EstimatingCompensator(Checked):
 
         The momentum filter has the natural frequency `MOMENTUM_FREQUENCY`, which is (q / r)^(1/4)
         for a random walk in torque of density q and a measured momentum of density r. The observer
-        is as fast as control rate and delay allow: about 3 rad/s at 10 Hz with one period of delay.
+        is as fast as control rate, delay and gyro noise allow: 6 rad/s at 10 Hz with one or two
+        periods of delay. The rate loop is `SLOWER` times slower than the observer.
 
         Args:
             law: Attitude law.
@@ -182,6 +198,7 @@ class EstimatingCompensator(Checked):
             self.momentum.start(),
             self.observer.start(),
             jnp.array(1.0),
+            jnp.array(0.0),
             empty_line(jnp.zeros(()), self.delay),
         )
 
@@ -205,23 +222,39 @@ class EstimatingCompensator(Checked):
         turned = measurement.attitude + self.delay * period * rate.rate
         seen = measurement._replace(attitude=turned, rate=ahead.rate)
         law, torque = self.law(memory.law, seen)
-        demanded = torque + rate.torque
+        needed = torque + rate.torque
+        breakaway = self.friction.breakaway_torque(jnp.where(needed < 0.0, -1.0, 1.0))
+        gain = self.observer.inertia * self.observer.bandwidth / SLOWER
+        # the rate by which the rate loop demands the jump of friction at zero speed
+        jump = 2.0 * breakaway / gain
+        gained = jnp.clip(ahead.rate - memory.undisturbed, -jump, jump)
+        demanded = needed + gain * gained
         speed, sigma = self.momentum.speed(later, ahead.rate)
         # the command is held for a period, so the speed at its middle is used
         speed = speed + 0.5 * period * momentum.torque / self.momentum.wheel_inertia
-        scale = self._learned(memory.scale, rate, momentum, speed, sigma, period)
-        friction = scale * self._expected_friction(speed, sigma, demanded)
+        # limited, so that a large demand does not outweigh a speed of certain sign
+        share = jnp.clip(needed / (self.softness * breakaway), -2.0, 2.0)
+        drive = share + speed / (self.band * sigma)
+        direction = jnp.where(drive < 0.0, -1.0, 1.0)
+        model = self.friction.torque(direction * jnp.abs(speed), direction)
+        missed = (rate.torque - momentum.torque) / model
+        # beyond 4 the wheel turns, whatever the demand
+        learned = jnp.where(jnp.abs(drive) > 4.0, self.learning_rate * period * missed, 0.0)
+        scale = jnp.clip(memory.scale + learned, *SCALES)
+        friction = scale * jnp.minimum(jnp.abs(drive), 1.0) * model
         parts = demanded / self.motor_constant, friction / self.motor_constant
         wished = parts[0] + parts[1]
         current = jnp.clip(wished, -self.current_limit, self.current_limit)
         law = self.law.within_limit(memory.law, law, wished - current)
         known = friction - self.motor_constant * current
         under_way, acting = pushed(memory.under_way, known)
+        undisturbed = RateEstimate(ahead.rate - gained, demanded - torque)
         memory = EstimatingMemory(
             law,
             self.momentum.predict(momentum, period),
             self.observer.predict(rate, acting, period),
             scale,
+            self.observer.predict(undisturbed, known, period).rate,
             under_way,
         )
         return memory, EstimatingCommand(current, *parts, speed, momentum.torque, scale)
@@ -229,7 +262,7 @@ class EstimatingCompensator(Checked):
     def predicted(
         self, memory: EstimatingMemory, measurement: Any, command: EstimatingCommand
     ) -> EstimatingMemory:
-        """Memory after a period without a sample: both estimates are predicted.
+        """Memory after a period without a sample: the estimates are predicted.
 
         Args:
             memory: Memory from the last sample.
@@ -240,28 +273,12 @@ class EstimatingCompensator(Checked):
         period = memory.law.period
         known = self.motor_constant * (command.friction_current - command.current)
         under_way, acting = pushed(memory.under_way, known)
+        undisturbed = RateEstimate(memory.undisturbed, memory.rate.torque)
         return EstimatingMemory(
             memory.law,
             self.momentum.predict(memory.momentum, period),
             self.observer.predict(memory.rate, acting, period),
             memory.scale,
+            self.observer.predict(undisturbed, known, period).rate,
             under_way,
-        )
-
-    def _expected_friction(self, speed: Scalar, sigma: Scalar, demanded: Scalar) -> Scalar:
-        """Friction of the model; near zero speed, in the direction of the demanded torque."""
-        breakaway = self.friction.breakaway_torque(jnp.where(demanded < 0.0, -1.0, 1.0))
-        stick = jnp.clip(demanded / (self.softness * breakaway), -1.0, 1.0)
-        drive = jnp.where(jnp.abs(speed) < self.band * sigma, stick, jnp.sign(speed))
-        direction = jnp.where(drive < 0.0, -1.0, 1.0)
-        return jnp.abs(drive) * self.friction.torque(direction * jnp.abs(speed), direction)
-
-    def _learned(self, scale, rate, momentum, speed, sigma, period):
-        """Friction scale, adapted by the observed torque beyond the external torque."""
-        direction = jnp.where(speed < 0.0, -1.0, 1.0)
-        model = self.friction.torque(speed, direction)
-        missed = (rate.torque - momentum.torque) / model
-        turning = jnp.abs(speed) > 2.0 * self.band * sigma
-        return jnp.where(
-            turning, jnp.clip(scale + self.learning_rate * period * missed, *SCALES), scale
         )

@@ -47,6 +47,11 @@ class Stribeck(Friction):
             speed, direction, self.viscous, self.coulomb, self.static, self.stribeck_speed
         )
 
+    def breakaway_torque(self, direction: Scalar) -> Scalar:
+        """Static torque; see `Friction.breakaway_torque`."""
+        # shorter and faster in flight code than the curve at zero speed
+        return jnp.broadcast_arrays(jnp.asarray(self.static), jnp.asarray(direction))[0]
+
     def viscous_torque(self, speed: Scalar, direction: Scalar) -> Scalar:
         """See `Friction.viscous_torque`."""
         return self.viscous * speed
