@@ -170,7 +170,13 @@ def examples():
     )
     lugre = spacecraft.AirBearingTable(0.495, Wheel(1.5e-3, 0.0228, LuGre(FRICTION, 10.0, 0.01)))
     speeds = spacecraft.WheelSpeedCommand(jnp.full(2, 0.5))
-    imbalance = spacecraft.Imbalance(np.full(4, 1e-6), np.full(4, 1e-7), 0.1 * AXES)
+    imbalance = spacecraft.Imbalance(
+        np.full(4, 1e-6),
+        np.full(4, 1e-7),
+        0.1 * AXES,
+        spacecraft.WheelHarmonics.single(2.0, 4, force=1e-7, torque=1e-8, axial=1e-7, phase=0.4),
+        spacecraft.WheelStructure(*(np.full(4, x) for x in (900.0, 0.02, 400.0, 0.01, 1.8))),
+    )
     tuner = control.SafeFrit(
         feedback=jnp.full(2, 0.1),
         reference=control.FirstOrderLags(jnp.full(2, 0.1)),
@@ -337,6 +343,12 @@ def examples():
         ),
         "BCross": controller(control.BCross(CRAFT, 1e-3, 0.1), IN_FIELD),
         "SunPointing": controller(control.SunPointing(CRAFT), IN_FIELD),
+        "ThrusterUnloading": controller(
+            control.ThrusterUnloading(
+                regulator, WHEELS, 0.1, 0.02, begin=1e-3, end=5e-4, impulse=1e-4
+            ),
+            IN_FIELD,
+        ),
         "RodUnloading": controller(control.RodUnloading(regulator, WHEELS, 0.1), IN_FIELD),
         # what controllers are made with
         "rotations.from_matrix": Step(rotations.from_matrix, (jnp.eye(3),)),

@@ -82,7 +82,7 @@ def test_least_squares_is_the_pseudo_inverse_and_both_give_the_nearest_torque(na
     torque = np.random.default_rng(seed).normal(size=3)
     wanted = np.linalg.pinv(axes * works, rcond=1e-9) @ torque
     found = np.asarray(SQUARES(axes, np.ones(COUNT), works, torque))
-    assert np.allclose(found, wanted, atol=2e-6 * np.max(np.abs(wanted), initial=1.0))
+    assert np.allclose(found, wanted, atol=1e-9 * np.max(np.abs(wanted), initial=1.0))
     other = np.asarray(LARGEST(axes, np.ones(COUNT), works, torque))
     assert np.allclose(axes @ other, (axes * works) @ wanted, atol=1e-9)
 

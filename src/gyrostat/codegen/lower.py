@@ -1,6 +1,7 @@
 """Lower a jaxpr to a program of scalars: arrays become scalars, functions and loops remain."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import count
 from typing import Any
 
@@ -10,7 +11,7 @@ from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.control_flow import argument_name, is_rows
 from gyrostat.codegen.data import Data, moved
 from gyrostat.codegen.primitives import ALIKE, COMPILED, MOVES, OVERFLOWING, Scalars
-from gyrostat.codegen.program import Block, Call, Function
+from gyrostat.codegen.program import Block, Call, Function, Table
 from gyrostat.codegen.rules import RULES
 from gyrostat.codegen.scope import FLIGHT, Scope
 from gyrostat.codegen.source import NOWHERE, Source, refused, source
@@ -30,6 +31,7 @@ class Lowering:
         self._groups = count(1)
         self._library_call: Source | None = None
         self._large: dict[int, tuple[Any, Data | None]] = {}
+        self._tables: dict[tuple[str, bytes], Table] = {}
 
     def graph(self, closed: Any, inputs: Sequence[Scalars | Data], block: Block) -> list[Scalars]:
         """Append a closed jaxpr to a block and return its results.
@@ -108,10 +110,18 @@ class Lowering:
         return rule(build, *given)
 
     def _data(self, value: Any) -> Data | None:
-        """Large constant as data of one table, wherever it is read; None if it is not large."""
+        """Large constant as data of one table, wherever it is read; None if it is not large.
+
+        Constants with equal elements are one table.
+        """
         # keep the constant alive with its table: the id of a deleted object may be reused
         if id(value) not in self._large:
-            self._large[id(value)] = (value, self._scope.large(value))
+            data = self._scope.large(value)
+            if data is not None:
+                elements = np.array(data.table.values).tobytes()
+                table = self._tables.setdefault((data.table.kind, elements), data.table)
+                data = replace(data, table=table)
+            self._large[id(value)] = (value, data)
         return self._large[id(value)][1]
 
     def _narrowed(self, build: Builder, made: Sequence[Scalars | Data]) -> Sequence[Scalars | Data]:

@@ -7,7 +7,8 @@ from gyrostat.exports.folder import files
 from gyrostat.exports.parts import Part, part_kind
 from gyrostat.exports.scenario_controller import scenario_controller
 from gyrostat.exports.sheet import sheet
-from gyrostat.exports.targets import TARGETS, Target
+from gyrostat.exports.target import Target
+from gyrostat.exports.targets import TARGETS
 
 __all__ = [
     "TARGETS",

@@ -11,7 +11,7 @@ from gyrostat.codegen.flight.module import Entry, Module, Port, Precision, call
 from gyrostat.codegen.flight.structs import Struct, scalars
 from gyrostat.codegen.program import Number
 from gyrostat.core.jax64 import jax
-from gyrostat.exports.targets import STEPS, Target
+from gyrostat.exports.target import STEPS, Target
 from gyrostat.exports.template import filled
 
 TOLERANCE = {"double": 1e-12, "float": 1e-3}

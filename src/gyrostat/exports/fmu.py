@@ -27,7 +27,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.files import whole_file
 from gyrostat.core.jax64 import jax
 from gyrostat.exports.model_description import Variable, model_description
-from gyrostat.exports.targets import Target
+from gyrostat.exports.target import Target
 from gyrostat.exports.template import filled
 from gyrostat.exports.unit_text import unit_of
 

@@ -6,9 +6,10 @@ from gyrostat.codegen.flight.header import declaration, prototype
 from gyrostat.codegen.flight.measure import FLAGS, OPTIMISATION, Compiled, measure
 from gyrostat.codegen.flight.module import Module, Precision, call
 from gyrostat.codegen.flight.operation_count import CLASSES, ELEMENTARY, operations
-from gyrostat.codegen.program import Call, Function, statements
+from gyrostat.codegen.program import Assign, Call, Function, statements
+from gyrostat.codegen.scope import LARGEST
 from gyrostat.exports.check_program import TOLERANCE, program
-from gyrostat.exports.targets import STEPS, Target
+from gyrostat.exports.target import STEPS, Target
 from gyrostat.exports.template import filled
 
 
@@ -73,6 +74,7 @@ def _readme(
         "## Resources",
         "",
         *_costs(target, module, compiled),
+        *_tables(module),
         "",
         "## Test",
         "",
@@ -141,6 +143,21 @@ def _costs(target: Target, module: Module, compiled: Compiled | None) -> list[st
     return [
         *lines,
         f"By {compiled.compiler} with `{OPTIMISATION}`: {', '.join(told) or 'it compiles'}.",
+    ]
+
+
+def _tables(module: Module) -> list[str]:
+    """Description of the constant tables, for the README."""
+    made = (s for function in module.functions for s in statements(function.body))
+    read = {s.table for s in made if isinstance(s, Assign) and s.table and s.table.values}
+    if not read:
+        return []
+    sizes = ", ".join(str(size) for size in sorted(table.size for table in read))
+    return [
+        "",
+        f"Arrays of more than {LARGEST} numbers are constants of the code (`static const`, not on "
+        f"the stack): found {sizes} numbers. `{module.name}_parameters` does not set them; export "
+        "again to change them.",
     ]
 
 

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from gyrostat.codegen.program import Kind
-from gyrostat.exports.targets import Target
+from gyrostat.exports.target import Target
 from gyrostat.exports.unit_text import base_exponents
 
 

@@ -14,7 +14,8 @@ from gyrostat.campaigns.structure import measured_names, structure_of
 from gyrostat.control import FieldLimits, MeasurementGuard
 from gyrostat.control.measurement_guard import UNLIMITED
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.exports.targets import STEPS, Target, flight_loop
+from gyrostat.exports.target import STEPS, Target
+from gyrostat.exports.targets import flight_loop
 
 
 def scenario_controller(scenario: Scenario, on_bad: str) -> Target:

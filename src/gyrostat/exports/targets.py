@@ -1,13 +1,11 @@
 """Flight modules: functions, state and check run of each part that can be exported."""
 
-import inspect
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from gyrostat.codegen.flight.module import Entry
 from gyrostat.codegen.tracing import as_arrays
 from gyrostat.control import (
     CurrentMode,
@@ -20,11 +18,10 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.estimation import FrictionScaleFilter
 from gyrostat.exports import entries
 from gyrostat.exports.compensated_wheel import BodyMeasurement, CompensatedWheel
+from gyrostat.exports.target import STEPS, Target, flight_module
 from gyrostat.spacecraft import TableMeasurement
 from gyrostat.wheel import Wheel
 
-STEPS = 40
-"""Number of steps of the test run."""
 Limits = Mapping[str, FieldLimits] | None
 """Name of a measured field -> its limits; None to test only that values are finite."""
 UNITS = {
@@ -35,108 +32,6 @@ UNITS = {
     "duration": "s",
     "period": "s",
 }
-
-
-@dataclass(frozen=True)
-class Target:
-    """Flight module: a set of functions that is emitted as one C module.
-
-    Attributes:
-        name: Name of the module and prefix of its functions.
-        title: One-line title.
-        period: Control period that the parameters were tuned for, s.
-        begin: Functions called once, in this order.
-        steps: Functions called once in every period, in this order.
-        constants: Name -> value of constant arguments.
-        inputs: Name -> values of variable arguments in a test run; the first axis is the step.
-        units: Name -> unit of arguments and results that are single numbers.
-        on_bad: Safe command after a rejected sample; None if inputs are not
-            validated.
-    """
-
-    name: str
-    title: str
-    period: float
-    begin: tuple[Entry, ...]
-    steps: tuple[Entry, ...]
-    constants: Mapping[str, Any]
-    inputs: Mapping[str, Any]
-    units: Mapping[str, str] = field(default_factory=dict)
-    on_bad: str | None = None
-
-    @property
-    def entries(self) -> tuple[Entry, ...]:
-        """All functions of the module."""
-        return (*self.begin, *self.steps)
-
-    def run(self) -> list[dict[str, Any]]:
-        """Results of the test run in Python: a dict name -> value of every result for each step."""
-        values = {name: as_arrays(value) for name, value in self.constants.items()}
-        # functions that are called once are not worth compiling
-        called = {entry.name: entry.function for entry in self.begin}
-        called |= {entry.name: jax.jit(entry.function) for entry in self.steps}
-        made = []
-
-        def call(entry: Entry) -> None:
-            results = called[entry.name](*(values[name] for name in entry.arguments))
-            several = results if len(entry.results) > 1 else (results,)
-            values.update(zip(entry.results, several, strict=True))
-
-        for entry in self.begin:
-            call(entry)
-        for step in range(STEPS):
-            values |= {n: jax.tree.map(lambda x, k=step: x[k], v) for n, v in self.inputs.items()}
-            for entry in self.steps:
-                call(entry)
-            names = dict.fromkeys(name for entry in self.steps for name in entry.results)
-            made.append({name: values[name] for name in names})
-        return made
-
-
-def _parameters(name: str, values: Mapping[str, Any]) -> Entry:
-    def parameters() -> Any:
-        every = list(values.values())
-        return tuple(every) if len(every) > 1 else every[0]
-
-    parameters.__doc__ = "Set the parameters to their identified and tuned values."
-    return Entry(f"{name}_parameters", parameters, {}, tuple(values))
-
-
-Call = tuple[str, Callable[..., Any], tuple[str, ...]]
-"""Suffix of an entry's name, its function, and the names of its results."""
-
-
-def _target(
-    name: str,
-    parameters: Mapping[str, Any],
-    state: Mapping[str, Any],
-    begin: Sequence[Call],
-    steps: Sequence[Call],
-    **others: Any,
-) -> Target:
-    """Flight module whose functions get their arguments by the names of their parameters.
-
-    Args:
-        name: Name of the module.
-        parameters: Name -> value of the tuned parameters.
-        state: Name -> example of the state passed from one step to the next.
-        begin: Functions called once, after the parameters are set.
-        steps: Functions called once in every period.
-        others: Further fields of the module.
-    """
-    first = {n: jax.tree.map(lambda x: x[0], value) for n, value in others["inputs"].items()}
-    known = {**parameters, **state, **others["constants"], **first}
-
-    def entry(word: str, function: Callable[..., Any], results: tuple[str, ...]) -> Entry:
-        taken = {n: known[n] for n in inspect.signature(function).parameters}
-        return Entry(f"{name}_{word}", function, taken, results)
-
-    return Target(
-        name=name,
-        begin=(_parameters(name, parameters), *(entry(*call) for call in begin)),
-        steps=tuple(entry(*call) for call in steps),
-        **others,
-    )
 
 
 def _measurements() -> TableMeasurement:
@@ -172,7 +67,7 @@ def flight_loop(
         measured: Measurements of the test run; the first axis is the step.
     """
     memory = as_arrays(Guarded(controller, guard).start(period))
-    return _target(
+    return flight_module(
         name,
         {"controller": controller, "guard": guard},
         {"memory": memory},
@@ -231,7 +126,7 @@ def estimator(
     guard = entries.EstimatorGuard.of(limits, on_bad)
     estimate, check = as_arrays((filter.start(0.0), guard.start()))
     told = ("estimate", "check")
-    return _target(
+    return flight_module(
         "estimator",
         {"filter": filter, "guard": guard},
         {"estimate": estimate, "check": check},
@@ -252,7 +147,7 @@ def estimator(
 
 def wheel(model: Wheel, period: float) -> Target:
     """Flight module of the wheel itself with its dry friction, for simulation."""
-    return _target(
+    return flight_module(
         "wheel",
         {"wheel": model},
         {},
@@ -273,7 +168,7 @@ def compensated_wheel(
     guard = MeasurementGuard.of(unit.guard.sample, limits, on_bad)
     unit = unit if limits is None and on_bad == "hold" else replace(unit, guard=guard)
     measured = _measurements()
-    return _target(
+    return flight_module(
         "compensated_wheel",
         {"unit": unit},
         {"state": as_arrays(unit.start(0.0, period))},

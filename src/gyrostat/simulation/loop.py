@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from enum import IntEnum
+from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 from jaxtyping import Array, Bool, Int, PRNGKeyArray
@@ -165,7 +166,7 @@ def control_loop(
     controller: Controller,
     sensor: Sensor,
     state: Any,
-    key: PRNGKeyArray,
+    key: PRNGKeyArray | Callable[[Any], PRNGKeyArray],
     period: Scalar,
     *,
     substeps: int = 1,
@@ -178,7 +179,8 @@ def control_loop(
         controller: Controller.
         sensor: Sensor.
         state: State of the plant at time 0.
-        key: Random key of the noise; the key of sample k depends only on this key and k.
+        key: Random key of the noise, and the key of sample k depends only on this key and k; or a
+            function of k that gives the key of a sample.
         period: Control period, s.
         substeps: Integration steps in each control period.
         command_delay: Control periods from a sample to the start of the command computed from it.
@@ -188,6 +190,7 @@ def control_loop(
     Returns:
         The loop. The state of a run that has failed stays constant.
     """
+    key_of = key if callable(key) else partial(jax.random.fold_in, key)
 
     def stepped(state, command, time, length):
         step = length / substeps
@@ -212,7 +215,7 @@ def control_loop(
         return jnp.where((status == 0) & diverged, int(Status.DIVERGED), status)
 
     def begin():
-        sensed = sensor(sensor.start(state, period), state, jax.random.fold_in(key, 0))
+        sensed = sensor(sensor.start(state, period), state, key_of(0))
         memory = controller.start(period)
         _, command = jax.eval_shape(commanded, memory, sensed[1])
         line = delay_line(plant, state, command, period, command_delay)
@@ -233,7 +236,7 @@ def control_loop(
         row = Histories(state, measurement, command, plant.record(state, command), status)
         state = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), after, state)
         status = judged(state, jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status))
-        sensed = sensor(sensor_memory, state, jax.random.fold_in(key, k + 1))
+        sensed = sensor(sensor_memory, state, key_of(k + 1))
         return (state, sensed, memory, line, status), row
 
     return Loop(begin, tick)

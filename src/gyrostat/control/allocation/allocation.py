@@ -21,8 +21,8 @@ Axes = Float[Array, "3 wheels"]
 Working = Bool[Array, " wheels"]
 
 SINGULAR = 1e-10
-"""Square of a singular value of the working axes; directions with a much smaller one count as not
-spanned."""
+"""Regularisation of the square of the working axes. Directions with a singular value below its cube
+root count as not spanned."""
 ALIGNED = 1e-6
 """Sine of an angle between two axes, or between an axis and a plane, that counts as zero."""
 
@@ -31,10 +31,14 @@ def spread(axes: Axes, works: Working) -> Float[Array, "wheels 3"]:
     """Pseudo-inverse of the working axes; rows of wheels that do not work are zero.
 
     Directions that the axes do not span get no torque. In the other directions the relative error
-    is below `SINGULAR` over the square of the singular value.
+    is about e² over the square of the singular value, with e `SINGULAR` over the same square.
     """
     working = axes * works
-    return working.T @ inverse_definite(working @ working.T + SINGULAR * jnp.eye(3))
+    square = working @ working.T
+    # Projector onto the directions that are not spanned. With it the matrix is well conditioned: a
+    # small diagonal instead would amplify rounding errors by its inverse.
+    rest = SINGULAR * inverse_definite(square + SINGULAR * jnp.eye(3))
+    return working.T @ inverse_definite(square + rest @ rest)
 
 
 def largest_share(torque: PerWheel, limit: PerWheel) -> Scalar:

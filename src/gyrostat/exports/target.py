@@ -1,0 +1,141 @@
+"""Flight module of functions: what each needs, and its run in Python."""
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import wraps
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+
+from gyrostat.codegen.flight.module import Entry
+from gyrostat.codegen.scope import LARGEST
+from gyrostat.codegen.tracing import as_arrays
+from gyrostat.core.jax64 import jax, jnp
+
+STEPS = 40
+"""Number of steps of the test run."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """Flight module: a set of functions that is emitted as one C module.
+
+    Attributes:
+        name: Name of the module and prefix of its functions.
+        title: One-line title.
+        period: Control period that the parameters were tuned for, s.
+        begin: Functions called once, in this order.
+        steps: Functions called once in every period, in this order.
+        constants: Name -> value of constant arguments.
+        inputs: Name -> values of variable arguments in a test run; the first axis is the step.
+        units: Name -> unit of arguments and results that are single numbers.
+        on_bad: Safe command after a rejected sample; None if inputs are not
+            validated.
+    """
+
+    name: str
+    title: str
+    period: float
+    begin: tuple[Entry, ...]
+    steps: tuple[Entry, ...]
+    constants: Mapping[str, Any]
+    inputs: Mapping[str, Any]
+    units: Mapping[str, str] = field(default_factory=dict)
+    on_bad: str | None = None
+
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """All functions of the module."""
+        return (*self.begin, *self.steps)
+
+    def run(self) -> list[dict[str, Any]]:
+        """Results of the test run in Python: a dict name -> value of every result for each step."""
+        values = {name: as_arrays(value) for name, value in self.constants.items()}
+        # functions that are called once are not worth compiling
+        called = {entry.name: entry.function for entry in self.begin}
+        called |= {entry.name: jax.jit(entry.function) for entry in self.steps}
+        made = []
+
+        def call(entry: Entry) -> None:
+            results = called[entry.name](*(values[name] for name in entry.arguments))
+            several = results if len(entry.results) > 1 else (results,)
+            values.update(zip(entry.results, several, strict=True))
+
+        for entry in self.begin:
+            call(entry)
+        for step in range(STEPS):
+            values |= {n: jax.tree.map(lambda x, k=step: x[k], v) for n, v in self.inputs.items()}
+            for entry in self.steps:
+                call(entry)
+            names = dict.fromkeys(name for entry in self.steps for name in entry.results)
+            made.append({name: values[name] for name in names})
+        return made
+
+
+def _parameters(name: str, values: Mapping[str, Any], has_tables: bool) -> Entry:
+    def parameters() -> Any:
+        every = list(values.values())
+        return tuple(every) if len(every) > 1 else every[0]
+
+    rest = f"; arrays of more than {LARGEST} numbers are constants of the code" * has_tables
+    parameters.__doc__ = f"Set the parameters to their identified and tuned values{rest}."
+    return Entry(f"{name}_parameters", parameters, {}, tuple(values))
+
+
+Call = tuple[str, Callable[..., Any], tuple[str, ...]]
+"""Suffix of an entry's name, its function, and the names of its results."""
+
+
+def flight_module(
+    name: str,
+    parameters: Mapping[str, Any],
+    state: Mapping[str, Any],
+    begin: Sequence[Call],
+    steps: Sequence[Call],
+    **others: Any,
+) -> Target:
+    """Flight module whose functions get their arguments by the names of their parameters.
+
+    Args:
+        name: Name of the module.
+        parameters: Name -> value of the tuned parameters. Arrays of more than `LARGEST` elements
+            are compiled in as constants.
+        state: Name -> example of the state passed from one step to the next.
+        begin: Functions called once, after the parameters are set.
+        steps: Functions called once in every period.
+        others: Further fields of the module.
+    """
+    first = {n: jax.tree.map(lambda x: x[0], value) for n, value in others["inputs"].items()}
+    split = {
+        key: eqx.partition(value, lambda leaf: np.size(leaf) <= LARGEST)
+        for key, value in parameters.items()
+    }
+    parameters = {key: small for key, (small, _) in split.items()}
+    # one array object for each table, so that every use reads the same constant
+    tables = {key: jax.tree.map(jnp.asarray, large) for key, (_, large) in split.items()}
+    known = {**parameters, **state, **others["constants"], **first}
+
+    def combined(key: str, value: Any) -> Any:
+        return eqx.combine(value, tables[key]) if key in tables else value
+
+    def entry(word: str, function: Callable[..., Any], results: tuple[str, ...]) -> Entry:
+        taken = {n: known[n] for n in inspect.signature(function).parameters}
+
+        @wraps(function)
+        def with_tables(*given: Any) -> Any:
+            every = dict(zip(taken, given, strict=True))
+            return function(*(combined(n, value) for n, value in every.items()))
+
+        return Entry(f"{name}_{word}", with_tables, taken, results)
+
+    return Target(
+        name=name,
+        begin=(
+            _parameters(name, parameters, bool(jax.tree.leaves(tables))),
+            *(entry(*call) for call in begin),
+        ),
+        steps=tuple(entry(*call) for call in steps),
+        **others,
+    )
