@@ -32,6 +32,8 @@ from gyrostat.spacecraft import (
 from gyrostat.wheel import Driver, WheelArray, orthogonal_axes
 from gyrostat.wheel.friction import ViscousCoulomb
 
+pytestmark = pytest.mark.optimised_c  # numbers of both engines
+
 PERIOD, COUNT = 0.25, 8
 WHEELS = WheelArray(
     orthogonal_axes(),

@@ -25,7 +25,7 @@ SPEED = np.array([300.0, -200.0, 410.0, -150.0])
 ANGLE = np.array([0.0, 1.0, 2.0, 3.0])
 RATE = np.array([0.01, -0.02, 0.015])
 PERIOD, COUNT = 0.25, 12
-jitters = jax.jit(jax.vmap(lambda angle: IMBALANCE.jitter(CRAFT, angle)))
+jitters = jax.jit(jax.vmap(lambda angle: IMBALANCE.jitter(CRAFT, SPEED, angle)))
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +116,7 @@ def test_the_peak_is_reached_by_no_more_than_all_wheels_together():
 def test_record_and_rate_have_the_jitter(flown):
     plant, start, _ = flown
     record = plant.record(start, SimpleNamespace(torque=np.zeros(4)))
-    assert np.allclose(record.jitter, IMBALANCE.jitter(CRAFT, ANGLE))
+    assert np.allclose(record.jitter, IMBALANCE.jitter(CRAFT, SPEED, ANGLE))
     jitter = IMBALANCE.jitter_rate(CRAFT, SPEED, ANGLE)
     assert np.allclose(plant.rate(start) - record.rate, jitter, atol=1e-12)
     assert np.linalg.norm(jitter) > 1e-4

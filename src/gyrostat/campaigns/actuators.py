@@ -22,6 +22,16 @@ DUTY = Key(
     positive=True,
 )
 
+THRUSTERS = {
+    "arm": positive("length", None, "Distance of each thruster from the centre of mass."),
+    "force": positive("N", None, "Thrust of each thruster."),
+    "minimum": size(
+        "time",
+        0.0,
+        "Minimum on-time: minimum impulse bit over thrust; a shorter command does nothing.",
+    ),
+}
+
 
 def _torque_rods(options: Options, orbit: OrbitEnvironment, **given: Any) -> TorqueRods:
     axes = rotation_matrix(from_rotation_vector(stacked(options, "misalignment")))
@@ -47,17 +57,10 @@ ACTUATORS: dict[str, Component] = {
     ),
     "thrusters": Component(
         "Twelve thrusters in six pairs without net force, about +x, -x, +y, -y, +z and -z "
-        "(`gyrostat.spacecraft.Thrusters`), for a controller of your own. The command is the "
-        "on-time of each thruster in the control period, s, in the order of the pairs.",
-        {
-            "arm": positive("length", None, "Distance of each thruster from the centre of mass."),
-            "force": positive("N", None, "Thrust of each thruster."),
-            "minimum": size(
-                "time",
-                0.0,
-                "Minimum on-time: minimum impulse bit over thrust; a shorter command does nothing.",
-            ),
-        },
+        "(`gyrostat.spacecraft.Thrusters`), for `[unloading]` or a controller of your own. The "
+        "command is the on-time of each thruster in the control period, s, in the order of the "
+        "pairs.",
+        THRUSTERS,
         _thrusters,
     ),
 }

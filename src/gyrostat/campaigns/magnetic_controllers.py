@@ -1,15 +1,16 @@
-"""Detumbling, sun pointing and unloading by torque rods, for scenarios."""
+"""Detumbling, sun pointing and momentum unloading, for scenarios."""
 
 from dataclasses import replace
 from typing import Any
 
-from gyrostat.campaigns.actuators import DIPOLE_LIMIT, DUTY
+from gyrostat.campaigns.actuators import DIPOLE_LIMIT, DUTY, THRUSTERS
 from gyrostat.campaigns.components import Component, Options, stacked
 from gyrostat.campaigns.controllers import IGNORED, DesignCase, PlannedController
 from gyrostat.campaigns.schema import Key, positive, size, vector
 from gyrostat.control.attitude.sun_pointing import SunPointing
 from gyrostat.control.magnetic.b_cross import BCross, least_inertia
 from gyrostat.control.magnetic.rod_unloading import RodUnloading
+from gyrostat.control.thruster_unloading import ThrusterUnloading
 from gyrostat.core.arrays import Vector3
 from gyrostat.spacecraft import Spacecraft
 
@@ -44,6 +45,25 @@ def _rod_unloading(options: Options, controller: Any, known: Spacecraft) -> RodU
     )
 
 
+def _thruster_unloading(options: Options, controller: Any, known: Spacecraft) -> ThrusterUnloading:
+    names = ("arm", "force", "begin", "end", "minimum", "impulse", "compensation")
+    return ThrusterUnloading(
+        controller,
+        known.wheels,
+        **{name: options[name] for name in names},
+        momentum=stacked(options, "momentum"),
+    )
+
+
+_MOMENTUM = vector("momentum", "Target of the wheels' momentum, in body axes.")
+_COMPENSATION = Key(
+    "1",
+    0.0,
+    "Share of the torque of the unloading that is added to the wheel torques; 0 for controllers "
+    "that estimate external torques, such as `wheel_array`.",
+    least=0.0,
+    most=1.0,
+)
 MAGNETIC_CONTROLLERS: dict[str, PlannedController] = {
     "detumbling": PlannedController(
         "Detumbling by torque rods with the B-cross law (`gyrostat.control.BCross`). It needs a "
@@ -97,19 +117,32 @@ UNLOADINGS: dict[str, Component] = {
         {
             "limit": replace(DIPOLE_LIMIT, meaning="Largest commanded dipole moment of each rod."),
             "gain": positive("1/s", 1e-3, "Gain, slow compared with the attitude loop."),
-            "momentum": vector("momentum", "Target of the wheels' momentum, in body axes."),
+            "momentum": _MOMENTUM,
             "duty": replace(DUTY, meaning="Share of each control period in which the rods are on."),
-            "compensation": Key(
-                "1",
-                0.0,
-                "Share of the rods' torque that is added to the wheel torques; 0 for controllers "
-                "that estimate external torques, such as `wheel_array`.",
-                least=0.0,
-                most=1.0,
-            ),
+            "compensation": _COMPENSATION,
         },
         _rod_unloading,
         needs=("magnetometer", "torque_rods"),
+    ),
+    "thrusters": Component(
+        "Unloading of the wheels by pairs of thrusters, with hysteresis about each axis "
+        "(`gyrostat.control.ThrusterUnloading`). It needs an `[[actuator]]` of the kind and name "
+        "`thrusters`; `arm`, `force` and `minimum` are those that the controller knows.",
+        {
+            **THRUSTERS,
+            "begin": positive("momentum", None, "Momentum above which an axis is unloaded."),
+            "end": positive("momentum", None, "Momentum below which its unloading ends."),
+            "impulse": positive(
+                "momentum",
+                None,
+                "Largest angular impulse about each axis in a control period; over the period, it "
+                "must stay below the torque of the wheels.",
+            ),
+            "momentum": _MOMENTUM,
+            "compensation": _COMPENSATION,
+        },
+        _thruster_unloading,
+        needs=("thrusters",),
     ),
 }
 """Kind of [unloading] -> component, which wraps the controller outside the compensator."""

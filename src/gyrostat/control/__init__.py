@@ -49,6 +49,7 @@ from gyrostat.control.guarded import Guarded
 from gyrostat.control.magnetic.b_cross import BCross, RodCommand
 from gyrostat.control.magnetic.rod_unloading import RodUnloading
 from gyrostat.control.measurement_guard import FieldLimits, MeasurementGuard, SampleStatus
+from gyrostat.control.thruster_unloading import ThrusterUnloading
 from gyrostat.control.underactuated.boresight import BoresightLaw, WheelMap, governed
 from gyrostat.control.underactuated.output_zeroing import OutputZeroing, ZeroingCommand
 from gyrostat.control.underactuated.recovery import (
@@ -113,6 +114,7 @@ __all__ = [
     "StateDependentRiccati",
     "SunPointing",
     "ThreeAxisLaw",
+    "ThrusterUnloading",
     "TwoWheelLaw",
     "TwoWheelPointing",
     "TwoWheelSweeps",

@@ -47,6 +47,7 @@ from gyrostat.spacecraft.torques.aerodynamic import AerodynamicTorque
 from gyrostat.spacecraft.torques.residual_dipole import ResidualDipole
 from gyrostat.spacecraft.torques.solar_pressure import SolarPressureTorque
 from gyrostat.spacecraft.torques.surfaces import Surfaces
+from gyrostat.spacecraft.wheel_harmonics import WheelHarmonics, WheelStructure
 
 __all__ = [
     "Actuator",
@@ -107,7 +108,9 @@ __all__ = [
     "TrueTurn",
     "Turn",
     "WheelFailures",
+    "WheelHarmonics",
     "WheelSpeedCommand",
+    "WheelStructure",
     "WheelTorqueCommand",
     "check_inertia",
     "hinged_panel",

@@ -1,4 +1,4 @@
-"""Static and dynamic wheel imbalance, and the jitter that it causes."""
+"""Imbalance and further harmonics of wheels, and the jitter that they cause."""
 
 from typing import Annotated, Any
 
@@ -9,26 +9,31 @@ from jaxtyping import Array, Bool, Float
 from gyrostat.core.arrays import PerWheel, Scalar, Vector3
 from gyrostat.core.checked import Checked, signed, size
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.linear import inverse_definite
+from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import from_rotation_vector, product
+from gyrostat.spacecraft.flexible.modes import FlexibleModes
 from gyrostat.spacecraft.gyrostat import Gyrostat
 from gyrostat.spacecraft.gyrostat_state import GyrostatRecord, GyrostatState
+from gyrostat.spacecraft.jitter import Phasor, rotation_of_body
 from gyrostat.spacecraft.spacecraft import Spacecraft
+from gyrostat.spacecraft.wheel_harmonics import Gain, WheelHarmonics, WheelStructure
 from gyrostat.wheel.array import listed
 
 
 class Imbalance(Checked):
-    """Static imbalance U_s and dynamic imbalance U_d of every wheel.
+    """Static imbalance U_s, dynamic imbalance U_d and further harmonics of every wheel.
 
-    They cause a force U_s W² and a torque U_d W² that rotate with the rotor, where W is the wheel
-    speed: the fundamental harmonic of R. A. Masterson, D. W. Miller, R. L. Grogan, "Development and
-    validation of reaction wheel disturbance models", Journal of Sound and Vibration 249 (2002).
+    The imbalances cause a force U_s W² and a torque U_d W² that rotate with the rotor, where W is
+    the wheel speed: the fundamental harmonic of R. A. Masterson, D. W. Miller, R. L. Grogan,
+    "Development and validation of reaction wheel disturbance models", Journal of Sound and
+    Vibration 249 (2002).
 
     Attributes:
         static: Static imbalance U_s, mass times eccentricity, (wheels,), kg·m.
         dynamic: Dynamic imbalance U_d, product of inertia, (wheels,), kg·m².
         position: Wheel positions from the centre of mass, body axes, (3, wheels), m.
+        harmonics: Disturbances at other multiples of the wheel speed; None for none.
+        structure: Structural modes of the wheels; None for rigid wheels.
     """
 
     static: Annotated[PerWheel, size("static imbalance", "kg·m")] = eqx.field(converter=listed)
@@ -36,6 +41,8 @@ class Imbalance(Checked):
     position: Annotated[Float[Array, "3 wheels"], signed("size of a wheel's position", "m")] = (
         eqx.field(converter=listed)
     )
+    harmonics: WheelHarmonics | None = None
+    structure: WheelStructure | None = None
 
     def loads(self, axes: Any, speed: PerWheel, angle: PerWheel) -> tuple[Vector3, Vector3]:
         """Force, N, and torque about the centre of mass, N·m, on the body, in body axes.
@@ -45,47 +52,114 @@ class Imbalance(Checked):
             speed: Wheel speeds relative to the body, (wheels,), rad/s.
             angle: Rotor angles, (wheels,), rad.
         """
-        radial, tangent = _turning(axes, angle)
-        force = self.static * speed**2 * radial
-        arm = jnp.cross(jnp.asarray(self.position), force, axis=0)
-        torque = arm - self.dynamic * speed**2 * tangent
-        return jnp.sum(force, axis=1), jnp.sum(torque, axis=1)
+        number, phase = self._multiples()
+        turn = number[:, None] * angle + phase
+        force, torque = (jnp.sum(speed**2 * x.at(turn), (0, 2)) for x in self._loads(axes, speed))
+        return force, torque
 
-    def jitter(self, spacecraft: Spacecraft, angle: PerWheel) -> Vector3:
-        """Rotation vector of the jitter, (3,), rad; it depends on the rotor angles only.
+    def jitter(
+        self,
+        spacecraft: Spacecraft,
+        speed: PerWheel,
+        angle: PerWheel,
+        modes: FlexibleModes | None = None,
+    ) -> Vector3:
+        """Rotation vector of the jitter at constant wheel speeds, (3,), rad.
+
+        Without structural and flexible modes it depends on the rotor angles only.
 
         Args:
             spacecraft: Spacecraft with these wheels.
+            speed: Wheel speeds relative to the body, (wheels,), rad/s.
             angle: Rotor angles, (wheels,), rad.
+            modes: Flexible modes of the spacecraft; None for a rigid body.
         """
-        radial, tangent = _turning(spacecraft.wheels.axes, angle)
-        return self._turned(spacecraft, radial, tangent)
+        number, phase = self._multiples()
+        turned = self._turned(spacecraft, speed, modes)
+        return jnp.sum(turned.at(number[:, None] * angle + phase), axis=(0, 2))
 
-    def jitter_rate(self, spacecraft: Spacecraft, speed: PerWheel, angle: PerWheel) -> Vector3:
-        """Time derivative of `jitter`, (3,), rad/s."""
-        radial, tangent = _turning(spacecraft.wheels.axes, angle)
-        return self._turned(spacecraft, speed * tangent, -speed * radial)
+    def jitter_rate(
+        self,
+        spacecraft: Spacecraft,
+        speed: PerWheel,
+        angle: PerWheel,
+        modes: FlexibleModes | None = None,
+    ) -> Vector3:
+        """Time derivative of `jitter` at constant wheel speeds, (3,), rad/s."""
+        number, phase = self._multiples()
+        turned = self._turned(spacecraft, speed, modes)
+        ahead = turned.at(number[:, None] * angle + phase + 0.5 * jnp.pi)
+        return jnp.sum(number[:, None, None] * speed * ahead, axis=(0, 2))
 
-    def peak(self, spacecraft: Spacecraft) -> Vector3:
-        """Largest jitter about each body axis, (3,), rad; all wheels at their worst phase."""
-        none = jnp.zeros(spacecraft.wheels.count)
+    def peak(
+        self, spacecraft: Spacecraft, speed: Any = 0.0, modes: FlexibleModes | None = None
+    ) -> Vector3:
+        """Largest jitter about each body axis, (3,), rad; all at their worst phase.
 
-        def size(own: PerWheel) -> Vector3:
-            alone = Imbalance(self.static * own, self.dynamic * own, self.position)
-            quarter = alone.jitter(spacecraft, none + jnp.pi / 2.0)
-            return jnp.hypot(alone.jitter(spacecraft, none), quarter)
+        Args:
+            spacecraft: Spacecraft with these wheels.
+            speed: Wheel speeds, (wheels,), or one value for all, rad/s.
+            modes: Flexible modes of the spacecraft; None for a rigid body.
+        """
+        speeds = jnp.zeros(spacecraft.wheels.count) + speed
+        return jnp.sum(jnp.hypot(*self._turned(spacecraft, speeds, modes)), axis=(0, 2))
 
-        return jnp.sum(jax.vmap(size)(jnp.eye(len(none))), axis=0)
+    def check_own(self) -> None:
+        """Validate shapes of harmonics and structure.
 
-    def _turned(self, spacecraft: Spacecraft, radial: Any, tangent: Any) -> Vector3:
-        arm = jnp.cross(jnp.asarray(self.position), self.static * radial, axis=0)
-        inverse = inverse_definite(jnp.asarray(spacecraft.inertia))
-        return inverse @ jnp.sum(self.dynamic * tangent - arm, axis=1)
+        Raises:
+            InputError: They have another number of wheels.
+        """
+        count = np.shape(self.static)[-1]
+        for part in (self.harmonics, self.structure):
+            if part is not None:
+                part.check_wheels(count)
+
+    def _multiples(self) -> tuple[Any, Any]:
+        """Multiples of the wheel speed, (harmonics,), and phases, (harmonics, wheels), rad."""
+        number, phase = jnp.ones(1), jnp.zeros((1, np.shape(self.static)[-1]))
+        if self.harmonics is None:
+            return number, phase
+        own = self.harmonics
+        return jnp.concatenate([number, own.number]), jnp.concatenate([phase, own.phase])
+
+    def _loads(self, axes: Any, speed: PerWheel) -> tuple[Phasor, Phasor]:
+        """Force and torque about the centre of mass over the squared wheel speed."""
+        axes = jnp.asarray(axes)
+        first, second = across(axes)
+        radial = Phasor(first[None], -second[None])
+        force, torque = (jnp.asarray(x)[None, :] for x in (self.static, self.dynamic))
+        along = jnp.zeros_like(force)
+        if self.harmonics is not None:
+            own = self.harmonics
+            force, torque, along = (
+                jnp.concatenate([a, b])
+                for a, b in ((force, own.force), (torque, own.torque), (along, own.axial))
+            )
+        pushed, tilted = Gain(force, 0.0 * force), Gain(0.0 * torque, -torque)
+        if self.structure is not None:
+            frequency = self._multiples()[0][:, None] * speed
+            gain, rocking = (
+                self.structure.radial(frequency),
+                self.structure.rocking(frequency, speed),
+            )
+            pushed = Gain(force * gain.real, force * gain.imaginary)
+            tilted = Gain(torque * rocking.imaginary, -torque * rocking.real)
+        across_axis = radial.times(pushed)
+        total = Phasor(across_axis.real + along[:, None, :] * axes, across_axis.imaginary)
+        arms = [jnp.cross(jnp.asarray(self.position)[None], part, axis=1) for part in total]
+        turning = radial.times(tilted)
+        return total, Phasor(arms[0] + turning.real, arms[1] + turning.imaginary)
+
+    def _turned(
+        self, spacecraft: Spacecraft, speed: PerWheel, modes: FlexibleModes | None
+    ) -> Phasor:
+        force, torque = self._loads(spacecraft.wheels.axes, speed)
+        return rotation_of_body(spacecraft, modes, self._multiples()[0], speed, force, torque)
 
 
-def _turning(axes: Any, angle: PerWheel) -> tuple[Any, Any]:
-    """Radial unit vectors that rotate with the rotors, and those 90° ahead, (3, wheels) each."""
-    axes = jnp.asarray(axes)
+def across(axes: Any) -> tuple[Any, Any]:
+    """Two unit vectors across each axis, (3, wheels) each; the second is 90° ahead of the first."""
     # the body axis farthest from the spin axis is never parallel to it
     x, y, z = jnp.abs(axes)
     by_x = (x <= y) & (x <= z)
@@ -93,9 +167,7 @@ def _turning(axes: Any, angle: PerWheel) -> tuple[Any, Any]:
     least = jnp.stack([by_x, by_y, ~by_x & ~by_y]).astype(float)
     first = jnp.cross(least, axes, axis=0)
     first = first / jnp.sqrt(jnp.sum(first**2, axis=0))
-    second = jnp.cross(axes, first, axis=0)
-    cosine, sine = jnp.cos(angle), jnp.sin(angle)
-    return cosine * first + sine * second, cosine * second - sine * first
+    return first, jnp.cross(axes, first, axis=0)
 
 
 class ImbalancedGyrostat(Checked):
@@ -106,10 +178,12 @@ class ImbalancedGyrostat(Checked):
     term is a function of the angle alone. The jitter is added in closed form to the motion with
     balanced wheels; the relative error is of the order of body rate over wheel speed. Nothing is
     sampled or integrated at the wheel frequency, so imbalance does not limit the control period.
-    Flexible modes do not follow the jitter: J is the inertia without that of the modes, and no mode
-    is excited. This holds for wheel speeds W well above the frequencies of the modes on the free
-    body; the relative error is of the order of their squared ratio, and resonance is not modelled.
-    Measurements contain the jitter at their time; an integrating gyro measures its mean rate.
+    With flexible modes and structural modes of the wheels, the jitter is their steady response at
+    the present wheel speeds. This holds while the frequency h W of a disturbance changes slowly
+    compared with the decay of a mode near it: h dW/dt well below (z w)², with damping ratio z and
+    frequency w. A faster passage through a resonance excites the mode less, and later, than this
+    model. The state of the modes does not contain this part of their motion. Measurements contain
+    the jitter at their time; an integrating gyro measures its mean rate.
 
     Attributes:
         gyrostat: Gyrostat with balanced wheels.
@@ -133,13 +207,27 @@ class ImbalancedGyrostat(Checked):
         """Validate shapes.
 
         Raises:
-            InputError: The imbalance has another number of wheels.
+            InputError: The imbalance has another number of wheels, a mode of the spacecraft has no
+                damping, or the mass is missing for modes with translation.
         """
         count = self.spacecraft.wheels.count
         for name in ("static", "dynamic", "position"):
             found = np.shape(getattr(self.imbalance, name))[-1:]
             if found != (count,):
                 raise InputError(f"imbalance {name}: found {found}, expected one of {count} wheels")
+        modes = self.gyrostat.modes
+        if modes is None:
+            return
+        if not np.all(np.asarray(modes.damping) > 0.0):
+            raise InputError(
+                "mode damping: found 0 with wheel imbalance, expected above 0: an undamped mode "
+                "has no steady response in resonance"
+            )
+        if modes.translation is not None and self.spacecraft.mass is None:
+            raise InputError(
+                "mass of the spacecraft: found none, expected it: forces of the wheels excite "
+                "modes with translation"
+            )
 
     def start(self, *, wheel_angle: Any = 0.0, **motion: Any) -> GyrostatState:
         """Create a state from attitude, rate, wheel speeds and rotor angles.
@@ -150,7 +238,7 @@ class ImbalancedGyrostat(Checked):
         """
         state = self.gyrostat.start(**motion)
         angle = jnp.broadcast_to(jnp.asarray(wheel_angle, dtype=float), state.wheel_speed.shape)
-        return self._turned(state, angle, 1.0)._replace(wheel_angle=angle)
+        return self._turned(state._replace(wheel_angle=angle), 1.0)
 
     def check_state(self, state: GyrostatState) -> None:
         """Validate a state; raises `InputError`."""
@@ -160,8 +248,9 @@ class ImbalancedGyrostat(Checked):
 
     def rate(self, state: Any) -> Vector3:
         """Body rate with jitter, in body axes, (3,), rad/s."""
-        jittered, _ = self.gyrostat.without_modes()
-        jitter = self.imbalance.jitter_rate(jittered, state.wheel_speed, state.wheel_angle)
+        jitter = self.imbalance.jitter_rate(
+            self.spacecraft, state.wheel_speed, state.wheel_angle, self.gyrostat.modes
+        )
         return self.balanced_rate(state) + jitter
 
     def balanced_rate(self, state: Any) -> Vector3:
@@ -176,13 +265,13 @@ class ImbalancedGyrostat(Checked):
         # exact for constant wheel acceleration, which a constant torque gives approximately
         mean = 0.5 * (state.wheel_speed + after.wheel_speed)
         angle = state.wheel_angle + duration * mean
-        return self._turned(after, angle, 1.0)._replace(wheel_angle=angle), resolved
+        return self._turned(after._replace(wheel_angle=angle), 1.0), resolved
 
     def _balanced(self, state: Any) -> GyrostatState:
-        return self._turned(state, state.wheel_angle, -1.0)._replace(wheel_angle=None)
+        return self._turned(state, -1.0)._replace(wheel_angle=None)
 
-    def _turned(self, state: GyrostatState, angle: Any, sense: float) -> GyrostatState:
-        jitter = from_rotation_vector(sense * self._jitter(angle))
+    def _turned(self, state: GyrostatState, sense: float) -> GyrostatState:
+        jitter = from_rotation_vector(sense * self._jitter(state))
         return state._replace(attitude=product(state.attitude, jitter))
 
     def diverged(self, state: Any) -> Bool[Array, ""]:
@@ -192,8 +281,9 @@ class ImbalancedGyrostat(Checked):
     def record(self, state: Any, command: Any) -> GyrostatRecord:
         """Rate, wheel momentum and jitter at the start of a control period."""
         record = self.gyrostat.record(self._balanced(state), command)
-        return record._replace(jitter=self._jitter(state.wheel_angle))
+        return record._replace(jitter=self._jitter(state))
 
-    def _jitter(self, angle: Any) -> Vector3:
-        jittered, _ = self.gyrostat.without_modes()
-        return self.imbalance.jitter(jittered, angle)
+    def _jitter(self, state: Any) -> Vector3:
+        return self.imbalance.jitter(
+            self.spacecraft, state.wheel_speed, state.wheel_angle, self.gyrostat.modes
+        )

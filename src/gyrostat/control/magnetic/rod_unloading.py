@@ -4,14 +4,12 @@ from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 
-from gyrostat.control.allocation.allocation import spread
 from gyrostat.control.magnetic.b_cross import rod_dipole
 from gyrostat.control.measured import measured
 from gyrostat.control.missing_sample import predicted
-from gyrostat.control.recorded import recorded_with
+from gyrostat.control.unloading import excess_momentum, with_unloading
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.checked import Checked, positive, positive_share, share, signed, size
-from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.wheel import WheelArray
 from gyrostat.wheel.array import listed, zeros
@@ -87,16 +85,9 @@ class RodUnloading(Checked):
         """
         field = measured(measurement, "magnetometer", "unloading")
         memory, command = self.controller(memory, measurement)
-        if hasattr(command, "torque_rods"):
-            raise InputError(
-                "unloading: found a controller that commands rods itself, expected one that "
-                "commands only wheels"
-            )
-        axes = jnp.asarray(self.wheels.axes)
-        excess = axes @ (self.wheels.inertia * measurement.wheel_speed) - self.momentum
+        excess = excess_momentum(self.wheels, measurement.wheel_speed, self.momentum)
         wanted = self.gain / self.duty * rod_dipole(excess, field)
         dipole = jnp.clip(wanted, -self.limit, self.limit)
-        works = getattr(command, "works", jnp.ones(self.wheels.count, bool))
-        given = self.compensation * self.duty * jnp.cross(dipole, field)
-        torque = self.wheels.within_torque_limit(command.torque + spread(axes, works) @ given)
-        return memory, recorded_with("Unloading", command._replace(torque=torque), _Rods(dipole))
+        torque = self.duty * jnp.cross(dipole, field)
+        given = (command, _Rods(dipole), torque, self.compensation)
+        return memory, with_unloading(self.wheels, *given, name="rods")

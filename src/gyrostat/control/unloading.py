@@ -1,0 +1,48 @@
+"""What momentum unloading by rods and by thrusters has in common."""
+
+from typing import Any
+
+from gyrostat.control.allocation.allocation import spread
+from gyrostat.control.recorded import recorded_with
+from gyrostat.core.arrays import PerWheel, Scalar, Vector3
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.wheel import WheelArray
+
+
+def excess_momentum(wheels: WheelArray, speed: PerWheel, target: Vector3) -> Vector3:
+    """Momentum of the wheels above its target, body axes, (3,), N·m·s.
+
+    Args:
+        wheels: Wheels as the controller knows them.
+        speed: Measured wheel speeds, (wheels,), rad/s.
+        target: Target of the momentum, (3,), N·m·s.
+    """
+    return jnp.asarray(wheels.axes) @ (wheels.inertia * speed) - target
+
+
+def with_unloading(
+    wheels: WheelArray, command: Any, actuator: Any, torque: Vector3, share: Scalar, *, name: str
+) -> Any:
+    """Command with that of the actuator, and with its torque compensated by the wheels.
+
+    Args:
+        wheels: Wheels as the controller knows them.
+        command: Command of the controller.
+        actuator: Command of the actuator, a named tuple of one field.
+        torque: Expected torque of the actuator, body axes, (3,), N·m.
+        share: Share of this torque that is added to the wheel torques.
+        name: Name of the actuator, for the message.
+
+    Raises:
+        InputError: The controller commands this actuator itself.
+    """
+    if any(hasattr(command, field) for field in actuator._fields):
+        raise InputError(
+            f"unloading: found a controller that commands {name} itself, expected one that "
+            "commands only wheels"
+        )
+    works = getattr(command, "works", jnp.ones(wheels.count, bool))
+    given = spread(jnp.asarray(wheels.axes), works) @ (share * torque)
+    whole = wheels.within_torque_limit(command.torque + given)
+    return recorded_with("Unloading", command._replace(torque=whole), actuator)
