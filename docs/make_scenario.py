@@ -10,6 +10,7 @@ from gyrostat.campaigns.metrics.schema import (
     GAINED,
     METRICS,
     PERCENTILE,
+    REQUIREMENT,
     RESULTS,
     WINDOW,
     WINDOW_PERCENTILE,
@@ -17,15 +18,15 @@ from gyrostat.campaigns.metrics.schema import (
 )
 from gyrostat.campaigns.orbits import ORBITS
 from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
+from gyrostat.campaigns.requirement import INDICES, INTERPRETATIONS
 from gyrostat.campaigns.schema import (
     EVENTS,
     GUARD,
     INERTIA,
     RUN,
     START,
-    WHEEL_ALL,
-    WHEEL_PARTS,
 )
+from gyrostat.campaigns.wheel_keys import WHEEL_ALL, WHEEL_PARTS
 
 HEAD = """# Scenario file
 
@@ -147,6 +148,8 @@ DEFAULTS = {
     "static_imbalance": "of the wheel's sheet, or 0",
     "dynamic_imbalance": "of the wheel's sheet, or 0",
     **{name: "none" for name, key in WINDOW.items() if key.default is None},
+    "window": "required except by APE and AKE",
+    "stability": "required by PDE",
 }
 """Defaults of keys that another file may give, and of those that may be absent."""
 DISPERSIONS = """## [[dispersion]]
@@ -242,6 +245,12 @@ Any number of further external torques, added to that of `[environment]`: one of
 The optional `name` is used in keys such as `environment.torque.drag.area`; it consists of letters,
 digits and underscores. By default it is the kind, or the class in lower case with underscores.
 """
+HARMONICS_TEXT = """## [[imbalance.harmonic]]
+
+Disturbances of the wheels at other multiples of the wheel speed than 1, such as those of bearings
+([Wheel jitter](wheel_jitter.md)). Each number is one for all wheels. The optional `name` is used in
+keys such as `imbalance.harmonic.cage.force`; by default it is `harmonic`.
+"""
 HEADS_TEXT = """## [[star_tracker]]
 
 One table for each head of the star tracker of the sensors `star_tracker_gyro`
@@ -325,6 +334,32 @@ DEFINITIONS = """Definitions:
   and `metrics.settled_rate` for the rate error."""
 
 
+REQUIREMENT_TEXT = """Any number of pointing requirements in the terms of ECSS-E-ST-60-10C. Each
+adds a metric `requirement.NAME`, and the report a verdict with its margin ([Is my requirement
+met?](requirement.md)). `gyrostat report DIR --check` has the exit code 1 unless all are met.
+
+```toml
+[[requirement]]
+index = "RPE"
+window = "1 s"
+level = 0.997
+value = "5 arcsec"
+```
+
+`name`: by default the index in lower case. `interpretation`: see below; by default `mixed`.
+
+`axis`: component of the error vector. `x`, `y`, `z`: of its rotation vector, in body axes; `full`:
+its length; `half_cone`: angle between the boresight and its target direction; `about`: rotation
+about the boresight. By default `half_cone` if there is a boresight, otherwise `full`. `boresight`:
+by default that of the windows, or of `[metrics]`.
+
+`during`: windows of the metrics; every interval of them is an observation period. By default it is
+the run after `metrics.after`. `instant`: place of t in the window of RPE and RKE, `any`, `end` or
+`centre`; by default `any`. `estimate`: signal of the command, of the measurement or of the record
+with the known attitude; by default `estimated_attitude` of the controller if it has one, otherwise
+the measured `attitude`. The numbers of a requirement cannot be dispersed."""
+
+
 def entry(name, key):
     """A row of a table of keys."""
     values = {0: ("required",)}.get(len(key.defaults()), tuple(map(shown, key.defaults())))
@@ -403,13 +438,23 @@ def dispersed():
         f"| {parts} | | Keys of the chosen kinds; for a vector `.x`, `.y`, `.z` of the key. |"
     )
     rows.append("| `window.NAME.KEY` | | Numbers of a window of the metrics. |")
-    lists = ("environment.torque", "star_tracker", "sensor", "actuator", "metric")
+    lists = ("environment.torque", "imbalance.harmonic", "star_tracker", "sensor", "actuator")
+    lists += ("metric",)
     parts = ", ".join(f"`{name}.NAME.KEY`" for name in lists)
     rows.append(f"| {parts} | | Numbers of the part with this name. |")
     rows.append(
         "| `event.NAME.KEY` | | Numbers of an event; the order of the events must not change. |"
     )
     return rows
+
+
+def requirement():
+    """The tables [[requirement]]."""
+    lines = section("[requirement]", REQUIREMENT, REQUIREMENT_TEXT)
+    lines += ["| index | meaning |", "|---|---|"]
+    lines += [*(f"| `{name}` | {meaning} |" for name, (_, _, meaning) in INDICES.items()), ""]
+    lines += ["| interpretation | `level` is a |", "|---|---|"]
+    return [*lines, *(f"| `{n}` | {meaning} |" for n, meaning in INTERPRETATIONS.items()), ""]
 
 
 def page():
@@ -458,6 +503,7 @@ def page():
         lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(components)]
     for text, section_name in (
         (TORQUES_TEXT, "environment.torque"),
+        (HARMONICS_TEXT, "imbalance.harmonic"),
         (HEADS_TEXT, "star_tracker"),
         (SENSOR_TEXT, "sensor"),
         (ACTUATOR_TEXT, "actuator"),
@@ -493,7 +539,7 @@ def page():
         f"| `{n}` | {u} | {f'`{key}`' if key else 'always'} | {m} |"
         for n, (u, key, m) in results.items()
     ]
-    lines += ["", DEFINITIONS, ""]
+    lines += ["", DEFINITIONS, "", *requirement()]
     lines += [DISPERSIONS + "\n".join(dispersed())]
     return "\n".join(lines) + "\n"
 

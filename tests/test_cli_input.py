@@ -148,7 +148,8 @@ def test_a_wheel_may_have_any_name_in_a_figure(name):
         coords={"time": time},
     )
     event = SimpleNamespace(name=name)
-    scenario = SimpleNamespace(wheels=(name,), events=(event,), values={f"event.{name}.time": 0.5})
+    values = {f"event.{name}.time": 0.5}
+    scenario = SimpleNamespace(wheels=(name,), events=(event,), values=values, requirements=())
     for figure in (run_figure(scenario, history), recovery_figure(history, (name,), None)):
         drawn = svg(figure)
         shown = {text.get_text().replace("\\$", "$").strip() for text in figure.axes[2].texts}

@@ -13,7 +13,7 @@ import gyrostat as gs
 from gyrostat.cli import app
 
 ROOT = Path(__file__).parents[1]
-MOST_NAMES = 47
+MOST_NAMES = 48
 ALIASES = {"holdable": "feasible"}
 """Old name of a verb -> its name."""
 NOT_OPTIONS = {"say", "command", "on_progress", "changes"}

@@ -38,6 +38,7 @@ from gyrostat.verbs import replay as replay
 from gyrostat.verbs import report as report
 from gyrostat.verbs import reproduce as reproduce
 from gyrostat.verbs import simulate as simulate
+from gyrostat.verbs import tune as tune
 from gyrostat.verbs import validate as validate
 from gyrostat.wheel import Driver as Driver
 from gyrostat.wheel import Tachometer as Tachometer

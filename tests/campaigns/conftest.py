@@ -107,6 +107,42 @@ boresight = [0.0, 1.0, 0.0]
 [[metrics.window]]
 name = "turning"
 event = "turn"
+[[requirement]]
+index = "APE"
+level = 0.9
+value = "0.2 deg"
+[[requirement]]
+index = "RPE"
+interpretation = "temporal"
+level = 0.9
+value = "0.1 deg"
+window = "1 s"
+axis = "y"
+during = ["imaging", "turning"]
+[[requirement]]
+index = "PDE"
+interpretation = "temporal"
+share = 0.5
+level = 0.5
+value = "0.01 arcsec"
+window = "1 s"
+stability = "2 s"
+axis = "about"
+[[requirement]]
+name = "between"
+index = "PRE"
+interpretation = "ensemble"
+level = 0.997
+value = "45 deg"
+window = "1 s"
+axis = "full"
+during = ["imaging", "turning"]
+[[requirement]]
+index = "AKE"
+interpretation = "ensemble"
+level = 0.5
+value = "0.02 deg"
+axis = "full"
 [[dispersion]]
 key = "window.imaging.from"
 distribution = "uniform"
@@ -175,3 +211,42 @@ def small(scenario, folder, tmp_path_factory):
             seed=SEED,
             engine=own,
         )
+
+
+@pytest.fixture
+def fake_flights(monkeypatch):
+    """Flights of a search that cost nothing, and the number of flights of each call.
+
+    One in ten thousand has an error above 1 rad, by the speed of wheel a and the noise in equal
+    parts.
+    """
+    import numpy as np
+    from scipy.special import ndtri
+
+    from gyrostat.campaigns import engine
+    from gyrostat.campaigns.engine import Flown
+    from gyrostat.campaigns.metrics.results import metrics_of
+    from gyrostat.campaigns.search import execute, flights
+    from gyrostat.core.threefry import threefry
+
+    def fake(scenario, runs, values, keys, *, keep=()):
+        place = scenario.dispersed.index("wheel.a.speed")
+        speed = (values[:, place] - scenario.values["wheel.a.speed"]) / (20.0 * np.pi / 30.0)
+        bits = threefry(keys, np.arange(keys.shape[1])) >> np.uint64(11)
+        noise = np.sum(ndtri(bits * 2.0**-53 + 2.0**-54), axis=1) / np.sqrt(keys.shape[1])
+        columns = {"run": np.asarray(runs), **dict(zip(scenario.dispersed, values.T, strict=True))}
+        columns |= {"status": np.zeros(len(values), np.int8), "ended": np.full(len(values), 30.0)}
+        columns |= {name: np.zeros(len(values)) for name in metrics_of(scenario)}
+        error = (speed + noise) / np.sqrt(2.0) + 1.0 - ndtri(1.0 - 1e-4)
+        return Flown(columns | {"error_max": error, "settling": noise}, None)
+
+    calls = []
+
+    def counted(*given, **options):
+        calls.append(len(given[1]))
+        return fake(*given, **options)
+
+    monkeypatch.setattr(flights, "fly_given", counted)
+    monkeypatch.setattr(engine, "fly_given", counted)
+    monkeypatch.setattr(execute, "prepare", lambda *given, **options: None)
+    return SimpleNamespace(calls=calls, fly=fake)

@@ -13,6 +13,7 @@ import xarray as xr
 import gyrostat as gs
 from gyrostat.campaigns import campaign_runs, engine, fingerprint
 from gyrostat.core.units import RPM
+from gyrostat.reports import campaign as report_module
 
 
 def test_a_finished_campaign_flies_nothing_and_reports(run, small, folder):
@@ -22,7 +23,7 @@ def test_a_finished_campaign_flies_nothing_and_reports(run, small, folder):
     assert f"{small.runs} of {small.runs} runs are already complete" in err
     assert "99 complete, 1 diverged" in err
     page = (small.out / "report.html").read_text()
-    assert page.count("<svg") == 3  # the whole run and two windows
+    assert page.count("<svg") == 4  # error over time, the whole run and two windows
     assert "Window imaging" in page
     assert "From 1 s to 6.9 s after worn; boresight 0, 1, 0 in body axes." in page
     assert "diverged after" in page
@@ -192,3 +193,38 @@ def test_a_run_from_python_says_how_it_ended(small, folder, monkeypatch):
     assert run.attrs["scenario"] == "small"
     assert run.attrs["error_end"] == flown.columns["error_end"][0]
     assert float(run.wheel_speed.sel(wheel="b")[0]) == pytest.approx(-200.0 * RPM)
+
+
+def test_requirements_have_a_verdict_and_the_check_an_exit_code(run, small, scenario, monkeypatch):
+    code, out, err = run("report", small.out, "--check", "--json")
+    assert code == 1
+    told = {each["name"]: each for each in json.loads(out)["requirements"]}
+    verdicts = {name: each["verdict"] for name, each in told.items()}
+    # one of the 100 runs diverged
+    assert told["ape"]["runs"] == 100
+    assert set(verdicts) == {"ape", "rpe", "pde", "between", "ake"}
+    assert verdicts["pde"] == "fail"
+    assert verdicts["between"] == "not decided"
+    assert told["between"]["size"]["value"] is None
+    assert "100 runs cannot show 99.7 %: at least 1228 are needed" in told["between"]["why"]
+    for each in told.values():
+        assert f"requirement {each['name']}: {each['verdict'].upper()}" in err
+        if each["verdict"] == "pass":
+            assert each["size"]["high"] <= each["required"]
+            assert each["margin"]["low"] == pytest.approx(
+                1.0 - each["size"]["high"] / each["required"]
+            )
+    assert "check: " in err
+    page = (small.out / "report.html").read_text()
+    assert "PDE at most 0.01 arcsec; about the boresight; window 1 s; stability time 2 s" in page
+    said = []
+    gs.check(scenario, say=said.append)
+    assert any("requirement between: PRE at most 45 deg" in line for line in said)
+    assert any("needs 1228 runs or more" in line for line in said)
+    # a scenario whose requirements are met, and one without any
+    for found, expected in (([{"name": "a", "verdict": "pass"}], 0), ([], 2)):
+        text = json.dumps({"requirements": found})
+        monkeypatch.setattr(report_module, "write_campaign", lambda *_, text=text, **__: text)
+        code, _, err = run("report", small.out, "--check")
+        assert code == expected
+        assert ("without [[requirement]]" in err) == (expected == 2)

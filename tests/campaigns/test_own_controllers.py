@@ -180,7 +180,9 @@ def test_processes_and_threads_give_the_same_bits(finished, small):
     campaign = Store(finished).known()
     job = Job(campaign, (0, 3, 69), (), -1)
     flown = small.pool.submit(work, job).result().columns
-    same(flown, column(table_of(finished), [0, 3, 69]))
+    # a table has errors over time beside its numbers
+    numbers = {name: values for name, values in flown.items() if values.ndim == 1}
+    same(numbers, column(table_of(finished), [0, 3, 69]))
     same(work_here(job).columns, flown)
 
 

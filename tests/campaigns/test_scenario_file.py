@@ -12,9 +12,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from gyrostat.campaigns import Scenario
+from gyrostat.campaigns.build_parts import named_parts
 from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.reading.scenario_file import read_scenario
+from gyrostat.campaigns.structure import structure_of
+from gyrostat.campaigns.wheel_disturbances import imbalance_of
 from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
 from gyrostat.core.units import RPM
 from gyrostat.wheel import read_wheel_sheet
 
@@ -213,7 +217,9 @@ def test_smear_needs_a_boresight(variant):
 
 def test_windows_can_be_given_in_python(scenario):
     made = scenario.replace(
-        windows={"late": {"from": "10 s", "event": "turn"}, "all": {}}, dispersions=()
+        windows={"late": {"from": "10 s", "event": "turn"}, "all": {}},
+        dispersions=(),
+        requirements=[],
     )
     assert [window.name for window in made.windows] == ["late", "all"]
     assert made.windows[0].event == "turn"
@@ -245,6 +251,30 @@ def test_a_second_loss_leaves_too_few_wheels(variant):
     )
     with pytest.raises(InputError, match=r"key event\[a\]: found working wheels that do not span"):
         read_scenario(variant(more=more))
+
+
+def test_harmonics_and_structure_of_the_wheels_reach_the_plant(variant):
+    more = (
+        '[[imbalance.harmonic]]\nname = "cage"\nnumber = 0.42\nforce = "0.1 g·mm"\n'
+        '[[imbalance.harmonic]]\nnumber = 2\ntorque = "1 g·mm²"\nphase = "90 deg"\n'
+        '[wheel_structure]\nrocking_frequency = ["70 Hz", "80 Hz", "80 Hz", "80 Hz"]\n'
+    )
+    scenario = read_scenario(variant(more=more))
+    numbers = {key: jnp.asarray(value) for key, value in scenario.values.items()}
+    harmonics = named_parts(structure_of(scenario), numbers, "imbalance.harmonic", wheels=4)
+    found = imbalance_of(structure_of(scenario), numbers, list(harmonics.values()))
+    np.testing.assert_allclose(found.harmonics.number, [0.42, 2.0])
+    np.testing.assert_allclose(found.harmonics.force, [[1e-7] * 4, [0.0] * 4], atol=1e-20)
+    np.testing.assert_allclose(found.harmonics.phase[1], np.pi / 2)
+    np.testing.assert_allclose(found.structure.rocking_frequency[:2], [140 * np.pi, 160 * np.pi])
+    assert np.all(np.isinf(found.structure.radial_frequency))
+    found.check()
+    path = variant(more="[wheel_structure]\n")
+    text = path.read_text()
+    start = text.index("[imbalance]")
+    path.write_text(text[:start] + text[text.index("\n[", start) :])
+    with pytest.raises(InputError, match=r"wheel_structure: found it without \[imbalance\]"):
+        read_scenario(path)
 
 
 def test_what_a_data_sheet_says_of_its_wheel_need_not_be_given_again(tmp_path):

@@ -4,6 +4,7 @@ from gyrostat.campaigns.description import Campaign
 from gyrostat.campaigns.execute import replay, run_campaign, worst_runs
 from gyrostat.campaigns.executors import cluster, processes
 from gyrostat.campaigns.jobs import Job
+from gyrostat.campaigns.requirement import Requirement
 from gyrostat.campaigns.runs import campaign_runs
 from gyrostat.campaigns.scenario import Dispersion, Event, Scenario, Window
 from gyrostat.campaigns.store import Store
@@ -13,6 +14,7 @@ __all__ = [
     "Dispersion",
     "Event",
     "Job",
+    "Requirement",
     "Scenario",
     "Store",
     "Window",

@@ -6,13 +6,17 @@
 import hashlib
 import io
 import re
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from gyrostat.campaigns.description import Campaign
 
 if TYPE_CHECKING:
-    from gyrostat.core.types import Vector
+    import pyarrow.parquet as pq
+
+    from gyrostat.core.types import Matrix, Vector
 
 _NAME = re.compile(r"(\d{6,})\.[0-9a-f]{64}\.parquet")
 
@@ -23,21 +27,64 @@ def packed(campaign: Campaign, number: int, columns: Mapping[str, "Vector"]) -> 
     Args:
         campaign: Campaign of the block.
         number: Number of the block.
-        columns: Columns of the table, name -> (runs,).
+        columns: Columns of the table, name -> (runs,), or (runs, numbers) for a list for each run,
+            which is null if all of its numbers are NaN.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    runs = campaign.numbers(number)
+    runs = columns["run"]
     told = {
         "campaign": campaign.identity,
         "seed": str(campaign.seed),
-        "runs": f"{runs.start} to {runs.stop - 1}",
+        "runs": f"{runs[0]} to {runs[-1]}",
     }
     buffer = io.BytesIO()
-    pq.write_table(pa.table(dict(columns)).replace_schema_metadata(told), buffer)
+    table = pa.table({name: _column(values) for name, values in columns.items()})
+    pq.write_table(table.replace_schema_metadata(told), buffer)
     content = buffer.getvalue()
     return name_of(campaign, number, content), content
+
+
+def _column(values: Any) -> Any:
+    """Column of a table; of a two-dimensional array, one of lists."""
+    import pyarrow as pa
+
+    if values.ndim == 1:
+        return pa.array(values)
+    missing = np.all(np.isnan(values), axis=1)
+    rows = [None if none else row for none, row in zip(missing, values, strict=True)]
+    return pa.array(rows, pa.list_(pa.from_numpy_dtype(values.dtype)))
+
+
+def scalar_columns(file: "pq.ParquetFile") -> list[str]:
+    """Names of the columns of a table that have one number for each run."""
+    import pyarrow as pa
+
+    return [field.name for field in file.schema_arrow if not pa.types.is_list(field.type)]
+
+
+def list_parts(file: "pq.ParquetFile", name: str, runs: int) -> "Iterator[Matrix]":
+    """Read a column with several numbers for each run, part by part.
+
+    Args:
+        file: Table.
+        name: Name of the column; there is nothing to read if the table has none.
+        runs: Number of runs to read, from the first.
+
+    Yields:
+        Numbers of the runs that have some, (runs, numbers).
+    """
+    if name not in file.schema_arrow.names:
+        return
+    for part in file.iter_batches(batch_size=4096, columns=[name]):
+        rows: Any = part.column(0)[:runs]
+        found = len(rows) - rows.null_count
+        if found:
+            yield rows.flatten().to_numpy().reshape(found, -1).astype(np.float64)
+        runs -= len(rows)
+        if runs <= 0:
+            return
 
 
 def name_of(campaign: Campaign, number: int, content: bytes) -> str:
@@ -50,3 +97,8 @@ def number_of(name: str) -> int | None:
     """Number of a block from its file name; None if it is not the name of a block."""
     match = _NAME.fullmatch(name)
     return None if match is None else int(match[1])
+
+
+def columns_of(table: Any) -> dict[str, Any]:
+    """Columns of a table of runs as arrays: name -> (runs,)."""
+    return {name: table[name].to_numpy() for name in table.column_names}

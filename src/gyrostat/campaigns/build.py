@@ -29,9 +29,10 @@ from gyrostat.campaigns.metrics.budget import Budget
 from gyrostat.campaigns.orbits import orbit_of_run, planned_orbit
 from gyrostat.campaigns.phases import Phases, in_orbit
 from gyrostat.campaigns.references import PlannedReference
-from gyrostat.campaigns.scenario import AXES, Event, Scenario
+from gyrostat.campaigns.scenario import Event, Scenario
 from gyrostat.campaigns.sensing import Values, guarded, options_of, with_faults
 from gyrostat.campaigns.structure import Structure, notified, structure_of
+from gyrostat.campaigns.wheel_disturbances import imbalance_of
 from gyrostat.control.guidance import Guided, Reference
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
@@ -40,7 +41,6 @@ from gyrostat.core.rotations import from_rotation_vector, product
 from gyrostat.spacecraft import (
     DrivenGyrostat,
     Gyrostat,
-    Imbalance,
     ImbalancedGyrostat,
     Spacecraft,
 )
@@ -193,13 +193,10 @@ def _plant(structure: Structure, values: Values, options: Values, plans: Plans, 
         "rate": stacked(values, "start.rate"),
         "wheel_speed": of_wheels(structure, values, "speed"),
     }
-    if has_section(structure, "static_imbalance"):
-        position = [of_wheels(structure, values, f"position.{axis}") for axis in AXES]
-        imbalance = Imbalance(
-            of_wheels(structure, values, "static_imbalance"),
-            of_wheels(structure, values, "dynamic_imbalance"),
-            jnp.stack(position),
-        )
+    count = len(structure.wheels)
+    harmonics = named_parts(structure, values, "imbalance.harmonic", wheels=count)
+    imbalance = imbalance_of(structure, values, list(harmonics.values()))
+    if imbalance is not None:
         plant = ImbalancedGyrostat(plant, imbalance)
         motion["wheel_angle"] = of_wheels(structure, values, "angle")
     if has_section(structure, "motor_constant"):

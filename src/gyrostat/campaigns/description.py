@@ -13,6 +13,8 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.files import read_regular
 
 FORMAT = 2
+LABELS = {"digest": "scenario", "seed": "seed", "search": "search", "runs": "number of runs"}
+"""Attributes that identify a campaign in its folder, and their names in messages."""
 
 
 class DamagedError(InputError):
@@ -30,6 +32,8 @@ class Campaign:
         runs: Number of runs.
         block: Number of runs in a block.
         engine: Fingerprint of the engine, see `gyrostat.campaigns.fingerprint`.
+        search: Options of a search, whose runs are not independent; None for a campaign. `runs` is
+            the largest number of its runs.
     """
 
     scenario: str
@@ -38,11 +42,12 @@ class Campaign:
     runs: int
     block: int
     engine: Mapping[str, str]
+    search: Mapping[str, Any] | None = None
 
     @cached_property
     def identity(self) -> str:
         """SHA-256 digest of all attributes; it identifies the campaign."""
-        content = json.dumps({"format": FORMAT, **asdict(self)}, sort_keys=True)
+        content = json.dumps({"format": FORMAT, **self._content()}, sort_keys=True)
         return hashlib.sha256(content.encode()).hexdigest()
 
     @property
@@ -52,8 +57,15 @@ class Campaign:
 
     def text(self) -> str:
         """Content of campaign.json."""
-        content = {"format": FORMAT, **asdict(self), "sha256": self.identity}
+        content = {"format": FORMAT, **self._content(), "sha256": self.identity}
         return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
+
+    def _content(self) -> dict[str, Any]:
+        """Attributes by name; a campaign has none of a search."""
+        content = asdict(self)
+        if self.search is None:
+            del content["search"]
+        return content
 
     def numbers(self, block: int) -> range:
         """Indices of the runs of a block."""
@@ -103,3 +115,14 @@ def read_campaign(file: Path) -> Campaign | None:
         f"{file}: found damaged content (its digest differs), expected the content that gyrostat "
         "campaign wrote: repeat the command that started the campaign to repair it"
     )
+
+
+def refuse_different(known: Campaign, asked: Campaign, folder: Path) -> None:
+    """Validate that the campaign of a folder is the requested one; raises `InputError`."""
+    for name, label in LABELS.items():
+        found, wanted = getattr(asked, name), getattr(known, name)
+        if found != wanted:
+            raise InputError(
+                f"{folder}: found a campaign with another {label}, {wanted}, expected "
+                f"{found}: give another folder"
+            )

@@ -46,6 +46,11 @@ def draw(scenario: Scenario, seed: int, runs: ArrayLike) -> tuple[Matrix, Words]
         Values, (n, keys), in the order of `scenario.dispersed`, SI; random keys of the noise as
         words, (n,).
     """
+    return values_at(scenario, shares(scenario, seed, runs)), noise_keys(seed, runs)
+
+
+def shares(scenario: Scenario, seed: int, runs: ArrayLike) -> Matrix:
+    """Uniform random numbers of runs, between 0 and 1, (n, keys), in the order of `draw`."""
     dispersions = scenario.dispersions
     size = max((len(d.keys) for d in dispersions), default=1)
     keys = threefry(seed, runs)
@@ -55,11 +60,25 @@ def draw(scenario: Scenario, seed: int, runs: ArrayLike) -> tuple[Matrix, Words]
     bits = threefry(named[..., None], np.arange(size))
     # midpoints of 2^53 equal intervals of [0, 1], so that neither 0 nor 1 is drawn
     share: Matrix = ((bits >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
-    drawn = [
-        _values(dispersion, scenario, share[:, k, : len(dispersion.keys)])
-        for k, dispersion in enumerate(dispersions)
-    ]
-    return np.concatenate([np.zeros((len(keys), 0)), *drawn], axis=1), noise_keys(seed, runs)
+    drawn = [share[:, k, : len(dispersion.keys)] for k, dispersion in enumerate(dispersions)]
+    return np.concatenate([np.zeros((len(keys), 0)), *drawn], axis=1)
+
+
+def values_at(scenario: Scenario, share: Matrix) -> Matrix:
+    """Transform independent uniform numbers to dispersed values.
+
+    Args:
+        scenario: Scenario with dispersions.
+        share: Numbers between 0 and 1, (n, keys), in the order of `scenario.dispersed`.
+
+    Returns:
+        Values, (n, keys), SI.
+    """
+    ends = np.cumsum([len(dispersion.keys) for dispersion in scenario.dispersions])
+    parts = np.split(share, ends, axis=1)
+    pairs = zip(scenario.dispersions, parts[:-1], strict=True)
+    drawn = [_values(dispersion, scenario, part) for dispersion, part in pairs]
+    return np.concatenate([np.zeros((len(share), 0)), *drawn], axis=1)
 
 
 def noise_keys(seed: int, runs: ArrayLike) -> Words:
@@ -89,21 +108,34 @@ def check_draws(scenario: Scenario, seed: int, runs: int) -> None:
         InputError: A drawn value is not allowed, an inertia is impossible, or events change their
             order.
     """
-    entries = numbers_of(scenario)
     for first in range(0, runs, AT_ONCE):
         numbers = range(first, min(first + AT_ONCE, runs))
-        values, _ = draw(scenario, seed, np.array(numbers))
-        for key, drawn in zip(scenario.dispersed, values.T, strict=True):
-            entry = entries[key]
-            # the allowed values are one interval, so that the extremes suffice
-            for place in (np.argmin(drawn), np.argmax(drawn)):
-                value = float(drawn[place])
-                if not entry.allows(value) or not np.isfinite(value):
-                    raise InputError(
-                        f"dispersion of {key}: found {value:g} in run {numbers[int(place)]}, "
-                        f"expected {entry.range(value)}: use less spread, uniform or log_normal"
-                    )
-        _check_together(scenario, numbers, values)
+        check_values(scenario, numbers, draw(scenario, seed, np.array(numbers))[0])
+
+
+def check_values(scenario: Scenario, numbers: range, values: Matrix) -> None:
+    """Validate dispersed values.
+
+    Args:
+        scenario: Scenario with dispersions.
+        numbers: Numbers of the runs, for messages.
+        values: Values, (n, keys).
+
+    Raises:
+        InputError: As for `check_draws`.
+    """
+    entries = numbers_of(scenario)
+    for key, drawn in zip(scenario.dispersed, values.T, strict=True):
+        entry = entries[key]
+        # the allowed values are one interval, so that the extremes suffice
+        for place in (np.argmin(drawn), np.argmax(drawn)):
+            value = float(drawn[place])
+            if not entry.allows(value) or not np.isfinite(value):
+                raise InputError(
+                    f"dispersion of {key}: found {value:g} in run {numbers[int(place)]}, "
+                    f"expected {entry.range(value)}: use less spread, uniform or log_normal"
+                )
+    _check_together(scenario, numbers, values)
 
 
 def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:

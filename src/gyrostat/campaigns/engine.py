@@ -22,6 +22,7 @@ from gyrostat.campaigns.metrics.observer import Seen, concluded, ended
 from gyrostat.campaigns.metrics.percentiles import collectors
 from gyrostat.campaigns.native import Program, program_of
 from gyrostat.campaigns.plans import plans_of
+from gyrostat.campaigns.pointing.campaign import PointingBudget
 from gyrostat.campaigns.run_loop import OWN, loop_of, runner_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import Structure, structure_of
@@ -45,7 +46,7 @@ class Flown(NamedTuple):
 
     Attributes:
         columns: Columns of the table, name -> (runs,): "run", the drawn values, "status", "ended"
-            and the metrics.
+            and the metrics; (runs, numbers) for the lists of the pointing budget.
         histories: Histories of the requested runs over `run` and `time`; None if none were
             requested.
     """
@@ -74,12 +75,12 @@ class _Ready:
 
     def fly_with_jax(
         self, nominal: Vector, drawn: Matrix, plans: Plans, keys: Words, asked: Sequence[int]
-    ) -> Iterator[tuple[Seen, tuple[Matrix, ...], Any]]:
+    ) -> Iterator[tuple[Seen, Any, Any]]:
         """Simulate 64 runs by JAX; see `gyrostat.campaigns.native.Program.chunks`."""
         given = (nominal, drawn, plans, random_keys(keys))
         carry = _begin(structure_of(self.scenario))(*given)
-        for (_, seen), (counted, rows) in self.runner.chunks(*given, carry=carry, asked=asked):
-            yield seen, counted, rows
+        for (_, seen), (errors, rows) in self.runner.chunks(*given, carry=carry, asked=asked):
+            yield seen, errors, rows
 
 
 @lru_cache(maxsize=8)
@@ -90,29 +91,32 @@ def _begin(structure: Structure) -> Callable[..., Any]:
 
 
 @lru_cache(maxsize=8)
-def _ready(scenario: Scenario, engine: str, *, verify: bool = False) -> _Ready:
+def _ready(scenario: Scenario, engine: str, parts: int) -> _Ready:
     structure, plans = structure_of(scenario), plans_of(scenario)
     return _Ready(
         scenario,
         np.array([*scenario.values.values()]),
         plans,
         runner_of(structure),
-        program_of(structure, plans, verify=verify) if engine == "native" else None,
+        program_of(structure, plans, parts=parts) if engine == "native" else None,
     )
 
 
-def prepare(scenario: Scenario, *, verify: bool = False) -> None:
+def prepare(scenario: Scenario, *, parts: int = 0, verify: bool = False) -> None:
     """Make the program of a scenario for the native engine; workers then find it in the cache.
 
     Args:
         scenario: Scenario.
+        parts: See `gyrostat.campaigns.native.program_of`.
         verify: See `gyrostat.campaigns.native.program_of`.
 
     Raises:
         InputError: See `gyrostat.campaigns.native.program_of`.
     """
     required()  # also where the program is loaded already
-    _ready(scenario, "native", verify=verify)
+    if verify:
+        program_of(structure_of(scenario), plans_of(scenario), parts=parts, verify=True)
+    _ready(scenario, "native", parts)
 
 
 def fly(
@@ -136,7 +140,7 @@ def fly(
         InputError: The seed is out of range.
     """
     check_seed(seed)
-    ready = _ready(scenario, engine)
+    ready = _ready(scenario, engine, 0)
     if runs is None:
         return _group(ready, np.zeros(1, np.int64), seed, keep, nominal=True)
     wanted = np.asarray(runs, dtype=np.int64)
@@ -149,6 +153,29 @@ def fly(
         {name: np.concatenate([b.columns[name] for b in flown]) for name in flown[0].columns},
         _joined(histories) if histories else None,
     )
+
+
+def fly_given(
+    scenario: Scenario,
+    runs: Sequence[int] | NDArray[np.int64],
+    values: Matrix,
+    keys: Words,
+    *,
+    keep: Sequence[int] = (),
+) -> Flown:
+    """Simulate runs with given values and noise, by the native engine.
+
+    Args:
+        scenario: Scenario; its dispersed values are replaced.
+        runs: Numbers of the runs, (n,), increasing; they only name the runs.
+        values: Dispersed values, (n, keys), in the order of `scenario.dispersed`.
+        keys: Random keys of the noise, (n,), or of each part of a run, (n, parts).
+        keep: Numbers of the runs whose histories are requested.
+    """
+    parts = keys.shape[1] if keys.ndim == 2 else 0
+    ready = _ready(scenario, "native", parts)
+    numbers = np.asarray(runs, dtype=np.int64)
+    return _flown(ready, numbers, np.arange(len(runs)), values, keys, keep)
 
 
 def _group(
@@ -168,19 +195,47 @@ def _group(
         values, keys = np.tile(own, (len(flown), 1)), noise_keys(seed, 0 * flown)
     else:
         values, keys = draw(scenario, seed, flown)
+    return _flown(ready, runs, picked, values, keys, keep, lists=not nominal)
+
+
+def _flown(
+    ready: _Ready,
+    runs: NDArray[np.int64],
+    picked: NDArray[np.int64],
+    values: Matrix,
+    keys: Words,
+    keep: Sequence[int],
+    *,
+    lists: bool = False,
+) -> Flown:
+    """Simulate runs with given values and noise.
+
+    Args:
+        ready: Scenario.
+        runs: Numbers of the runs that are returned.
+        picked: Their places among the simulated ones.
+        values: Dispersed values of the simulated runs.
+        keys: Random keys of their noise.
+        keep: Numbers of the runs whose histories are requested.
+        lists: Whether to return columns with several numbers for each run.
+    """
+    scenario = ready.scenario
     is_kept = np.isin(runs, keep)
     asked = picked[is_kept].tolist()
     given = (ready.nominal, values, ready.plans, keys)
     fly_chunks = ready.fly_with_jax if ready.program is None else ready.program.chunks
     samples = len(ready.runner.starts) * ready.runner.length
     errors = collectors(len(values), samples, LANES, 1 + len(scenario.windows))
+    budget = PointingBudget(scenario, len(values), samples, LANES)
     kept, last = [], None
-    for seen, counted, rows in fly_chunks(*given, asked):
+    for seen, (counted, vectors), rows in fly_chunks(*given, asked):
+        budget.add(counted, vectors)
         for collected, own in zip(errors, counted, strict=True):
             collected.add(own)
         if asked:
             kept.append(rows)
         last = seen
+    budget.finish()
     seen: Any = jax.tree.map(np.asarray, last)
     period = scenario.values["run.control_period"]
     drawn = values[picked]
@@ -190,7 +245,10 @@ def _group(
         "status": seen.status[picked].astype(np.int8),
         "ended": ended(seen, period)[picked],
     }
-    columns |= {name: entry[picked] for name, entry in concluded(scenario, seen, errors).items()}
+    found = concluded(scenario, seen, errors, budget.metrics())
+    columns |= {name: entry[picked] for name, entry in found.items()}
+    if lists:
+        columns |= budget.lists(runs, seen.status[picked], picked)
     if not kept:
         return Flown(columns, None)
     rows, error = jax.tree.map(

@@ -222,7 +222,8 @@ def replay(
 
     def take(job: Job, flown: Any) -> None:
         for place, run in enumerate(job.runs):
-            for name, values in flown.columns.items():
+            scalars = {n: values for n, values in flown.columns.items() if values.ndim == 1}
+            for name, values in scalars.items():
                 recorded = table[name][run].as_py()
                 recorded = np.nan if recorded is None else recorded
                 if not np.array_equal(values[place], recorded, equal_nan=True):
@@ -233,6 +234,15 @@ def replay(
             paths.append(store.write_history(campaign, run, flown.histories.sel(run=run)))
 
     parts = [tuple(runs[k : k + AT_ONCE]) for k in range(0, len(runs), AT_ONCE)]
-    jobs = [Job(campaign, part, part, -1) for part in parts]
+    jobs = [Job(campaign, part, part, -1, _given(campaign, table, part)) for part in parts]
     carry_out(jobs, fly_job, opener, take, window=1)
     return paths
+
+
+def _given(campaign: Campaign, table: Any, runs: Sequence[int]) -> Any:
+    """Values and random keys of runs of a search; None for a campaign."""
+    if campaign.search is None:
+        return None
+    from gyrostat.campaigns.search.noise import given_of
+
+    return given_of(campaign, table, runs)

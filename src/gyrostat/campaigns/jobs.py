@@ -25,12 +25,15 @@ class Job(NamedTuple):
         runs: Indices of the runs.
         keep: Indices of the runs whose histories are requested.
         block: Number of the block; -1 for a selection of runs.
+        given: Dispersed values, (n, keys), and random keys, (n, parts), of the runs of a search;
+            None for those that the runs of a campaign draw.
     """
 
     campaign: Campaign
     runs: tuple[int, ...]
     keep: tuple[int, ...]
     block: int
+    given: tuple[Any, Any] | None = None
 
 
 _scenario = lru_cache(maxsize=8)(Scenario.from_text)
@@ -44,10 +47,12 @@ def work(job: Job) -> Any:
 
 def work_here(job: Job) -> Any:
     """Simulate the runs of a job in a process that is configured; see `work`."""
-    from gyrostat.campaigns.engine import fly
+    from gyrostat.campaigns.engine import fly, fly_given
 
     campaign, engine = job.campaign, job.campaign.engine["engine"]
     scenario = _scenario(campaign.scenario)
+    if job.given is not None:
+        return fly_given(scenario, job.runs, *job.given, keep=job.keep)
     return fly(scenario, campaign.seed, job.runs, keep=job.keep, engine=engine)
 
 
@@ -79,7 +84,9 @@ def executor_for(
         scenario = _scenario(campaign.scenario)
         if runs * scenario.count <= FEW_PERIODS:
             from gyrostat.campaigns.engine import prepare
+            from gyrostat.campaigns.search.noise import parts_of
 
-            prepare(scenario)  # once, not in each thread
+            parts = 0 if campaign.search is None else parts_of(scenario)
+            prepare(scenario, parts=parts)  # once, not in each thread
             return threads(cores), cores, work_here
     return processes(workers or cores), workers or cores, fly_job or work

@@ -26,7 +26,6 @@ from gyrostat.campaigns.schema import (
     MEASURED,
     RUN,
     START,
-    WHEEL_ALL,
     Key,
     Measured,
     event_keys,
@@ -36,6 +35,8 @@ from gyrostat.campaigns.schema import (
 from gyrostat.campaigns.schema import INERTIA as INERTIA_KEY
 from gyrostat.campaigns.sensors import FURTHER_SENSORS, HEADS
 from gyrostat.campaigns.structure import Structure
+from gyrostat.campaigns.wheel_disturbances import HARMONICS
+from gyrostat.campaigns.wheel_keys import WHEEL_ALL
 from gyrostat.core.errors import InputError
 from gyrostat.wheel.friction import WHEEL_FRICTION
 
@@ -56,12 +57,14 @@ NEEDS = {
     "magnetometer": "a [[sensor]] named magnetometer",
     "sun_sensor": "a [[sensor]] named sun_sensor or coarse_sun_sensors",
     "torque_rods": "an [[actuator]] named torque_rods",
+    "thrusters": "an [[actuator]] named thrusters",
 }
 """What a component can need -> where a scenario has it."""
 PARTS: Mapping[str, Mapping[str, Component]] = {
     "environment.torque": TORQUES,
     "reference.mode": MODES,
     "reference.slew": SLEWS,
+    "imbalance.harmonic": HARMONICS,
     "star_tracker": HEADS,
     "sensor": FURTHER_SENSORS,
     "actuator": ACTUATORS,
@@ -131,6 +134,7 @@ def check_needs(scenario: Scenario) -> None:
         "magnetometer": ("sensor", "magnetometer") not in named,
         "sun_sensor": not named & {("sensor", "sun_sensor"), ("sensor", "coarse_sun_sensors")},
         "torque_rods": ("actuator", "torque_rods") not in named,
+        "thrusters": ("actuator", "thrusters") not in named,
     }
     heads = any(part.section == "star_tracker" for part in scenario.parts)
     if heads and scenario.sensors != "star_tracker_gyro":

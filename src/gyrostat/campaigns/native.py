@@ -78,19 +78,20 @@ class Program(NamedTuple):
 
     def chunks(
         self, nominal: Vector, drawn: Matrix, plans: Plans, keys: Words, asked: Sequence[int]
-    ) -> Iterator[tuple[Seen, tuple[Matrix, ...], Any]]:
+    ) -> Iterator[tuple[Seen, Any, Any]]:
         """Run chunk by chunk; the last chunk may extend beyond the last sample.
 
         Args:
             nominal: Nominal values.
             drawn: Drawn values, (runs, dispersed).
             plans: Designs.
-            keys: Random keys of the noise, (runs,).
+            keys: Random keys of the noise, (runs,), or of each part of a run, (runs, parts).
             asked: Indices of the runs whose records are requested.
 
         Yields:
-            `Seen` after the chunk, the counted pointing errors of the run and of each window,
-            (runs, samples), and the records of the requested runs.
+            `Seen` after the chunk, the errors of all runs, and the records of the requested runs.
+            The errors are the counted pointing errors of the run and of each window, (runs,
+            samples), and the error vectors of pointing requirements, (runs, samples, 3).
         """
         given = (nominal, drawn, *map(np.asarray, jax.tree.leaves(plans)), keys)
         carry = self.begin(given)
@@ -101,7 +102,9 @@ class Program(NamedTuple):
             yield jax.tree.map(carry.__getitem__, self.seen), counted, rows
 
 
-def program_of(structure: Structure, plans: Plans, *, verify: bool = False) -> Program:
+def program_of(
+    structure: Structure, plans: Plans, *, parts: int = 0, verify: bool = False
+) -> Program:
     """Program of a scenario: from the cache, or traced, compiled and stored.
 
     A program with a component that is not of this package is always traced and never stored.
@@ -109,6 +112,7 @@ def program_of(structure: Structure, plans: Plans, *, verify: bool = False) -> P
     Args:
         structure: Structure of the scenario.
         plans: Designs; only the shapes and types of their numbers are used.
+        parts: Number of parts of a run whose noise has its own random key; 0: one key for the run.
         verify: Trace the program in any case and compare it with the stored one.
 
     Raises:
@@ -117,14 +121,14 @@ def program_of(structure: Structure, plans: Plans, *, verify: bool = False) -> P
     """
     required()
     cache = private_cache() if is_shipped(structure) else None
-    name = _name(structure, plans)
+    name = _name(structure, plans, parts)
     content = None if cache is None else cache.read(name)
     stored = None if content is None else pickle.loads(content)
     if stored is not None and not verify:
         libraries = [stored_library(part.library) for part in (stored.begin, stored.chunk)]
         if None not in libraries:
             return _loaded(structure, stored, *libraries)
-    traces, seen, records = _trace(structure, plans)
+    traces, seen, records = _trace(structure, plans, parts)
     begin, chunk = map(_part, traces)
     made = Stored(begin, chunk, seen, records)
     if verify and stored is not None and [*stored[:2]] != [*made[:2]]:
@@ -138,7 +142,7 @@ def program_of(structure: Structure, plans: Plans, *, verify: bool = False) -> P
     return program
 
 
-def _name(structure: Structure, plans: Plans) -> str:
+def _name(structure: Structure, plans: Plans, keys: int) -> str:
     """Name of the stored program in the cache."""
     leaves, tree = jax.tree.flatten(plans)
     # the platform does not change the C code
@@ -148,13 +152,15 @@ def _name(structure: Structure, plans: Plans) -> str:
         if key.startswith("JAX_") and key != "JAX_PLATFORMS"
     }
     parts = (
-        *(structure, tree, [(np.shape(leaf), np.result_type(leaf)) for leaf in leaves]),
+        *(structure, keys, tree, [(np.shape(leaf), np.result_type(leaf)) for leaf in leaves]),
         *(engine_record("cpu", FLAGS["cpu"], "native"), sorted(options.items())),
     )
     return f"lanes-program-{hashlib.sha256(repr(parts).encode()).hexdigest()}"
 
 
-def _trace(structure: Structure, plans: Plans) -> tuple[tuple[Traced, Traced], Any, Any]:
+def _trace(
+    structure: Structure, plans: Plans, parts: int
+) -> tuple[tuple[Traced, Traced], Any, Any]:
     """Functions of the initialisation and of a chunk as C, and trees of places; see `Stored`."""
     make, length = loop_of(structure), runner_of(structure).length
 
@@ -164,7 +170,7 @@ def _trace(structure: Structure, plans: Plans) -> tuple[tuple[Traced, Traced], A
     def chunk(carry: Any, first: Any, *given: Any) -> Any:
         return make(*given).scan(carry, first, length)
 
-    key = jax.ShapeDtypeStruct((1,), jax.random.key(0).dtype)
+    key = jax.ShapeDtypeStruct((1, parts) if parts else (1,), jax.random.key(0).dtype)
     drawn = np.zeros((1, len(structure.dispersed)))
     given = (np.zeros(len(structure.keys)), drawn, plans, key)
     one = traced(begin, OWN, given)

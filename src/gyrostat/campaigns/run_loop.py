@@ -7,12 +7,13 @@ from typing import Any
 from gyrostat.campaigns.build import build
 from gyrostat.campaigns.metrics.observer import Observer
 from gyrostat.campaigns.structure import Structure
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.simulation import Loop, Runner, control_loop
 
 OWN = (False, True, False, True)
 """Whether the runs have their own nominal values, drawn values, plans and random keys."""
 ON_DEMAND = (False, True)
-"""Records of a sample: the pointing error, and the signals, which only some runs return."""
+"""Records of a sample: errors, and the signals, which only some runs return."""
 LONGEST = 500
 """Largest number of control periods whose samples are in memory at a time."""
 
@@ -21,8 +22,11 @@ LONGEST = 500
 def loop_of(structure: Structure) -> Callable[..., Loop]:
     """Function of the loop of a run: (nominal values, drawn values, plans, random key) -> loop.
 
-    The carry of the loop ends with `Seen`; its record of a sample is (counted pointing errors,
-    (histories, pointing error)).
+    The random key is one key, or several, (parts,): each is the key of the noise in one part of the
+    run. The parts have equal numbers of samples.
+
+    The carry of the loop ends with `Seen`; its record of a sample is ((counted pointing errors,
+    error vectors of requirements), (histories, pointing error)).
     """
 
     def make(nominal: Any, drawn: Any, plans: Any, key: Any) -> Loop:
@@ -33,7 +37,8 @@ def loop_of(structure: Structure) -> Callable[..., Loop]:
         setup = build(structure, values, plans)
         observer = Observer.of(structure, setup, values)
         loop = control_loop(
-            *(setup.plant, setup.controller, setup.sensor, setup.start, key),
+            *(setup.plant, setup.controller, setup.sensor, setup.start),
+            _keys_of(key, structure.count),
             values["run.control_period"],
             substeps=structure.substeps,
             command_delay=structure.command_delay,
@@ -41,11 +46,21 @@ def loop_of(structure: Structure) -> Callable[..., Loop]:
 
         def observed(seen, row, k):
             seen, pointing = observer(seen, row, k)
-            return seen, (pointing.counted, (row, pointing.error))
+            return seen, ((pointing.counted, pointing.vectors), (row, pointing.error))
 
         return loop.folded(observed, observer.start())
 
     return make
+
+
+def _keys_of(key: Any, count: int) -> Any:
+    """Random key of a run, or function of a sample that gives the key of its part of the run."""
+    if key.ndim == 0:
+        return key
+    parts = key.shape[0]
+    size = -(-(count + 1) // parts)
+    # the last chunk may extend beyond the last sample
+    return lambda k: jax.random.fold_in(key[jnp.minimum(k // size, parts - 1)], k)
 
 
 def runner_of(structure: Structure) -> Runner:

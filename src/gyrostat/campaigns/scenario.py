@@ -16,6 +16,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
+from gyrostat.campaigns.requirement import Requirement
+
 INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
 """Last parts of the keys of the body inertia."""
 AXES = ("x", "y", "z")
@@ -148,6 +150,7 @@ class Scenario:
         surfaces: Outer facets of the spacecraft: area, m², outward normal, (3,), centre, (3,), m,
             fractions of specular and of diffuse reflection, (facets, 9).
         budget: Whether the momentum that each external torque adds is a metric.
+        requirements: Pointing requirements.
     """
 
     name: str
@@ -179,6 +182,7 @@ class Scenario:
     unloading: str = "none"
     surfaces: tuple[tuple[float, ...], ...] = ()
     budget: bool = False
+    requirements: tuple[Requirement, ...] = ()
 
     @property
     def dispersed(self) -> tuple[str, ...]:
@@ -205,7 +209,8 @@ class Scenario:
             changes: Component of a section, as the name of its kind or as an object of an own
                 class: `controller=EarthPointer(kp=0.02)`. Value of a key, SI or text with a unit:
                 `**{"controller.kp": 0.03}`. Windows of the metrics, with their keys as in a
-                scenario file: `windows={"imaging": {"from": 90.0}}`. Attribute of `Scenario`:
+                scenario file: `windows={"imaging": {"from": 90.0}}`. Pointing requirements, with
+                their keys: `requirements=[{"index": "APE", ...}]`. Attribute of `Scenario`:
                 `name="other"`.
 
         Raises:
@@ -239,6 +244,7 @@ _ROWS = {
     "sources": Source,
     "texts": Source,
     "windows": Window,
+    "requirements": Requirement,
 }
 """Field of a scenario -> class of its entries."""
 

@@ -11,18 +11,18 @@ The digests detect damage; they do not protect against deliberate changes.
 """
 
 import contextlib
-import fcntl
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gyrostat.campaigns.blocks import name_of, number_of, packed
-from gyrostat.campaigns.description import Campaign, DamagedError, read_campaign
+from gyrostat.campaigns.blocks import name_of, number_of, packed, scalar_columns
+from gyrostat.campaigns.description import Campaign, DamagedError, read_campaign, refuse_different
 from gyrostat.core.errors import InputError
 from gyrostat.core.files import (
     UNFINISHED,
+    lock,
     read_regular,
     set_aside,
     unwritable,
@@ -33,6 +33,7 @@ from gyrostat.core.outputs import Manifest, check_outputs, new_files
 
 if TYPE_CHECKING:
     import pyarrow as pa
+    import pyarrow.parquet as pq
 
     from gyrostat.core.types import Vector
 
@@ -75,7 +76,7 @@ class Store:
         except OSError as error:
             raise unwritable(self.folder, error) from None
         try:
-            _lock(handle, self.folder)
+            lock(handle, f"{self.folder}: found another campaign running here, expected none")
             # remove unfinished files of a killed process
             for folder in (self.folder, self._blocks):
                 for left in folder.glob(f"{UNFINISHED}*.*"):
@@ -124,13 +125,7 @@ class Store:
         if known is None:
             self._restore(campaign, damage, force)
             return campaign
-        for name, label in (("digest", "scenario"), ("seed", "seed"), ("runs", "number of runs")):
-            found, wanted = getattr(campaign, name), getattr(known, name)
-            if found != wanted:
-                raise InputError(
-                    f"{self.folder}: found a campaign with another {label}, {wanted}, expected "
-                    f"{found}: give another folder"
-                )
+        refuse_different(known, campaign, self.folder)
         return known
 
     def _restore(self, campaign: Campaign, damage: DamagedError | None, force: bool) -> None:
@@ -177,6 +172,9 @@ class Store:
             InputError: Table and blocks are damaged.
         """
         self.check(campaign)
+        if campaign.search is not None:
+            self.read_table()  # only the search itself knows its blocks
+            return
         found, damaged = self.blocks(campaign)
         for number in sorted({*damaged, *range(campaign.blocks)} - set(found)):
             state = "damaged or of another campaign" if number in damaged else "missing"
@@ -219,8 +217,8 @@ class Store:
                 damaged.setdefault(number, []).append(path)
         return found, {number: files for number, files in damaged.items() if number not in found}
 
-    def merge(self, campaign: Campaign) -> None:
-        """Write the table of all runs, in order, unless it exists and is intact.
+    def merge(self, campaign: Campaign, count: int | None = None) -> None:
+        """Write the table of all runs, of `count` blocks, in order, unless it exists and is intact.
 
         Raises:
             InputError: A block is missing, or the table cannot be written.
@@ -231,10 +229,10 @@ class Store:
         if Manifest(self.folder).is_own(TABLE, campaign.by):
             return
         found, _ = self.blocks(campaign)
-        numbers = range(campaign.blocks)
-        if len(found) < campaign.blocks:
+        numbers = range(count or campaign.blocks)
+        if len(found) < len(numbers):
             raise InputError(
-                f"{self.folder}: found {len(found)} of {campaign.blocks} blocks intact and no "
+                f"{self.folder}: found {len(found)} of {len(numbers)} blocks intact and no "
                 f"intact {TABLE}, expected all blocks: run gyrostat campaign again to repair it"
             )
         with self.results(campaign) as scratch:
@@ -247,7 +245,12 @@ class Store:
                     writer.write_table(table.replace_schema_metadata(told))
 
     def read_table(self) -> "pa.Table":
-        """Read the table of all runs.
+        """Read the columns with one number for each run; see `open_table`."""
+        with self.open_table() as file:
+            return file.read(scalar_columns(file))
+
+    def open_table(self) -> "pq.ParquetFile":
+        """Open the table of all runs.
 
         Raises:
             InputError: There is no table, or it is damaged.
@@ -259,7 +262,7 @@ class Store:
                 f"{self.table}: found no such file or a damaged one, expected the table of a "
                 "finished campaign"
             )
-        return pq.read_table(self.table)
+        return pq.ParquetFile(self.table)
 
     def history(self, run: int) -> Path:
         """Path of the history of a run."""
@@ -285,10 +288,3 @@ class Store:
         with self.results(campaign) as scratch:
             dataset.to_netcdf(scratch / "runs" / path.name, engine="h5netcdf")
         return path
-
-
-def _lock(handle: int, folder: Path) -> None:
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise InputError(f"{folder}: found another campaign running here, expected none") from None

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 from math import inf, isfinite
 from typing import Any
 
+from gyrostat.campaigns.requirement import ErrorSignal, signals_of
 from gyrostat.campaigns.scenario import Event, Part, Scenario, Source, Window
 from gyrostat.campaigns.schema import MEASURED, WHEEL_IS_LOST
 
@@ -23,6 +24,7 @@ class Structure:
         keys: Keys of all values.
         dispersed: Keys whose values differ from run to run.
         limited: Measured fields whose rate of change is limited.
+        signals: Error vectors that pointing requirements need; their numbers are not part of it.
     """
 
     wheels: tuple[str, ...]
@@ -51,6 +53,7 @@ class Structure:
     keys: tuple[str, ...]
     dispersed: tuple[str, ...]
     limited: tuple[str, ...]
+    signals: tuple[ErrorSignal, ...]
 
 
 def structure_of(scenario: Scenario) -> Structure:
@@ -62,6 +65,7 @@ def structure_of(scenario: Scenario) -> Structure:
         "events": events,
         "turning_points": tuple(sorted(turning, key=lambda e: notified(e, scenario.values))),
         "keys": tuple(scenario.values),
+        "signals": signals_of(scenario.requirements),
         # by the nominal value, so that all runs have the same structure
         "limited": tuple(
             name

@@ -10,7 +10,7 @@ import typer
 
 from gyrostat.cli.arguments import say
 from gyrostat.cli.cache import cache
-from gyrostat.cli.campaign import campaign, check, replay, report, simulate
+from gyrostat.cli.campaign import campaign, check, replay, report, simulate, tune
 from gyrostat.cli.comparison import compare
 from gyrostat.cli.export import export
 from gyrostat.cli.feasibility import feasible
@@ -43,7 +43,7 @@ app = typer.Typer(
 )
 for _verb in (
     *(identify, validate, compare, bench, feasible, recover),
-    *(check, simulate, campaign, replay, report, export, reproduce, cache),
+    *(check, simulate, campaign, tune, replay, report, export, reproduce, cache),
 ):
     app.command()(_keeping_programs(_verb))
 app.command("holdable", help="Old name of `feasible`.")(_keeping_programs(feasible))

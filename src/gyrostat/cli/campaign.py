@@ -100,6 +100,20 @@ def campaign(
     worst_by: Annotated[
         str | None, typer.Option(help="Metric that ranks them [default: last error percentile].")
     ] = None,
+    rare: Annotated[
+        str | None,
+        typer.Option(
+            help='Estimate the probability of a failure: "error_max > 0.5 deg". --runs: at most.'
+        ),
+    ] = None,
+    worst_case: Annotated[
+        str | None,
+        typer.Option(help="Search for the worst case of this metric, with at most --runs."),
+    ] = None,
+    within: Annotated[
+        str | None,
+        typer.Option(help="Bounds of the worst case: 3sigma (default), 2.5sigma, ..., or box."),
+    ] = None,
     force: Annotated[
         bool,
         typer.Option(
@@ -113,7 +127,36 @@ def campaign(
     """Simulate a scenario many times with dispersed values; run again to resume after a stop."""
     options = locals()
     with _Progress() as told:
-        call(verbs.campaign, options, on_progress=told, command=command_line())
+        made = call(verbs.campaign, options, on_progress=told, command=command_line())
+    if made.attrs.get("doubts"):
+        raise typer.Exit(1)
+
+
+def tune(
+    scenario: Annotated[Path, typer.Argument(help="scenario.toml with [[dispersion]] tables.")],
+    free: Annotated[
+        str, typer.Option(help="Free keys: controller.rate_gain,compensator.band=10rpm:40rpm.")
+    ],
+    minimise: Annotated[str, typer.Option(help="Metric, minimised for 95 % of the runs.")],
+    out: Out,
+    subject_to: Annotated[
+        list[str] | None, typer.Option(help='Limit: "torque_rms < 30 uN*m"; may be repeated.')
+    ] = None,
+    runs: Annotated[int, typer.Option(min=1, help="Largest number of runs.")] = 50_000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all random draws.")] = 0,
+    workers: Workers = None,
+    force: ForceModel = False,
+    verify: Verify = False,
+    json_output: Json = False,
+) -> None:
+    """Search for the best values of free numbers, and prove them on fresh runs."""
+    options = {**locals(), "subject_to": subject_to or ()}
+    with _Progress() as told:
+        found = call(verbs.tune, options, on_progress=told, command=command_line())
+    if json_output:
+        print_json(out / "report.json")
+    if not found["within_limits"]:
+        raise typer.Exit(1)
 
 
 def replay(
@@ -126,12 +169,20 @@ def replay(
 
 def report(
     folder: Annotated[Path, typer.Argument(help="Folder of a finished campaign.")],
+    check: Annotated[
+        bool,
+        typer.Option("--check", help="Exit with code 1 unless every pointing requirement is met."),
+    ] = False,
     json_output: Json = False,
 ) -> None:
     """Write the report of a campaign: report.html and report.json."""
-    call(verbs.report, locals(), command=command_line())
+    found = call(verbs.report, locals(), command=command_line())
     if json_output:
         print_json(folder / "report.json")
+    open_ones = [r for r in found.get("requirements", ()) if r["verdict"] != "pass"]
+    if check and open_ones:
+        say("check: " + ", ".join(f"{r['name']}: {r['verdict']}" for r in open_ones))
+        raise typer.Exit(1)
 
 
 class _Progress:

@@ -1,5 +1,6 @@
 """Atomic file writing: a file appears under its name only when it is complete."""
 
+import fcntl
 import hashlib
 import os
 import stat
@@ -124,6 +125,14 @@ def _with_regular(path: Path, use: Callable[[BufferedReader], T]) -> T | None:
         raise InputError(
             f"{path}: found no way to read it ({error.strerror}), expected a readable file"
         ) from None
+
+
+def lock(handle: int, message: str) -> None:
+    """Lock an open file; raises `InputError` with the message if it is locked already."""
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise InputError(message) from None
 
 
 def unwritable(path: Path, error: OSError | ValueError) -> InputError:

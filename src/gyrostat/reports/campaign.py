@@ -11,10 +11,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gyrostat.campaigns import Campaign, Scenario, Store, Window, worst_runs
+from gyrostat.campaigns.blocks import columns_of
 from gyrostat.campaigns.drivers import find_drivers
 from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
+from gyrostat.campaigns.pointing.text import angle_text
 from gyrostat.campaigns.summary import percentile_of
 from gyrostat.core.text import or_none
+from gyrostat.reports import requirements
 from gyrostat.reports.campaign_run import IN_DEGREES, run_page, told
 from gyrostat.reports.drawing import MARK, MODEL, STYLE, literal, svg
 from gyrostat.reports.template import render
@@ -47,9 +50,36 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
     known = store.known()
     with store.locked():
         store.mend(known)
-    scenario = Scenario.from_text(known.scenario)
-    table = store.read_table()
-    columns = {name: table[name].to_numpy() for name in table.column_names}
+    content, page, lines = _page_of(known)(folder, command)
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+    with store.locked(), store.results(known) as scratch:
+        (scratch / "report.json").write_text(text + "\n", encoding="utf-8")
+        (scratch / "report.html").write_text(page, encoding="utf-8")
+    for line in lines:
+        say(line)
+    say(f"written: {folder / 'report.html'}, {folder / 'report.json'}, {store.table}")
+    return text
+
+
+def _page_of(known: Campaign) -> "Callable[[Path, str], tuple[dict[str, Any], str, list[str]]]":
+    """Function of folder and command that gives report.json, page and lines for a terminal."""
+    if known.search is None:
+        return _campaign_page
+    from gyrostat.campaigns.search.rare import RARE
+    from gyrostat.campaigns.search.tuning import FREE
+    from gyrostat.campaigns.search.worst_case import WORST_CASE
+    from gyrostat.reports.rare import rare_page
+    from gyrostat.reports.tuning import tuning_page
+    from gyrostat.reports.worst_case import worst_page
+
+    return {RARE: rare_page, WORST_CASE: worst_page, FREE: tuning_page}[next(iter(known.search))]
+
+
+def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str]]:
+    """Content of report.json, page, and lines for a terminal, of a finished campaign."""
+    store = Store(folder)
+    known = store.known()
+    scenario, columns = Scenario.from_text(known.scenario), columns_of(store.read_table())
     content = _content(scenario, known, columns, store)
     page = render(
         "campaign.html",
@@ -57,20 +87,21 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
         known=known,
         content=content,
         parts=_parts(scenario, columns),
+        over_time=_over_time(scenario, store),
+        angle=angle_text,
         metrics=metrics_of(scenario),
-        told=lambda value, unit: told(np.nan if value is None else value, unit),
+        told=told,
         told_percentile=told_percentile,
         folder=folder,
         command=command,
     )
-    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
-    with store.locked(), store.results(known) as scratch:
-        (scratch / "report.json").write_text(text + "\n", encoding="utf-8")
-        (scratch / "report.html").write_text(page, encoding="utf-8")
-    for line in _lines(scenario, content):
-        say(line)
-    say(f"written: {folder / 'report.html'}, {folder / 'report.json'}, {store.table}")
-    return text
+    return content, page, _lines(scenario, content)
+
+
+def _over_time(scenario: Scenario, store: Store) -> str | None:
+    """Figure of the errors over time."""
+    figure = requirements.over_time_figure(scenario, store)
+    return None if figure is None else svg(figure)
 
 
 def _parts(scenario: Scenario, columns: "dict[str, Vector]") -> list[dict[str, Any]]:
@@ -164,6 +195,9 @@ def _content(
             }
             for k in bad[:100]
         ],
+        "requirements": [
+            requirements.content(each) for each in requirements.verdicts(scenario, columns, store)
+        ],
         "chance_level": metrics[ranked]["chance_level"],
         "metrics": metrics,
         **worst(ranked),
@@ -207,7 +241,7 @@ def _lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
     if driving:
         told_of = ", ".join(f"{d['key']} ({d['rank_correlation']:+.2f})" for d in driving[:3])
         lines.append(f"  driven by {told_of}, by rank correlation")
-    return lines
+    return lines + [requirements.line(entry) for entry in content["requirements"]]
 
 
 def distribution_figure(
@@ -234,6 +268,7 @@ def distribution_figure(
             axes.stairs(
                 *np.histogram(values, bins=min(50, 5 + len(values) // 10)), fill=True, color=MODEL
             )
+            requirements.mark_required(axes, scenario, name)
             mark = percentile_of(values, PERCENTILES[-1]).value
             axes.axvline(mark, color=MARK, lw=0.9, ls="--")
             unit = IN_DEGREES.get(unit, unit)

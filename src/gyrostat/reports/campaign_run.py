@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from gyrostat.campaigns.metrics.results import metrics_of
+from gyrostat.campaigns.pointing.text import required_errors
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.outputs import new_files
 from gyrostat.core.text import plain
@@ -100,9 +101,9 @@ def _verdict(values: Mapping[str, Any]) -> str:
     return f"NOT complete: {status.name.lower().replace('_', ' ')} after {values['ended']:g} s"
 
 
-def told(value: float, unit: str, digits: int = 4) -> str:
+def told(value: float | None, unit: str, digits: int = 4) -> str:
     """Format a value with a number of significant digits; angles and rates in degrees."""
-    if not math.isfinite(value):
+    if value is None or not math.isfinite(value):
         return "none"
     if unit in IN_DEGREES:
         value, unit = math.degrees(value), IN_DEGREES[unit]
@@ -132,6 +133,8 @@ def run_figure(scenario: Scenario, history: "xr.Dataset") -> Figure:
         error = np.maximum(np.degrees(history.error.values[every]), LEAST_SHOWN)
         rate = np.degrees(np.linalg.norm(history.rate.values[every], axis=1))
         rows[0].semilogy(time, error, lw=1.2)
+        for value in required_errors(scenario):
+            rows[0].axhline(math.degrees(value), color="black", lw=0.9, ls="--")
         rows[1].semilogy(time, np.maximum(rate, LEAST_SHOWN), lw=1.2)
         for k, name in enumerate(map(literal, scenario.wheels)):
             rows[2].plot(time, history.wheel_speed.values[every, k] / RPM, lw=1.2, label=name)

@@ -1,5 +1,6 @@
 """Conversion of the verbs' arguments: numbers, text with units, mappings, paths or objects."""
 
+import re
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -220,3 +221,16 @@ def refuse_given(options: Mapping[str, object], where: str, expected: str) -> No
     given = [option for option, value in options.items() if _is_given(value)]
     if given:
         raise InputError(f"{where}: found {', '.join(given)}, expected these with {expected} only")
+
+
+def folder_name(name: str, runs: int, seed: int) -> str:
+    """Default name of a campaign's folder."""
+    plain = re.sub(r"\W+", "-", name).strip("-") or "campaign"
+    return f"{plain}-{runs}-runs-seed-{seed}"
+
+
+def check_device(name: str) -> None:
+    """Check that JAX may be asked for a device; raises `InputError`."""
+    from gyrostat.campaigns.fingerprint import FLAGS
+
+    one_of(name, FLAGS, "--device")

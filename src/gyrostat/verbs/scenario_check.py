@@ -1,10 +1,10 @@
 """Verb `check`: a scenario without its simulation."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.verbs.arguments import Say, silent
-from gyrostat.verbs.scenarios import scenario_of
 
 if TYPE_CHECKING:
     from gyrostat.campaigns import Scenario
@@ -36,6 +36,7 @@ def check(
     """
     from gyrostat.campaigns.kinds import components_of
     from gyrostat.campaigns.own.parts import is_own
+    from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.campaigns.reading.scenario_file import validated
 
     found = scenario_of(scenario, force=force, changes=changes)
@@ -50,4 +51,17 @@ def check(
             if key.startswith(start) and is_own(kind)
         ]
         say(", ".join([f"{section}: {kind}", *own]))
+    for line in requirement_lines(found):
+        say(line)
     return named
+
+
+def scenario_of(
+    scenario: "Scenario | str | Path", *, force: bool, changes: Mapping[str, Any] | None = None
+) -> "Scenario":
+    """Scenario, read from its file unless it is an object, with changes."""
+    from gyrostat.campaigns.reading.scenario_file import read_scenario
+
+    if isinstance(scenario, str | Path):
+        scenario = read_scenario(scenario, force=force)
+    return scenario.replace(**changes) if changes else scenario

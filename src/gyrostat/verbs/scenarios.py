@@ -1,19 +1,29 @@
-"""Verbs on scenarios: simulate, campaign, replay, report."""
+"""Verbs on scenarios: simulate, campaign, replay."""
 
-import json
-import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Say, one_of, silent, to_stderr, whole_numbers
+from gyrostat.verbs.arguments import (
+    Say,
+    check_device,
+    folder_name,
+    refuse_given,
+    silent,
+    to_stderr,
+    whole_numbers,
+)
+from gyrostat.verbs.scenario_check import scenario_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from gyrostat.campaigns import Scenario
+
+BLOCK = 64
+"""Default number of runs in a block of a campaign."""
 
 
 def simulate(
@@ -67,7 +77,7 @@ def simulate(
         names = (path.name, path.with_suffix(".html").name)
         check_outputs(path.parent, names, by="simulate", force=force)
     engine = engine_named(engine, say, "--engine")
-    _check_device(device)
+    check_device(device)
     use_engine(engine_record(device, FLAGS[device]))
     from gyrostat.campaigns.engine import fly
     from gyrostat.campaigns.execute import chosen_engine
@@ -98,10 +108,13 @@ def campaign(
     scheduler: str | None = None,
     device: str = "cpu",
     engine: str = "auto",
-    block: int = 64,
+    block: int = BLOCK,
     keep: str | Iterable[int] = (),
     worst: int = 3,
     worst_by: str | None = None,
+    rare: str | None = None,
+    worst_case: str | None = None,
+    within: str | None = None,
     force: bool = False,
     verify: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
@@ -126,6 +139,11 @@ def campaign(
         keep: Numbers of runs whose histories are kept.
         worst: Number of worst runs whose histories are kept too.
         worst_by: Metric that ranks them; None: the last percentile of the error.
+        rare: Condition of a failure, "error_max > 0.5 deg": its probability is estimated by a
+            search for such runs. `runs` is then the largest number of runs.
+        worst_case: Metric whose worst case is searched, with at most `runs` runs.
+        within: Bounds of the dispersions of the worst case: "3sigma" (default), with any number, or
+            "box": the ends of uniform distributions and 3 sigma of the others.
         force: Whether to start although the folder has files that gyrostat did not write, which
             are renamed NAME.changed, and to accept wheels that are marked as impossible.
         verify: Whether to make the compiled program again and compare it with the stored one.
@@ -136,7 +154,9 @@ def campaign(
 
     Returns:
         The dataset that `campaign_runs` reads: every drawn parameter and metric, one value per
-        run. The folder also has report.html, report.json and the histories of the worst runs.
+        run. The folder also has report.html, report.json and the histories of the worst runs. With
+        `rare` or `worst_case`, the runs are not independent; the attributes `probability`, `low`,
+        `high` and `doubts`, or `run`, `worst` and `noise_share`, are the result.
 
     Raises:
         InputError: The scenario has no dispersions, the folder has another campaign, or options
@@ -144,6 +164,7 @@ def campaign(
     """
     from gyrostat.campaigns import campaign_runs, cluster, run_campaign
     from gyrostat.campaigns.own.trial import say_bad_commands
+    from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.core.files import check_writable
     from gyrostat.reports.campaign import write_campaign
 
@@ -151,17 +172,36 @@ def campaign(
         check_writable(Path(out))
     if worst < 0:
         raise InputError(f"--worst: found {worst}, expected 0 or more")
-    _check_device(device)
+    check_device(device)
     engine = engine_named(engine, say, "--engine")
     found = scenario_of(scenario, force=force, changes=changes)
     if not found.dispersions:
         place = scenario if isinstance(scenario, str | Path) else found.name
         raise InputError(f"{place}: key dispersion: found none, expected at least one dispersion")
-    folder = Path(_folder_name(found.name, runs, seed) if out is None else out)
+    folder = Path(folder_name(found.name, runs, seed) if out is None else out)
     if out is None:
         check_writable(folder)
         # the chosen folder is always reported
         (to_stderr if say is silent else say)(f"the files of the campaign are written to {folder}")
+    if rare is not None or worst_case is not None:
+        from gyrostat.verbs.searches import Search
+
+        other = {"--scheduler": scheduler, "--keep": keep, "--worst-by": worst_by}
+        is_rare = rare is not None
+        other |= {"--worst-case": worst_case if is_rare else None}
+        other |= {"--block": None if block == BLOCK else block}
+        other |= {"--within": within if is_rare else None}
+        refuse_given(other, "--rare" if is_rare else "--worst-case", "a campaign")
+        asked = Search(
+            *(found, folder, runs, seed, workers, worst, force, verify),
+            *(device, engine, on_progress, say, command),
+        )
+        if rare is not None:
+            return asked.failures(rare)
+        return asked.worst_case(worst_case or "", within or "3sigma")
+    refuse_given({"--within": within}, "campaign", "--worst-case")
+    for line in requirement_lines(found, runs):
+        say(line)
     run_campaign(
         found,
         folder,
@@ -220,8 +260,9 @@ def replay(
     path = Path(folder if isinstance(folder, str | Path) else folder.attrs["folder"])
     store = Store(path, say)
     known = store.known()
-    if run not in range(known.runs):
-        raise InputError(f"run: found {run}, expected 0 to {known.runs - 1}")
+    runs = known.runs if known.search is None else store.read_table().num_rows
+    if run not in range(runs):
+        raise InputError(f"run: found {run}, expected 0 to {runs - 1}")
     refuse_other(known.engine, str(path))
     with store.locked():
         store.mend(known)
@@ -230,47 +271,3 @@ def replay(
     write_replay(known, written, run, command=command, say=say)
     with xr.open_dataset(written, engine="h5netcdf") as history:
         return history.load()
-
-
-def report(
-    folder: "str | Path", *, say: Say = silent, command: str = "gyrostat.report"
-) -> "dict[str, Any]":
-    """Write report.html and report.json of a finished campaign into its folder.
-
-    Args:
-        folder: Folder of a finished campaign.
-        say: Function that receives each message for the user.
-        command: Text that the page names as its origin.
-
-    Returns:
-        The content of report.json, SI units.
-
-    Raises:
-        InputError: There is no finished campaign, or the folder cannot be written.
-    """
-    from gyrostat.reports.campaign import write_campaign
-
-    return json.loads(write_campaign(Path(folder), command=command, say=say))
-
-
-def scenario_of(
-    scenario: "Scenario | str | Path", *, force: bool, changes: Mapping[str, Any] | None = None
-) -> "Scenario":
-    """Scenario, read from its file unless it is an object, with changes."""
-    from gyrostat.campaigns.reading.scenario_file import read_scenario
-
-    if isinstance(scenario, str | Path):
-        scenario = read_scenario(scenario, force=force)
-    return scenario.replace(**changes) if changes else scenario
-
-
-def _folder_name(name: str, runs: int, seed: int) -> str:
-    """Default name of a campaign's folder."""
-    plain = re.sub(r"\W+", "-", name).strip("-") or "campaign"
-    return f"{plain}-{runs}-runs-seed-{seed}"
-
-
-def _check_device(name: str) -> None:
-    from gyrostat.campaigns.fingerprint import FLAGS
-
-    one_of(name, FLAGS, "--device")

@@ -1,6 +1,6 @@
 """Metrics of a run, computed during the simulation with constant memory."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Self
 
 import equinox as eqx
@@ -14,6 +14,8 @@ from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
 from gyrostat.campaigns.metrics.sample import Sample
 from gyrostat.campaigns.metrics.schema import GAINED
 from gyrostat.campaigns.metrics.windows import SeenWindow, WindowObserver, pointing_error
+from gyrostat.campaigns.pointing.signals import error_vector
+from gyrostat.campaigns.requirement import ErrorSignal
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import Structure
 from gyrostat.control.guidance import AttitudeReference, Mode
@@ -80,10 +82,12 @@ class Pointing(NamedTuple):
         error: Pointing error, rad.
         counted: Pointing errors of the run and of each window, rad; infinite at samples that are
             not evaluated.
+        vectors: Error vectors that pointing requirements need, (3,) each, rad.
     """
 
     error: Scalar
     counted: tuple[Scalar, ...]
+    vectors: tuple[Vector3, ...]
 
 
 class Observer(eqx.Module):
@@ -95,6 +99,7 @@ class Observer(eqx.Module):
         count: Number of control periods of the run.
         boresight: Body direction whose pointing is evaluated, (3,); None for the full attitude.
         windows: Observers of the windows.
+        signals: Error vectors that pointing requirements need.
     """
 
     setup: Setup
@@ -102,13 +107,14 @@ class Observer(eqx.Module):
     windows: tuple[WindowObserver, ...]
     count: int = eqx.field(static=True)
     boresight: tuple[float, ...] | None = eqx.field(static=True)
+    signals: tuple[ErrorSignal, ...] = eqx.field(static=True)
 
     @classmethod
     def of(cls, structure: Structure, setup: Setup, values: dict[str, Scalar]) -> Self:
         """Create the observer of a run with the given values."""
         own = {k: v for k, v in values.items() if k.split(".")[0] in ("metrics", "run")}
         windows = tuple(WindowObserver.of(w, structure, values) for w in structure.windows)
-        return cls(setup, own, windows, structure.count, structure.boresight)
+        return cls(setup, own, windows, structure.count, structure.boresight, structure.signals)
 
     def start(self) -> Seen:
         """Initial values before the first sample."""
@@ -171,7 +177,8 @@ class Observer(eqx.Module):
             jnp.where(counts, sample.error, jnp.inf),
             *(jnp.where(valid, own, jnp.inf) for _, own in pairs),
         )
-        return kept._replace(status=status), Pointing(sample.error, counted)
+        vectors = tuple(error_vector(signal, sample) for signal in self.signals)
+        return kept._replace(status=status), Pointing(sample.error, counted, vectors)
 
     def _own(self, seen: Seen, sample: Sample, k: Int[Array, ""]) -> dict[str, Any]:
         """New memories and results of the own metrics, for a valid sample."""
@@ -230,13 +237,16 @@ def ended(seen: Any, period: float) -> Vector:
     return np.maximum(np.asarray(seen.samples) - 1, 0) * period
 
 
-def concluded(scenario: Scenario, seen: Any, errors: Sequence[Collector]) -> dict[str, Vector]:
+def concluded(
+    scenario: Scenario, seen: Any, errors: Sequence[Collector], budget: Mapping[str, Vector]
+) -> dict[str, Vector]:
     """Compute the metrics of several runs; NaN for incomplete runs and missing metrics.
 
     Args:
         scenario: Scenario of the runs.
         seen: `Seen` with a leading axis of runs.
         errors: Collected pointing errors of the runs, and of each window.
+        budget: Metrics of the pointing requirements.
     """
     seen = jax.tree.map(np.asarray, seen)
     period = scenario.values["run.control_period"]
@@ -259,7 +269,7 @@ def concluded(scenario: Scenario, seen: Any, errors: Sequence[Collector]) -> dic
     for window, own, collected in zip(scenario.windows, seen.windows, errors[1:], strict=True):
         each = _percentiles(scenario, collected) | windows.concluded(own)
         found |= {f"{window.name}.{name}": entry for name, entry in each.items()}
-    found |= {name: result for name, (_, result) in seen.own.items()}
+    found |= {name: result for name, (_, result) in seen.own.items()} | dict(budget)
     found |= {f"{GAINED}.{n}": np.linalg.norm(own, axis=-1) for n, own in seen.gained.items()}
     return {name: np.where(seen.status == 0, found[name], np.nan) for name in metrics_of(scenario)}
 

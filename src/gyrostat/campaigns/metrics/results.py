@@ -39,6 +39,7 @@ def metrics_of(scenario: Scenario) -> dict[str, Metric]:
         own = {name: Metric(*WINDOW_PERCENTILE, window.name) for name in percentiles}
         own |= window_metrics(window, keys, scenario.wheels, scenario.boresight)
         found |= {f"{window.name}.{name}": metric for name, metric in own.items()}
+    found |= {each.metric: Metric(each.unit, each.meaning) for each in scenario.requirements}
     return found | _own_metrics(scenario) | _budget(scenario)
 
 

@@ -31,6 +31,25 @@ WINDOW: dict[str, Key] = {
     "dwell_below": positive("speed", None, "Upper end of the wheel speeds of `dwell`."),
 }
 """Keys of a window; those without default are optional, and each adds a metric."""
+REQUIREMENT: dict[str, Key] = {
+    "value": positive("angle", None, "Required value of the index."),
+    "level": Key("1", None, "Probability that it is not exceeded.", 0.0, 1.0, positive=True),
+    "window": positive("time", None, "Window of the mean; a whole number of control periods."),
+    "stability": positive(
+        "time",
+        None,
+        "Time from the start of one window of PDE to that of the other, at least one window.",
+    ),
+    "share": Key(
+        "1",
+        0.95,
+        "Share of the runs of which a temporal requirement holds.",
+        0.0,
+        1.0,
+        positive=True,
+    ),
+}
+"""Numbers of a pointing requirement."""
 RESULTS: dict[str, tuple[str, str]] = {
     "error_max": ("rad", "Largest pointing error after `metrics.after`."),
     "error_rms": ("rad", "Root mean square of the pointing error after `metrics.after`."),

@@ -12,6 +12,7 @@ from gyrostat.campaigns.own.change_parts import LISTS, is_list, own_list, with_l
 from gyrostat.campaigns.own.objects import own_object
 from gyrostat.campaigns.own.parts import OWN, is_own
 from gyrostat.campaigns.reading.read_metrics import with_windows
+from gyrostat.campaigns.reading.read_requirements import with_requirements
 from gyrostat.campaigns.reading.scenario_file import validated
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Scenario, Source
@@ -42,7 +43,7 @@ def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
     numbers = {name: value for name, value in changes.items() if "." in name}
     if "windows" in changes:
         scenario = with_windows(scenario, changes["windows"])
-    taken = {*parts, *numbers, "windows"}
+    taken = {*parts, *numbers, "windows", "requirements"}
     others = {name: value for name, value in changes.items() if name not in taken}
     refuse_unknown(Path(scenario.name), "", others, known)
     for name, value in others.items():
@@ -53,6 +54,8 @@ def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
             )
     scenario = dataclasses.replace(scenario, **others)
     scenario = _with_values(scenario, numbers)
+    if "requirements" in changes:
+        scenario = with_requirements(scenario, changes["requirements"])
     lost = [key for key in scenario.dispersed if key not in scenario.values]
     if lost:
         raise InputError(

@@ -23,10 +23,13 @@ from gyrostat.campaigns.reading.read_metrics import read_metrics
 from gyrostat.campaigns.reading.read_orbit import read_orbit
 from gyrostat.campaigns.reading.read_parts import own_kinds, part_values, read_parts
 from gyrostat.campaigns.reading.read_reference import check_reference, read_tables, with_defaults
+from gyrostat.campaigns.reading.read_requirements import check_requirements, read_requirements
 from gyrostat.campaigns.reading.tables import Table, opened
+from gyrostat.campaigns.requirement import INDICES, KNOWLEDGE
 from gyrostat.campaigns.scenario import AXES, INERTIA, Part, Scenario
-from gyrostat.campaigns.schema import CENTRE_OF_MASS, RUN, START, WHEEL, WHEEL_PARTS, guard_keys
+from gyrostat.campaigns.schema import CENTRE_OF_MASS, RUN, START, guard_keys
 from gyrostat.campaigns.timeline import check_windows
+from gyrostat.campaigns.wheel_keys import WHEEL, WHEEL_PARTS
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, printable
 from gyrostat.core.toml_file import LONGEST_NAME
@@ -44,6 +47,7 @@ SECTIONS = (
         "dispersion",
         "metric",
         "metrics",
+        "requirement",
         *WHEEL_PARTS,
     ),
 )
@@ -60,6 +64,7 @@ BESIDE = {
     "controller": ("target",),
     "environment": ("torque",),
     "reference": ("mode", "slew"),
+    "imbalance": ("harmonic",),
 }
 """Section -> keys that are no numbers."""
 
@@ -119,6 +124,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
     events = read_events(top, craft, values, controller, fields, sources)
     check_reference(chosen["reference"], parts, top, values)
     metrics = read_metrics(top, values, events, [part for part, _ in parts])
+    required = top.tables("requirement")
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
         wheels=craft.wheel_names,
@@ -129,6 +135,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         attitude=start.unit("attitude", 4, (1.0, 0.0, 0.0, 0.0)),
         target=top.table("controller", None).unit("target", 4, (1.0, 0.0, 0.0, 0.0)),
         **metrics,
+        requirements=read_requirements(required, metrics["boresight"], values, metrics["windows"]),
         count=count,
         substeps=substeps,
         command_delay=run.whole("command_delay", 0, 1000),
@@ -157,8 +164,11 @@ def validated(scenario: Scenario) -> Scenario:
         InputError: A part refuses its parameters or cannot be used.
     """
     check_windows(scenario)
+    check_requirements(scenario)
     plans = plans_of(scenario)
-    if scenario.sources or any(window.propellant for window in scenario.windows):
+    named = [window.propellant for window in scenario.windows]
+    known = [INDICES[each.index][0] == KNOWLEDGE for each in scenario.requirements]
+    if scenario.sources or any(named) or any(known):
         try_shapes(scenario, plans)
     return scenario
 
@@ -234,12 +244,17 @@ def _steps(run: Table, values: dict[str, float]) -> tuple[int, int]:
 
 def _wheel_values(top: Table, start: Table, craft: SpacecraftFile) -> dict[str, float]:
     """Initial speeds, and values of the optional sections, by default from the wheel models."""
+    if "wheel_structure" in top.row and "imbalance" not in top.row:
+        raise InputError(
+            f"{top.place('wheel_structure')}: found it without [imbalance], expected both: it "
+            "amplifies imbalance and harmonics"
+        )
     names = craft.wheel_names
     given = {"speed": start.row["wheel_speed"]} if "wheel_speed" in start.row else {}
     found = Table(top.path, "start.wheel_", given).each("speed", WHEEL["speed"], names)
     for section, (_, keys) in WHEEL_PARTS.items():
         if section in top.row:
-            table = top.table(section, keys)
+            table = top.table(section, (*keys, *BESIDE.get(section, ())))
             known = {
                 name: [own[name] for own in craft.wheel_values]
                 for name in keys

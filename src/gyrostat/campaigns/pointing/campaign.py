@@ -1,0 +1,107 @@
+"""Pointing budget of a group of runs, collected during the simulation."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.campaigns.pointing.collected import Collected, Profile
+from gyrostat.campaigns.pointing.indices import Part
+from gyrostat.campaigns.requirement import signals_of
+from gyrostat.campaigns.scenario import Scenario
+from gyrostat.core.types import Matrix, Vector
+
+PROFILED = 1000
+"""Number of runs whose errors over time are kept: the first ones, drawn like any other."""
+ERROR_PROFILE = "error.profile"
+"""Column with the pointing error at the times of a profile."""
+
+
+def profile_name(metric: str) -> str:
+    """Column with the index of a requirement over time."""
+    return f"{metric}.profile"
+
+
+def counts_name(metric: str) -> str:
+    """Column with the shares of time of a mixed requirement."""
+    return f"{metric}.shares"
+
+
+class PointingBudget:
+    """Values of all pointing requirements in a group of runs, and profiles of errors over time.
+
+    Args:
+        scenario: Scenario.
+        runs: Number of runs.
+        samples: Number of samples that arrive of each run, at least those of a run.
+        group: Number of runs of the whole group, see `collectors`.
+    """
+
+    def __init__(self, scenario: Scenario, runs: int, samples: int, group: int):
+        period = scenario.values["run.control_period"]
+        windows = ["", *(window.name for window in scenario.windows)]
+        signals = signals_of(scenario.requirements)
+        self._next = 0
+        self._error = Profile(runs, scenario.count + 1)
+        self._entries = []
+        # they share the memory for the values of a group
+        temporal = [each for each in scenario.requirements if each.interpretation == "temporal"]
+        group *= max(len(temporal), 1)
+        for each in scenario.requirements:
+            places = [windows.index(name) for name in each.during or ("",)]
+            collected = Collected(
+                each,
+                runs,
+                period,
+                samples,
+                group=group,
+                masks=len(places),
+                length=scenario.count + 1,
+            )
+            self._entries.append((each, signals.index(each.signal), places, collected))
+
+    def add(self, counted: Sequence[Matrix], vectors: Sequence[NDArray[np.float64]]) -> None:
+        """Process the next samples.
+
+        Args:
+            counted: Pointing errors of the run and of each window, infinite outside, rad, (runs,
+                samples).
+            vectors: Error vectors, rad, (runs, samples, 3).
+        """
+        self._error.add(Part(self._next, counted[0]))
+        self._next += counted[0].shape[1]
+        for _, signal, places, collected in self._entries:
+            collected.add(vectors[signal], [counted[place] < np.inf for place in places])
+
+    def finish(self) -> None:
+        """Process what remains after the last sample."""
+        for *_, collected in self._entries:
+            collected.finish()
+
+    def metrics(self) -> dict[str, Vector]:
+        """Metric of each requirement, (runs,); NaN for a run without values."""
+        return {each.metric: collected.metric() for each, *_, collected in self._entries}
+
+    def lists(
+        self, run: NDArray[np.int64], status: NDArray[np.int8], picked: NDArray[np.int64]
+    ) -> dict[str, NDArray[np.float32]]:
+        """Columns with several numbers for each run, (runs, numbers); NaN where a run has none.
+
+        Args:
+            run: Numbers of the runs.
+            status: Status of the runs.
+            picked: Their places among the runs of the group.
+        """
+        ended = (status == 0)[:, None]
+        has = ended & (run < PROFILED)[:, None]
+        found = {ERROR_PROFILE: np.where(has, self._error.values[picked], np.nan)}
+        for each, *_, collected in self._entries:
+            if each.operation != "reproducibility":
+                values = collected.profile.values[picked]
+                found[profile_name(each.metric)] = np.where(has, values, np.nan)
+            if each.interpretation == "mixed":
+                counts = collected.counts()[picked]
+                total = counts[:, -1:]
+                shares = counts[:, :-1] / np.maximum(total, 1.0)
+                found[counts_name(each.metric)] = np.where(ended & (total > 0.0), shares, np.nan)
+        return {name: values.astype(np.float32) for name, values in found.items()}

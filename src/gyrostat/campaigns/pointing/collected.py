@@ -1,0 +1,149 @@
+"""Values of pointing indices in runs, collected during the simulation at constant memory."""
+
+from collections.abc import Sequence
+from itertools import chain
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.campaigns.metrics.percentiles import Collector, collectors
+from gyrostat.campaigns.pointing.indices import (
+    Inside,
+    Part,
+    ReproducibilityIndex,
+    Vectors,
+    WindowIndex,
+    differences,
+)
+from gyrostat.campaigns.requirement import Requirement
+from gyrostat.core.types import Matrix, Vector
+
+SHARES = 2.0 ** (np.arange(-128, 33) / 16.0)
+"""Sizes at which a mixed requirement counts, in required values: 1/256 to 4, sixteen an octave."""
+INSTANTS = 120
+"""Number of times of a profile."""
+
+
+class Profile:
+    """Values at times that are spread evenly over the run.
+
+    Args:
+        runs: Number of runs.
+        samples: Number of samples of a run.
+    """
+
+    def __init__(self, runs: int, samples: int):
+        self._samples = instants(samples)
+        self.values: Matrix = np.full((runs, len(self._samples)), np.nan)
+
+    def add(self, part: Part) -> None:
+        """Take the values at the times of the profile; infinite ones are missing."""
+        places = self._samples - part.first
+        here = (places >= 0) & (places < part.sizes.shape[1])
+        found = part.sizes[:, places[here]]
+        self.values[:, here] = np.where(found < np.inf, found, self.values[:, here])
+
+
+def instants(samples: int) -> NDArray[np.int64]:
+    """Indices of the samples of a profile."""
+    return np.unique(np.linspace(0, samples - 1, INSTANTS).round().astype(int))
+
+
+class Collected:
+    """Values of the index of a requirement in several runs.
+
+    Args:
+        requirement: Requirement.
+        runs: Number of runs.
+        period: Control period, s.
+        samples: Number of samples of a run.
+        group: Number of runs of the whole group, see `collectors`.
+        masks: Number of windows whose intervals are observation periods, 1 for the run.
+        length: Number of samples of a run if more of them arrive; None for `samples`.
+    """
+
+    def __init__(
+        self,
+        requirement: Requirement,
+        runs: int,
+        period: float,
+        samples: int,
+        *,
+        group: int,
+        masks: int,
+        length: int | None = None,
+    ):
+        self._requirement = requirement
+        window, stability = (
+            round(time / period) for time in (requirement.window, requirement.stability)
+        )
+        self._repeated = [
+            ReproducibilityIndex(requirement, runs, window)
+            for _ in range(masks)
+            if requirement.operation == "reproducibility"
+        ]
+        self._windows = [
+            WindowIndex(requirement, runs, window, stability)
+            for _ in range(masks)
+            if not self._repeated
+        ]
+        self.profile = Profile(runs, length or samples)
+        self._largest = np.full(runs, -np.inf)
+        self._counts = np.zeros((runs, len(SHARES) + 2))
+        self._sizes: Collector | None = None
+        if requirement.interpretation == "temporal":
+            self._sizes = collectors(runs, masks * (samples + window), group, 1)[0]
+
+    def add(self, vectors: Vectors, masks: Sequence[Inside]) -> None:
+        """Process the next samples of all runs.
+
+        Args:
+            vectors: Error vectors, rad; samples with NaN interrupt an observation period.
+            masks: Whether each sample is in an observation period, for each window.
+        """
+        # without a measurement there is no knowledge error
+        known = np.all(np.isfinite(vectors), axis=-1)
+        for index, inside in zip(self._repeated or self._windows, masks, strict=True):
+            self._take(index.add(vectors, inside & known))
+
+    def _take(self, part: Part) -> None:
+        sizes = part.sizes
+        if sizes.shape[1] == 0:
+            return
+        self.profile.add(part)
+        finite = sizes < np.inf
+        self._largest = np.maximum(
+            self._largest, np.max(sizes, axis=1, where=finite, initial=-np.inf)
+        )
+        if self._requirement.interpretation == "mixed":
+            # values above all sizes have the last place but one, undefined ones the last
+            places = np.searchsorted(SHARES * self._requirement.value, sizes)
+            places = np.where(finite, places, len(SHARES) + 1)
+            places += np.arange(len(sizes))[:, None] * (len(SHARES) + 2)
+            self._counts += np.bincount(places.ravel(), minlength=self._counts.size).reshape(
+                self._counts.shape
+            )
+        if self._sizes is not None:
+            self._sizes.add(sizes)
+
+    def finish(self) -> None:
+        """Process the values that remain after the last sample."""
+        if self._repeated:
+            runs = zip(*(each.found for each in self._repeated), strict=True)
+            self._take(differences([[*chain(*own)] for own in runs]))
+        for index in self._windows:
+            self._take(index.finish())
+
+    def metric(self) -> Vector:
+        """Metric of the requirement, (runs,); NaN for a run without values."""
+        if self._requirement.interpretation == "mixed":
+            below, total = self.counts()[:, [SHARES.tolist().index(1.0), -1]].T
+            none = np.full(len(total), np.nan)
+            return np.divide(total - below, total, out=none, where=total > 0.0)
+        if self._sizes is not None:
+            return self._sizes.percentile(round(100.0 * self._requirement.level, 10))
+        return np.where(np.isfinite(self._largest), self._largest, np.nan)
+
+    def counts(self) -> Matrix:
+        """Number of values that are not above each of `SHARES`, and of all, (runs, sizes + 1)."""
+        return np.cumsum(self._counts[:, :-1], axis=1)

@@ -1,0 +1,77 @@
+"""Pointing requirements as text."""
+
+import math
+
+from gyrostat.campaigns.pointing.verdicts import runs_needed
+from gyrostat.campaigns.requirement import Requirement
+from gyrostat.campaigns.scenario import Scenario
+from gyrostat.core.text import plain
+
+ARCSECOND = math.pi / 648_000.0
+
+
+def angle_text(value: float | None, like: float, digits: int = 4) -> str:
+    """Angle in degrees, or in arcseconds if the required angle `like` is below 0.1 deg."""
+    if value is None or not math.isfinite(value):
+        return "none"
+    # the margin is for the rounding of a value that is given in degrees
+    if like < math.radians(0.1) * (1.0 - 1e-9):
+        return f"{plain(value / ARCSECOND, digits)} arcsec"
+    return f"{plain(math.degrees(value), digits)} deg"
+
+
+def requirement_text(each: Requirement) -> str:
+    """Requirement as a sentence."""
+    parts = [f"{each.index} at most {angle_text(each.value, each.value, 6)}"]
+    where = {"half_cone": "half cone of the boresight", "about": "about the boresight"}
+    where["full"] = "full attitude error"
+    parts.append(where.get(each.axis, f"axis {each.axis}"))
+    if each.window > 0.0:
+        parts.append(f"window {each.window:g} s")
+    if each.operation == "relative":
+        place = {"any": "anywhere in", "end": "at the end of", "centre": "in the middle of"}
+        parts.append(f"t {place[each.instant]} the window")
+    if each.stability > 0.0:
+        parts.append(f"stability time {each.stability:g} s")
+    if each.during:
+        parts.append(f"during {', '.join(each.during)}")
+    level = f"{100.0 * each.level:.12g} %"
+    of_runs = f"{100.0 * each.share:.12g} % of the runs"
+    told = {
+        "temporal": f"{level} of the time in {of_runs} (temporal)",
+        "ensemble": f"at all times in {level} of the runs (ensemble)",
+        "mixed": f"{level} of time and runs together (mixed)",
+    }
+    return "; ".join([*parts, told[each.interpretation]])
+
+
+def required_errors(scenario: Scenario) -> list[float]:
+    """Required values of the pointing error itself, rad, of the whole run."""
+    return [each.value for each in scenario.requirements if is_of_error(each, scenario)]
+
+
+def is_of_error(each: Requirement, scenario: Scenario) -> bool:
+    """Whether the index of a requirement is the pointing error of the whole run."""
+    whole = "full" if scenario.boresight is None else "half_cone"
+    same = each.boresight == scenario.boresight and not each.during
+    return each.index == "APE" and each.axis == whole and same
+
+
+def requirement_lines(scenario: Scenario, runs: int | None = None) -> list[str]:
+    """Requirements of a scenario as lines, with the number of runs that each needs.
+
+    Args:
+        scenario: Scenario.
+        runs: Number of runs; only requirements that need more are listed. None: all.
+    """
+    lines = []
+    for each in scenario.requirements:
+        needed = runs_needed(each)
+        if runs is None:
+            text = requirement_text(each)
+            lines.append(f"requirement {each.name}: {text}; needs {needed} runs or more")
+        elif runs < needed:
+            lines.append(
+                f"requirement {each.name}: {runs} runs cannot show it, {needed} are needed"
+            )
+    return lines

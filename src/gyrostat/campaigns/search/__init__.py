@@ -1,0 +1,1 @@
+"""Searches among the runs of a scenario: rare failures."""

@@ -1,0 +1,144 @@
+"""Failure probability from independent replications, its interval, and reasons to doubt it.
+
+The interval is that of the mean of a log-normal distribution, U. Olsson, "Confidence intervals for
+the mean of a log-normal distribution", Journal of Statistics Education 13, 2005 (modified Cox
+method): the estimates of replications are positive and skewed.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import bdtr, bdtrc, chdtri, stdtrit
+
+from gyrostat.campaigns.search.subset import Level, Replication
+from gyrostat.core.types import Vector
+
+CONFIDENCE = 0.95
+WIDEST = 12.0
+"""Largest ratio of the ends of an interval that is trusted."""
+DOUBT = 1e-3
+"""Probability below which a disagreement is not chance."""
+SLOWEST = 0.15
+"""Least share of accepted proposals of a level whose chains are trusted."""
+FEWEST_ANCESTORS = 2
+"""Fewest independent flights, in each replication on average, from which the failures descend."""
+
+
+@dataclass(frozen=True)
+class Rarity:
+    """Failure probability of a run.
+
+    Attributes:
+        probability: Mean of the replications; None if the failure was not reached.
+        low: Lower end of the 95 % confidence interval; None without a probability.
+        high: Upper end.
+        variation: Coefficient of variation of the probability; None without a probability.
+        doubts: Reasons not to trust the result; empty if there are none.
+    """
+
+    probability: float | None
+    low: float | None
+    high: float | None
+    variation: float | None
+    doubts: tuple[str, ...]
+
+
+def rarity(replications: Sequence[Replication]) -> Rarity:
+    """Combine independent replications."""
+    found = np.array([each.probability for each in replications])
+    doubts = _unfinished(replications)
+    reached = found[np.isfinite(found)]
+    if len(reached) < len(found):
+        return Rarity(None, None, None, None, tuple(doubts))
+    low, high = interval(reached)
+    mean = float(np.mean(reached))
+    variation = float(np.std(reached, ddof=1) / np.sqrt(len(reached)) / mean)
+    doubts += _disagreement(replications, low, high)
+    doubts += _slow_chains(replications)
+    doubts += _first_level(replications, low, high)
+    return Rarity(mean, low, high, variation, tuple(doubts))
+
+
+def interval(found: Vector) -> tuple[float, float]:
+    """95 % confidence interval of the mean of positive estimates, (replications,)."""
+    logs, count = np.log(found), len(found)
+    square = float(np.var(logs, ddof=1))
+    middle = float(np.mean(logs)) + 0.5 * square
+    half = stdtrit(count - 1, 0.5 * (1.0 + CONFIDENCE))
+    half *= np.sqrt(square / count + 0.5 * square**2 / (count - 1))
+    return float(np.exp(middle - half)), float(min(np.exp(middle + half), 1.0))
+
+
+def _unfinished(replications: Sequence[Replication]) -> list[str]:
+    """Reasons of the replications that did not reach the failure."""
+    count = len(replications)
+    stuck = sum(each.ended == "stuck" for each in replications)
+    rare = [each for each in replications if each.ended == "too rare"]
+    doubts = []
+    if stuck:
+        doubts.append(
+            f"in {stuck} of {count} replications the metric does not come closer to the failure: "
+            "the dispersions and the noise may not be able to cause it, or the metric has steps"
+        )
+    if rare:
+        least = max(np.prod([level.probability for level in each.levels]) for each in rare)
+        doubts.append(
+            f"{len(rare)} of {count} replications end before the failure: it is rarer than about "
+            f"{least:.0e}, or there are too few runs"
+        )
+    return doubts
+
+
+def _disagreement(replications: Sequence[Replication], low: float, high: float) -> list[str]:
+    """Whether the replications disagree more than their own chains explain."""
+    logs = np.log([each.probability for each in replications])
+    own = np.mean([np.log1p(each.variation**2) for each in replications])
+    count = len(logs)
+    limit = chdtri(count - 1, DOUBT) / (count - 1)
+    if high / low > WIDEST:
+        return [
+            f"the replications disagree: {np.exp(np.min(logs)):.1e} to {np.exp(np.max(logs)):.1e}; "
+            "some may have missed a failure region: give more runs"
+        ]
+    # the chains of a replication have common ancestors, so that their own estimate is too small
+    if np.var(logs, ddof=1) > 2.0 * limit * max(own, 1e-12):
+        return [
+            "the replications differ by more than their chains explain: a failure region may have "
+            "been missed"
+        ]
+    return []
+
+
+def _slow_chains(replications: Sequence[Replication]) -> list[str]:
+    """Whether chains hardly move, or failures descend from few independent flights."""
+    levels = [level for each in replications for level in each.levels[1:]]
+    if not levels:
+        return []
+    doubts = []
+    if min(level.accepted for level in levels) < SLOWEST:
+        doubts.append(
+            f"only {min(level.accepted for level in levels):.0%} of the moves of a level were "
+            "accepted: the chains hardly move"
+        )
+    ancestors = [len(np.unique(_failures(each.levels[-1], "ancestors"))) for each in replications]
+    if np.mean(ancestors) < FEWEST_ANCESTORS:
+        doubts.append("almost all failures of a replication descend from one flight")
+    return doubts
+
+
+def _failures(level: Level, name: str) -> np.ndarray:
+    return getattr(level, name)[level.response > 0.0]
+
+
+def _first_level(replications: Sequence[Replication], low: float, high: float) -> list[str]:
+    """Whether the failures among the independent runs contradict the interval."""
+    first = np.concatenate([each.levels[0].response for each in replications])
+    failed, count = int(np.sum(first > 0.0)), len(first)
+    too_many = failed > 0 and bdtrc(failed - 1, count, high) < DOUBT
+    if too_many or bdtr(failed, count, low) < DOUBT:
+        return [
+            f"{failed} of {count} independent runs fail, which contradicts the estimate: a failure "
+            "region may have been missed"
+        ]
+    return []

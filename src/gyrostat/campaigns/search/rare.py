@@ -1,0 +1,93 @@
+"""Search for the probability of a rare failure of a run."""
+
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gyrostat.campaigns.search.condition import Condition
+from gyrostat.campaigns.search.estimate import Rarity, rarity
+from gyrostat.campaigns.search.execute import stored_search
+from gyrostat.campaigns.search.flights import Columns
+from gyrostat.campaigns.search.moves import Answers, Moves
+from gyrostat.campaigns.search.subset import Replication, flights_of, subset_simulation
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Vector
+
+REPLICATIONS = 10
+"""Number of independent replications."""
+FEWEST_CHAINS = 10
+"""Fewest chains of a replication."""
+RARE = "rare"
+"""Key of the condition in the options of the search."""
+
+
+@dataclass(frozen=True)
+class RareFailure:
+    """Search for failures; see `gyrostat.campaigns.search.execute.Question`.
+
+    Attributes:
+        condition: Condition of a failure.
+    """
+
+    condition: Condition
+
+    def options(self) -> dict[str, Any]:
+        """Options that campaign.json stores."""
+        return {RARE: self.condition.text}
+
+    def response(self, columns: Columns) -> Vector:
+        """Response of runs, (runs,): positive for a failure."""
+        return self.condition.response(columns)
+
+    def searches(self, runs: int, seed: int) -> list[Generator[Moves, Answers, Replication]]:
+        """Independent replications of subset simulation; raises `InputError`."""
+        chains = chains_of(runs)
+        return [subset_simulation(chains, [seed, k]) for k in range(REPLICATIONS)]
+
+
+class Found(NamedTuple):
+    """What a search for failures found.
+
+    Attributes:
+        condition: Condition of a failure.
+        rarity: Probability and its interval.
+        replications: Independent replications.
+        columns: Columns of the table of runs.
+        refused: Number of proposed runs whose values are not allowed.
+    """
+
+    condition: Condition
+    rarity: Rarity
+    replications: tuple[Replication, ...]
+    columns: dict[str, Vector]
+    refused: int
+
+
+def chains_of(runs: int) -> int:
+    """Chains of each replication for a largest number of runs; raises `InputError`."""
+    chains = runs // (REPLICATIONS * flights_of(1))
+    if chains < FEWEST_CHAINS:
+        least = FEWEST_CHAINS * REPLICATIONS * flights_of(1)
+        raise InputError(f"--runs: found {runs}, expected at least {least} with --rare")
+    return chains
+
+
+def found_failures(folder: Path) -> Found:
+    """Read what a finished search for failures found.
+
+    Args:
+        folder: Folder of the search.
+
+    Raises:
+        InputError: The folder has no finished search.
+    """
+    stored = stored_search(folder)
+    condition = Condition.parse(stored.options()[RARE], stored.scenario, "--rare")
+    replications, refused = stored.results(RareFailure(condition))
+    result = rarity(replications)
+    missing = condition.missing(stored.columns)
+    if missing:
+        doubt = f"{missing} runs have no {condition.metric}: they count as no failure"
+        result = replace(result, doubts=(*result.doubts, doubt))
+    return Found(condition, result, tuple(replications), stored.columns, refused)

@@ -1,0 +1,188 @@
+"""Report of a search for rare failures: probability, its interval, and what failures share."""
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from gyrostat.campaigns import Campaign, Scenario, Store
+from gyrostat.campaigns.metrics.results import metrics_of
+from gyrostat.campaigns.search.rare import Found, found_failures
+from gyrostat.core.text import or_none
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.reports.campaign_run import IN_DEGREES, told
+from gyrostat.reports.drawing import BAND, MARK, MODEL, STYLE, literal, svg
+from gyrostat.reports.template import render
+
+LISTED = 100
+"""Number of failing runs in report.json."""
+POINTS = 200
+"""Number of points of a curve."""
+
+
+def rare_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str]]:
+    """Content of report.json, page, and lines for a terminal, of a finished search.
+
+    Args:
+        folder: Folder of the search.
+        command: Command line that produced the report.
+
+    Raises:
+        InputError: The folder has no finished search.
+    """
+    store = Store(folder)
+    known = store.known()
+    scenario, found = Scenario.from_text(known.scenario), found_failures(folder)
+    content = _content(scenario, known, found, store)
+    unit = metrics_of(scenario)[found.condition.metric].unit
+    page = render(
+        "rare.html",
+        scenario=scenario,
+        content=content,
+        figure=svg(exceedance_figure(scenario, found)),
+        told=lambda value: told(value, unit),
+        folder=folder,
+        command=command,
+    )
+    return content, page, lines(scenario, content)
+
+
+def _content(scenario: Scenario, known: Campaign, found: Found, store: Store) -> dict[str, Any]:
+    """Content of report.json, SI units."""
+    result, value = found.rarity, found.columns[found.condition.metric]
+    response = found.condition.response(found.columns)
+    order = np.argsort(-response, kind="stable")
+    failures = order[response[order] > 0.0]
+    kept = store.histories(known)
+    return {
+        "kind": "rare",
+        "scenario": scenario.name,
+        "digest": known.digest,
+        "seed": known.seed,
+        "runs": len(value),
+        "failure": found.condition.text,
+        "metric": found.condition.metric,
+        "bound": found.condition.bound,
+        "probability": result.probability,
+        "low": result.low,
+        "high": result.high,
+        "coefficient_of_variation": result.variation,
+        "trusted": not result.doubts,
+        "doubts": [*result.doubts],
+        "replications": [
+            {
+                "probability": or_none(each.probability),
+                "ended": each.ended,
+                "levels": [or_none(level.bound) for level in each.levels],
+                "accepted": [or_none(level.accepted) for level in each.levels],
+            }
+            for each in found.replications
+        ],
+        "not_allowed": found.refused,
+        "failing_runs": len(failures),
+        "failures": [
+            {"run": int(run), "value": or_none(float(value[run])), "kept": int(run) in kept}
+            for run in failures[:LISTED]
+        ],
+        "shared": shared(scenario, found),
+        "engine": dict(known.engine),
+    }
+
+
+def shared(scenario: Scenario, found: Found) -> list[dict[str, Any]]:
+    """Dispersed values of the failures, relative to those of all runs, the largest shift first.
+
+    Returns:
+        For each key: "key", "shift" (mean of the standard normal numbers of the failures) and
+        "spread" (their standard deviation).
+    """
+    last = [each.levels[-1] for each in found.replications if each.ended == "reached"]
+    rows = [level.normal[level.response > 0.0] for level in last]
+    if not rows:
+        return []
+    weights = np.concatenate(
+        [
+            np.full(len(row), p / len(row))
+            for row, p in zip(rows, _probabilities(found), strict=True)
+        ]
+    )
+    normal = np.concatenate(rows)
+    shift = np.average(normal, axis=0, weights=weights)
+    spread = np.sqrt(np.average((normal - shift) ** 2, axis=0, weights=weights))
+    return [
+        {"key": scenario.dispersed[k], "shift": float(shift[k]), "spread": float(spread[k])}
+        for k in np.argsort(-np.abs(shift))
+    ]
+
+
+def _probabilities(found: Found) -> list[float]:
+    return [each.probability for each in found.replications if each.ended == "reached"]
+
+
+def lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
+    """The outcome as lines for a terminal."""
+    told_of = [f"{content['runs']} runs of {scenario.name}, failure: {content['failure']}"]
+    if content["probability"] is None:
+        told_of.append("  probability of failure: none")
+    else:
+        told_of.append(
+            f"  probability of failure: {content['probability']:.2e} (95 % confidence: "
+            f"{content['low']:.1e} to {content['high']:.1e}), "
+            f"{content['failing_runs']} failing runs found"
+        )
+    told_of += [f"  not to be trusted: {doubt}" for doubt in content["doubts"]]
+    moved = [f"{each['key']} ({each['shift']:+.1f} sigma)" for each in content["shared"][:3]]
+    if moved:
+        told_of.append(f"  failing runs share {', '.join(moved)}")
+    if content["failures"]:
+        told_of.append(f"  worst of them: run {content['failures'][0]['run']}")
+    return told_of
+
+
+def exceedance_figure(scenario: Scenario, found: Found) -> Figure:
+    """Plot the probability that the metric is beyond a value, over the value."""
+    condition, metric = found.condition, metrics_of(scenario)[found.condition.metric]
+    bounds = [each.levels[1].bound for each in found.replications if len(each.levels) > 1]
+    finite = [
+        level.response[np.isfinite(level.response)]
+        for each in found.replications
+        for level in each.levels
+    ]
+    every = np.concatenate(finite)
+    low = min(bounds, default=float(np.median(every)) if len(every) else -1.0)
+    # beyond the failure few replications have flights
+    high = max(0.0, float(np.max(every, initial=0.0)) * 0.5)
+    response = np.linspace(low - 0.3 * (high - low), high, POINTS)
+    curves = exceedance(found, response)
+    value = condition.bound + (response if condition.above else -response)
+    shown = IN_DEGREES.get(metric.unit, metric.unit)
+    scale = np.degrees(1.0) if metric.unit in IN_DEGREES else 1.0
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 3.6))
+        axes = figure.subplots()
+        for curve in curves:
+            axes.plot(scale * value, np.where(curve > 0.0, curve, np.nan), color=BAND, lw=0.8)
+        mean = np.mean(curves, axis=0)
+        axes.plot(scale * value, np.where(mean > 0.0, mean, np.nan), color=MODEL, lw=1.6)
+        axes.axvline(scale * condition.bound, color=MARK, lw=0.9, ls="--")
+        axes.set_yscale("log")
+        unit = "" if shown == "1" else f" ({shown})"
+        axes.set_xlabel(literal(condition.metric + unit))
+        axes.set_ylabel("probability of " + ("more" if condition.above else "less"))
+        figure.tight_layout()
+    return figure
+
+
+def exceedance(found: Found, response: Vector) -> Matrix:
+    """Probability of at least each response, (replications, responses)."""
+    rows = []
+    for each in found.replications:
+        curve, before = np.zeros(len(response)), 1.0
+        for level in each.levels:
+            before *= level.probability
+            share = np.mean(level.response[:, None] >= response, axis=0)
+            curve = np.where(response >= level.bound, before * share, curve)
+        rows.append(curve)
+    return np.array(rows)

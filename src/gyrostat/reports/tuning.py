@@ -1,0 +1,184 @@
+"""Report of a search for gains: old and new values, proof on fresh runs, and the front."""
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from gyrostat.campaigns.kinds import numbers_of
+from gyrostat.campaigns.metrics.results import metrics_of
+from gyrostat.campaigns.search.tune import COMMON, PERCENT, PROOF
+from gyrostat.campaigns.search.tuning import FoundTuning, found_tuning
+from gyrostat.campaigns.search.worst import at_bound
+from gyrostat.core.text import or_none
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.reports.campaign_run import IN_DEGREES, told
+from gyrostat.reports.drawing import MARK, MEASURED, MODEL, STYLE, literal, svg
+from gyrostat.reports.template import render
+
+ENOUGH = 0.02
+"""Relative improvement below which the given values are as good as the best found."""
+
+
+def tuning_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str]]:
+    """Content of report.json, page, and lines for a terminal, of a finished search.
+
+    Args:
+        folder: Folder of the search.
+        command: Command line that produced the report.
+
+    Raises:
+        InputError: The folder has no finished search.
+    """
+    found = found_tuning(folder)
+    content = _content(found)
+    page = render(
+        "tuning.html",
+        scenario=found.stored.scenario,
+        content=content,
+        figure=svg(front_figure(found)),
+        told=told,
+        common=COMMON,
+        proof=PROOF,
+        percent=PERCENT,
+        command=command,
+    )
+    return content, page, _lines(content)
+
+
+def _content(found: FoundTuning) -> dict[str, Any]:
+    """Content of report.json, SI units."""
+    question, tuned, scenario = found.question, found.tuned, found.stored.scenario
+    known, entries, best = metrics_of(scenario), numbers_of(scenario), found.values()
+    signs = [1.0, *(-1.0 if limit.above else 1.0 for limit in question.limits)]
+    ratio, low, high = (or_none(float(each)) for each in tuned.ratio)
+    return {
+        "kind": "tuning",
+        "scenario": scenario.name,
+        "digest": found.stored.campaign.digest,
+        "seed": found.stored.campaign.seed,
+        "runs": len(found.stored.columns["run"]),
+        "candidates": len(tuned.tried),
+        "minimise": question.minimise,
+        "subject_to": [limit.text for limit in question.limits],
+        "free": [
+            {
+                "key": key,
+                "unit": entries[key].unit,
+                "before": given,
+                "after": best[key],
+                "low": bounds[0],
+                "high": bounds[1],
+                "at": at_bound(float(place), 1.0 - ENOUGH),
+            }
+            for (key, bounds), given, place in zip(
+                question.free.items(), question.given, tuned.best, strict=True
+            )
+        ],
+        "metrics": [
+            {
+                "metric": name,
+                "unit": known[name].unit,
+                "before": or_none(float(sign * before)),
+                "after": or_none(float(sign * after)),
+            }
+            for name, sign, before, after in zip(
+                question.metrics, signs, tuned.before, tuned.after, strict=True
+            )
+        ],
+        "ratio": ratio,
+        "ratio_low": low,
+        "ratio_high": high,
+        "within_limits_before": bool(question.excess(tuned.before) <= 0.0),
+        "within_limits": bool(question.excess(tuned.after) <= 0.0),
+        "engine": dict(found.stored.campaign.engine),
+    }
+
+
+def _lines(content: dict[str, Any]) -> list[str]:
+    """The outcome as lines for a terminal."""
+    lines = [f"{content['candidates']} candidates, {content['runs']} runs of {content['scenario']}"]
+    for each in content["free"]:
+        bound = f", its {each['at']}" if each["at"] else ""
+        unit = "" if each["unit"] == "1" else f" {each['unit']}"
+        lines.append(f"  {each['key']}: {each['before']:g} -> {each['after']:.4g}{unit}{bound}")
+    lines.append(f"  {_verdict(content)}")
+    for each in content["metrics"]:
+        before, after = (told(each[when], each["unit"]) for when in ("before", "after"))
+        lines.append(f"  {each['metric']}: {before} -> {after} for 95 % of {PROOF} fresh runs")
+    if not content["within_limits"]:
+        lines.append("  the limits are not met on fresh runs")
+    return lines
+
+
+def _verdict(content: dict[str, Any]) -> str:
+    """Whether the best candidate is better, on fresh runs."""
+    ratio, low, high = (content[name] for name in ("ratio", "ratio_low", "ratio_high"))
+    if ratio is None or low is None or high is None:
+        return f"{content['minimise']}: no ratio, because runs end early"
+    told_of = f"{ratio:.3f} times that before (95 % confidence: {low:.3f} to {high:.3f})"
+    if content["within_limits_before"] and ratio > 1.0 - ENOUGH:
+        return f"{content['minimise']}: {told_of}: the given values are as good as any found"
+    return f"{content['minimise']}: {told_of}"
+
+
+def front(values: Matrix) -> NDArray[np.bool_]:
+    """Whether no other row is smaller in both columns, (n,), for values (n, 2)."""
+    order = np.lexsort((values[:, 1], values[:, 0]))
+    least = np.minimum.accumulate(values[order, 1])
+    is_front = np.zeros(len(values), bool)
+    is_front[order] = (values[order, 1] <= least) & np.append(True, np.diff(least) < 0.0)
+    return is_front
+
+
+def front_figure(found: FoundTuning) -> Figure:
+    """Plot the candidates over two metrics with their front, or over time for one metric."""
+    question, values = found.question, found.tuned.values
+    known = metrics_of(found.stored.scenario)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.4, 3.8))
+        axes = figure.subplots()
+        second = len(question.metrics) > 1
+        fine = np.all(np.isfinite(values), axis=1)
+        vertical, label = _shown(values[:, 0], question.minimise, known)
+        if not second:
+            axes.plot(np.flatnonzero(fine), vertical[fine], ".", ms=3, color=MEASURED)
+            axes.plot(np.fmin.accumulate(np.where(fine, vertical, np.nan)), color=MODEL)
+            axes.set_xlabel("candidate")
+        else:
+            limit = question.limits[0]
+            sign = -1.0 if limit.above else 1.0
+            across, name = _shown(sign * values[:, 1], limit.metric, known)
+            axes.plot(across[fine], vertical[fine], ".", ms=3, color=MEASURED)
+            best = np.flatnonzero(fine)[front(values[fine][:, :2])]
+            best = best[np.argsort(across[best])]
+            axes.plot(across[best], vertical[best], ".-", color=MODEL)
+            axes.plot(across[0], vertical[0], "o", color=MARK, mfc="none")
+            bound, _ = _shown(np.array([limit.bound]), limit.metric, known)
+            axes.axvline(bound[0], color=MARK, lw=0.9, ls="--")
+            axes.set_xlabel(name)
+            axes.set_xlim(*_range(np.append(across[fine], bound)))
+        axes.set_ylabel(label)
+        axes.set_ylim(*_range(vertical[fine]))
+        figure.tight_layout()
+    return figure
+
+
+def _shown(values: Vector, name: str, known: Any) -> tuple[Vector, str]:
+    """Values of a metric in the unit of reports, and their label."""
+    unit = known[name].unit
+    if unit in IN_DEGREES:
+        values, unit = np.degrees(values), IN_DEGREES[unit]
+    return values, literal(name if unit == "1" else f"{name} ({unit})")
+
+
+def _range(values: Vector) -> tuple[float, float]:
+    """Range of an axis that leaves out a few far candidates."""
+    if len(values) == 0:
+        return 0.0, 1.0
+    low, high = float(np.min(values)), float(np.quantile(values, 0.9))
+    margin = 0.08 * (high - low) or 0.1 * abs(high) or 1.0
+    return low - margin, high + margin

@@ -1,0 +1,136 @@
+"""Report of a search for the worst case: the case, its values, and what each contributes."""
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from gyrostat.campaigns import Store
+from gyrostat.campaigns.kinds import numbers_of
+from gyrostat.campaigns.metrics.results import metrics_of
+from gyrostat.campaigns.search.worst import at_bound
+from gyrostat.campaigns.search.worst_case import FoundWorst, found_worst
+from gyrostat.core.text import or_none
+from gyrostat.reports.campaign_run import IN_DEGREES, told
+from gyrostat.reports.drawing import MARK, MEASURED, MODEL, STYLE, literal, svg
+from gyrostat.reports.template import render
+
+AT_BOUND = 0.99
+"""Coordinate from which a value is said to be at its bound."""
+MUCH_NOISE = 0.5
+"""Share of the variance from which noise is said to drive the metric."""
+
+
+def worst_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str]]:
+    """Content of report.json, page, and lines for a terminal, of a finished search.
+
+    Args:
+        folder: Folder of the search.
+        command: Command line that produced the report.
+
+    Raises:
+        InputError: The folder has no finished search.
+    """
+    found = found_worst(folder)
+    content = _content(found, Store(folder))
+    unit = metrics_of(found.stored.scenario)[found.question.metric].unit
+
+    def shown(value: float | None) -> str:
+        return told(value, unit)
+
+    page = render(
+        "worst_case.html",
+        scenario=found.stored.scenario,
+        content=content,
+        figure=svg(progress_figure(found)),
+        told=shown,
+        folder=folder,
+        command=command,
+    )
+    return content, page, _lines(found, content, shown)
+
+
+def _content(found: FoundWorst, store: Store) -> dict[str, Any]:
+    """Content of report.json, SI units."""
+    worst, scenario, known = found.worst, found.stored.scenario, found.stored.campaign
+    entries = numbers_of(scenario)
+    effect = worst.response - worst.without
+    # infinite differences, of runs that end early, come first
+    order = np.argsort(-effect, kind="stable")  # NaN last
+    keys = scenario.dispersed
+    return {
+        "kind": "worst case",
+        "scenario": scenario.name,
+        "digest": known.digest,
+        "seed": known.seed,
+        "runs": len(found.stored.columns["run"]),
+        "metric": found.question.metric,
+        "within": found.question.within,
+        "worst": or_none(worst.response),
+        "run": worst.number,
+        "kept": worst.number in store.histories(known),
+        "worst_of_random": or_none(worst.random),
+        "random_runs": worst.independent,
+        "noise_share": or_none(worst.noise_share),
+        "noise_drives": bool(worst.noise_share > MUCH_NOISE),
+        "not_allowed": found.refused,
+        "values": [
+            {
+                "key": keys[k],
+                "value": float(found.stored.columns[keys[k]][worst.number]),
+                "nominal": scenario.values[keys[k]],
+                "unit": entries[keys[k]].unit,
+                "place": float(worst.coordinates[k]),
+                "at": at_bound(float(worst.coordinates[k]), AT_BOUND),
+                "worst_at_nominal": or_none(float(worst.without[k])),
+            }
+            for k in order
+        ],
+        "engine": dict(known.engine),
+    }
+
+
+def _lines(found: FoundWorst, content: dict[str, Any], shown: Any) -> list[str]:
+    """The outcome as lines for a terminal."""
+    worst = shown(content["worst"]) if content["worst"] is not None else "a run that ends early"
+    lines = [
+        f"{content['runs']} runs of {content['scenario']}, worst {content['metric']} within "
+        f"{content['within']}: {worst} in run {content['run']} (worst of {content['random_runs']} "
+        f"independent runs: {shown(content['worst_of_random'])})"
+    ]
+    moved = []
+    for each in content["values"][:3]:
+        place = f"at its {each['at']}" if each["at"] else f"at {each['place']:+.0%}"
+        moved.append(f"{each['key']} {place}")
+    lines.append(f"  by {', '.join(moved)}")
+    if content["noise_drives"]:
+        lines.append(f"  noise drives it: {_noise(content)}")
+    return lines
+
+
+def _noise(content: dict[str, Any]) -> str:
+    return f"{content['noise_share']:.0%} of the variance over all runs is due to sensor noise"
+
+
+def progress_figure(found: FoundWorst) -> Figure:
+    """Plot the metric of every run, and the worst so far, over the number of the run."""
+    metric = metrics_of(found.stored.scenario)[found.question.metric]
+    scale = np.degrees(1.0) if metric.unit in IN_DEGREES else 1.0
+    value = found.question.response(found.stored.columns) * scale
+    value = np.where(np.isfinite(value), value, np.nan)
+    largest = np.fmax.accumulate(value)
+    unit = IN_DEGREES.get(metric.unit, metric.unit)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 3.2))
+        axes = figure.subplots()
+        runs = np.arange(len(value))
+        axes.plot(runs, value, ".", ms=1.2, color=MEASURED, rasterized=True)
+        axes.plot(runs, largest, color=MODEL, lw=1.4)
+        axes.plot(found.worst.number, value[found.worst.number], "o", ms=5, mfc="none", color=MARK)
+        axes.set_xlabel("run")
+        name = found.question.metric
+        axes.set_ylabel(literal(name if unit == "1" else f"{name} ({unit})"))
+        figure.tight_layout()
+    return figure

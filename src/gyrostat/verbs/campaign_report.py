@@ -1,0 +1,40 @@
+"""Verb `report`: the report of a finished campaign, and the check of its requirements."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from gyrostat.core.errors import InputError
+from gyrostat.verbs.arguments import Say, silent
+
+
+def report(
+    folder: "str | Path",
+    *,
+    check: bool = False,
+    say: Say = silent,
+    command: str = "gyrostat.report",
+) -> "dict[str, Any]":
+    """Write report.html and report.json of a finished campaign into its folder.
+
+    Args:
+        folder: Folder of a finished campaign.
+        check: Whether the pointing requirements are to be checked: the command line then ends with
+            exit code 1 unless all are met.
+        say: Function that receives each message for the user.
+        command: Text that the page names as its origin.
+
+    Returns:
+        The content of report.json, SI units. `requirements` has the verdict on each requirement.
+
+    Raises:
+        InputError: There is no finished campaign, the folder cannot be written, or there are no
+            requirements to check.
+    """
+    from gyrostat.reports.campaign import write_campaign
+
+    found = json.loads(write_campaign(Path(folder), command=command, say=say))
+    if check and not found.get("requirements"):
+        told = "a scenario without [[requirement]]" if "requirements" in found else "a search"
+        raise InputError(f"{folder}: found {told}, expected a campaign with [[requirement]]")
+    return found

@@ -1,0 +1,140 @@
+"""Verb `tune`: the best values of free numbers of a scenario."""
+
+import os
+import re
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gyrostat.core.errors import InputError
+from gyrostat.verbs.arguments import Named, Say, named, silent
+from gyrostat.verbs.scenario_check import scenario_of
+
+if TYPE_CHECKING:
+    from gyrostat.campaigns import Scenario
+
+TUNED = "tuned.toml"
+"""Name of the tuned scenario."""
+
+
+def tune(
+    scenario: "Scenario | str | Path",
+    free: Named,
+    minimise: str,
+    out: "str | Path",
+    *,
+    subject_to: str | Iterable[str] = (),
+    runs: int = 50_000,
+    seed: int = 0,
+    workers: int | None = None,
+    force: bool = False,
+    verify: bool = False,
+    on_progress: Callable[[int, int], None] | None = None,
+    say: Say = silent,
+    command: str = "gyrostat.tune",
+    **changes: Any,
+) -> dict[str, Any]:
+    """Search for the values of free numbers that minimise a metric, and prove them on fresh runs.
+
+    All candidates are simulated with the same draws and noise. A candidate is judged by the values
+    below which 95 % of its runs stay.
+
+    Args:
+        scenario: Scenario with dispersions, or path of scenario.toml.
+        free: Free keys, "controller.rate_gain", or with bounds, "controller.rate_gain=0.1:2";
+            without, a quarter to four times the value.
+        minimise: Metric.
+        out: Folder for the runs, report.html, report.json and, for a path, tuned.toml.
+        subject_to: Limits, "torque_rms < 30 uN*m".
+        runs: Largest number of runs.
+        seed: Seed of all draws.
+        workers: Number of threads; None: one for each core.
+        force: As for `campaign`.
+        verify: As for `campaign`.
+        on_progress: Function called with the number of runs done and the largest number.
+        say: Function that receives each message for the user.
+        command: Text that the report names as its origin.
+        changes: Changes of the scenario, as for `simulate`.
+
+    Returns:
+        The content of report.json, SI units; "values" has the best value of each free key, for
+        `Scenario.replace`.
+
+    Raises:
+        InputError: A key, metric or limit does not fit the scenario, or options cannot be used.
+    """
+    from gyrostat.campaigns.search.execute import Options
+    from gyrostat.campaigns.search.tuning import Tuning
+    from gyrostat.core.files import check_writable
+    from gyrostat.verbs.searches import run_question
+
+    folder = Path(out)
+    check_writable(folder)
+    found = scenario_of(scenario, force=force, changes=changes)
+    if not found.dispersions:
+        raise InputError(f"{found.name}: key dispersion: found none, expected at least one")
+    limits = [subject_to] if isinstance(subject_to, str) else [*subject_to]
+    question = Tuning.of(found, named(free, "--free", bare=True), minimise, limits)
+    options = Options(runs, seed, workers or len(os.sched_getaffinity(0)), 0, force, verify)
+    asked = question.scenario(found)
+    content = run_question(asked, folder, question, options, on_progress, say, command)
+    values = {each["key"]: each["after"] for each in content["free"]}
+    if isinstance(scenario, str | Path) and not changes:
+        _write(Path(scenario), found.replace(**values), values, folder, say)
+    return {**content, "values": values}
+
+
+def _write(
+    path: Path, expected: "Scenario", values: dict[str, float], folder: Path, say: Say
+) -> None:
+    """Write the tuned scenario into the folder, if the file has its keys in plain sections."""
+    from gyrostat.campaigns import Store
+    from gyrostat.campaigns.reading.scenario_file import read_scenario
+
+    text = path.read_text(encoding="utf-8")
+    for key, value in values.items():
+        section, name = key.rsplit(".", 1)
+        text = _with_value(text, section, name, value)
+    text = _with_paths(text, path.parent, folder)
+    store = Store(folder, say)
+    known = store.known()
+    trial = folder / f".{TUNED}"
+    try:
+        trial.write_text(text, encoding="utf-8")
+        made = read_scenario(trial, force=True)
+        same = dict(made.values) == dict(expected.values)
+    except InputError:
+        same = False
+    finally:
+        trial.unlink(missing_ok=True)
+    if not same:
+        say(f"{TUNED}: not written, the keys are not plain lines of {path.name}: see report.json")
+        return
+    with store.locked(), store.results(known) as scratch:
+        (scratch / TUNED).write_text(text, encoding="utf-8")
+    say(f"written: {folder / TUNED}")
+
+
+def _with_value(text: str, section: str, name: str, value: float) -> str:
+    """Text of a scenario file in which a number of a section has another value, SI."""
+    head = re.search(rf"^\[{re.escape(section)}\][^\n]*\n", text, re.MULTILINE)
+    if head is None:
+        return text
+    rest = text[head.end() :]
+    end = re.search(r"^\[", rest, re.MULTILINE)
+    body = rest[: end.start()] if end else rest
+    line = f"{name} = {value!r}\n"
+    changed, count = re.subn(rf"^{re.escape(name)}\s*=[^\n]*\n", line, body, flags=re.MULTILINE)
+    return text[: head.end()] + (changed if count else line + body) + rest[len(body) :]
+
+
+def _with_paths(text: str, source: Path, folder: Path) -> str:
+    """Text in which the paths of existing files are relative to another folder."""
+
+    def moved(match: re.Match[str]) -> str:
+        name, colon, rest = match[1].partition(":")
+        if not name or not (source / name).is_file():
+            return match[0]
+        return f'"{os.path.relpath(source / name, folder)}{colon}{rest}"'
+
+    return re.sub(r'"([^"\n]+)"', moved, text)

@@ -1,0 +1,97 @@
+"""Gains found on common runs: known optima, limits, bounds, and the files of the verb."""
+
+import json
+
+import numpy as np
+import pytest
+
+import gyrostat as gs
+from gyrostat.campaigns.engine import Flown
+from gyrostat.campaigns.reading.scenario_file import read_scenario
+from gyrostat.campaigns.search import flights
+from gyrostat.campaigns.search.tune import fewest_flights
+from gyrostat.campaigns.search.tuning import Tuning
+from gyrostat.core.errors import InputError
+from gyrostat.reports.tuning import front
+
+pytest.importorskip("cma", reason="the library of the extra search is not installed")
+KEY = "controller.turn_gain"  # 0.4 in the scenario
+
+
+@pytest.fixture
+def gains(fake_flights, monkeypatch):
+    """Error least at a gain of 0.8, torque in proportion to the gain, both scattered by a speed."""
+
+    def fly(scenario, runs, values, keys, *, keep=()):
+        columns = dict(fake_flights.fly(scenario, runs, values, keys).columns)
+        gain = columns[KEY]
+        scatter = np.exp(0.05 * (columns["wheel.a.speed"] - 3.0))
+        columns["error_rms"] = scatter * (1.0 + np.log(gain / 0.8) ** 2)
+        columns["torque_rms"] = scatter * gain
+        return Flown(columns, None)
+
+    monkeypatch.setattr(flights, "fly_given", fly)
+
+
+def test_the_best_gain_is_found_and_written(folder, gains, tmp_path):
+    said, runs = [], fewest_flights() + 8000
+    path = folder / "scenario.toml"
+    found = gs.tune(path, KEY, "error_rms", tmp_path, runs=runs, seed=1, say=said.append)
+    assert found["values"][KEY] == pytest.approx(0.8, rel=0.02)
+    # both have the same fresh runs, so that the ratio is exact
+    assert found["ratio"] == pytest.approx(1.0 / (1.0 + np.log(2.0) ** 2), abs=1e-3)
+    assert found["ratio_low"] == pytest.approx(found["ratio"], abs=1e-9)
+    assert found["within_limits"]
+    assert found["runs"] <= runs
+    tuned = read_scenario(tmp_path / "tuned.toml")
+    assert tuned.values == read_scenario(path).replace(**found["values"]).values
+    assert json.loads((tmp_path / "report.json").read_text())["free"][0]["before"] == 0.4
+    assert any("0.4 -> 0.8" in line or "0.4 -> 0.79" in line for line in said)
+
+
+def test_a_limit_holds_for_most_runs(scenario, gains, tmp_path):
+    runs = fewest_flights() + 8000
+    limit = "torque_rms < 0.6 N*m"
+    found = gs.tune(scenario, {KEY: "0.1:2"}, "error_rms", tmp_path, subject_to=limit, runs=runs)
+    torque = found["metrics"][1]["after"]
+    assert 0.5 < torque < 0.66  # at the limit on 64 common runs
+    assert found["values"][KEY] < 0.6
+    assert found["metrics"][1]["metric"] == "torque_rms"
+
+
+def test_given_values_may_be_the_best(scenario, gains, tmp_path):
+    said = []
+    best = scenario.replace(**{KEY: 0.8})
+    gs.tune(best, KEY, "error_rms", tmp_path, runs=fewest_flights(), say=said.append)
+    assert any("as good as any found" in line for line in said)
+
+
+@pytest.mark.parametrize(
+    ("free", "limit", "message"),
+    [
+        ({"controller.gain": None}, (), "expected one of .*turn_gain"),
+        ({"run.control_period": None}, (), "--free: found 'run.control_period'"),
+        ({"wheel.a.speed": None}, (), "which is dispersed"),
+        ({"body.inertia.xx": None}, (), "--free: found 'body.inertia.xx', expected one of"),
+        ({KEY: "1:2"}, (), "expected the value of the scenario, 0.4, within them"),
+        ({KEY: "1"}, (), "expected LOW:HIGH"),
+        ({KEY: None}, ("torque_rms < 1 rpm",), "found unit 'rpm'"),
+        ({}, (), "--free: found none"),
+    ],
+)
+def test_bad_options_are_refused(scenario, free, limit, message):
+    with pytest.raises(InputError, match=message):
+        Tuning.of(scenario, free, "error_rms", limit)
+
+
+def test_coordinates_are_logarithmic_between_positive_bounds(scenario):
+    question = Tuning.of(scenario, {KEY: None}, "error_rms", ())
+    np.testing.assert_allclose(
+        question.numbers(np.array([[-1.0], [0.0], [1.0]]))[:, 0], [0.1, 0.4, 1.6]
+    )
+    np.testing.assert_allclose(question._start(), 0.0, atol=1e-12)
+
+
+def test_the_front_has_what_no_other_beats():
+    values = np.array([[1.0, 5.0], [2.0, 5.0], [2.0, 3.0], [3.0, 4.0], [4.0, 1.0], [1.0, 6.0]])
+    np.testing.assert_array_equal(front(values), [1, 0, 1, 0, 1, 0])
