@@ -96,7 +96,7 @@ def test_the_memory_of_a_long_run_is_that_of_its_windows():
     held = set()
     for _ in range(300):
         made.add(np.zeros((2, 100, 3)), [np.ones((2, 100), bool)])
-        held.add(made._indices[0]._means._recent._values.nbytes)
+        held.add(made._windows[0]._means._recent._values.nbytes)
     # at most twice: for a part of 100 samples, and 81 before it
     assert len(held) == 1
     assert max(held) <= 2 * 2 * (100 + 81) * 3 * 8
