@@ -31,6 +31,19 @@ def test_correlated_residuals_are_not_white(rho):
     assert not whiteness(noise).white
 
 
+@pytest.mark.parametrize(("shared", "shown"), [(0.07, False), (0.4, True)])
+def test_a_pattern_that_three_thousand_samples_do_not_show_is_ignored(shared, shown):
+    """Means of four samples that share their ends have a correlation of 0.07."""
+    noise = np.random.default_rng(2).standard_normal(100_001)
+    # correlation of neighbours: share / (1 + share**2)
+    share = (1.0 - np.sqrt(1.0 - 4.0 * shared**2)) / (2.0 * shared)
+    residual = noise[1:] + share * noise[:-1]
+    every, few = whiteness(residual), whiteness(residual, power=3000)
+    for name in ("ljung_box_probability", "runs_probability"):
+        assert getattr(every, name) < 1e-9
+        assert (getattr(few, name) < 1e-4) == shown
+
+
 def test_constant_residuals_have_one_run_and_no_crash():
     test = whiteness(np.zeros(50))
     assert test.runs == 1

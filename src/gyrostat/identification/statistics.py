@@ -153,24 +153,31 @@ def block_tests(residual: Vector, fitted: Matrix | None = None) -> dict[int, flo
     return found
 
 
-def whiteness(residual: Vector, fitted: Matrix | None = None) -> Whiteness:
+def whiteness(
+    residual: Vector, fitted: Matrix | None = None, *, power: int | None = None
+) -> Whiteness:
     """Test residuals for independence.
 
     Args:
         residual: Residuals in time order, (m,), m >= 3.
         fitted: Derivatives by the fitted parameters, (m, n), as for `block_tests`.
+        power: Number of samples, 1 or more, whose power the tests of runs and of correlation keep
+            in longer records: what so many samples do not show is ignored. None for all samples.
     """
     count = len(residual)
+    share = min(1.0, power / count) if power else 1.0
     above = residual > np.median(residual)
     positive, negative = int(above.sum()), int(count - above.sum())
     runs = 1 + int(np.sum(above[1:] != above[:-1]))
     expected = 1.0 + 2.0 * positive * negative / count
     spread = (expected - 1.0) * (expected - 2.0) / max(count - 1, 1)
     z = abs(runs - expected) / np.sqrt(spread) if spread > 0.0 else 0.0
+    z *= math.sqrt(share)
 
     lags = 2 * max(1, min(10, count // 10))
     rho = autocorrelation(residual, lags)
     statistic = count * (count + 2.0) * float(np.sum(rho**2 / (count - np.arange(1, lags + 1))))
+    statistic *= share
     blocks = block_tests(residual, fitted) if float(residual @ residual) > 0.0 else {}
     return Whiteness(
         runs=runs,
