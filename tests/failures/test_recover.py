@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from gyrostat.core.errors import InputError
-from gyrostat.failures import Loss, plan_recovery, recover
+from gyrostat.failures import Loss, earliest_settling, holdable, plan_recovery, recover
 from gyrostat.spacecraft import Gyrostat, Spacecraft
 from gyrostat.wheel import WheelArray
 
@@ -51,6 +52,51 @@ def test_a_wheel_that_runs_down_slowly_decides_the_time():
     gone = constant * np.log(abs(held) / (total * np.radians(0.05)))
     assert 100.0 + 15.0 * 16.0 / total < gone
     assert 0.95 * gone < found.settle <= gone + 0.5
+
+
+def test_a_braked_wheel_stops_and_settling_comes_sooner():
+    """Its motor takes 0.02 N·m: 0.3 N·m·s in 15 s."""
+    frozen = Loss("frozen", brake_torque=0.02)
+    found = recover(CRAFT, START, {1: frozen}, target=TARGET, duration=300.0)
+    # the wheel loses its momentum at this rate, and then stays at rest against the body
+    rates = found.flight.rate.values
+    held = found.flight.wheel_momentum.values[:, 1] + ROTOR * rates[:, 1]
+    time = found.flight.time.values
+    np.testing.assert_allclose(held[time <= 10.0], held[0] + 0.02 * time[time <= 10.0], atol=1e-9)
+    assert np.all(np.abs(found.flight.wheel_speed.values[time >= 20.0, 1]) < 1e-9)
+    assert found.earliest[1] < found.settle < 100.0
+    # a wheel that keeps turning has another nearest attitude
+    other = found.without_brakes
+    assert other.plan.answer.angle != pytest.approx(found.plan.answer.angle, abs=1e-3)
+    assert other.gains[1].angle == pytest.approx(found.plan.answer.angle)
+    assert found.to_dict(("a", "b", "c"))["without_brakes"]["gains"]["b"]["torque"] == 0.1
+
+
+@pytest.mark.parametrize(
+    "loss",
+    [
+        Loss("rundown", 90.0),
+        Loss("frozen", brake_time=8.0),
+        Loss("rundown", 90.0, brake_time=8.0, brake_torque=2e-3),
+        Loss("frozen", brake_torque=2e-3),
+    ],
+)
+def test_the_earliest_settling_is_when_the_momentum_of_the_wheel_matters_no_more(loss):
+    answer = holdable(CRAFT, START.momentum, failed={1: 0.0}, target=TARGET)
+    working, error = np.array([True, False, True]), 1e-3
+    given = {"momentum": -0.3, "loss": loss, "error": error}
+    time = earliest_settling(CRAFT, answer, working, 1, **given)
+    # all other momentum is in the plane of the working wheels, x and z
+    left = error * np.hypot(*answer.momentum_in_body[[0, 2]])
+
+    def slope(_, momentum):
+        own = (loss.kind == "rundown") / loss.time_constant
+        return -(own + 1.0 / (loss.brake_time or np.inf)) * momentum - loss.brake_torque
+
+    below = solve_ivp(
+        slope, (0.0, 2000.0), [0.3], events=lambda _, h: h[0] - left, rtol=1e-10, atol=1e-13
+    )
+    assert time == pytest.approx(below.t_events[0][0], rel=1e-6)
 
 
 def test_without_momentum_the_wheels_sweep():
@@ -100,6 +146,9 @@ def test_one_wheel_is_enough_where_the_others_hold_momentum():
         ({3: ("seized", 60.0)}, "failed wheel: found 3"),
         ({1: ("gone", 60.0)}, "found 'gone'"),
         ({1: ("rundown", 0.0)}, "time constant of running down: found 0"),
+        ({1: ("rundown", 60.0, 0.0)}, "time constant of the brake: found 0"),
+        ({1: ("frozen", 60.0, None, -1.0)}, "brake torque: found -1, expected a finite value of 0 or more"),
+        ({1: ("seized", 60.0, 8.0)}, "brake: found a seized wheel"),
     ],
 )
 def test_refusals(losses, found):

@@ -23,6 +23,13 @@ def recover(
         str, typer.Option(help="Wheel momenta at the failure, N·m·s, or speeds with units: A,B,...")
     ],
     out: Out,
+    brake: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="What brakes a failed wheel: NAME=8s (time constant of its short-circuited motor) "
+            "or NAME=20mN·m (torque with which the motor still brakes)."
+        ),
+    ] = None,
     attitude: Annotated[
         str | None, typer.Option(help="At the failure: quaternion Q0,Q1,Q2,Q3, scalar first.")
     ] = None,

@@ -1,7 +1,7 @@
 """Simulation of a recovery after wheel failures."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import error_angle
+from gyrostat.failures.braking import BrakeGain, earliest_settling, with_brakes, without_brakes
+from gyrostat.failures.feasibility import holdable
 from gyrostat.failures.recovery_plan import Loss, RecoveryPlan, plan_recovery
 from gyrostat.simulation import Status, simulate
 from gyrostat.spacecraft import Gyrostat, GyrostatState, Spacecraft, SpacecraftSensor, WheelFailures
@@ -32,21 +34,41 @@ class Recovery:
         settle: Time from the failure until the error and rate stay below `ANGLE` and `RATE`, s;
             None if they do not.
         reason: Reason why the spacecraft did not settle; empty if it did.
+        earliest: Index of each failed wheel that loses its momentum -> time after the failure, s,
+            before which no controller settles; see `gyrostat.failures.earliest_settling`.
+        without_brakes: The same recovery with no wheel braked; None if none is.
+        gains: Index of each failed wheel that turns and is not braked -> what braking it with the
+            torque limit of its motor would bring. Empty without such a limit.
     """
 
     plan: RecoveryPlan
     flight: "xr.Dataset | None"
     settle: float | None
     reason: str
+    earliest: Mapping[int, float] = field(default_factory=dict)
+    without_brakes: "Recovery | None" = None
+    gains: Mapping[int, BrakeGain] = field(default_factory=dict)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Convert everything except the histories to plain numbers, SI units and radians."""
+    def to_dict(self, names: Sequence[str] | None = None) -> dict[str, Any]:
+        """Convert everything except the histories to plain numbers, SI units and radians.
+
+        Args:
+            names: Names of the wheels; None: their indices.
+        """
+        other = self.without_brakes
+
+        def by_name(values: Mapping[int, Any]) -> dict[str, Any]:
+            return {names[k] if names else str(k): value for k, value in values.items()}
+
         return {
             "settled": self.settle is not None,
             "settle": self.settle,
             "reason": self.reason or None,
             "law": None if self.plan.controller is None else type(self.plan.controller).__name__,
             "holdable": self.plan.answer.to_dict(),
+            "earliest": by_name(self.earliest),
+            "gains": by_name({wheel: asdict(gain) for wheel, gain in self.gains.items()}),
+            "without_brakes": None if other is None else other.to_dict(names),
         }
 
 
@@ -61,6 +83,8 @@ def recover(
     known: Spacecraft | None = None,
 ) -> Recovery:
     """Simulate a spacecraft from the failure of wheels to the nearest feasible attitude.
+
+    A wheel that is braked ends at rest. The same recovery without brakes is simulated too.
 
     Args:
         spacecraft: True spacecraft.
@@ -79,7 +103,9 @@ def recover(
     count = spacecraft.wheels.count
     failures, kept = WheelFailures.none(count), {}
     inertia = np.broadcast_to(np.asarray(spacecraft.wheels.inertia), (count,))
-    rate = Gyrostat(spacecraft).rate(start)
+    rate = np.asarray(Gyrostat(spacecraft).rate(start))
+    axes = np.asarray(spacecraft.wheels.axes)
+    momentum = inertia * (np.asarray(start.wheel_speed) + rate @ axes)
     for wheel, loss in losses.items():
         if wheel not in range(count):
             raise InputError(f"failed wheel: found {wheel}, expected 0 to {count - 1}")
@@ -87,11 +113,10 @@ def recover(
         if loss.kind == "seized":
             failures = failures.seizes(wheel, 0.0)
             continue
-        drag = inertia[wheel] / loss.time_constant if loss.kind == "rundown" else 0.0
+        drag = inertia[wheel] * loss.decay_rate
         failures = failures.torque_lost(wheel, 0.0, added_viscous=drag)
-        if loss.kind == "frozen":
-            axis = np.asarray(spacecraft.wheels.axes)[:, wheel]
-            kept[wheel] = float(inertia[wheel] * (start.wheel_speed[wheel] + axis @ rate))
+        if not loss.slows_down:
+            kept[wheel] = float(momentum[wheel])
     plan = plan_recovery(
         known or spacecraft,
         start.momentum,
@@ -99,9 +124,32 @@ def recover(
         target=target,
         seized={wheel for wheel, loss in losses.items() if loss.kind == "seized"},
     )
+    working = np.array([wheel not in losses for wheel in range(count)])
+    limits = np.broadcast_to(np.asarray(spacecraft.wheels.torque_limit), (count,))
+    earliest, gains = {}, {}
+    for wheel, loss in losses.items():
+        case: dict[str, Any] = {"momentum": float(momentum[wheel]), "error": ANGLE}
+        time = earliest_settling(spacecraft, plan.answer, working, wheel, loss=loss, **case)
+        if time is not None:
+            earliest[wheel] = time
+        if loss.kind != "seized" and not loss.is_braked and np.isfinite(limits[wheel]):
+            torque = float(limits[wheel])
+            stopped = holdable(
+                known or spacecraft, start.momentum, failed={**kept, wheel: 0.0}, target=target
+            )
+            braked = replace(loss, brake_torque=torque)
+            time = earliest_settling(spacecraft, stopped, working, wheel, loss=braked, **case)
+            angle = None if stopped.attitude is None else stopped.angle
+            gains[wheel] = BrakeGain(torque, angle, time)
+    without = None
+    if any(loss.is_braked for loss in losses.values()):
+        options: dict[str, Any] = {"duration": duration, "control_period": control_period}
+        without = recover(
+            *(spacecraft, start, without_brakes(losses)), target=target, known=known, **options
+        )
     if plan.controller is None or plan.answer.attitude is None:
-        return Recovery(plan, None, None, plan.reason)
-    plant = Gyrostat(spacecraft, failures)
+        return Recovery(plan, None, None, plan.reason, earliest, without, gains)
+    plant = Gyrostat(with_brakes(spacecraft, losses), failures)
     flight = simulate(
         plant,
         plan.controller,
@@ -116,7 +164,7 @@ def recover(
     flight["error"] = ("time", np.asarray(errors), about)
     settle = settling_time(flight)
     reason = "" if settle is not None else _why_not(flight)
-    return Recovery(plan, flight, settle, reason)
+    return Recovery(plan, flight, settle, reason, earliest, without, gains)
 
 
 def settling_time(flight: "xr.Dataset") -> float | None:

@@ -12,7 +12,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.types import Vector
 from gyrostat.core.validation import require
-from gyrostat.failures import Holdable, holdable
+from gyrostat.failures.feasibility import Holdable, holdable
 from gyrostat.spacecraft import Spacecraft
 
 LEAST_ACROSS = 0.1
@@ -29,22 +29,50 @@ class Loss:
         kind: "frozen": no torque, momentum constant except for the wheel's own friction; "seized":
             stopped at once; "rundown": no torque, speed decays exponentially.
         time_constant: Time constant of the decay, s.
+        brake_time: Time constant with which the short-circuited motor slows the wheel down, s:
+            rotor inertia times winding resistance over the square of the motor constant. None
+            without a short circuit.
+        brake_torque: Torque with which the motor can still brake, N·m; 0 if it cannot.
     """
 
     kind: Literal["frozen", "seized", "rundown"]
     time_constant: float = 60.0
+    brake_time: float | None = None
+    brake_torque: float = 0.0
+
+    @property
+    def decay_rate(self) -> float:
+        """Rate of the exponential decay of the wheel speed, 1/s; 0 if there is none."""
+        own = 1.0 / self.time_constant if self.kind == "rundown" else 0.0
+        return own + (0.0 if self.brake_time is None else 1.0 / self.brake_time)
+
+    @property
+    def is_braked(self) -> bool:
+        """Whether the motor or a short circuit slows the wheel down."""
+        return self.brake_time is not None or self.brake_torque > 0.0
+
+    @property
+    def slows_down(self) -> bool:
+        """Whether the wheel runs down or is braked, and ends at rest."""
+        return self.kind == "rundown" or self.is_braked
 
     def __post_init__(self) -> None:
         """Validate parameters.
 
         Raises:
-            InputError: An unknown kind, or a time constant that is not above zero.
+            InputError: An unknown kind, a time constant that is not above zero, a negative brake
+                torque, or a brake on a seized wheel.
         """
         if self.kind not in ("frozen", "seized", "rundown"):
             raise InputError(
                 f"failure of a wheel: found {self.kind!r}, expected frozen, seized or rundown"
             )
         require("time constant of running down", self.time_constant, "s", positive=True)
+        if self.brake_time is not None:
+            require("time constant of the brake", self.brake_time, "s", positive=True)
+        require("brake torque", self.brake_torque, "N·m")
+        if self.kind == "seized" and self.is_braked:
+            raise InputError("brake: found a seized wheel, expected a wheel that still turns")
 
 
 @dataclass(frozen=True)
@@ -100,7 +128,7 @@ def plan_recovery(
             return RecoveryPlan(answer, OneWheelRecovery.plan(spacecraft, working, **known), "")
         except InputError as error:
             return RecoveryPlan(answer, None, f"out of reach for one wheel: {error}")
-    if answer.rank == 3 or _across(spacecraft, working, answer.momentum_in_body) >= LEAST_ACROSS:
+    if answer.rank == 3 or across(spacecraft, working, answer.momentum_in_body) >= LEAST_ACROSS:
         return RecoveryPlan(answer, MomentumRecovery.plan(spacecraft, working, **known), "")
     if max(map(abs, failed.values()), default=0.0) > NOTHING_HELD:
         return RecoveryPlan(
@@ -113,8 +141,22 @@ def plan_recovery(
     return RecoveryPlan(answer, controller, "")
 
 
-def _across(spacecraft: Spacecraft, working: np.ndarray, momentum: Vector) -> float:
-    """Magnitude of a momentum's projection, body axes, on the plane of the working axes, N·m·s."""
-    axes = np.asarray(spacecraft.wheels.axes) * working
-    normal = np.linalg.svd(axes)[0][:, 2]
-    return float(np.linalg.norm(np.cross(normal, momentum)))
+def plane_normal(spacecraft: Spacecraft, working: np.ndarray) -> Vector:
+    """Direction that the axes of the working wheels span least, body axes, (3,).
+
+    Args:
+        spacecraft: Spacecraft.
+        working: Whether each wheel works, (wheels,).
+    """
+    return np.linalg.svd(np.asarray(spacecraft.wheels.axes) * working)[0][:, 2]
+
+
+def across(spacecraft: Spacecraft, working: np.ndarray, momentum: Vector) -> float:
+    """Magnitude of a momentum's projection on the plane of the working axes, N·m·s.
+
+    Args:
+        spacecraft: Spacecraft.
+        working: Whether each wheel works, (wheels,).
+        momentum: Momentum, body axes, (3,), N·m·s.
+    """
+    return float(np.linalg.norm(np.cross(plane_normal(spacecraft, working), momentum)))

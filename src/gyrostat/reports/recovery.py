@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gyrostat.core.outputs import new_files
-from gyrostat.failures import Loss, Recovery
+from gyrostat.failures import BrakeGain, Loss, Recovery
 from gyrostat.failures.recovery import ANGLE, RATE
 from gyrostat.reports.drawing import MARK, STYLE, literal, svg
 from gyrostat.reports.feasibility import degrees, triple
@@ -56,7 +56,7 @@ def write_recovery(
     content: dict[str, Any] = {
         "spacecraft": file.name,
         "failed": {names[k]: loss.kind for k, loss in losses.items()},
-        **found.to_dict(),
+        **found.to_dict(names),
     }
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     verdict, rows = verdict_of(found), rows_of(file, found, losses)
@@ -103,6 +103,14 @@ def rows_of(
             ("nearest feasible attitude", f"{degrees(answer.angle)} from the target"),
             ("nearest attitude (scalar first)", triple(answer.attitude, 9)),
         ]
+    for wheel, time in found.earliest.items():
+        rows.append((_slowing(file.wheel_names[wheel], losses[wheel]), _settled_after(time)))
+    for wheel, gain in found.gains.items():
+        name = file.wheel_names[wheel]
+        option = f"--brake {name}={gain.torque:g}N·m"
+        rows.append((f"if the motor of {name} can brake", f"{_would_bring(gain)} ({option})"))
+    if found.without_brakes is not None:
+        rows.append(("without the brake", _without(found.without_brakes)))
     if found.plan.controller is not None:
         rows.append(("law", type(found.plan.controller).__name__))
     if found.flight is not None:
@@ -117,6 +125,35 @@ def rows_of(
             ),
         ]
     return rows
+
+
+def _slowing(name: str, loss: Loss) -> str:
+    if loss.brake_torque:
+        return f"{name} braked by {loss.brake_torque:g} N·m"
+    if loss.brake_time:
+        return f"{name} braked with the time constant {loss.brake_time:g} s"
+    return f"{name} runs down"
+
+
+def _settled_after(time: float) -> str:
+    return f"under any controller, not settled before about {time:.3g} s"
+
+
+def _would_bring(gain: BrakeGain) -> str:
+    time = "" if gain.earliest is None else f", not settled before about {gain.earliest:.3g} s"
+    return f"{_nearest(gain.angle)}{time}"
+
+
+def _nearest(angle: float | None) -> str:
+    if angle is None:
+        return "no feasible attitude"
+    return f"nearest feasible attitude {degrees(angle)} from the target"
+
+
+def _without(other: Recovery) -> str:
+    settled = other.reason if other.settle is None else f"settled at {other.settle:g} s"
+    answer = other.plan.answer
+    return f"{settled}; {_nearest(None if answer.attitude is None else answer.angle)}"
 
 
 def recovery_figure(flight: "xr.Dataset", names: tuple[str, ...], settle: float | None) -> Figure:

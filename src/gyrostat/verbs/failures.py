@@ -120,6 +120,7 @@ def recover(
     wheels: str | Iterable[Quantity],
     out: "str | Path | None" = None,
     *,
+    brake: Named = None,
     attitude: str | Iterable[float] | None = None,
     attitude_euler: str | Iterable[Quantity] | None = None,
     rate: str | Iterable[Quantity] = (0.0, 0.0, 0.0),
@@ -139,6 +140,8 @@ def recover(
         failed: Wheel -> "seized", "frozen" (no torque, constant momentum) or "rundown:TIME".
         wheels: Momentum of every wheel at the failure, N·m·s, or speed with a unit.
         out: Folder for recover.json, run.nc and report.html; None writes no file.
+        brake: Failed wheel -> what brakes it: the time constant of its short-circuited motor, s, or
+            the torque with which the motor still brakes, N·m; as text with a unit.
         attitude: Attitude at the failure, quaternion (4,), scalar first. Give this or the next one.
         attitude_euler: Attitude at the failure, 3-1-3 angles (3,), rad.
         rate: Body rate at the failure, body axes, (3,), rad/s.
@@ -170,7 +173,7 @@ def recover(
     file = _spacecraft(spacecraft)
     wanted = one_attitude("what to hold", {"--target": target, "--euler": euler})
     given = named(failed, "--failed", bare=True)
-    losses = _losses(given, file)
+    losses = _losses(given, file, named(brake, "--brake"))
     now = one_attitude(
         "attitude at the failure", {"--attitude": attitude, "--attitude-euler": attitude_euler}
     )
@@ -259,8 +262,10 @@ def _turned(attitude: "Vector | None", body: "Vector") -> "Vector | None":
     return Rotation.from_quat(attitude, scalar_first=True).apply(body)
 
 
-def _losses(failed: Mapping[str, str | None], file: "SpacecraftFile") -> "dict[int, Loss]":
-    """Number of each failed wheel -> kind of failure."""
+def _losses(
+    failed: Mapping[str, str | None], file: "SpacecraftFile", brakes: Mapping[str, str]
+) -> "dict[int, Loss]":
+    """Number of each failed wheel -> kind of failure, and what brakes it."""
     from gyrostat.failures import Loss
 
     found: dict[int, Loss] = {}
@@ -275,7 +280,36 @@ def _losses(failed: Mapping[str, str | None], file: "SpacecraftFile") -> "dict[i
             raise InputError(
                 f"--failed {name}: found {value or ''!r}, expected seized, frozen or rundown:TIME"
             )
+    for name, value in brakes.items():
+        number = file.wheel_number(name, "--brake")
+        if number not in found:
+            raise InputError(f"--brake {name}: found a wheel that works, expected a failed one")
+        found[number] = replace(found[number], **_brake(value, f"--brake {name}"))
     return found
+
+
+def _brake(value: str, where: str) -> dict[str, float]:
+    """What slows a failed wheel down, as an attribute of its failure."""
+    for name, dimension in (("brake_time", "time"), ("brake_torque", "torque")):
+        try:
+            amount = in_si(value, dimension, where)
+        except InputError:
+            continue
+        if amount > 0.0 and not _is_number(value):
+            return {name: amount}
+    raise InputError(
+        f"{where}: found {value!r}, expected the time constant of the short-circuited motor "
+        "('8 s') or the torque of the motor ('20 mN·m')"
+    )
+
+
+def _is_number(value: object) -> bool:
+    """Whether a value has no unit."""
+    try:
+        float(str(value))
+    except ValueError:
+        return False
+    return True
 
 
 def _speeds(values: str | Iterable[Quantity], file: "SpacecraftFile") -> "Vector":
