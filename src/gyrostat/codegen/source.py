@@ -5,6 +5,7 @@ import functools
 import linecache
 import os
 import sysconfig
+import threading
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -101,12 +102,17 @@ def _part_at(file: str) -> dict[int, str]:
     return found
 
 
+# CPython 3.11 counts the recursion of its parser once for all threads, and fails if two parse.
+_one_at_a_time = threading.Lock()
+
+
 @functools.cache
 def _parsed(file: str) -> ast.Module | None:
-    try:
-        return ast.parse("".join(linecache.getlines(file)))
-    except SyntaxError:
-        return None
+    with _one_at_a_time:
+        try:
+            return ast.parse("".join(linecache.getlines(file)))
+        except SyntaxError:
+            return None
 
 
 @functools.cache
