@@ -163,6 +163,7 @@ def _two_wheels(plan: TwoWheelPointing, options: Options, momentum: Vector3) -> 
         law=replace(plan.law, gain=options["turn_gain"]),
         filter=replace(plan.filter, bandwidth=options["bandwidth"]),
         momentum_time=options["momentum_time"],
+        rotor_sigma=options["rotor_sigma"],
         gain=options["compensator_gain"] * jnp.ones(2),
     )
     limits = (jnp.asarray(wheels.inertia), jnp.asarray(wheels.torque_limit))
@@ -270,6 +271,9 @@ CONTROLLERS: dict[str, PlannedController] = {
                 "1/s", 0.05, "Gain of the model error compensator; 0: no compensator."
             ),
             "momentum_time": positive("time", 30.0, "Time constant of the total momentum filter."),
+            "rotor_sigma": positive(
+                "1", 0.05, "Relative standard deviation of the rotor inertias, which are estimated."
+            ),
             "bandwidth": positive("rad/s", 0.05, "Bandwidth of the attitude and gyro bias filter."),
             "natural_frequency": positive("rad/s", 2.0, "Natural frequency of the speed loops."),
         },

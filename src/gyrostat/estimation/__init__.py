@@ -4,6 +4,7 @@ from gyrostat.estimation.attitude_filter import AttitudeEstimate, AttitudeFilter
 from gyrostat.estimation.friction_scale import FrictionScaleEstimate, FrictionScaleFilter
 from gyrostat.estimation.friction_torque import FrictionTorqueEstimate, FrictionTorqueFilter
 from gyrostat.estimation.rate_observer import RateEstimate, RateObserver
+from gyrostat.estimation.rotor_scale import RotorScaleEstimate, RotorScaleFilter
 from gyrostat.estimation.steady_attitude_filter import SteadyAttitudeEstimate, SteadyAttitudeFilter
 from gyrostat.estimation.torque_walk import TorqueWalk
 from gyrostat.estimation.track import FrictionTrack, track_friction
@@ -20,6 +21,8 @@ __all__ = [
     "MomentumEstimate",
     "RateEstimate",
     "RateObserver",
+    "RotorScaleEstimate",
+    "RotorScaleFilter",
     "SteadyAttitudeEstimate",
     "SteadyAttitudeFilter",
     "TorqueWalk",

@@ -30,11 +30,16 @@ class WheelMap(NamedTuple):
     inverse: Float[Array, "2 2"]
 
     @classmethod
-    def of(cls, spacecraft: Spacecraft) -> "WheelMap":
-        """Map of a spacecraft with two wheels whose axes have independent parts across z."""
+    def of(cls, spacecraft: Spacecraft, scale: Pair | float = 1.0) -> "WheelMap":
+        """Map of a spacecraft with two wheels whose axes have independent parts across z.
+
+        Args:
+            spacecraft: Model of body and wheels.
+            scale: True inertia of each rotor over that of the model, (2,).
+        """
         wheels = spacecraft.wheels
         across = inverse_definite(spacecraft.inertia_locked())[:2]
-        turned = across @ (jnp.asarray(wheels.axes) * wheels.inertia)
+        turned = across @ (jnp.asarray(wheels.axes) * (wheels.inertia * scale))
         (a, b), (c, d) = turned
         inverse = jnp.array([[d, -b], [-c, a]]) / (a * d - b * c)
         return cls(across, turned, inverse)

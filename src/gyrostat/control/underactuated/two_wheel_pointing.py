@@ -14,12 +14,17 @@ from gyrostat.control.adaptive.model_error_compensator import Integrators
 from gyrostat.control.adaptive.safe_frit import SafeFrit, SafeFritMemory
 from gyrostat.control.underactuated.boresight import BoresightLaw, Pair, WheelMap, governed
 from gyrostat.control.underactuated.output_zeroing import check_two_wheels
-from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.checked import Checked, positive, positive_share, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import error, rotation_vector, to_body, to_inertial
-from gyrostat.estimation import SteadyAttitudeEstimate, SteadyAttitudeFilter
+from gyrostat.estimation import (
+    RotorScaleEstimate,
+    RotorScaleFilter,
+    SteadyAttitudeEstimate,
+    SteadyAttitudeFilter,
+)
 from gyrostat.spacecraft import Spacecraft
 
 COMPENSATOR = ConditionedCompensator(Integrators())
@@ -47,7 +52,8 @@ class PointingMemory(NamedTuple):
 
     Attributes:
         estimate: Attitude estimate.
-        momentum: Estimate of the total momentum in inertial axes, (3,), N·m·s.
+        momentum: Estimate of the total momentum in inertial axes, (3,), N·m·s, or of momentum and
+            rotor inertias.
         speed: Last commanded wheel speeds, (2,), rad/s.
         acting: Body rates about x and y from momentum and measured wheel speeds, (2,), rad/s.
         turned: Angles about body x and y since the start, (2,), rad.
@@ -58,7 +64,7 @@ class PointingMemory(NamedTuple):
     """
 
     estimate: SteadyAttitudeEstimate
-    momentum: Vector3
+    momentum: Vector3 | RotorScaleEstimate
     speed: Pair
     acting: Pair
     turned: Pair
@@ -73,9 +79,9 @@ class TwoWheelPointing(Checked):
 
     The body rates about x and y follow from total momentum and wheel speeds (`WheelMap`), so that
     wheel speeds command them. `BoresightLaw` gives the rates. A governor scales the speed changes
-    of both wheels by one factor, so that neither wheel exceeds its torque. The momentum is computed
-    from measured rate and wheel speeds and passes a slow low-pass filter in inertial axes. Errors
-    of momentum, inertia and gyro bias remain as a slowly varying rate error. A compensator
+    of both wheels by one factor, so that neither wheel exceeds its torque. Momentum and true rotor
+    inertias are estimated from measured rate and wheel speeds (`RotorScaleFilter`). Errors of
+    momentum, inertia and gyro bias remain as a slowly varying rate error. A compensator
     estimates it from the estimated rotation about x and y, whose rate the nominal model gives from
     the measured wheel speeds. This is a controller of the loop.
 
@@ -84,9 +90,11 @@ class TwoWheelPointing(Checked):
         law: Boresight law, which gives the body rates.
         filter: Filter of attitude and gyro bias.
         momentum_time: Time constant of the momentum filter, s.
+        rotor_sigma: Relative standard deviation of the rotor inertias of the model. The controller
+            then estimates them with the momentum (`RotorScaleFilter`); None: it trusts them.
         gain: Fixed gain of the compensator, (2,), 1/s; unused if there is a tuner.
         torque_share: Fraction of the wheels' torque that the governor allows for speed changes; the
-            rest is for friction.
+            rest is for friction and for rotors heavier than those of the model.
         tuner: Tuner that gives the gain on line; None for a fixed gain.
         along: Target direction of body z, a unit vector in inertial axes, (3,).
     """
@@ -95,10 +103,11 @@ class TwoWheelPointing(Checked):
     law: BoresightLaw = BoresightLaw()
     filter: SteadyAttitudeFilter = SteadyAttitudeFilter()
     momentum_time: Annotated[Scalar, positive("momentum time", "s")] = 30.0
+    rotor_sigma: Scalar | None = 0.05
     gain: Annotated[Pair, size("compensator gain", "1/s")] = eqx.field(
         default_factory=lambda: np.full(2, 0.05)
     )
-    torque_share: Annotated[Scalar, positive_share("torque share")] = 0.98
+    torque_share: Annotated[Scalar, positive_share("torque share")] = 0.93
     tuner: SafeFrit | None = None
     along: Vector3 = eqx.field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
 
@@ -110,6 +119,8 @@ class TwoWheelPointing(Checked):
                 direction is not a unit vector.
         """
         check_two_wheels("two-wheel pointing", self.spacecraft)
+        if self.rotor_sigma is not None:
+            self._rotors().check()
         limit = np.asarray(self.spacecraft.wheels.torque_limit)
         if not np.all(np.isfinite(limit)):
             raise InputError(f"two-wheel pointing: found a torque limit of {limit}, expected N·m")
@@ -137,7 +148,7 @@ class TwoWheelPointing(Checked):
         none = jnp.zeros(2)
         return PointingMemory(
             estimate=self.filter.start(),
-            momentum=jnp.zeros(3),
+            momentum=jnp.zeros(3) if self.rotor_sigma is None else self._rotors().start(),
             speed=none,
             acting=none,
             turned=none,
@@ -147,12 +158,24 @@ class TwoWheelPointing(Checked):
             period=jnp.asarray(period, dtype=float),
         )
 
-    def _momentum(self, memory: PointingMemory, attitude: Quaternion, rate, wheels) -> Vector3:
-        rotors = jnp.asarray(self.spacecraft.wheels.axes) @ wheels
+    def _rotors(self) -> RotorScaleFilter:
+        return RotorScaleFilter(self.spacecraft, self.momentum_time, rotor_sigma=self.rotor_sigma)
+
+    def _momentum(
+        self, memory: PointingMemory, estimate: SteadyAttitudeEstimate, speed: Pair
+    ) -> tuple[Vector3 | RotorScaleEstimate, Vector3, Pair | float]:
+        """Memory of the momentum, the momentum in body axes, N·m·s, and the rotors' scales."""
+        attitude, rate, period = estimate.attitude, estimate.rate, memory.period
+        if isinstance(memory.momentum, RotorScaleEstimate):
+            found = self._rotors()(memory.momentum, attitude, rate, speed, period)
+            return found, to_body(attitude, found.momentum), found.scale
+        wheels = self.spacecraft.wheels
+        rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * speed)
         measured = to_inertial(attitude, self.spacecraft.inertia_locked() @ rate + rotors)
-        share = memory.period / (self.momentum_time + memory.period)
+        share = period / (self.momentum_time + period)
         share = jnp.where(memory.estimate.begun, share, 1.0)
-        return memory.momentum + share * (measured - memory.momentum)
+        found = memory.momentum + share * (measured - memory.momentum)
+        return found, to_body(attitude, found), 1.0
 
     def _compensated(self, memory: PointingMemory, acting: Pair, turn: Pair) -> PointingMemory:
         """Memory with the compensator updated at this sample."""
@@ -187,8 +210,8 @@ class TwoWheelPointing(Checked):
         speed = measurement.wheel_speed
         estimate = self.filter(memory.estimate, measurement.attitude, measurement.rate, period)
         attitude = estimate.attitude
-        inertial = self._momentum(memory, attitude, estimate.rate, wheels.inertia * speed)
-        momentum, map = to_body(attitude, inertial), WheelMap.of(self.spacecraft)
+        kept, momentum, scale = self._momentum(memory, estimate, speed)
+        map = WheelMap.of(self.spacecraft, scale)
         acting = map.rate(momentum, speed)
         turn = rotation_vector(error(attitude, memory.estimate.attitude))[:2]
         memory = self._compensated(memory, acting, turn)
@@ -203,7 +226,7 @@ class TwoWheelPointing(Checked):
         commanded, share = governed(before, wanted, quickest * period)
         after = memory._replace(
             estimate=estimate,
-            momentum=inertial,
+            momentum=kept,
             speed=commanded,
             acting=acting,
             cut=share < 1.0,

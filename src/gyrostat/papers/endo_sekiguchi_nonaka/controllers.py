@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -82,16 +82,18 @@ class Candidate:
     judged: float = 4000.0
 
 
-OURS = Candidate("pointing", "pointing law with governor", lambda: TwoWheelPointing(AS_KNOWN))
+# The rotors of these cases are those of the model.
+_KNOWN_ROTORS = TwoWheelPointing(AS_KNOWN, rotor_sigma=None, torque_share=0.98)
+OURS = Candidate("pointing", "pointing law with governor", lambda: _KNOWN_ROTORS)
 SAFE_FRIT = Candidate(
     "safe_frit",
     "the same with safe on-line FRIT",
-    lambda: TwoWheelPointing(AS_KNOWN, tuner=_safe_tuner()),
+    lambda: replace(_KNOWN_ROTORS, tuner=_safe_tuner()),
 )
 UNCOMPENSATED = Candidate(
     "uncompensated",
     "the same without compensator",
-    lambda: TwoWheelPointing(AS_KNOWN, gain=jnp.zeros(2)),
+    lambda: replace(_KNOWN_ROTORS, gain=jnp.zeros(2)),
 )
 SLOW = (
     Candidate("paper", "paper's MEC with FRIT", lambda: Estimated(tuned()), 15_000.0, 5000.0),
