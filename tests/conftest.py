@@ -203,3 +203,12 @@ def g2():
         speed=-673.5 * RPM,
         table=AirBearingTable(0.495, wheel, external_torque=0.46e-3),
     )
+
+
+@pytest.fixture
+def browser(module_at, tmp_path):
+    """Chromium with an empty page, see browser.py beside this file; no script may fail in it."""
+    made = module_at(Path(__file__).with_name("browser.py")).Browser
+    with made(tmp_path / "profile") as found:
+        yield found
+        assert found.errors == []

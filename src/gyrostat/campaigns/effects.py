@@ -11,6 +11,7 @@ delete-a-group jackknife gives corrections of bias and confidence intervals (J. 
 Wu, "A general theory for jackknife variance estimation", Annals of Statistics 17, 1989).
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -173,14 +174,12 @@ def _expand(inputs: Inputs, values: Matrix) -> list[Effects]:
 
 def _unexplained(q2: float, of_half: float) -> str:
     """Why an expansion predicts too little, from its Q² and that with half of the runs."""
-    told = f"predicts {100.0 * max(q2, 0.0):.0f} % of the variance, {100.0 * LEAST_Q2:.0f} % needed"
+    share = max(math.floor(100.0 * q2), 0)
+    told = f"{share} % of the variance is predicted, {100.0 * LEAST_Q2:.0f} % needed"
     # the error of a fit is that of infinitely many runs and a part that falls with their number
     if 2.0 * q2 - of_half >= LEAST_Q2:
-        return f"not enough runs: the expansion {told}, and more of them would help"
-    return (
-        f"not explained by the dispersed values: the expansion {told}; the rest is noise, or an "
-        "effect that no polynomial of low degree follows"
-    )
+        return f"not enough runs: {told}, and more runs would help"
+    return f"not explained by the dispersed values: {told}"
 
 
 def _importance(inputs: Inputs, values: Matrix) -> NDArray[np.int64]:
@@ -228,34 +227,36 @@ class _Fits:
         found = np.zeros((len(self._cuts), self.indices[0].shape[-1]))
         for k, groups in enumerate(leave_out):
             fitted = self._fit(groups, 1 + k if keep else None)
-            for group in groups:
-                x, y = self._parts[group]
-                for c, coefficients in enumerate(fitted):
-                    found[c] += np.sum((y - x[:, : len(coefficients)] @ coefficients) ** 2, axis=0)
+            for x, y in (self._parts[group] for group in groups):
+                # one product for all sizes: many small ones wait for each other's threads
+                predicted = (x @ fitted.reshape(x.shape[1], -1)).reshape(len(x), -1, y.shape[1])
+                found += np.sum((y[:, None] - predicted) ** 2, axis=0)
         return found / self._whole[3]
 
-    def _fit(self, groups: "Sequence[int]", place: int | None) -> list[Matrix]:
-        """Coefficients of each size without some groups; their indices are kept at a place."""
-        from scipy.linalg import cholesky, solve_triangular
+    def _fit(self, groups: "Sequence[int]", place: int | None) -> NDArray[np.float64]:
+        """Coefficients of each size without some groups, (terms, cuts, metrics).
 
+        Terms that an expansion does not have are zero. The indices are kept at `place`.
+        """
         gram, projection, count, squares = (
             whole - sum(self._moments[group][k] for group in groups)
             for k, whole in enumerate(self._whole)
         )
-        scale = _RIDGE * count * np.eye(self._cuts[-1])
-        root = cholesky(gram + scale, lower=True)
-        # the leading blocks of a Cholesky factor are those of the smaller expansions
-        forward = solve_triangular(root, projection, lower=True)
-        left = squares - np.cumsum(forward**2, axis=0)
-        found = []
+        ridge = _RIDGE * count * np.eye(self._cuts[-1])
+        # the leading blocks of the inverse of a triangular matrix are those of smaller expansions
+        inverse = np.linalg.inv(np.linalg.cholesky(gram + ridge))
+        forward = inverse @ projection
+        found = np.zeros((len(inverse), len(self._cuts), forward.shape[1]))
         for c, cut in enumerate(self._cuts):
-            coefficients = solve_triangular(root[:cut, :cut], forward[:cut], lower=True, trans=1)
-            found.append(coefficients)
-            if place is not None:
-                # the distributions of the inputs are known: their variances are not estimated
-                variance = np.sum(coefficients[1:] ** 2, axis=0) + left[cut - 1] / (count - cut)
-                for kept, members in zip(self.indices, self._members, strict=True):
-                    kept[c, place] = members[:, :cut] @ coefficients**2 / variance
+            found[:cut, c] = inverse[:cut, :cut].T @ forward[:cut]
+        if place is not None:
+            cuts = np.array(self._cuts)
+            left = (squares - np.cumsum(forward**2, axis=0))[cuts - 1]
+            # the distributions of the inputs are known: their variances are not estimated
+            variance = np.sum(found[1:] ** 2, axis=0) + left / (count - cuts)[:, None]
+            for kept, members in zip(self.indices, self._members, strict=True):
+                kept[:, place] = np.tensordot(members, found**2, 1).swapaxes(0, 1)
+                kept[:, place] /= variance[:, None]
         return found
 
 
