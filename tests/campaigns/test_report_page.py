@@ -60,7 +60,9 @@ def test_the_page_has_the_values_of_all_runs(made, small):
     values = unpacked(table["values"]).reshape(len(table["columns"]), -1)
     for column, own in zip(table["columns"], values, strict=True):
         exact = made.columns[column["name"]]
+        assert column["unit"] != "rad/s"
         exact = np.degrees(exact) if column["unit"].startswith("deg") else exact
+        exact = exact * 30.0 / np.pi if column["unit"] == "rpm" else exact
         np.testing.assert_allclose(own, exact, rtol=2e-5)
 
 
@@ -88,6 +90,13 @@ def test_bars_count_every_run(made, scenario):
     heights = re.findall(r"M\S+ 1000V(\S+?)H", chart)
     total = sum((1000.0 - float(h)) / 1000.0 * float(plot[2]) for h in heights)
     assert total == pytest.approx(np.sum(np.isfinite(made.columns["error_max"])), abs=0.2)
+
+
+def test_values_that_differ_in_the_last_digit_have_a_histogram(scenario):
+    values = np.full(60, 0.3)
+    values[7] = np.nextafter(0.3, 1.0)
+    (chart,) = histograms(scenario, {"energy": values}, {"energy": []})
+    assert chart.count("1000V") == 1
 
 
 def test_required_values_are_drawn_where_they_have_a_meaning(made, scenario):
@@ -201,6 +210,7 @@ def test_a_drag_over_bars_lists_the_runs_behind_them(made, address, browser):
     assert values == sorted(values, reverse=True)
     np.testing.assert_allclose(values, torque[[int(run) for run, *_ in runs]], rtol=1e-3)
     told = browser.ask("document.querySelector('#selected p').textContent")
+    assert browser.ask("document.querySelectorAll('.picked:not([d=\"\"])').length") > 10
     assert told.startswith(f"{len(expected)} of 100 runs: torque_rms from ")
     commands = [replay for _, replay, _ in runs if replay != "open"]
     assert all(command.startswith("gyrostat replay ") for command in commands)

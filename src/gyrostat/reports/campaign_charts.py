@@ -1,5 +1,6 @@
 """Charts of a campaign: distributions of the metrics, and metrics over their drivers."""
 
+import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,10 +13,9 @@ from gyrostat.campaigns.kinds import numbers_of
 from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.summary import percentile_of
 from gyrostat.core.types import Vector
-from gyrostat.reports.campaign_run import IN_DEGREES
 from gyrostat.reports.chart import Axis, Chart, axis_of, scaled_unit
 from gyrostat.reports.requirements import required_in
-from gyrostat.reports.run_table import rounded
+from gyrostat.reports.run_table import page_unit, rounded
 
 PERCENT = 99.7
 """Percentile of the runs that is marked."""
@@ -43,20 +43,22 @@ def histograms(
     """
     metrics, made = metrics_of(scenario), []
     for name, keys in strongest.items():
-        unit = metrics[name].unit
-        scale, label = _unit(columns[name], unit)
+        scale, label = _unit(columns[name], name, metrics[name].unit)
         # the values that the page has, so that a bar and the runs behind it are the same
-        to_page = np.degrees(1.0) if unit in IN_DEGREES else 1.0
+        to_page, _ = page_unit(name, metrics[name].unit)
         values = rounded(to_page * columns[name][np.isfinite(columns[name])]).astype(float)
         values *= scale / to_page
-        edges = np.linspace(values.min(), values.max(), 1 + min(50, 5 + len(values) // 10))
+        low, high = float(np.min(values)), float(np.max(values))
+        if low == high:  # they differ in digits that the page does not have
+            high += abs(high) or 1.0
+        edges = np.linspace(low, high, 1 + min(50, 5 + len(values) // 10))
         counts = np.bincount(_bins(values, edges), minlength=len(edges) - 1)
         required = [(scale * v, text) for v, text in required_in(scenario, name)]
         x = _with(axis_of(edges, label), [v for v, _ in required])
         y = Axis(0.0, 1.05 * float(np.max(counts)), "runs")
         attributes = {"metric": name, "scale": f"{scale / to_page:.9g}"}
         attributes["bins"] = f"{edges[0]:.9g} {edges[-1]:.9g} {len(counts)}"
-        attributes["drivers"] = " ".join(keys)
+        attributes["drivers"] = json.dumps(list(keys))
         chart = Chart(name, x, y, attributes)
         chart.bars(edges, counts.astype(float))
         mark = scale * percentile_of(columns[name], PERCENT).value
@@ -81,19 +83,19 @@ def scatter_plots(
     made: dict[str, list[Markup]] = {}
     for name, keys in strongest.items():
         fine = np.flatnonzero(np.isfinite(columns[name]))[:MOST_POINTS]
-        scale, unit = _unit(columns[name][fine], metrics[name].unit)
+        scale, unit = _unit(columns[name][fine], name, metrics[name].unit)
         values = scale * columns[name][fine]
         required = [(scale * v, text) for v, text in required_in(scenario, name)]
         y = _with(axis_of(values, unit), [v for v, _ in required])
         for key in keys[:DRIVERS]:
-            across, label = _unit(columns[key][fine], numbers[key].unit)
+            across, label = _unit(columns[key][fine], key, numbers[key].unit)
             drawn = across * columns[key][fine]
             text = f"{key} ({label})" if label else key
             title = f"{name} ({unit})" if unit else name
             chart = Chart(title, axis_of(drawn, text), y, {"over": key, "of": name})
-            chart.attributes["scales"] = f"{_page(across, numbers[key].unit):.9g}" + (
-                f" {_page(scale, metrics[name].unit):.9g}"
-            )
+            pairs = (across, key, numbers[key].unit), (scale, name, metrics[name].unit)
+            scales = [own / page_unit(*of)[0] for own, *of in pairs]
+            chart.attributes["scales"] = " ".join(f"{each:.9g}" for each in scales)
             chart.points(drawn, values)
             for value, each in required:
                 chart.level(value, each, "required")
@@ -108,18 +110,12 @@ def _bins(values: Vector, edges: Vector) -> NDArray[np.int64]:
     return np.minimum(places, count - 1).astype(np.int64)
 
 
-def _page(scale: float, unit: str) -> float:
-    """Factor from the values that the page has to those of a chart."""
-    return scale / np.degrees(1.0) if unit in IN_DEGREES else scale
-
-
-def _unit(values: Vector, unit: str) -> tuple[float, str]:
+def _unit(values: Vector, name: str, unit: str) -> tuple[float, str]:
     """Factor from SI and unit in which values are drawn."""
-    if unit in IN_DEGREES:
-        return float(np.degrees(1.0)), IN_DEGREES[unit]
+    scale, label = page_unit(name, unit)
     finite = np.abs(values[np.isfinite(values)])
-    factor, name = scaled_unit(float(np.max(finite, initial=0.0)), unit)
-    return factor, "" if name == "1" else name
+    factor, label = scaled_unit(scale * float(np.max(finite, initial=0.0)), label)
+    return scale * factor, label
 
 
 def _with(axis: Axis, values: Sequence[float]) -> Axis:

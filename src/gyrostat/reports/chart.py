@@ -171,10 +171,11 @@ class Chart:
         if across and is_inside:
             x, y = WIDTH - RIGHT - 3.0, TOP + high * (1.0 - share) + (-3.0 if share < 0.9 else 11.0)
         elif across:
-            x, y = LEFT + 3.0, TOP + 11.0 + 12.0 * above
+            # beside the title, where no line is; further ones below
+            x, y = WIDTH - RIGHT - 3.0, 14.0 if above == 0 else TOP - 1.0 + 12.0 * above
         else:
             x, y = LEFT + wide * share, TOP + 11.0 + 12.0 * len(self._labels)
-        end = is_inside if across else share > 0.6
+        end = across or share > 0.6
         x += 0.0 if across else (-3.0 if end else 3.0)
         where = Markup(' data-{}="{}"').format("y" if across else "x", f"{value:.9g}")
         self._labels.append(

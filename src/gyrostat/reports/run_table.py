@@ -1,6 +1,7 @@
 """Values of the runs inside the page of a campaign, for the selection of runs in histograms."""
 
 import base64
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -11,12 +12,27 @@ from gyrostat.campaigns import Scenario
 from gyrostat.campaigns.kinds import numbers_of
 from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.core.types import Vector
+from gyrostat.core.units import RPM
 from gyrostat.reports.campaign_run import IN_DEGREES
 
 MOST_BYTES = 3_500_000
 """Size that the values take in a page."""
 _EXTREMES = 20
 """Number of largest and of smallest values of each metric whose runs are always kept."""
+
+
+def page_unit(name: str, unit: str) -> tuple[float, str]:
+    """Factor from SI and unit in which a page has a metric or dispersed value.
+
+    Args:
+        name: Metric or key.
+        unit: SI unit.
+    """
+    if unit == "rad/s" and name.startswith("wheel."):
+        return 1.0 / RPM, "rpm"
+    if unit in IN_DEGREES:
+        return math.degrees(1.0), IN_DEGREES[unit]
+    return 1.0, "" if unit == "1" else unit
 
 
 def rounded(values: Vector) -> NDArray[np.float32]:
@@ -53,12 +69,10 @@ def run_table(
     kept = _kept(columns, names, MOST_BYTES // (4 * max(len(names) + len(driving), 1)))
     for name in (*names, *driving):
         is_metric = name in metrics
-        unit = metrics[name].unit if is_metric else numbers[name].unit
-        values = columns[name][kept]
-        if unit in IN_DEGREES:
-            values, unit = np.degrees(values), IN_DEGREES[unit]
-        told.append({"name": name, "unit": "" if unit == "1" else unit, "metric": is_metric})
-        parts.append(packed(values))
+        own = metrics[name].unit if is_metric else numbers[name].unit
+        scale, unit = page_unit(name, own)
+        told.append({"name": name, "unit": unit, "metric": is_metric})
+        parts.append(packed(scale * columns[name][kept]))
     runs = None if len(kept) == count else kept.tolist()
     return {"columns": told, "runs": runs, "count": count, "values": "".join(parts)}
 

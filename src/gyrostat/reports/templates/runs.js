@@ -17,7 +17,7 @@ const bars = gyrostatCharts.filter(c => c.svg.dataset.metric).map(chart => {
   const values = columns[metric].values;
   // as `_bins` in campaign_charts.py
   const bin = k => Math.min(number - 1, Math.floor((values[k] * scale - low) / (high - low) * number + 1e-6));
-  return {chart, metric, scale: +scale, low, high, number, bin, values, drivers: drivers ? drivers.split(" ") : [], path: chart.plot.querySelector(".chosen")};
+  return {chart, metric, scale: +scale, low, high, number, bin, values, drivers: JSON.parse(drivers), path: chart.plot.querySelector(".chosen")};
 });
 const clouds = gyrostatCharts.filter(c => c.svg.dataset.over).map(chart => {
   const [x, y] = chart.svg.dataset.scales.split(" ").map(Number);
