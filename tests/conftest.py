@@ -205,10 +205,17 @@ def g2():
     )
 
 
-@pytest.fixture
-def browser(module_at, tmp_path):
-    """Chromium with an empty page, see browser.py beside this file; no script may fail in it."""
+@pytest.fixture(scope="module")
+def chromium(module_at, tmp_path_factory):
+    """Chromium with an empty page, see browser.py beside this file; it takes a second to start."""
     made = module_at(Path(__file__).with_name("browser.py")).Browser
-    with made(tmp_path / "profile") as found:
+    with made(tmp_path_factory.mktemp("profile")) as found:
         yield found
-        assert found.errors == []
+
+
+@pytest.fixture
+def browser(chromium):
+    """Chromium in which no script may fail."""
+    chromium.errors.clear()
+    yield chromium
+    assert chromium.errors == []

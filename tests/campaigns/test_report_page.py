@@ -279,6 +279,8 @@ def test_the_page_is_complete_without_scripts_and_on_paper(made, address, browse
     assert browser.ask(colour) == "rgb(21, 24, 28)"
     browser.call("Emulation.setEmulatedMedia", media="print", features=dark)
     assert browser.ask(colour) == "rgb(255, 255, 255)"
+    browser.call("Emulation.setEmulatedMedia", media="", features=[])
+    browser.call("Emulation.setScriptExecutionDisabled", value=False)
 
 
 def test_no_page_is_wider_than_its_window(address, browser):
