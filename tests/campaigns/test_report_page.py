@@ -147,7 +147,7 @@ def test_a_curve_is_thinned_without_losing_its_extremes():
     time = np.linspace(0.0, 1.0, 100_000)
     values = np.sin(50.0 * time)
     values[777], values[99_000], values[5000:9000] = 3.0, -3.0, np.nan
-    x, y = thinned(time, values)
+    x, y = thinned(time, values, 500)
     assert len(x) <= 500
     assert np.all(np.diff(x) > 0.0)
     assert (np.max(y), np.min(y)) == (3.0, -3.0)

@@ -19,8 +19,6 @@ from gyrostat.core.types import Vector
 WIDTH, HEIGHT = 440, 236
 """Size of a chart in its own units, which are pixels on a page of common width."""
 LEFT, RIGHT, TOP, BOTTOM = 52, 10, 24, 38
-MOST_POINTS = 500
-"""Largest number of points of a curve; of more, smallest and largest of each interval are drawn."""
 _SCALES = {3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
 """Power of ten -> SI prefix."""
 
@@ -245,15 +243,15 @@ def number(value: float) -> str:
     return f"{value:.6g}".replace("e-0", "e-").replace("e+0", "e").replace("-", "−")
 
 
-def thinned(x: Vector, y: Vector) -> tuple[Vector, Vector]:
-    """A curve with at most `MOST_POINTS` points and the same smallest and largest values.
+def thinned(x: Vector, y: Vector, most: int) -> tuple[Vector, Vector]:
+    """A curve with a largest number of points, and the same smallest and largest values.
 
     Of each interval its first points with the smallest and the largest value are kept, in order.
     """
-    if len(x) <= MOST_POINTS:
+    if len(x) <= most:
         return x, y
     kept = []
-    for part in np.array_split(np.arange(len(x)), MOST_POINTS // 2):
+    for part in np.array_split(np.arange(len(x)), most // 2):
         fine = part[np.isfinite(y[part])]
         if len(fine):
             kept += sorted({int(fine[np.argmin(y[fine])]), int(fine[np.argmax(y[fine])])})

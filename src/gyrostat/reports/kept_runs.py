@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 MOST_RUNS = 8
 """Largest number of runs in a page."""
+MOST_POINTS = 800
+"""Largest number of points of their curves."""
 FRAMES = 300
 """Number of samples of their motion."""
 
@@ -45,7 +47,7 @@ def kept_runs(
                     "file": f"runs/{store.history(run).name}",
                     "verdict": run_verdict(values),
                     "ranked": values[ranked],
-                    "charts": run_charts(scenario, history, f"run{run}"),
+                    "charts": run_charts(scenario, history, f"run{run}", MOST_POINTS),
                     "motion": replay_data(scenario, values, history, FRAMES),
                     "rows": metric_rows(scenario, values),
                     "drawn": [(key, f"{values[key]:.6g}") for key in scenario.dispersed],

@@ -18,17 +18,22 @@ if TYPE_CHECKING:
 
 LEAST_SHOWN = 1e-5
 """Smallest error and rate drawn, deg and deg/s; smaller ones are rounding errors."""
+MOST_POINTS = 4000
+"""Largest number of points of a curve in the page of a run."""
 COLOURS = 8
 """Number of classes of colours for curves."""
 
 
-def run_charts(scenario: Scenario, history: "xr.Dataset", group: str = "run") -> list[Markup]:
+def run_charts(
+    scenario: Scenario, history: "xr.Dataset", group: str = "run", most: int = MOST_POINTS
+) -> list[Markup]:
     """Pointing error, body rate, wheel speeds and motor torques over time, with the events.
 
     Args:
         scenario: Scenario of the run.
         history: Histories of the run.
         group: Name of the group of charts that are zoomed together.
+        most: Largest number of points of a curve.
     """
     error = np.degrees(history.error.values)
     rate = np.degrees(np.linalg.norm(history.rate.values, axis=1))
@@ -38,15 +43,16 @@ def run_charts(scenario: Scenario, history: "xr.Dataset", group: str = "run") ->
     speed = history.wheel_speed.values / RPM
     time = history.time.values
     charts = [
-        _chart(time, sizes[0], "pointing error (deg)", ["error"], is_log=True),
-        _chart(time, sizes[1], "body rate (deg/s)", ["rate"], is_log=True),
-        _chart(time, speed, "wheel speed (rpm)", scenario.wheels),
+        _chart(time, sizes[0], "pointing error (deg)", ["error"], most, is_log=True),
+        _chart(time, sizes[1], "body rate (deg/s)", ["rate"], most, is_log=True),
+        _chart(time, speed, "wheel speed (rpm)", scenario.wheels, most),
         # a command is held until the next one
         _chart(
             np.repeat(time, 2)[1:],
             factor * np.repeat(torque, 2, axis=0)[:-1],
             f"motor torque ({unit})",
             scenario.wheels,
+            most,
         ),
     ]
     for each in scenario.requirements:
@@ -62,11 +68,17 @@ def run_charts(scenario: Scenario, history: "xr.Dataset", group: str = "run") ->
 
 
 def _chart(
-    time: "Vector", values: "Matrix", title: str, names: Sequence[str], *, is_log: bool = False
+    time: "Vector",
+    values: "Matrix",
+    title: str,
+    names: Sequence[str],
+    most: int,
+    *,
+    is_log: bool = False,
 ) -> Chart:
     """Chart of some curves."""
     x = Axis(float(time[0]), float(time[-1]), "time (s)")
     chart = Chart(title, x, axis_of(values.ravel(), "", is_log=is_log))
     for k, name in enumerate(names):
-        chart.line(*thinned(time, values[:, k]), name, f"s{k % COLOURS}")
+        chart.line(*thinned(time, values[:, k], most), name, f"s{k % COLOURS}")
     return chart
