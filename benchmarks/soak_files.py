@@ -102,7 +102,7 @@ def work_once(put=setattr):
         )
         return hashlib.sha256(b"".join(parts)).digest(), tuple(names)
 
-    def of_history(scenario, history):
+    def of_history(scenario, row, history):
         parts = (f"{name}".encode() + history[name].values.tobytes() for name in history.variables)
         return hashlib.sha256(b"".join(parts)).digest()
 

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,6 +18,7 @@ from gyrostat.reports.campaign_charts import histograms
 from gyrostat.reports.campaign_content import campaign_lines, driver_rows
 from gyrostat.reports.chart import Axis, Chart, axis_of, scaled_unit, thinned
 from gyrostat.reports.requirements import required_in
+from gyrostat.reports.run_charts import run_charts
 from gyrostat.reports.run_table import packed, rounded, run_table
 
 
@@ -151,6 +153,14 @@ def test_a_curve_is_thinned_without_losing_its_extremes():
     assert len(x) <= 500
     assert np.all(np.diff(x) > 0.0)
     assert (np.max(y), np.min(y)) == (3.0, -3.0)
+
+
+def test_events_of_a_run_are_at_its_own_times(small, scenario):
+    with xr.open_dataset(small.store.history(5), engine="h5netcdf") as history:
+        charts = run_charts(scenario, {"event.loss.time": 6.123}, history)
+    assert 'data-x="6.123"' in charts[0]
+    assert 'data-x="18"' in charts[0]
+    assert 'data-x="8"' not in charts[0]
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-3e-7, 9e-7), (99990.0, 100020.0)])

@@ -79,7 +79,7 @@ def run_page(
         fine=values["status"] == 0,
         rows=metric_rows(scenario, values),
         drawn=[(key, f"{values[key]:.9g}") for key in scenario.dispersed],
-        charts=run_charts(scenario, history),
+        charts=run_charts(scenario, values, history),
         motion=replay_data(scenario, values, history),
         command=command,
     )

@@ -47,7 +47,7 @@ def kept_runs(
                     "file": f"runs/{store.history(run).name}",
                     "verdict": run_verdict(values),
                     "ranked": values[ranked],
-                    "charts": run_charts(scenario, history, f"run{run}", MOST_POINTS),
+                    "charts": run_charts(scenario, values, history, f"run{run}", MOST_POINTS),
                     "motion": replay_data(scenario, values, history, FRAMES),
                     "rows": metric_rows(scenario, values),
                     "drawn": [(key, f"{values[key]:.6g}") for key in scenario.dispersed],

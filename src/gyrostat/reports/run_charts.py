@@ -1,7 +1,7 @@
 """Charts of a run over time."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup
@@ -25,12 +25,17 @@ COLOURS = 8
 
 
 def run_charts(
-    scenario: Scenario, history: "xr.Dataset", group: str = "run", most: int = MOST_POINTS
+    scenario: Scenario,
+    values: Mapping[str, Any],
+    history: "xr.Dataset",
+    group: str = "run",
+    most: int = MOST_POINTS,
 ) -> list[Markup]:
     """Pointing error, body rate, wheel speeds and motor torques over time, with the events.
 
     Args:
         scenario: Scenario of the run.
+        values: Row of the run in the table of runs, whose events may have times of their own.
         history: Histories of the run.
         group: Name of the group of charts that are zoomed together.
         most: Largest number of points of a curve.
@@ -62,7 +67,8 @@ def run_charts(
     for k, chart in enumerate(charts):
         chart.attributes["group"] = group
         for event in scenario.events:
-            at = scenario.values[f"event.{event.name}.time"]
+            key = f"event.{event.name}.time"
+            at = values.get(key, scenario.values[key])
             chart.level(at, event.name if k == 0 else "", "event", across=False)
     return [chart.svg() for chart in charts]
 
