@@ -2,7 +2,7 @@
 #   make demo    a wheel's friction from the example record
 #   make test    the tests
 #   make soak    the long attacks of benchmarks/soak_*.py, under 15 minutes
-#   make peers   the tests against FMPy and Basilisk, which are left out where these are not installed
+#   make peers   the tests against FMPy, Basilisk and OpenTURNS, which are left out where these are not installed
 #   make check   everything that must pass before a change goes in
 #   make docs    the documentation, its examples executed
 #   make clean   remove what the above made, but for the environment
@@ -62,7 +62,7 @@ soak: $(VENV)/.test
 
 peers: $(VENV)/.peers
 	$(BIN)/python -m pytest -q tests/exports tests/spacecraft/test_against_basilisk.py \
-		tests/spacecraft/test_torques_against_basilisk.py
+		tests/spacecraft/test_torques_against_basilisk.py tests/campaigns/test_effects.py
 
 lint: $(VENV)/.check
 	$(BIN)/ruff check .

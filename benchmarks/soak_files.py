@@ -102,7 +102,7 @@ def work_once(put=setattr):
         )
         return hashlib.sha256(b"".join(parts)).digest(), tuple(names)
 
-    def of_history(scenario, history):
+    def of_history(scenario, row, history):
         parts = (f"{name}".encode() + history[name].values.tobytes() for name in history.variables)
         return hashlib.sha256(b"".join(parts)).digest()
 
@@ -125,10 +125,9 @@ def work_once(put=setattr):
     put(os, "fsync", lambda handle: None)  # no power is cut here
     put(xr, "open_dataset", once(read, of_file))
     put(xr.Dataset, "to_netcdf", written)
-    put(campaign, "distribution_figure", once(campaign.distribution_figure, of_table))
-    put(campaign_run, "run_figure", once(campaign_run.run_figure, of_history))
-    for module in (campaign, campaign_run):
-        put(module, "svg", once(module.svg, id))
+    for name in ("histograms", "scatter_plots"):
+        put(campaign, name, once(getattr(campaign, name), of_table))
+    put(campaign_run, "run_charts", once(campaign_run.run_charts, of_history))
 
 
 def fly_here(opener, put=setattr):

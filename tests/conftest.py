@@ -203,3 +203,19 @@ def g2():
         speed=-673.5 * RPM,
         table=AirBearingTable(0.495, wheel, external_torque=0.46e-3),
     )
+
+
+@pytest.fixture(scope="module")
+def chromium(module_at, tmp_path_factory):
+    """Chromium with an empty page, see browser.py beside this file; it takes a second to start."""
+    made = module_at(Path(__file__).with_name("browser.py")).Browser
+    with made(tmp_path_factory.mktemp("profile")) as found:
+        yield found
+
+
+@pytest.fixture
+def browser(chromium):
+    """Chromium in which no script may fail."""
+    chromium.errors.clear()
+    yield chromium
+    assert chromium.errors == []

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from markupsafe import escape
 
 from gyrostat.core.errors import LONGEST, InputError, one_line
 
@@ -131,9 +132,9 @@ def test_help_keeps_its_brackets(run):
 
 @pytest.mark.parametrize("name", ["$\\frac$", "$x$", "a$b", "_hidden", "{x}_^", "☃"])
 def test_a_wheel_may_have_any_name_in_a_figure(name):
-    from gyrostat.reports.campaign_run import run_figure
     from gyrostat.reports.drawing import svg
     from gyrostat.reports.recovery import recovery_figure
+    from gyrostat.reports.run_charts import run_charts
 
     time = np.linspace(0.0, 1.0, 5)
     history = xr.Dataset(
@@ -150,15 +151,15 @@ def test_a_wheel_may_have_any_name_in_a_figure(name):
     event = SimpleNamespace(name=name)
     values = {f"event.{name}.time": 0.5}
     scenario = SimpleNamespace(wheels=(name,), events=(event,), values=values, requirements=())
-    for figure in (run_figure(scenario, history), recovery_figure(history, (name,), None)):
-        drawn = svg(figure)
-        shown = {text.get_text().replace("\\$", "$").strip() for text in figure.axes[2].texts}
-        shown |= {
-            text.get_text().replace("\\$", "$").strip()
-            for text in figure.axes[2].get_legend().get_texts()
-        }
-        assert name in shown
-        assert drawn.startswith("<svg")
+    charts = run_charts(scenario, {}, history)
+    assert f'data-name="{escape(name)}"' in charts[2]
+    assert f">{escape(name)}</text>" in charts[0]
+    figure = recovery_figure(history, (name,), None)
+    svg(figure)
+    legend = figure.axes[2].get_legend().get_texts()
+    texts = [text.get_text() for text in (*figure.axes[2].texts, *legend)]
+    shown = {text.replace("\\$", "$").strip() for text in texts}
+    assert name in shown
 
 
 def test_a_file_of_devices_is_not_opened(tmp_path):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 
 from gyrostat.campaigns.summary import _binomial_quantile, percentile_of
-from gyrostat.reports.campaign import told_percentile
+from gyrostat.reports.campaign_content import told_percentile
 
 
 @pytest.mark.parametrize(("percent", "count"), [(50.0, 40), (95.0, 200), (99.7, 3000)])

@@ -2,34 +2,31 @@
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
-import numpy as np
-from matplotlib.figure import Figure
-
-from gyrostat.campaigns import Campaign, Scenario, Store, Window, worst_runs
+from gyrostat.campaigns import Campaign, Scenario, Store, Window
 from gyrostat.campaigns.blocks import columns_of
-from gyrostat.campaigns.drivers import find_drivers
-from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
+from gyrostat.campaigns.effects import LEAST_Q2
+from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.pointing.text import angle_text
-from gyrostat.campaigns.summary import percentile_of
-from gyrostat.core.text import or_none
 from gyrostat.reports import requirements
-from gyrostat.reports.campaign_run import IN_DEGREES, run_page, told
-from gyrostat.reports.drawing import MARK, MODEL, STYLE, literal, svg
+from gyrostat.reports.campaign_charts import histograms, scatter_plots, shown_metrics
+from gyrostat.reports.campaign_content import (
+    campaign_content,
+    campaign_lines,
+    driver_rows,
+    strongest,
+    told_percentile,
+)
+from gyrostat.reports.campaign_run import run_page, told
+from gyrostat.reports.kept_runs import kept_runs
+from gyrostat.reports.run_table import run_table
 from gyrostat.reports.template import render
-from gyrostat.simulation import Status
 
 if TYPE_CHECKING:
     from gyrostat.core.types import Vector
-
-PERCENTILES = (50.0, 95.0, 99.7)
-"""Percentiles of the runs in the report."""
-SHOWN = 5
-"""Number of drivers per metric in the table, and of worst runs."""
 
 
 def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) -> str:
@@ -80,43 +77,55 @@ def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, lis
     store = Store(folder)
     known = store.known()
     scenario, columns = Scenario.from_text(known.scenario), columns_of(store.read_table())
-    content = _content(scenario, known, columns, store)
+    content = campaign_content(scenario, known, columns, store)
+    shown = shown_metrics(scenario, columns)
+    strong = {name: strongest(content["metrics"][name]) for name in shown}
+    wanted = [entry["run"] for entry in content["worst"] if entry["kept"]]
+    wanted += sorted(store.histories(known) - set(wanted))
+    kept = kept_runs(scenario, columns, store, wanted, content["worst_by"])
+    table = run_table(scenario, columns, shown, scenario.dispersed)
     page = render(
         "campaign.html",
         scenario=scenario,
         known=known,
         content=content,
-        parts=_parts(scenario, columns),
-        over_time=_over_time(scenario, store),
+        parts=_parts(scenario, columns, shown, strong),
+        scatter=scatter_plots(scenario, columns, strong),
+        over_time=requirements.over_time_charts(scenario, store),
+        kept=kept,
+        shown_runs={each["run"] for each in kept},
+        table={**table, "folder": str(folder)},
         angle=angle_text,
         metrics=metrics_of(scenario),
         told=told,
         told_percentile=told_percentile,
+        driver_rows=driver_rows,
+        least_q2=LEAST_Q2,
         folder=folder,
         command=command,
     )
-    return content, page, _lines(scenario, content)
+    return content, page, campaign_lines(scenario, content)
 
 
-def _over_time(scenario: Scenario, store: Store) -> str | None:
-    """Figure of the errors over time."""
-    figure = requirements.over_time_figure(scenario, store)
-    return None if figure is None else svg(figure)
-
-
-def _parts(scenario: Scenario, columns: "dict[str, Vector]") -> list[dict[str, Any]]:
+def _parts(
+    scenario: Scenario,
+    columns: "dict[str, Vector]",
+    shown: list[str],
+    strong: dict[str, list[str]],
+) -> list[dict[str, Any]]:
     """Sections of the page: the whole run, and each window."""
     metrics = metrics_of(scenario)
     parts = []
     for window in (None, *scenario.windows):
         own = None if window is None else window.name
         names = [name for name, metric in metrics.items() if metric.window == own]
+        drawn = {name: strong[name] for name in shown if name in names}
         parts.append(
             {
                 "window": own,
                 "text": None if window is None else window_text(scenario, window),
                 "names": names,
-                "figure": svg(distribution_figure(scenario, columns, names)),
+                "charts": histograms(scenario, columns, drawn),
             }
         )
     return parts
@@ -136,150 +145,6 @@ def window_text(scenario: Scenario, window: Window) -> str:
     if boresight is None:
         return f"{text}; full attitude error."
     return f"{text}; boresight {', '.join(f'{part:.4g}' for part in boresight)} in body axes."
-
-
-def _content(
-    scenario: Scenario, known: Campaign, columns: "dict[str, Vector]", store: Store
-) -> dict[str, Any]:
-    """Content of report.json, SI units."""
-    status, keys = columns["status"], scenario.dispersed
-    drawn = np.stack([columns[key] for key in keys], axis=1)
-    ended = {
-        kind.name.lower(): int(np.sum(status == kind)) for kind in Status if np.any(status == kind)
-    }
-    bad = np.flatnonzero(status != Status.COMPLETE)
-    known_metrics = metrics_of(scenario)
-    driving = find_drivers(drawn, np.stack([columns[name] for name in known_metrics], axis=1))
-    metrics: dict[str, Any] = {}
-    for (name, metric), rho, level in zip(
-        known_metrics.items(), driving.rank_correlation.T, driving.chance_level, strict=True
-    ):
-        found = [percentile_of(columns[name], percent) for percent in PERCENTILES]
-        order = [k for k in np.argsort(-np.abs(rho)) if np.isfinite(rho[k])]
-        metrics[name] = {
-            "unit": metric.unit,
-            "window": metric.window,
-            "runs": int(np.sum(np.isfinite(columns[name]))),
-            "percentiles": [{k: or_none(v) for k, v in vars(p).items()} for p in found],
-            "chance_level": or_none(float(level)),
-            "drivers": [
-                {
-                    "key": keys[k],
-                    "rank_correlation": float(rho[k]),
-                    "beyond_chance": bool(abs(rho[k]) > level),
-                }
-                for k in order
-            ],
-        }
-    ranked = percentile_name(scenario.percentiles[-1])
-    kept = store.histories(known)
-
-    def worst(metric: str) -> dict[str, Any]:
-        runs = [
-            {"run": run, "value": or_none(float(columns[metric][run])), "kept": run in kept}
-            for run in worst_runs(store, SHOWN, metric)
-        ]
-        return {"worst_by": metric, "worst": runs}
-
-    return {
-        "scenario": scenario.name,
-        "digest": known.digest,
-        "seed": known.seed,
-        "runs": known.runs,
-        "ended": ended,
-        "not_complete": [
-            {
-                "run": int(k),
-                "status": Status(status[k]).name.lower(),
-                "ended": float(columns["ended"][k]),
-            }
-            for k in bad[:100]
-        ],
-        "requirements": [
-            requirements.content(each) for each in requirements.verdicts(scenario, columns, store)
-        ],
-        "chance_level": metrics[ranked]["chance_level"],
-        "metrics": metrics,
-        **worst(ranked),
-        "windows": {w.name: worst(f"{w.name}.{ranked}") for w in scenario.windows},
-        "engine": dict(known.engine),
-    }
-
-
-def told_percentile(entry: dict[str, Any], unit: str) -> tuple[str, ...]:
-    """Format value and confidence limits, with enough digits to distinguish unequal ones.
-
-    Args:
-        entry: Percentile as in report.json.
-        unit: Unit of the metric.
-    """
-    names = ("value", "low", "high")
-    parts = [float("nan" if entry[name] is None else entry[name]) for name in names]
-    different = len({part for part in parts if np.isfinite(part)})
-
-    def texts(digits: int) -> tuple[str, ...]:
-        return tuple(told(part, unit, digits) for part in parts)
-
-    enough = (d for d in range(4, 17) if len({*texts(d)} - {"none"}) == different)
-    return texts(next(enough, 17))
-
-
-def _lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
-    """The outcome as lines for a terminal."""
-    ended = ", ".join(
-        f"{count} {kind.replace('_', ' ')}" for kind, count in content["ended"].items()
-    )
-    lines = [f"{content['runs']} runs of {scenario.name}: {ended}"]
-    own = content["metrics"][content["worst_by"]]
-    for entry in own["percentiles"]:
-        value, low, high = told_percentile(entry, own["unit"])
-        lines.append(
-            f"  {content['worst_by']}: {entry['percent']:g} % of the runs stay below {value} "
-            f"(95 % confidence: {low} to {high})"
-        )
-    driving = [driver for driver in own["drivers"] if driver["beyond_chance"]]
-    if driving:
-        told_of = ", ".join(f"{d['key']} ({d['rank_correlation']:+.2f})" for d in driving[:3])
-        lines.append(f"  driven by {told_of}, by rank correlation")
-    return lines + [requirements.line(entry) for entry in content["requirements"]]
-
-
-def distribution_figure(
-    scenario: Scenario, columns: "dict[str, Vector]", names: Sequence[str]
-) -> Figure:
-    """Plot a histogram of every metric that differs between runs, with its 99.7 % percentile.
-
-    Args:
-        scenario: Scenario of the campaign.
-        columns: Columns of the table of runs.
-        names: Names of the metrics.
-    """
-    metrics = metrics_of(scenario)
-    finite = {name: columns[name][np.isfinite(columns[name])] for name in names}
-    shown = [name for name, values in finite.items() if len(values) and np.ptp(values) > 0.0]
-    count = max(len(shown), 1)
-    with mpl.rc_context(STYLE):
-        height = -(-count // 3)
-        figure = Figure(figsize=(9.0, 1.9 * height + 0.2))
-        grid = np.atleast_1d(figure.subplots(height, 3)).ravel()
-        for axes, name in zip(grid, shown, strict=False):
-            unit = metrics[name].unit
-            values = np.degrees(finite[name]) if unit in IN_DEGREES else finite[name]
-            axes.stairs(
-                *np.histogram(values, bins=min(50, 5 + len(values) // 10)), fill=True, color=MODEL
-            )
-            requirements.mark_required(axes, scenario, name)
-            mark = percentile_of(values, PERCENTILES[-1]).value
-            axes.axvline(mark, color=MARK, lw=0.9, ls="--")
-            unit = IN_DEGREES.get(unit, unit)
-            axes.set_xlabel(literal(name if unit == "1" else f"{name} ({unit})"))
-            # long numbers would overlap
-            axes.locator_params(axis="x", nbins=5)
-            axes.ticklabel_format(axis="x", scilimits=(-2, 5))
-        for axes in grid[len(shown) :]:
-            axes.set_visible(False)
-        figure.tight_layout()
-    return figure
 
 
 def write_replay(

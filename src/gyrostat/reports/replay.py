@@ -17,7 +17,10 @@ MOST_FRAMES = 900
 
 
 def replay_data(
-    scenario: Scenario, values: Mapping[str, Any], history: "xr.Dataset"
+    scenario: Scenario,
+    values: Mapping[str, Any],
+    history: "xr.Dataset",
+    most: int = MOST_FRAMES,
 ) -> dict[str, Any] | None:
     """Motion of a run for the script of its page; None if the run ended at the start.
 
@@ -25,11 +28,12 @@ def replay_data(
         scenario: Scenario of the run.
         values: Row of the run in the table of runs.
         history: Histories of the run.
+        most: Largest number of samples.
     """
     fine = np.flatnonzero(np.isfinite(history.error.values))
     if len(fine) < 2:
         return None
-    frames = fine[:: max(1, -(-len(fine) // MOST_FRAMES))]
+    frames = fine[:: max(1, -(-len(fine) // most))]
     own = {**scenario.values, **values}
     structure = structure_of(scenario)
     targets, slews = [scenario.target], {event.name: event.target for event in scenario.events}
@@ -42,9 +46,9 @@ def replay_data(
     # sides of the cuboid of uniform density with these moments of inertia
     sides = np.sqrt(np.maximum([yy + zz - xx, zz + xx - yy, xx + yy - zz], 1e-3 * (xx + yy + zz)))
     return {
-        "time": time.tolist(),
+        "time": np.round(time, 6).tolist(),
         "attitude": np.round(history.attitude.values[frames], 6).tolist(),
-        "error": np.degrees(history.error.values[frames]).tolist(),
+        "error": [float(f"{v:.4g}") for v in np.degrees(history.error.values[frames])],
         "speed": np.round(history.wheel_speed.values[frames], 3).tolist(),
         "target": [targets[k] for k in phase],
         "sides": (sides / np.max(sides)).tolist(),

@@ -3,13 +3,12 @@
 import math
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from markupsafe import Markup
 
 from gyrostat.campaigns import Scenario, Store
 from gyrostat.campaigns.blocks import list_parts
+from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.pointing.campaign import (
     ERROR_PROFILE,
     PROFILED,
@@ -21,18 +20,20 @@ from gyrostat.campaigns.pointing.text import (
     ARCSECOND,
     angle_text,
     is_of_error,
-    required_errors,
     requirement_text,
 )
 from gyrostat.campaigns.pointing.verdicts import Estimate, Verdict, judged
+from gyrostat.campaigns.requirement import Requirement
 from gyrostat.core.text import or_none
-from gyrostat.reports.drawing import BAND, MARK, MODEL, STYLE, literal
+from gyrostat.reports.chart import Axis, Chart, axis_of
 
 if TYPE_CHECKING:
     from gyrostat.core.types import Matrix, Vector
 
-BANDS = ((5.0, 95.0, 0.35), (25.0, 75.0, 0.7))
-"""Percentiles of the runs between which a band is drawn, and its opacity."""
+BANDS = ((5.0, 95.0, "wide"), (25.0, 75.0, "narrow"))
+"""Percentiles of the runs between which a band is drawn, and its class."""
+ERRORS = ("error_max", "error_end", "crossing_peak")
+"""Metrics that are a pointing error at some time, beside its percentiles."""
 
 
 def verdicts(scenario: Scenario, columns: "dict[str, Vector]", store: Store) -> list[Verdict]:
@@ -88,22 +89,44 @@ def line(entry: dict[str, Any]) -> str:
     )
 
 
-def mark_required(axes: Axes, scenario: Scenario, metric: str) -> None:
-    """Draw the required value, deg, or the allowed share of time, in a histogram of the metric.
+def required_in(scenario: Scenario, metric: str) -> list[tuple[float, str]]:
+    """Required values that have a meaning for a metric, SI, each with its text.
+
+    These are the value of the requirement whose metric it is, or its allowed share of time; and for
+    metrics that are a pointing error at some time, the required value of this error.
 
     Args:
-        axes: Axes of the histogram.
         scenario: Scenario.
         metric: Name of the metric.
     """
+    found = []
+    window = metrics_of(scenario)[metric].window or ""
+    last = metric.removeprefix(f"{window}.")
+    is_error = last in ERRORS or last.startswith("error_p")
     for each in scenario.requirements:
         if each.metric == metric:
-            value = 1.0 - each.level if each.interpretation == "mixed" else math.degrees(each.value)
-            axes.axvline(value, color="black", lw=1.2, ls=":")
+            if each.interpretation == "mixed":
+                share = 1.0 - each.level
+                found.append((share, f"allowed {100.0 * share:.3g} %"))
+            else:
+                found.append((each.value, f"required {angle_text(each.value, each.value)}"))
+        elif is_error and window in ("", *each.during) and _is_error_of(each, scenario, window):
+            found.append((each.value, f"{each.name} {angle_text(each.value, each.value)}"))
+    return found
 
 
-def over_time_figure(scenario: Scenario, store: Store) -> Figure | None:
-    """Plot bands of the pointing error, and of each required index, over time; None without data.
+def _is_error_of(each: Requirement, scenario: Scenario, window: str) -> bool:
+    """Whether the index of a requirement is the pointing error of the run, or of a window."""
+    if not window:
+        return is_of_error(each, scenario)
+    own = next(w.boresight for w in scenario.windows if w.name == window)
+    boresight = own or scenario.boresight
+    whole = "full" if boresight is None else "half_cone"
+    return each.index == "APE" and each.axis == whole and each.boresight == boresight
+
+
+def over_time_charts(scenario: Scenario, store: Store) -> list[Markup]:
+    """Charts with bands of the pointing error, and of each required index, over time.
 
     The bands are percentiles over at most 1000 runs at each time.
 
@@ -111,43 +134,51 @@ def over_time_figure(scenario: Scenario, store: Store) -> Figure | None:
         scenario: Scenario.
         store: Folder of the finished campaign.
     """
-    labels = {ERROR_PROFILE: ("pointing error", required_errors(scenario))}
+    of_error = [each for each in scenario.requirements if is_of_error(each, scenario)]
+    errors = [(each.value, each.name) for each in of_error]
+    labels = {ERROR_PROFILE: ("pointing error", errors)}
     for each in scenario.requirements:
-        if is_of_error(each, scenario):
+        if each in of_error:
             continue
         text = f"{each.index} of {each.name}" if each.name != each.index.lower() else each.index
-        labels[profile_name(each.metric)] = (text, [each.value])
+        labels[profile_name(each.metric)] = (text, [(each.value, "")])
     with store.open_table() as file:
         parts = {name: [*list_parts(file, name, PROFILED)] for name in labels}
-    found: dict[str, Matrix] = {n: np.concatenate(own) for n, own in parts.items() if own}
+    found = {name: np.concatenate(own) for name, own in parts.items() if own}
     if not found:
-        return None
+        return []
     times = scenario.values["run.control_period"] * instants(scenario.count + 1).astype(float)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 2.3 * len(found) + 0.3))
-        grid = np.atleast_1d(figure.subplots(len(found), 1, sharex=True)).ravel()
-        for axes, (name, values) in zip(grid, found.items(), strict=True):
-            _band(axes, times, values, *labels[name])
-        grid[-1].set_xlabel("time (s)")
-        figure.tight_layout()
-    return figure
+    # one axis for all, because they are zoomed together
+    some = [np.any(np.isfinite(values), axis=0) for values in found.values()]
+    shown = times[np.any(some, axis=0)]
+    x = Axis(float(shown[0]), float(shown[-1]), "time (s)")
+    return [_band_chart(x, times, values, *labels[name]) for name, values in found.items()]
 
 
-def _band(axes: Axes, times: "Vector", values: "Matrix", label: str, required: list[float]) -> None:
-    """Draw the bands of one quantity."""
-    few = np.sum(np.isfinite(values), axis=0) > 0
-    times, values = times[few], values[:, few]
+def _band_chart(
+    x: Axis, times: "Vector", values: "Matrix", label: str, required: list[tuple[float, str]]
+) -> Markup:
+    """Chart of the bands of one quantity."""
+    some = np.sum(np.isfinite(values), axis=0) > 0
+    times, values = times[some], values[:, some]
     is_small = np.nanmax(values) < math.radians(1.0)
     scale = 1.0 / ARCSECOND if is_small else math.degrees(1.0)
     values = values * scale
-    for low, high, opacity in BANDS:
-        edges = np.nanpercentile(values, [low, high], axis=0)
-        axes.fill_between(times, *edges, color=BAND, alpha=opacity, lw=0.0)
-    axes.plot(times, np.nanmedian(values, axis=0), color=MODEL, lw=1.2)
-    axes.plot(times, np.nanmax(values, axis=0), color=MODEL, lw=0.5)
-    for value in required:
-        axes.axhline(value * scale, color=MARK, lw=1.0, ls="--")
-    axes.set_ylabel(literal(f"{label} ({'arcsec' if is_small else 'deg'})"))
-    middle = np.nanmedian(values)
-    if middle > 0.0 and np.nanmax(values) > 50.0 * middle:
-        axes.set_yscale("log")
+    percentiles = [*(end for low, high, _ in BANDS for end in (low, high)), 50.0, 100.0]
+    *edges, middle, largest = np.nanpercentile(values, percentiles, axis=0)
+    limits = np.array([scale * value for value, _ in required])
+    is_log = 0.0 < 50.0 * np.median(middle) < np.max(largest)
+    shown = np.concatenate([largest, limits, edges[0] if is_log else [0.0]])
+    y = axis_of(shown, "", is_log=is_log)
+    y = y if is_log else y._replace(low=0.0)
+    title = f"{label} ({'arcsec' if is_small else 'deg'})"
+    chart = Chart(title, x, y, {"group": "time"})
+    for k, (*_, kind) in enumerate(BANDS):
+        chart.band(times, edges[2 * k], edges[2 * k + 1], kind)
+    chart.line(times, middle, "median", "s0")
+    chart.line(times, edges[1], "95 %", "hidden")
+    chart.line(times, largest, "largest", "thin")
+    for value, name in required:
+        text = f"{name} {angle_text(value, value)}".strip()
+        chart.level(value * scale, text, "required")
+    return chart.svg()

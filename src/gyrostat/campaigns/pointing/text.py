@@ -45,11 +45,6 @@ def requirement_text(each: Requirement) -> str:
     return "; ".join([*parts, told[each.interpretation]])
 
 
-def required_errors(scenario: Scenario) -> list[float]:
-    """Required values of the pointing error itself, rad, of the whole run."""
-    return [each.value for each in scenario.requirements if is_of_error(each, scenario)]
-
-
 def is_of_error(each: Requirement, scenario: Scenario) -> bool:
     """Whether the index of a requirement is the pointing error of the whole run."""
     whole = "full" if scenario.boresight is None else "half_cone"

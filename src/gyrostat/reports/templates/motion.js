@@ -1,17 +1,10 @@
-<h2>Motion</h2>
-<figure><canvas id="motion" width="760" height="420"></canvas>
-<div><button id="play" type="button">play</button>
-<input id="moment" type="range" min="0" max="{{ motion.time | length - 1 }}" value="0" style="width: 34rem">
-<span id="told"></span></div>
-<figcaption>Body seen from inertial space, its boresight (red) and the target direction (dashed); each wheel about its
-axis, blue for positive speed, orange for negative, grey near rest. Drag to change the view.</figcaption></figure>
-<script>
 "use strict";
-(() => {
-const run = {{ motion | tojson }};
-const canvas = document.getElementById("motion"), pen = canvas.getContext("2d");
-const moment = document.getElementById("moment"), told = document.getElementById("told");
-const play = document.getElementById("play");
+// Motion of a run: the body, its boresight and its wheels, drawn in 3D.
+for (const figure of document.querySelectorAll("figure.motion")) {
+const run = JSON.parse(figure.querySelector("script").textContent);
+const canvas = figure.querySelector("canvas"), pen = canvas.getContext("2d");
+const moment = figure.querySelector(".moment"), told = figure.querySelector(".now");
+const play = figure.querySelector(".play");
 let azimuth = 0.7, elevation = 0.45, playing = false, began = 0, from = 0;
 const cross = (a, b) => [a[1]*b[2] - a[2]*b[1], a[2]*b[0] - a[0]*b[2], a[0]*b[1] - a[1]*b[0]];
 const sum = (a, b, s) => a.map((v, k) => v + s * b[k]);
@@ -85,5 +78,4 @@ canvas.onpointermove = event => {
 const asked = /#frame=(\d+)/.exec(location.hash);
 if (asked) moment.value = asked[1];
 draw();
-})();
-</script>
+}

@@ -1,0 +1,121 @@
+"""Polynomial chaos: orthonormal polynomials of independent standard variables.
+
+B. Sudret, "Global sensitivity analysis using polynomial chaos expansions", Reliability Engineering
+and System Safety 93 (2008). The terms follow G. Blatman and B. Sudret, "Adaptive sparse polynomial
+chaos expansion based on least angle regression", J. Comput. Phys. 230 (2011): those of few
+variables and low degree come first, in the order of the hyperbolic norm of their degrees.
+"""
+
+from itertools import combinations, permutations
+from math import factorial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial.hermite_e import hermevander
+from numpy.polynomial.legendre import legvander
+from numpy.typing import NDArray
+
+from gyrostat.core.types import Matrix, Vector
+
+DEGREE = {True: 10, False: 6}
+"""Largest degree of a polynomial of a uniform variable (True), and of a normal one (False)."""
+TERMS = 200
+"""Largest number of terms."""
+_NORM = 0.75
+_TOGETHER = 3
+"""Largest number of variables in a term."""
+
+Term = tuple[tuple[int, int], ...]
+"""Pairs of variable and degree."""
+
+
+class Basis(NamedTuple):
+    """Terms of an expansion.
+
+    Attributes:
+        terms: Terms; the first is the constant.
+        cuts: Numbers of terms of the expansions to choose from, growing.
+    """
+
+    terms: list[Term]
+    cuts: list[int]
+
+
+def _patterns() -> list[tuple[int, ...]]:
+    """Degrees of the variables of a term, falling, by their norm."""
+    found = [(first,) for first in range(1, max(DEGREE.values()) + 1)]
+    for count in range(2, _TOGETHER + 1):
+        grown = [(*each, n) for each in found for n in range(1, each[-1] + 1)]
+        found += [each for each in grown if len(each) == count]
+    return sorted(found, key=lambda degrees: (sum(d**_NORM for d in degrees), degrees))
+
+
+def basis_of(uniform: NDArray[np.bool_], order: NDArray[np.int64], most: int) -> Basis:
+    """Terms up to a number; where not all variables have room, the first ones of an order.
+
+    Args:
+        uniform: Whether each variable is uniform, otherwise normal, (variables,).
+        order: Variables, the most important first, (variables,).
+        most: Largest number of terms, at least one more than variables.
+    """
+    terms: list[Term] = [()]
+    cuts = []
+    for pattern in _patterns():
+        places = sorted(set(permutations(pattern)))
+        kept = len(order)
+        while kept >= len(pattern):
+            chosen = (c for c in combinations(order[:kept].tolist(), len(pattern)))
+            new = [tuple(zip(c, p, strict=True)) for c in chosen for p in places]
+            new = [term for term in new if all(n <= DEGREE[bool(uniform[v])] for v, n in term)]
+            if len(terms) + len(new) <= most:
+                break
+            kept -= 1
+        else:
+            break
+        if new:
+            terms += new
+            cuts.append(len(terms))
+    return Basis(terms, cuts)
+
+
+def polynomials(share: Vector, *, is_uniform: bool, degree: int) -> Matrix:
+    """Orthonormal polynomials of a variable, (n, degree + 1).
+
+    Args:
+        share: Values of the cumulative distribution function of the variable, (n,).
+        is_uniform: Legendre polynomials of a uniform variable; otherwise Hermite polynomials of a
+            normal one.
+        degree: Largest degree.
+    """
+    degrees = np.arange(degree + 1)
+    if is_uniform:
+        found, scale = legvander(2.0 * share - 1.0, degree), np.sqrt(2.0 * degrees + 1.0)
+    else:
+        from scipy.special import ndtri  # slow to import
+
+        found = hermevander(ndtri(share), degree)
+        scale = 1.0 / np.sqrt([float(factorial(n)) for n in degrees])
+    return np.asarray(found * scale, np.float64)
+
+
+def design_matrix(basis: Basis, share: Matrix, uniform: NDArray[np.bool_]) -> Matrix:
+    """Values of the terms, (n, terms).
+
+    Args:
+        basis: Terms.
+        share: Values of the cumulative distribution functions, (n, variables).
+        uniform: See `basis_of`.
+    """
+    highest = np.zeros(len(uniform), int)
+    for term in basis.terms:
+        for variable, degree in term:
+            highest[variable] = max(highest[variable], degree)
+    single = [
+        polynomials(share[:, v], is_uniform=bool(uniform[v]), degree=int(highest[v]))
+        for v in range(len(uniform))
+    ]
+    found = np.ones((len(share), len(basis.terms)))
+    for column, term in zip(found.T, basis.terms, strict=True):
+        for variable, degree in term:
+            column *= single[variable][:, degree]
+    return found

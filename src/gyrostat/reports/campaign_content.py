@@ -1,0 +1,244 @@
+"""Content of the report of a campaign: report.json, and the lines for a terminal."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gyrostat.campaigns import Campaign, Scenario, Store, worst_runs
+from gyrostat.campaigns.drivers import find_drivers
+from gyrostat.campaigns.effects import Effects, Inputs, find_effects, inputs_of
+from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
+from gyrostat.campaigns.summary import percentile_of
+from gyrostat.core.text import or_none
+from gyrostat.reports import requirements
+from gyrostat.reports.campaign_run import told
+from gyrostat.simulation import Status
+
+if TYPE_CHECKING:
+    from gyrostat.core.types import Vector
+
+PERCENTILES = (50.0, 95.0, 99.7)
+"""Percentiles of the runs in the report."""
+SHOWN = 5
+"""Number of worst runs, and of drivers of a metric."""
+LEAST_SHOWN = 0.01
+"""Total index below which an input is not named."""
+
+
+def campaign_content(
+    scenario: Scenario, known: Campaign, columns: "dict[str, Vector]", store: Store
+) -> dict[str, Any]:
+    """Content of report.json, SI units."""
+    status, keys = columns["status"], scenario.dispersed
+    drawn = np.stack([columns[key] for key in keys], axis=1)
+    ended = {
+        kind.name.lower(): int(np.sum(status == kind)) for kind in Status if np.any(status == kind)
+    }
+    bad = np.flatnonzero(status != Status.COMPLETE)
+    known_metrics = metrics_of(scenario)
+    values = np.stack([columns[name] for name in known_metrics], axis=1)
+    driving = find_drivers(drawn, values)
+    inputs = inputs_of(scenario, known.seed, columns)
+    effects = None if isinstance(inputs, str) else find_effects(inputs, values)
+    metrics: dict[str, Any] = {}
+    for m, ((name, metric), rho, level) in enumerate(
+        zip(known_metrics.items(), driving.rank_correlation.T, driving.chance_level, strict=True)
+    ):
+        found = [percentile_of(columns[name], percent) for percent in PERCENTILES]
+        order = [k for k in np.argsort(-np.abs(rho)) if np.isfinite(rho[k])]
+        metrics[name] = {
+            "unit": metric.unit,
+            "window": metric.window,
+            "runs": int(np.sum(np.isfinite(columns[name]))),
+            "percentiles": [{k: or_none(v) for k, v in vars(p).items()} for p in found],
+            "chance_level": or_none(float(level)),
+            "drivers": [
+                {
+                    "key": keys[k],
+                    "rank_correlation": float(rho[k]),
+                    "beyond_chance": bool(abs(rho[k]) > level),
+                }
+                for k in order
+            ],
+            "effects": {"why": inputs}
+            if effects is None or isinstance(inputs, str)
+            else _effects(inputs, effects[m]),
+        }
+    ranked = percentile_name(scenario.percentiles[-1])
+    kept = store.histories(known)
+
+    def worst(metric: str) -> dict[str, Any]:
+        runs = [
+            {"run": run, "value": or_none(float(columns[metric][run])), "kept": run in kept}
+            for run in worst_runs(store, SHOWN, metric)
+        ]
+        return {"worst_by": metric, "worst": runs}
+
+    return {
+        "scenario": scenario.name,
+        "digest": known.digest,
+        "seed": known.seed,
+        "runs": known.runs,
+        "ended": ended,
+        "not_complete": [
+            {
+                "run": int(k),
+                "status": Status(status[k]).name.lower(),
+                "ended": float(columns["ended"][k]),
+            }
+            for k in bad[:100]
+        ],
+        "requirements": [
+            requirements.content(each) for each in requirements.verdicts(scenario, columns, store)
+        ],
+        "chance_level": metrics[ranked]["chance_level"],
+        "metrics": metrics,
+        **worst(ranked),
+        "windows": {w.name: worst(f"{w.name}.{ranked}") for w in scenario.windows},
+        "engine": dict(known.engine),
+    }
+
+
+def _effects(inputs: Inputs, found: Effects) -> dict[str, Any]:
+    """Sobol indices of a metric, the largest total index first."""
+    own = {"q2": or_none(found.q2), "runs": found.runs, "runs_without_values": found.without}
+    order = [] if found.why else np.argsort(-found.total[:, 0], kind="stable").tolist()
+    names = ("value", "low", "high")
+    return {
+        **own,
+        "why": found.why or None,
+        "inputs": [
+            {
+                "keys": list(inputs.names[k]),
+                "first": dict(zip(names, found.first[k].tolist(), strict=True)),
+                "total": dict(zip(names, found.total[k].tolist(), strict=True)),
+            }
+            for k in order
+        ],
+    }
+
+
+def strongest(metric: dict[str, Any]) -> list[str]:
+    """Drivers of a metric, the strongest first: by total index, or else by rank correlation.
+
+    Args:
+        metric: Entry of a metric in report.json.
+    """
+    named = [driver["key"] for driver in metric["drivers"] if driver["beyond_chance"]]
+    found = named_inputs(metric)
+    if not found:
+        return named
+    # of values that are drawn together, the one with the largest rank correlation
+    order = [driver["key"] for driver in metric["drivers"]]
+    return [min(each["keys"], key=order.index) for each in found]
+
+
+def named_inputs(metric: dict[str, Any]) -> list[dict[str, Any]]:
+    """Inputs of a metric whose total index is at least 1 %, with confidence above zero.
+
+    Args:
+        metric: Entry of a metric in report.json.
+    """
+    found = metric["effects"].get("inputs", [])
+    totals = [each["total"] for each in found]
+    is_named = [total["value"] >= LEAST_SHOWN and total["low"] > 0.0 for total in totals]
+    return [each for each, named in zip(found, is_named, strict=True) if named]
+
+
+def driver_rows(metric: dict[str, Any]) -> list[dict[str, Any]]:
+    """Rows of the table of drivers of a metric: the strongest first, at most five.
+
+    Each has the keys, the rank correlation of a single key, and the first-order and total index, or
+    None where there are none.
+
+    Args:
+        metric: Entry of a metric in report.json.
+    """
+    rho = {each["key"]: each["rank_correlation"] for each in metric["drivers"]}
+    found = metric["effects"].get("inputs", [])
+    alike = {key: each for each in found for key in each["keys"]}
+    named = [each["keys"] for each in named_inputs(metric)]
+    listed = {key for keys in named for key in keys}
+    beyond = [each["key"] for each in metric["drivers"] if each["beyond_chance"]]
+    rows = []
+    for keys in [*named, *([key] for key in beyond if key not in listed)][:SHOWN]:
+        own = alike.get(keys[0])
+        is_own = own is not None and own["keys"] == keys
+        rows.append(
+            {
+                "keys": keys,
+                "rank_correlation": rho.get(keys[0]) if len(keys) == 1 else None,
+                "beyond_chance": keys[0] in beyond,
+                "first": own["first"] if own is not None and is_own else None,
+                "total": own["total"] if own is not None and is_own else None,
+            }
+        )
+    return rows
+
+
+def told_effect(each: dict[str, Any]) -> str:
+    """Input with its first-order and total index, %.
+
+    Args:
+        each: Input of a metric in report.json.
+    """
+    first, total = (round(100.0 * each[name]["value"]) for name in ("first", "total"))
+    return f"{' + '.join(each['keys'])} {first} %" + (f" ({total} %)" if total != first else "")
+
+
+def told_percentile(entry: dict[str, Any], unit: str) -> tuple[str, ...]:
+    """Format value and confidence limits, with enough digits to distinguish unequal ones.
+
+    Args:
+        entry: Percentile as in report.json.
+        unit: Unit of the metric.
+    """
+    names = ("value", "low", "high")
+    parts = [float("nan" if entry[name] is None else entry[name]) for name in names]
+    different = len({part for part in parts if np.isfinite(part)})
+
+    def texts(digits: int) -> tuple[str, ...]:
+        return tuple(told(part, unit, digits) for part in parts)
+
+    enough = (d for d in range(4, 17) if len({*texts(d)} - {"none"}) == different)
+    return texts(next(enough, 17))
+
+
+def campaign_lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
+    """The outcome as lines for a terminal."""
+    ended = ", ".join(
+        f"{count} {kind.replace('_', ' ')}" for kind, count in content["ended"].items()
+    )
+    lines = [f"{content['runs']} runs of {scenario.name}: {ended}"]
+    own = content["metrics"][content["worst_by"]]
+    for entry in own["percentiles"]:
+        value, low, high = told_percentile(entry, own["unit"])
+        lines.append(
+            f"  {content['worst_by']}: {entry['percent']:g} % of the runs stay below {value} "
+            f"(95 % confidence: {low} to {high})"
+        )
+    driving = [driver for driver in own["drivers"] if driver["beyond_chance"]]
+    if driving:
+        told_of = ", ".join(f"{d['key']} ({d['rank_correlation']:+.2f})" for d in driving[:3])
+        lines.append(f"  driven by {told_of}, by rank correlation")
+    lines += _effect_lines(content)
+    return lines + [requirements.line(entry) for entry in content["requirements"]]
+
+
+def _effect_lines(content: dict[str, Any]) -> list[str]:
+    """A line for each metric with Sobol indices, and one for those without."""
+    lines, without = [], []
+    for name, metric in content["metrics"].items():
+        found, effects = named_inputs(metric), metric["effects"]
+        if effects["why"] is None:
+            told_of = ", ".join(map(told_effect, found[:3])) or "no value has 1 % or more"
+            lines.append(f"  variance of {name}: {told_of}; Q² {effects['q2']:.2f}")
+        elif name == content["worst_by"]:
+            lines.append(f"  variance of {name}: {effects['why']}")
+        else:
+            without.append(name)
+    if lines:
+        lines.insert(0, "  shares of the variance by each value alone (with its interactions):")
+    if without:
+        lines.append(f"  no shares for {len(without)} other metrics: see the report")
+    return lines

@@ -1,0 +1,270 @@
+"""Charts as inline SVG that a script can zoom: curves, bands, histograms and point clouds.
+
+The marks of a chart are in a nested SVG element with coordinates from 0 to 1000, whatever the
+units, so that zooming is a change of its `viewBox`. Axes and labels are around it; `chart.js`
+draws them again after a zoom. Colours are those of classes of the page, which differ between
+light, dark and print. Without the script, a chart is complete.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from markupsafe import Markup
+
+from gyrostat.core.types import Vector
+
+WIDTH, HEIGHT = 440, 236
+"""Size of a chart in its own units, which are pixels on a page of common width."""
+LEFT, RIGHT, TOP, BOTTOM = 52, 10, 24, 38
+_SCALES = {3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
+"""Power of ten -> SI prefix."""
+
+
+class Axis(NamedTuple):
+    """Range of an axis.
+
+    Attributes:
+        low: Smallest value.
+        high: Largest value.
+        label: Quantity with unit.
+        is_log: Whether the axis is logarithmic.
+    """
+
+    low: float
+    high: float
+    label: str
+    is_log: bool = False
+
+    def place(self, values: Vector) -> Vector:
+        """Places of values between 0 and 1000."""
+        low, high = (math.log10(v) if self.is_log else v for v in (self.low, self.high))
+        # what is not above zero has no place on a logarithmic axis; it is far below it
+        own = np.log10(np.maximum(values, 1e-300)) if self.is_log else np.asarray(values)
+        return 1000.0 * (own - low) / (high - low)
+
+    def ticks(self) -> list[float]:
+        """Values of the ticks."""
+        if self.is_log:
+            powers = range(math.floor(math.log10(self.low)), math.ceil(math.log10(self.high)) + 1)
+            steps = (1.0,) if len(powers) > 3 else (1.0, 2.0, 5.0)
+            every = [step * 10.0**power for power in powers for step in steps]
+            return [v for v in every if self.low * 0.9999 <= v <= self.high * 1.0001]
+        step = round_step((self.high - self.low) / 7.0)
+        first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+        return [k * step for k in range(first, last + 1)]
+
+
+def round_step(step: float) -> float:
+    """The smallest of 1, 2, 5, 10 times a power of ten that is not below a step."""
+    power = 10.0 ** math.floor(math.log10(step))
+    return next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= step * (1.0 - 1e-9))
+
+
+def axis_of(values: Vector, label: str, *, is_log: bool = False, margin: float = 0.04) -> Axis:
+    """Axis that has all finite values, with a margin."""
+    finite = values[np.isfinite(values) & ((values > 0.0) | (not is_log))]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
+    if is_log:
+        factor = max((high / low) ** margin, 1.05)
+        return Axis(low / factor, high * factor, label, is_log=True)
+    room = margin * (high - low) or 0.05 * abs(high) or 1.0
+    return Axis(low - room, high + room, label)
+
+
+def scaled_unit(largest: float, unit: str) -> tuple[float, str]:
+    """Factor and unit with an SI prefix, for values up to a size."""
+    if unit.startswith(("deg", "arcsec", "kg", "rpm")) or not 0.0 < largest < math.inf:
+        return 1.0, unit
+    power = 3 * math.floor(math.log10(largest) / 3.0)
+    if -3 <= power <= 3 or power not in _SCALES or unit in ("", "1"):
+        return 1.0, unit
+    return 10.0**-power, _SCALES[power] + unit
+
+
+@dataclass
+class Chart:
+    """A chart; the methods add marks, in the order of their calls.
+
+    Attributes:
+        title: What is shown, above the plot.
+        x: Horizontal axis.
+        y: Vertical axis.
+        attributes: Further attributes of the SVG element, name -> value.
+    """
+
+    title: str
+    x: Axis
+    y: Axis
+    attributes: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self):
+        self._marks: list[Markup] = []
+        self._labels: list[Markup] = []
+
+    def line(self, x: Vector, y: Vector, name: str, kind: str = "s0") -> None:
+        """Draw a curve; NaN interrupts it."""
+        path = _path(self.x.place(x), self.y.place(y))
+        mark = '<path class="line {}" data-name="{}" d="{}"/>'
+        self._marks.append(Markup(mark).format(kind, name, path))
+
+    def band(self, x: Vector, low: Vector, high: Vector, kind: str) -> None:
+        """Fill the area between two curves without NaN."""
+        across = self.x.place(np.concatenate([x, x[::-1]]))
+        path = _path(across, self.y.place(np.concatenate([high, low[::-1]])))
+        self._marks.append(Markup('<path class="{}" d="{}Z"/>').format(kind, path))
+
+    def bars(self, edges: Vector, counts: Vector) -> None:
+        """Draw a histogram, with a path of another class for a selected part of it."""
+        places = self.x.place(edges)
+        heights = self.y.place(counts)
+        path = "".join(
+            f"M{a:.1f} 1000V{1000.0 - h:.1f}H{b:.1f}V1000Z"
+            for a, b, h in zip(places, places[1:], heights, strict=False)
+            if h > 0.0
+        )
+        mark = '<path class="bars" d="{}"/><path class="chosen" d=""/>'
+        self._marks.append(Markup(mark).format(path))
+
+    def points(self, x: Vector, y: Vector) -> None:
+        """Draw points, with a path of another class for selected ones."""
+        places = zip(self.x.place(x), 1000.0 - self.y.place(y), strict=True)
+        path = "".join(f"M{a:.0f} {b:.0f}h0" for a, b in places)
+        mark = '<path class="points" d="{}"/><path class="points picked" d=""/>'
+        self._marks.append(Markup(mark).format(path))
+
+    def level(self, value: float, name: str, kind: str, *, across: bool = True) -> None:
+        """Draw a line at a value of the vertical axis (`across`) or of the horizontal one.
+
+        A value beyond the axis is named at the edge of the plot.
+
+        Args:
+            value: Value.
+            name: Label; none if empty.
+            kind: Class of the line: "required", "percentile" or "event".
+            across: Whether the line is horizontal.
+        """
+        axis = self.y if across else self.x
+        place = float(axis.place(np.array([value]))[0])
+        is_inside = 0.0 <= place <= 1000.0
+        if is_inside:
+            at = 1000.0 - place if across else place
+            path = f"M0 {at:.1f}H1000" if across else f"M{at:.1f} 0V1000"
+            mark = '<path class="{}" d="{}"><title>{}</title></path>'
+            self._marks.append(Markup(mark).format(kind, path, name))
+        elif name:
+            arrow = ("↑" if across else "→") if place > 1000.0 else ("↓" if across else "←")
+            name = f"{arrow} {name}"
+        if name:
+            self._label(value, place, name, kind, across=across, is_inside=is_inside)
+
+    def _label(
+        self, value: float, place: float, name: str, kind: str, *, across: bool, is_inside: bool
+    ) -> None:
+        wide, high = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
+        share = min(max(place / 1000.0, 0.0), 1.0)
+        above = sum("data-" not in label for label in self._labels)
+        if across and is_inside:
+            x, y = WIDTH - RIGHT - 3.0, TOP + high * (1.0 - share) + (-3.0 if share < 0.9 else 11.0)
+        elif across:
+            # beside the title, where no line is; further ones below
+            x, y = WIDTH - RIGHT - 3.0, 14.0 if above == 0 else TOP - 1.0 + 12.0 * above
+        else:
+            x, y = LEFT + wide * share, TOP + 11.0 + 12.0 * len(self._labels)
+        end = across or share > 0.6
+        x += 0.0 if across else (-3.0 if end else 3.0)
+        where = Markup(' data-{}="{}"').format("y" if across else "x", f"{value:.9g}")
+        self._labels.append(
+            Markup('<text class="mark {}"{} x="{}" y="{}"{}>{}</text>').format(
+                kind,
+                where if is_inside else Markup(),
+                f"{x:.1f}",
+                f"{y:.1f}",
+                Markup(' text-anchor="end"' if end else ""),
+                name,
+            )
+        )
+
+    def svg(self) -> Markup:
+        """The chart as an SVG element."""
+        wide, high = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
+        parts = [
+            Markup('<svg class="chart" viewBox="0 0 {} {}" role="img" aria-label="{}"{}>').format(
+                WIDTH,
+                HEIGHT,
+                f"{self.title} over {self.x.label}",
+                Markup("").join(
+                    Markup(' data-{}="{}"').format(*pair) for pair in self.attributes.items()
+                ),
+            ),
+            Markup('<text class="title" x="{}" y="14">{}</text>').format(LEFT - 44, self.title),
+            Markup('<g class="axes">'),
+            *self._axes(),
+            Markup("</g>"),
+            Markup(
+                '<svg class="plot" x="{}" y="{}" width="{}" height="{}" viewBox="0 0 1000 1000" '
+                'preserveAspectRatio="none" data-x="{:.9g} {:.9g}" data-y="{:.9g} {:.9g}"{}>'
+            ).format(
+                *(LEFT, TOP, wide, high, self.x.low, self.x.high, self.y.low, self.y.high),
+                Markup(' data-log=""' if self.y.is_log else ""),
+            ),
+            *self._marks,
+            Markup("</svg>"),
+            *self._labels,
+            Markup('<text class="label" x="{}" y="{}">{}</text></svg>').format(
+                LEFT + wide / 2, HEIGHT - 5, self.x.label
+            ),
+        ]
+        return Markup("").join(parts)
+
+    def _axes(self) -> "Sequence[Markup]":
+        """Grid, ticks and their numbers."""
+        wide, high = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
+        found = []
+        for value in self.x.ticks():
+            place = float(self.x.place(np.array([value]))[0])
+            at = LEFT + wide * place / 1000.0
+            grid = Markup('<path d="M{:.1f} {}V{}"/>').format(at, TOP, HEIGHT - BOTTOM)
+            text = Markup('<text class="x" x="{:.1f}" y="{}">{}</text>')
+            found.append(grid + text.format(at, HEIGHT - BOTTOM + 14, number(value)))
+        for value in self.y.ticks():
+            place = float(self.y.place(np.array([value]))[0])
+            at = TOP + high * (1.0 - place / 1000.0)
+            grid = Markup('<path d="M{} {:.1f}H{}"/>').format(LEFT, at, WIDTH - RIGHT)
+            text = Markup('<text class="y" x="{}" y="{:.1f}">{}</text>')
+            found.append(grid + text.format(LEFT - 5, at + 4, number(value)))
+        return found
+
+
+def number(value: float) -> str:
+    """Number of a tick."""
+    return f"{value:.6g}".replace("e-0", "e-").replace("e+0", "e").replace("-", "−")
+
+
+def thinned(x: Vector, y: Vector, most: int) -> tuple[Vector, Vector]:
+    """A curve with a largest number of points, and the same smallest and largest values.
+
+    Of each interval its first points with the smallest and the largest value are kept, in order.
+    """
+    if len(x) <= most:
+        return x, y
+    kept = []
+    for part in np.array_split(np.arange(len(x)), most // 2):
+        fine = part[np.isfinite(y[part])]
+        if len(fine):
+            kept += sorted({int(fine[np.argmin(y[fine])]), int(fine[np.argmax(y[fine])])})
+    return x[kept], y[kept]
+
+
+def _path(x: Vector, y: Vector) -> str:
+    """Path through points; `y` points up."""
+    parts, pen = [], "M"
+    for a, b in zip(x.tolist(), (1000.0 - y).tolist(), strict=True):
+        if math.isfinite(b):
+            parts.append(f"{pen}{a:.1f} {min(max(b, -9e3), 9e3):.1f}")
+            pen = "L"
+        else:
+            pen = "M"
+    return "".join(parts)

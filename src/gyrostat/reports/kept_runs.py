@@ -1,0 +1,56 @@
+"""Kept runs of a campaign inside its page: curves, motion and values."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from gyrostat.campaigns import Scenario, Store
+from gyrostat.reports.campaign_run import metric_rows, run_verdict
+from gyrostat.reports.replay import replay_data
+from gyrostat.reports.run_charts import run_charts
+
+if TYPE_CHECKING:
+    from gyrostat.core.types import Vector
+
+MOST_RUNS = 8
+"""Largest number of runs in a page."""
+MOST_POINTS = 800
+"""Largest number of points of their curves."""
+FRAMES = 300
+"""Number of samples of their motion."""
+
+
+def kept_runs(
+    scenario: Scenario,
+    columns: "Mapping[str, Vector]",
+    store: Store,
+    wanted: Sequence[int],
+    ranked: str,
+) -> list[dict[str, Any]]:
+    """Content of the page on each kept run.
+
+    Args:
+        scenario: Scenario of the campaign.
+        columns: Columns of the table of runs.
+        store: Folder of the campaign.
+        wanted: Numbers of runs whose histories are kept, the most important first.
+        ranked: Metric that ranks them.
+    """
+    import xarray as xr
+
+    made = []
+    for run in wanted[:MOST_RUNS]:
+        values = {name: column[run].item() for name, column in columns.items()}
+        with xr.open_dataset(store.history(run), engine="h5netcdf") as history:
+            made.append(
+                {
+                    "run": run,
+                    "file": f"runs/{store.history(run).name}",
+                    "verdict": run_verdict(values),
+                    "ranked": values[ranked],
+                    "charts": run_charts(scenario, values, history, f"run{run}", MOST_POINTS),
+                    "motion": replay_data(scenario, values, history, FRAMES),
+                    "rows": metric_rows(scenario, values),
+                    "drawn": [(key, f"{values[key]:.6g}") for key in scenario.dispersed],
+                }
+            )
+    return made

@@ -1,0 +1,90 @@
+"""Charts of a run over time."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from markupsafe import Markup
+
+from gyrostat.campaigns.pointing.text import angle_text, is_of_error
+from gyrostat.campaigns.scenario import Scenario
+from gyrostat.core.units import RPM
+from gyrostat.reports.chart import Axis, Chart, axis_of, scaled_unit, thinned
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gyrostat.core.types import Matrix, Vector
+
+LEAST_SHOWN = 1e-5
+"""Smallest error and rate drawn, deg and deg/s; smaller ones are rounding errors."""
+MOST_POINTS = 4000
+"""Largest number of points of a curve in the page of a run."""
+COLOURS = 8
+"""Number of classes of colours for curves."""
+
+
+def run_charts(
+    scenario: Scenario,
+    values: Mapping[str, Any],
+    history: "xr.Dataset",
+    group: str = "run",
+    most: int = MOST_POINTS,
+) -> list[Markup]:
+    """Pointing error, body rate, wheel speeds and motor torques over time, with the events.
+
+    Args:
+        scenario: Scenario of the run.
+        values: Row of the run in the table of runs, whose events may have times of their own.
+        history: Histories of the run.
+        group: Name of the group of charts that are zoomed together.
+        most: Largest number of points of a curve.
+    """
+    error = np.degrees(history.error.values)
+    rate = np.degrees(np.linalg.norm(history.rate.values, axis=1))
+    torque = history.torque.values
+    factor, unit = scaled_unit(float(np.nanmax(np.abs(torque), initial=0.0)), "N·m")
+    sizes = [np.maximum(each, LEAST_SHOWN)[:, None] for each in (error, rate)]
+    speed = history.wheel_speed.values / RPM
+    time = history.time.values
+    charts = [
+        _chart(time, sizes[0], "pointing error (deg)", ["error"], most, is_log=True),
+        _chart(time, sizes[1], "body rate (deg/s)", ["rate"], most, is_log=True),
+        _chart(time, speed, "wheel speed (rpm)", scenario.wheels, most),
+        # a command is held until the next one
+        _chart(
+            np.repeat(time, 2)[1:],
+            factor * np.repeat(torque, 2, axis=0)[:-1],
+            f"motor torque ({unit})",
+            scenario.wheels,
+            most,
+        ),
+    ]
+    for each in scenario.requirements:
+        if is_of_error(each, scenario):
+            text = f"{each.name} {angle_text(each.value, each.value)}"
+            charts[0].level(float(np.degrees(each.value)), text, "required")
+    for k, chart in enumerate(charts):
+        chart.attributes["group"] = group
+        for event in scenario.events:
+            key = f"event.{event.name}.time"
+            at = values.get(key, scenario.values[key])
+            chart.level(at, event.name if k == 0 else "", "event", across=False)
+    return [chart.svg() for chart in charts]
+
+
+def _chart(
+    time: "Vector",
+    values: "Matrix",
+    title: str,
+    names: Sequence[str],
+    most: int,
+    *,
+    is_log: bool = False,
+) -> Chart:
+    """Chart of some curves."""
+    x = Axis(float(time[0]), float(time[-1]), "time (s)")
+    chart = Chart(title, x, axis_of(values.ravel(), "", is_log=is_log))
+    for k, name in enumerate(names):
+        chart.line(*thinned(time, values[:, k], most), name, f"s{k % COLOURS}")
+    return chart

@@ -1,0 +1,90 @@
+"""Values of the runs inside the page of a campaign, for the selection of runs in histograms."""
+
+import base64
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.campaigns import Scenario
+from gyrostat.campaigns.kinds import numbers_of
+from gyrostat.campaigns.metrics.results import metrics_of
+from gyrostat.core.types import Vector
+from gyrostat.core.units import RPM
+from gyrostat.reports.campaign_run import IN_DEGREES
+
+MOST_BYTES = 3_500_000
+"""Size that the values take in a page."""
+_EXTREMES = 20
+"""Number of largest and of smallest values of each metric whose runs are always kept."""
+
+
+def page_unit(name: str, unit: str) -> tuple[float, str]:
+    """Factor from SI and unit in which a page has a metric or dispersed value.
+
+    Args:
+        name: Metric or key.
+        unit: SI unit.
+    """
+    if unit == "rad/s" and name.startswith("wheel."):
+        return 1.0 / RPM, "rpm"
+    if unit in IN_DEGREES:
+        return math.degrees(1.0), IN_DEGREES[unit]
+    return 1.0, "" if unit == "1" else unit
+
+
+def rounded(values: Vector) -> NDArray[np.float32]:
+    """Values with the 16 significant bits that a page keeps, some five decimal digits."""
+    bits = np.asarray(values, np.float32).view(np.uint32)
+    return ((bits + np.uint32(0x80)) & np.uint32(0xFFFFFF00)).view(np.float32)
+
+
+def packed(values: Vector) -> str:
+    """Values as text, four characters each: three bytes of a rounded number, the highest first."""
+    words = rounded(values).view(np.uint32).astype(">u4")
+    return base64.b64encode(words.view(np.uint8).reshape(-1, 4)[:, :3].tobytes()).decode()
+
+
+def run_table(
+    scenario: Scenario, columns: Mapping[str, Vector], names: Sequence[str], driving: Sequence[str]
+) -> dict[str, Any]:
+    """Values of the runs for the script of the page.
+
+    Args:
+        scenario: Scenario of the campaign.
+        columns: Columns of the table of runs.
+        names: Metrics whose histograms are shown.
+        driving: Dispersed keys, the strongest first.
+
+    Returns:
+        `columns`: name, unit and kind of each; `runs`: numbers of the runs, or None for all from 0
+        on; `count`: number of runs of the campaign; `values`: the columns one after the other, see
+        `packed`, NaN for missing values.
+    """
+    metrics, numbers = metrics_of(scenario), numbers_of(scenario)
+    told, parts = [], []
+    count = len(columns["status"])
+    kept = _kept(columns, names, MOST_BYTES // (4 * max(len(names) + len(driving), 1)))
+    for name in (*names, *driving):
+        is_metric = name in metrics
+        own = metrics[name].unit if is_metric else numbers[name].unit
+        scale, unit = page_unit(name, own)
+        told.append({"name": name, "unit": unit, "metric": is_metric})
+        parts.append(packed(scale * columns[name][kept]))
+    runs = None if len(kept) == count else kept.tolist()
+    return {"columns": told, "runs": runs, "count": count, "values": "".join(parts)}
+
+
+def _kept(columns: Mapping[str, Vector], names: Sequence[str], most: int) -> NDArray[np.int64]:
+    """Runs whose values are kept: those with the extreme values of each metric, then the first."""
+    count = len(columns["status"])
+    if count <= most:
+        return np.arange(count)
+    first: dict[int, None] = {}
+    for k in range(_EXTREMES):
+        for name in names:
+            order = np.argsort(columns[name])[: np.sum(np.isfinite(columns[name]))]
+            first |= dict.fromkeys((int(order[-1 - k]), int(order[k])) if k < len(order) else ())
+    return np.sort(np.array(list(first | dict.fromkeys(range(most)))[:most]))
