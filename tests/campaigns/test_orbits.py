@@ -2,6 +2,7 @@
 
 import shutil
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,15 @@ import pytest
 
 from gyrostat.campaigns import Scenario
 from gyrostat.campaigns.build import build, plan
+from gyrostat.campaigns.orbits import planned_orbit
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.reading.scenario_file import _read, read_scenario
 from gyrostat.campaigns.structure import structure_of
 from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax
 from gyrostat.core.rotations import error_angle, to_body, to_inertial
 from gyrostat.spacecraft.environment import EARTH
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
 pytest.importorskip("erfa", reason="the libraries of the extra orbit are not installed")
 
@@ -68,6 +72,24 @@ def read(folder):
 def setup_of(scenario, **changes):
     values = {**scenario.values, **changes}
     return build(structure_of(scenario), values, plans_of(scenario))
+
+
+def test_an_exported_controller_has_the_splines_of_the_campaign(read, monkeypatch):
+    """Their first pieces, to the last bit; tables for the nominal run alone have others."""
+    scenario = read(ORBIT + GRADIENT + PHASE + '[reference]\nkind = "nadir"\n')
+    exported = import_module("gyrostat.exports.scenario_controller")
+    monkeypatch.setattr(exported, "flight_loop", lambda name, title, controller, *_: controller)
+    made = exported.scenario_controller(scenario, "hold")
+    leaves = jax.tree.leaves(made, is_leaf=lambda part: isinstance(part, OrbitEnvironment))
+    tables = [part.coefficients for part in leaves if isinstance(part, OrbitEnvironment)]
+    planned = planned_orbit(scenario)
+    count = len(tables[0])
+    assert count < len(planned.coefficients)
+    assert (count - 1) * planned.step >= scenario.duration
+    for table in tables:
+        np.testing.assert_array_equal(table, planned.coefficients[:count])
+    short = planned_orbit(replace(scenario, dispersions=()))
+    assert not np.array_equal(short.coefficients[:count], planned.coefficients[:count])
 
 
 def test_phase_starts_the_run_later_along_the_orbit(read):

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.campaigns.build import build
+from gyrostat.campaigns.orbits import nominal_orbit
 from gyrostat.campaigns.phases import Phases
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.scenario import Scenario
@@ -42,7 +43,8 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
         guard=None,
         values={k: v for k, v in scenario.values.items() if not k.startswith(tuple(events))},
     )
-    plans = plans_of(alone)
+    # without dispersions, the tables would have other splines than those of the campaign
+    plans = plans_of(alone)._replace(orbit=nominal_orbit(scenario))
     setup = build(structure_of(alone), jax.tree.map(jnp.asarray, dict(alone.values)), plans)
     period = scenario.values["run.control_period"]
     first = first_measurement(setup.sensor, setup.start, period)

@@ -4,6 +4,7 @@ Libraries compute tables before the simulation (`gyrostat.spacecraft.orbit.table
 are only interpolated. Inertial axes are those of the GCRS.
 """
 
+from dataclasses import replace
 from typing import Annotated, NamedTuple, Self
 
 import numpy as np
@@ -96,6 +97,19 @@ class OrbitEnvironment(Checked):
         # over the share of the step, highest power first
         pieces = CubicSpline(np.arange(len(rows)), rows).c
         return cls(pieces[::-1].swapaxes(0, 1).copy(), step, period)
+
+    def until(self, end: float) -> Self:
+        """Environment without most of the rows after a time.
+
+        The splines stay the same to the last bit. Splines through fewer rows would not: their end
+        changes the pieces before it.
+
+        Args:
+            end: Time, s; tables that end before are returned as they are.
+        """
+        pieces = np.asarray(self.coefficients)
+        kept = int(np.ceil((float(self.offset) + end) / float(self.step))) + 1
+        return replace(self, coefficients=pieces[:kept])
 
     def _at(self, time: Scalar, first: int, last: int) -> Array:
         """Values of some channels at a time, s."""
