@@ -135,6 +135,12 @@ EXTRA = {
             "Body direction whose error is evaluated; none: full attitude error.",
         ),
         (
+            "field_of_view",
+            "rad",
+            "none",
+            "Full angle of a field of view about the boresight, which the replay shows.",
+        ),
+        (
             "momentum_budget",
             "",
             "false",
