@@ -7,8 +7,8 @@ C step by step with the recorded measurements, from its own initial memory. Ever
 is compared with the recorded one; the difference is relative to the limit of the command, for an
 estimate to its largest value in the run. Prints the largest difference of every command, its time,
 and the time of a step. Exits with 1 if a motor torque or a dipole moment differs by more than
-1e-10, which happens today in the turn back to nadir (4.7e-10). --folder and --run take a flight
-folder and a run that exist. Takes minutes: the simulation and the C are compiled.
+1e-10. --folder and --run take a flight folder and a run that exist. Takes minutes: the simulation
+and the C are compiled.
 """
 
 import argparse

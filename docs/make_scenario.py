@@ -135,6 +135,12 @@ EXTRA = {
             "Body direction whose error is evaluated; none: full attitude error.",
         ),
         (
+            "field_of_view",
+            "rad",
+            "none",
+            "Full angle of a field of view about the boresight, which the replay shows.",
+        ),
+        (
             "momentum_budget",
             "",
             "false",
@@ -237,7 +243,12 @@ GCRS. `epoch` is the UTC time at time 0 of the run, such as `"2026-11-22T10:00:0
 REFERENCE = """The wanted attitude over time. Controllers follow its attitude, rate and acceleration
 without lag ([how to](references.md)). With another kind than `fixed`, `controller.target` and
 events of the kind `slew` are refused. `python = "FILE.py:NAME"` in place of `kind` names an own
-function (time, s) -> quaternion, scalar first, or a class with such a `__call__`."""
+function (time, s) -> quaternion, scalar first, or a class with such a `__call__`.
+
+With `[orbit]`, `position_error = [x, y, z]` (m, GCRS; optional) is the error of the position from
+which the controller computes the reference. The pointing error counts from the reference at the
+true position. Disperse its components for the error of a navigation solution; one value holds for a
+run."""
 TORQUES_TEXT = """## [[environment.torque]]
 
 Any number of further external torques, added to that of `[environment]`: one of the kinds below, or

@@ -2,6 +2,7 @@
 
 import shutil
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,16 @@ import pytest
 
 from gyrostat.campaigns import Scenario
 from gyrostat.campaigns.build import build, plan
+from gyrostat.campaigns.orbits import planned_orbit
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.reading.scenario_file import _read, read_scenario
 from gyrostat.campaigns.structure import structure_of
+from gyrostat.control.guidance import Guided
 from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax
 from gyrostat.core.rotations import error_angle, to_body, to_inertial
 from gyrostat.spacecraft.environment import EARTH
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
 pytest.importorskip("erfa", reason="the libraries of the extra orbit are not installed")
 
@@ -70,6 +75,23 @@ def setup_of(scenario, **changes):
     return build(structure_of(scenario), values, plans_of(scenario))
 
 
+def test_an_exported_controller_has_the_splines_of_the_campaign(read, monkeypatch):
+    """Their first pieces, to the last bit; tables for the nominal run alone have others."""
+    scenario = read(ORBIT + GRADIENT + PHASE + '[reference]\nkind = "nadir"\n')
+    exported = import_module("gyrostat.exports.scenario_controller")
+    monkeypatch.setattr(exported, "flight_loop", lambda name, title, controller, *_: controller)
+    monkeypatch.setattr(exported, "plans_of", plan)  # without the trial of the parts
+    made = exported.scenario_controller(scenario, "hold")
+    leaves = jax.tree.leaves(made, is_leaf=lambda part: isinstance(part, OrbitEnvironment))
+    tables = [part.coefficients for part in leaves if isinstance(part, OrbitEnvironment)]
+    planned = planned_orbit(scenario)
+    count = len(tables[0])
+    assert count < len(planned.coefficients)
+    assert (count - 1) * planned.step >= scenario.duration
+    for table in tables:
+        np.testing.assert_array_equal(table, planned.coefficients[:count])
+
+
 def test_phase_starts_the_run_later_along_the_orbit(read):
     scenario = read(ORBIT + GRADIENT + PHASE)
     orbit = plans_of(scenario).orbit
@@ -107,6 +129,42 @@ def test_references_along_the_orbit(read, mode, axis):
     np.testing.assert_allclose(pointed, to / np.linalg.norm(to), atol=1e-12)
     # the body starts at rest, the reference moves: the controller has it
     assert error_angle(seen, setup.reference.at(setup.reference.start(), 21.0).attitude) > 0.0
+
+
+def test_the_controller_alone_has_the_position_error(read):
+    """Its reference points from the wrong place; pointing errors count from the right one."""
+    mode = 'kind = "ground_target"\nlatitude = "48 deg"\nlongitude = "11 deg"\n'
+    text = ORBIT + f'[reference]\n{mode}position_error = ["300 m", "-2 km", "1 km"]\n'
+    spread = PHASE.replace("orbit.phase", "reference.position_error.y")
+    scenario = read(text + spread.replace("360 deg", "2 km"))
+    assert scenario.dispersed == ("reference.position_error.y",)
+    setup = build(structure_of(scenario), scenario.values, plan(scenario))
+    is_guided = {"is_leaf": lambda part: isinstance(part, Guided)}
+    parts = jax.tree.leaves(setup.controller, **is_guided)
+    (guided,) = [part for part in parts if isinstance(part, Guided)]
+    orbit = planned_orbit(scenario)
+    ground = orbit.ground(np.radians(48.0), np.radians(11.0), 0.0, 20.0)
+    for reference, error in (
+        (setup.reference, np.zeros(3)),
+        (guided.reference, [300, -2000, 1000]),
+    ):
+        seen = reference.at(reference.start(), 20.0).attitude
+        to = ground - (orbit.position(20.0) + np.array(error))
+        pointed = to_inertial(seen, np.array([0.0, 0.0, 1.0]))
+        np.testing.assert_allclose(pointed, to / np.linalg.norm(to), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        (ORBIT + '[reference]\nposition_error = ["1 m", 0, 0]\n', "found \\['1 m', 0, 0\\]"),
+        ('[reference]\nkind = "nadir"\naltitude = "500 km"\nposition_error = [0, 0, 0]\n', "found"),
+        (ORBIT + '[reference]\nkind = "nadir"\nposition_error = "1 deg"\n', "found"),
+    ],
+)
+def test_a_position_error_that_nothing_depends_on_is_refused(read, text, found):
+    with pytest.raises(InputError, match=f"reference.position_error.*{found}"):
+        read(text)
 
 
 def test_the_text_gives_the_same_tables(read):

@@ -55,8 +55,8 @@ def test_a_browser_draws_the_motion(scenario, flown, tmp_path):
         timeout=60,
     )
     error = np.degrees(history.error.values[100])
-    assert '<span class="now">25.0 s, error ' in drawn.stdout
-    told = drawn.stdout.split('<span class="now">25.0 s, error ')[1].split(" deg")[0]
+    assert '<div class="now">25.0 s, error ' in drawn.stdout
+    told = drawn.stdout.split('<div class="now">25.0 s, error ')[1].split(" deg")[0]
     assert float(told) == pytest.approx(error, rel=5e-3)
     subprocess.run(
         [*command, f"--user-data-dir={tmp_path / 'b'}", f"--screenshot={picture}", address],

@@ -52,6 +52,16 @@ def test_beyond_the_tables_the_last_row_holds(orbit):
     np.testing.assert_allclose(orbit.position(-5.0), orbit_samples.position(0.0), rtol=1e-15)
 
 
+def test_tables_until_a_time_are_the_same_until_then(orbit):
+    later = replace(orbit, offset=700.0)
+    short, times = later.until(95.0), jnp.linspace(-30.0, 95.0, 26)
+    assert len(short.coefficients) < 0.2 * len(orbit.coefficients)
+    for name in ("position", "field", "density", "earth"):
+        found, whole = (jax.vmap(getattr(each, name))(times) for each in (short, later))
+        np.testing.assert_array_equal(found, whole)
+    assert len(orbit.until(1e9).coefficients) == len(orbit.coefficients)
+
+
 def test_ground_point_turns_with_the_earth(orbit):
     equator = orbit.ground(0.0, 0.0, 0.0, 3600.0)
     turned = orbit_samples.EARTH_RATE * 3600.0

@@ -13,7 +13,12 @@ from gyrostat.campaigns.build_parts import (
     with_heads,
     with_sensors,
 )
-from gyrostat.campaigns.build_reference import planned_reference, reference_of, steps_reference
+from gyrostat.campaigns.build_reference import (
+    navigated,
+    planned_reference,
+    reference_of,
+    steps_reference,
+)
 from gyrostat.campaigns.build_spacecraft import (
     failures_of,
     friction_steps_of,
@@ -59,7 +64,7 @@ class Setup(NamedTuple):
         starts: Start times of the phases, (phases,), s.
         targets: Target attitude of each phase, (phases, 4), scalar first.
         metrics: Own metrics by name.
-        reference: Reference attitude; None for the targets of the phases.
+        reference: Reference attitude at the true position; None for the targets of the phases.
         budget: Momentum budget; None unless it is requested.
     """
 
@@ -221,8 +226,12 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
     controller: Any = Phases(starts, joined, orbit=orbit)
     reference = reference_of(structure, values, plans, start, starts, orbit)
+    followed, known = reference, navigated(values, orbit)
+    if known is not orbit:
+        followed = reference_of(structure, values, plans, start, starts, known)
     fixed = reference is None and getattr(made[0], "takes_reference", False)
-    followed = steps_reference(starts, jnp.asarray(plans.targets)) if fixed else reference
+    if fixed:
+        followed = steps_reference(starts, jnp.asarray(plans.targets))
     if followed is not None:
         controller = Guided(controller, followed, structure.command_delay)
     controller = chosen(structure, "compensator").make(

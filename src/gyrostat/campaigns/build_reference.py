@@ -7,9 +7,11 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.campaigns.attitude_table import attitude_table
+from gyrostat.campaigns.components import stacked
 from gyrostat.campaigns.kinds import chosen, component
 from gyrostat.campaigns.references import (
     LISTS,
+    POSITION_ERROR,
     PlannedReference,
     ReferenceCase,
 )
@@ -91,6 +93,7 @@ def reference_of(
         return None
     planned = plans.reference._replace(orbit=orbit)
     own = options_of(values, "reference")
+    own = {name: value for name, value in own.items() if not name.startswith("position_error.")}
     envelope = planned.envelope
     if envelope is not None:
         envelope = replace(
@@ -116,6 +119,13 @@ def reference_of(
         [options for _, options in made["reference.slew"]],
     )
     return chosen(structure, "reference").make(own, case)
+
+
+def navigated(values: Values, orbit: OrbitEnvironment | None) -> OrbitEnvironment | None:
+    """Orbit from which the controller computes its reference, with the error of its position."""
+    if orbit is None or f"{POSITION_ERROR}.x" not in values:
+        return orbit
+    return replace(orbit, position_error=stacked(values, POSITION_ERROR))
 
 
 def steps_reference(

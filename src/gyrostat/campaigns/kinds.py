@@ -18,7 +18,7 @@ from gyrostat.campaigns.magnetic_controllers import MAGNETIC_CONTROLLERS, UNLOAD
 from gyrostat.campaigns.metrics.schema import METRICS, WINDOW
 from gyrostat.campaigns.orbits import ORBITS
 from gyrostat.campaigns.own.parts import is_own, own_component
-from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
+from gyrostat.campaigns.references import ERROR, MODES, POSITION_ERROR, REFERENCES, SLEWS
 from gyrostat.campaigns.scenario import INERTIA, Part, Scenario, Source
 from gyrostat.campaigns.schema import (
     BODY,
@@ -237,6 +237,8 @@ def numbers_of(scenario: Scenario) -> dict[str, Key]:
             for e in scenario.events
         },
     }
+    if f"{POSITION_ERROR}.x" in scenario.values:
+        sections["reference"] = {**sections["reference"], "position_error": ERROR}
     return {
         end: entry
         for section, keys in sections.items()

@@ -124,6 +124,15 @@ def planned_orbit(scenario: Scenario) -> OrbitEnvironment | None:
     return orbit_environment(orbit, epoch, scenario.duration + later, **indices)[0]
 
 
+def nominal_orbit(scenario: Scenario) -> OrbitEnvironment | None:
+    """Tables of the nominal run, with the splines of the campaign; None without an orbit."""
+    planned = planned_orbit(scenario)
+    if planned is None:
+        return None
+    later = scenario.values[PHASE] / tau * float(planned.period)
+    return planned.until(scenario.duration + later)
+
+
 def orbit_of_run(values: Values, planned: OrbitEnvironment | None) -> OrbitEnvironment | None:
     """Orbit of a run, from its phase."""
     if planned is None:

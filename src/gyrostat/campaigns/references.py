@@ -276,5 +276,13 @@ REFERENCES: dict[str, Component] = {
     ),
 }
 """Kinds of [reference]; `make` takes the options and a `ReferenceCase`."""
+POSITION_ERROR = "reference.position_error"
+"""Key of the error of the position that the reference of the controller is computed from."""
+ERROR = Key(
+    "length",
+    None,
+    "Error of the position, GCRS, from which the controller computes the reference.",
+    shape=(3,),
+)
 LISTS = {"slews": "reference.slew", "sequence": "reference.mode"}
 """Kind of the reference -> list of tables that it needs."""

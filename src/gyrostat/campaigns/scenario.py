@@ -151,6 +151,8 @@ class Scenario:
             fractions of specular and of diffuse reflection, (facets, 9).
         budget: Whether the momentum that each external torque adds is a metric.
         requirements: Pointing requirements.
+        field_of_view: Full angle of the field of view about the boresight, which the replay
+            shows, rad; None: not shown.
     """
 
     name: str
@@ -183,6 +185,7 @@ class Scenario:
     surfaces: tuple[tuple[float, ...], ...] = ()
     budget: bool = False
     requirements: tuple[Requirement, ...] = ()
+    field_of_view: float | None = None
 
     @property
     def dispersed(self) -> tuple[str, ...]:

@@ -6,8 +6,10 @@ from typing import Any
 import numpy as np
 
 from gyrostat.campaigns.build import build
+from gyrostat.campaigns.orbits import nominal_orbit
 from gyrostat.campaigns.phases import Phases
 from gyrostat.campaigns.plans import plans_of
+from gyrostat.campaigns.references import POSITION_ERROR
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.sensing import first_measurement, options_of
 from gyrostat.campaigns.structure import measured_names, structure_of
@@ -34,15 +36,17 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
         InputError: A part refuses its parameters.
     """
     own = options_of(scenario.values, "guard")
-    events = {f"event.{event.name}." for event in scenario.events}
+    # the error of the position belongs to the run, not to the controller
+    dropped = (POSITION_ERROR, *(f"event.{event.name}." for event in scenario.events))
     alone = replace(
         scenario,
         events=(),
         dispersions=(),
         guard=None,
-        values={k: v for k, v in scenario.values.items() if not k.startswith(tuple(events))},
+        values={k: v for k, v in scenario.values.items() if not k.startswith(dropped)},
     )
-    plans = plans_of(alone)
+    # without dispersions, the tables would have other splines than those of the campaign
+    plans = plans_of(alone)._replace(orbit=nominal_orbit(scenario))
     setup = build(structure_of(alone), jax.tree.map(jnp.asarray, dict(alone.values)), plans)
     period = scenario.values["run.control_period"]
     first = first_measurement(setup.sensor, setup.start, period)

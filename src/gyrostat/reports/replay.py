@@ -8,6 +8,7 @@ import numpy as np
 from gyrostat.campaigns.build import phase_starts, phases_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import structure_of
+from gyrostat.reports.replay_world import world_data
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,6 +43,10 @@ def replay_data(
     time = history.time.values[frames]
     starts = np.array(phase_starts(structure, own), dtype=float)
     phase = np.searchsorted(starts, time + 1e-9, side="right") - 1
+    target = [targets[k] for k in phase]
+    if scenario.reference != "fixed":
+        target = np.round(history.target.values[frames], 6).tolist()
+    window = next((w.boresight for w in scenario.windows if w.boresight), (0.0, 0.0, 1.0))
     xx, yy, zz = (own[f"body.inertia.{end}"] for end in ("xx", "yy", "zz"))
     # sides of the cuboid of uniform density with these moments of inertia
     sides = np.sqrt(np.maximum([yy + zz - xx, zz + xx - yy, xx + yy - zz], 1e-3 * (xx + yy + zz)))
@@ -50,9 +55,11 @@ def replay_data(
         "attitude": np.round(history.attitude.values[frames], 6).tolist(),
         "error": [float(f"{v:.4g}") for v in np.degrees(history.error.values[frames])],
         "speed": np.round(history.wheel_speed.values[frames], 3).tolist(),
-        "target": [targets[k] for k in phase],
+        "target": target,
         "sides": (sides / np.max(sides)).tolist(),
         "axes": scenario.axes,
         "wheels": scenario.wheels,
-        "boresight": scenario.boresight or (0.0, 0.0, 1.0),
+        "boresight": scenario.boresight or window,
+        "field_of_view": scenario.field_of_view,
+        "world": world_data(scenario, own, history, frames),
     }

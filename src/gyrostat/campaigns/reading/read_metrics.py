@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import inf
+from math import inf, pi
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +11,14 @@ from gyrostat.campaigns.metrics.schema import METRICS, WINDOW
 from gyrostat.campaigns.reading.read_events import within_run
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Event, Part, Scenario, Window
+from gyrostat.campaigns.schema import Key
 from gyrostat.campaigns.timeline import event_times, modes
 from gyrostat.core.errors import InputError
 from gyrostat.core.validation import MOST_PERIODS
 
 TEXTS = ("name", "event", "mode", "boresight", "propellant")
 """Keys of a window that are no numbers."""
+_VIEW = Key("angle", None, "Field of view.", least=0.0, most=pi, positive=True)
 
 
 def read_metrics(
@@ -31,17 +33,17 @@ def read_metrics(
         parts: Parts of the scenario: own metrics, modes and slews of the reference.
 
     Returns:
-        Fields of the scenario: boresight, percentiles, budget and windows.
+        Fields of the scenario: boresight, field of view, percentiles, budget and windows.
 
     Raises:
         InputError: A key is unknown or has a value that is not allowed.
     """
-    table = top.table(
-        "metrics", (*METRICS, "percentiles", "boresight", "momentum_budget", "window")
-    )
+    others = ("percentiles", "boresight", "field_of_view", "momentum_budget", "window")
+    table = top.table("metrics", (*METRICS, *others))
     values |= table.numbers(METRICS)
     within_run(table, "after", values["metrics.after"], values)
     boresight = table.unit("boresight", 3, None) if "boresight" in table.row else None
+    view = table.row.get("field_of_view")
     percentiles = table.rising("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0)
     for part in parts:
         if part.section == "metric" and part.name in map(percentile_name, percentiles):
@@ -50,6 +52,7 @@ def read_metrics(
             )
     return {
         "boresight": boresight,
+        "field_of_view": None if view is None else table.allowed("field_of_view", view, _VIEW),
         "percentiles": percentiles,
         "budget": table.flag("momentum_budget"),
         "windows": _windows(table.tables("window"), boresight, values, events, parts),

@@ -6,7 +6,7 @@ from gyrostat.campaigns.attitude_table import attitude_table
 from gyrostat.campaigns.environments import ORBIT
 from gyrostat.campaigns.reading.read_events import within_run
 from gyrostat.campaigns.reading.tables import Table
-from gyrostat.campaigns.references import LIMITS, LISTS
+from gyrostat.campaigns.references import ERROR, LIMITS, LISTS, POSITION_ERROR
 from gyrostat.campaigns.scenario import Part, Source
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import read_text
@@ -28,6 +28,25 @@ def with_defaults(table: Table, kind: str, values: Mapping[str, float]) -> Table
         orbit = {name: f"environment.{name}" for name in ORBIT}
         row = {n: values[key] for n, key in orbit.items() if key in values} | row
     return Table(table.path, table.prefix, row)
+
+
+def position_error(table: Table, kind: str, orbit: str) -> dict[str, float]:
+    """Values of the position error of the reference; none if it is not given.
+
+    Args:
+        table: Table [reference].
+        kind: Kind of the reference.
+        orbit: Kind of [orbit].
+
+    Raises:
+        InputError: It is no vector of lengths, or nothing depends on it.
+    """
+    if "position_error" not in table.row:
+        return {}
+    given = table.row["position_error"]
+    if orbit == "none" or kind == "fixed":
+        raise table.refuse("position_error", given, "none without [orbit] and a moving reference")
+    return table.number("position_error", ERROR, given, POSITION_ERROR)
 
 
 def check_reference(

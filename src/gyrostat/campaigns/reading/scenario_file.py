@@ -22,7 +22,12 @@ from gyrostat.campaigns.reading.read_events import read_events
 from gyrostat.campaigns.reading.read_metrics import read_metrics
 from gyrostat.campaigns.reading.read_orbit import read_orbit
 from gyrostat.campaigns.reading.read_parts import own_kinds, part_values, read_parts
-from gyrostat.campaigns.reading.read_reference import check_reference, read_tables, with_defaults
+from gyrostat.campaigns.reading.read_reference import (
+    check_reference,
+    position_error,
+    read_tables,
+    with_defaults,
+)
 from gyrostat.campaigns.reading.read_requirements import check_requirements, read_requirements
 from gyrostat.campaigns.reading.tables import Table, opened
 from gyrostat.campaigns.requirement import INDICES, KNOWLEDGE
@@ -63,7 +68,7 @@ DEFAULTS = {
 BESIDE = {
     "controller": ("target",),
     "environment": ("torque",),
-    "reference": ("mode", "slew"),
+    "reference": ("mode", "slew", "position_error"),
     "imbalance": ("harmonic",),
 }
 """Section -> keys that are no numbers."""
@@ -110,6 +115,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         table = top.table(section, (*made.keys, *extra))
         if section == "reference":
             table = with_defaults(table, kind, values)
+            values |= position_error(table, kind, chosen["orbit"])
         values |= table.numbers(made.keys)
     parts = [(part, with_defaults(row, part.kind, values)) for part, row in parts]
     values |= part_values(parts, sources)

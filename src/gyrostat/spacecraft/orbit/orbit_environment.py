@@ -4,6 +4,7 @@ Libraries compute tables before the simulation (`gyrostat.spacecraft.orbit.table
 are only interpolated. Inertial axes are those of the GCRS.
 """
 
+from dataclasses import replace
 from typing import Annotated, NamedTuple, Self
 
 import numpy as np
@@ -57,12 +58,15 @@ class OrbitEnvironment(Checked):
         period: Orbital period, s; scale of `offset`.
         offset: Time of the tables at time 0 of the run, s. It moves the start of the run along the
             orbit, with the Earth and the Sun at that time.
+        position_error: Added to the position, GCRS, (3,), m, as the error of a navigation
+            solution; None for none.
     """
 
     coefficients: Float[Array, "pieces 4 channels"]
     step: Annotated[Scalar, positive("step of the orbit tables", "s")]
     period: Annotated[Scalar, positive("orbital period", "s")]
     offset: Annotated[Scalar, signed("offset of the orbit tables", "s")] = 0.0
+    position_error: Annotated[Vector3 | None, signed("position error", "m")] = None
 
     @classmethod
     def of(cls, step: float, samples: OrbitSamples, period: float) -> Self:
@@ -97,6 +101,19 @@ class OrbitEnvironment(Checked):
         pieces = CubicSpline(np.arange(len(rows)), rows).c
         return cls(pieces[::-1].swapaxes(0, 1).copy(), step, period)
 
+    def until(self, end: float) -> Self:
+        """Environment without most of the rows after a time.
+
+        The splines stay the same to the last bit. Splines through fewer rows would not: their end
+        changes the pieces before it.
+
+        Args:
+            end: Time, s; tables that end before are returned as they are.
+        """
+        pieces = np.asarray(self.coefficients)
+        kept = int(np.ceil((float(self.offset) + end) / float(self.step))) + 1
+        return replace(self, coefficients=pieces[:kept])
+
     def _at(self, time: Scalar, first: int, last: int) -> Array:
         """Values of some channels at a time, s."""
         pieces = jnp.asarray(self.coefficients)
@@ -112,7 +129,8 @@ class OrbitEnvironment(Checked):
 
     def position(self, time: Scalar) -> Vector3:
         """Position from the centre of the Earth, GCRS, (3,), m, at a time, s."""
-        return self._at(time, *_POSITION)
+        position = self._at(time, *_POSITION)
+        return position if self.position_error is None else position + self.position_error
 
     def zenith(self, time: Scalar) -> Vector3:
         """Unit vector from the centre of the Earth to the spacecraft, GCRS, (3,), at a time, s."""
