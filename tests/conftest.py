@@ -15,15 +15,19 @@ from hypothesis import HealthCheck, settings
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 _flags = ["--xla_cpu_multi_thread_eigen=false", "--xla_backend_optimization_level=1"]
-# Tests compile more than they run: without the emitters of fused loops XLA needs half the time. A
-# flag that it does not know ends the process, so that only the pinned release is given this one.
+# Tests compile more than they run: without the emitters of fused loops XLA needs half the time, and
+# a module that is not split for several threads a tenth less. A flag that XLA does not know ends the
+# process, so that only the pinned release is given these.
 if version("jaxlib").startswith("0.10."):
     _flags.append("--xla_cpu_use_fusion_emitters=false")
+    _flags.append("--xla_cpu_parallel_codegen_split_count=1")
 _given = os.environ.get("XLA_FLAGS", "")
 _flags = [flag for flag in _flags if flag.partition("=")[0] not in _given]
 os.environ["XLA_FLAGS"] = " ".join([*_flags, _given]).strip()
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("MPLBACKEND", "Agg")
+# Lines of Python in compiled programs: nothing reads them, and lowering and XLA carry them along.
+os.environ.setdefault("JAX_TRACEBACK_IN_LOCATIONS_LIMIT", "0")
 # What one worker has compiled, the other need not.
 _cache = (Path(__file__).parents[1] / ".pytest_cache" / "compiled").resolve()
 os.environ.setdefault("GYROSTAT_CACHE", str(_cache))
