@@ -16,8 +16,8 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 _flags = ["--xla_cpu_multi_thread_eigen=false", "--xla_backend_optimization_level=1"]
 # Tests compile more than they run: without the emitters of fused loops XLA needs half the time, and
-# a module that is not split for several threads a tenth less. A flag that XLA does not know ends the
-# process, so that only the pinned release is given these.
+# less again if it does not split a module for several threads. A flag that it does not know ends
+# the process, so that only the pinned release is given these.
 if version("jaxlib").startswith("0.10."):
     _flags.append("--xla_cpu_use_fusion_emitters=false")
     _flags.append("--xla_cpu_parallel_codegen_split_count=1")
@@ -67,7 +67,7 @@ LONGEST = (
     *("papers/test_endo_sekiguchi_nonaka", "control/test_riccati"),
     *("identification/test_diagnosis", "control/test_recovery_on_gyrostat"),
 )
-SHARING = ("test_engine", "test_command_line", "test_damage", "test_replay")
+SHARING = ("test_engine", "test_command_line", "test_damage", "test_replay", "test_stored_program")
 
 
 def pytest_collection_modifyitems(items):
