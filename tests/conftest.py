@@ -52,20 +52,22 @@ settings.load_profile("ci" if os.environ.get("CI") else "gyrostat")
 
 # Files that take longest, the longest first; the campaign files that share one flown campaign.
 LONGEST = (
-    *("papers/test_carvalho_fenili", "papers/test_carrara_kuga", "campaigns/test_engine"),
-    *("campaigns/test_own_world", "spacecraft/test_added_parts", "control/test_following"),
-    *("campaigns/test_own_controllers", "campaigns/test_own_metrics", "campaigns/test_windows"),
-    *("identification/test_batch", "spacecraft/test_gyrostat", "campaigns/test_faults"),
-    *("test_verbs", "exports/test_against_interpreter", "simulation/test_in_lanes"),
-    *("failures/test_recover", "control/test_optimal_laws", "test_cli", "wheel/test_bristles"),
-    *("control/test_recovery_momentum", "papers/test_dispersed_recoveries"),
-    *("control/test_estimating_compensator", "control/test_recovery_zero_momentum"),
-    *("identification/test_steady", "identification/test_comparison", "wheel/test_step_bounds"),
-    *("spacecraft/test_table", "simulation/test_loop", "exports/test_flight_targets"),
-    *("wheel/test_batches_and_properties", "wheel/test_sensitivities"),
-    *("papers/test_filter_with_friction_model", "control/test_wheel_array_control"),
-    *("papers/test_endo_sekiguchi_nonaka", "control/test_riccati"),
-    *("identification/test_diagnosis", "control/test_recovery_on_gyrostat"),
+    *("papers/test_carvalho_fenili", "identification/test_batch", "campaigns/test_engine"),
+    *("campaigns/test_own_world", "papers/test_carrara_kuga", "test_cli", "campaigns/test_faults"),
+    *("spacecraft/test_added_parts", "campaigns/test_own_metrics", "spacecraft/test_gyrostat"),
+    *("campaigns/test_own_controllers", "identification/test_diagnosis"),
+    *("campaigns/test_example_scenarios", "campaigns/test_magnetic_scenarios"),
+    *("identification/test_comparison", "spacecraft/test_flexible", "simulation/test_in_lanes"),
+    *("papers/test_endo_sekiguchi_nonaka", "control/test_following", "control/test_optimal_laws"),
+    *("failures/test_recover", "control/test_guidance", "control/test_recovery_momentum"),
+    *("identification/test_steady", "papers/test_dispersed_recoveries", "wheel/test_bristles"),
+    *("test_verbs", "wheel/test_batches_and_properties", "control/test_estimating_compensator"),
+    *("control/test_recovery_zero_momentum", "control/test_wheel_array_control"),
+    *("exports/test_flight_targets", "control/test_magnetic_control", "control/test_riccati"),
+    *("spacecraft/test_bristles_on_body", "wheel/test_step_bounds", "spacecraft/test_table"),
+    *("exports/test_against_interpreter", "campaigns/test_references", "simulation/test_loop"),
+    *("control/test_recovery_on_gyrostat", "wheel/test_crossings", "wheel/test_sensitivities"),
+    *("spacecraft/test_environment_torques", "papers/test_filter_with_friction_model"),
 )
 SHARING = ("test_engine", "test_command_line", "test_damage", "test_replay", "test_stored_program")
 
