@@ -15,15 +15,19 @@ from hypothesis import HealthCheck, settings
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 _flags = ["--xla_cpu_multi_thread_eigen=false", "--xla_backend_optimization_level=1"]
-# Tests compile more than they run: without the emitters of fused loops XLA needs half the time. A
-# flag that it does not know ends the process, so that only the pinned release is given this one.
+# Tests compile more than they run: without the emitters of fused loops XLA needs half the time, and
+# less again if it does not split a module for several threads. A flag that it does not know ends
+# the process, so that only the pinned release is given these.
 if version("jaxlib").startswith("0.10."):
     _flags.append("--xla_cpu_use_fusion_emitters=false")
+    _flags.append("--xla_cpu_parallel_codegen_split_count=1")
 _given = os.environ.get("XLA_FLAGS", "")
 _flags = [flag for flag in _flags if flag.partition("=")[0] not in _given]
 os.environ["XLA_FLAGS"] = " ".join([*_flags, _given]).strip()
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("MPLBACKEND", "Agg")
+# Lines of Python in compiled programs: nothing reads them, and lowering and XLA carry them along.
+os.environ.setdefault("JAX_TRACEBACK_IN_LOCATIONS_LIMIT", "0")
 # What one worker has compiled, the other need not.
 _cache = (Path(__file__).parents[1] / ".pytest_cache" / "compiled").resolve()
 os.environ.setdefault("GYROSTAT_CACHE", str(_cache))
@@ -48,22 +52,24 @@ settings.load_profile("ci" if os.environ.get("CI") else "gyrostat")
 
 # Files that take longest, the longest first; the campaign files that share one flown campaign.
 LONGEST = (
-    *("papers/test_carvalho_fenili", "papers/test_carrara_kuga", "campaigns/test_engine"),
-    *("campaigns/test_own_world", "spacecraft/test_added_parts", "control/test_following"),
-    *("campaigns/test_own_controllers", "campaigns/test_own_metrics", "campaigns/test_windows"),
-    *("identification/test_batch", "spacecraft/test_gyrostat", "campaigns/test_faults"),
-    *("test_verbs", "exports/test_against_interpreter", "simulation/test_in_lanes"),
-    *("failures/test_recover", "control/test_optimal_laws", "test_cli", "wheel/test_bristles"),
-    *("control/test_recovery_momentum", "papers/test_dispersed_recoveries"),
-    *("control/test_estimating_compensator", "control/test_recovery_zero_momentum"),
-    *("identification/test_steady", "identification/test_comparison", "wheel/test_step_bounds"),
-    *("spacecraft/test_table", "simulation/test_loop", "exports/test_flight_targets"),
-    *("wheel/test_batches_and_properties", "wheel/test_sensitivities"),
-    *("papers/test_filter_with_friction_model", "control/test_wheel_array_control"),
-    *("papers/test_endo_sekiguchi_nonaka", "control/test_riccati"),
-    *("identification/test_diagnosis", "control/test_recovery_on_gyrostat"),
+    *("papers/test_carvalho_fenili", "identification/test_batch", "campaigns/test_engine"),
+    *("campaigns/test_own_world", "papers/test_carrara_kuga", "test_cli", "campaigns/test_faults"),
+    *("spacecraft/test_added_parts", "campaigns/test_own_metrics", "spacecraft/test_gyrostat"),
+    *("campaigns/test_own_controllers", "identification/test_diagnosis"),
+    *("campaigns/test_example_scenarios", "campaigns/test_magnetic_scenarios"),
+    *("identification/test_comparison", "spacecraft/test_flexible", "simulation/test_in_lanes"),
+    *("papers/test_endo_sekiguchi_nonaka", "control/test_following", "control/test_optimal_laws"),
+    *("failures/test_recover", "control/test_guidance", "control/test_recovery_momentum"),
+    *("identification/test_steady", "papers/test_dispersed_recoveries", "wheel/test_bristles"),
+    *("test_verbs", "wheel/test_batches_and_properties", "control/test_estimating_compensator"),
+    *("control/test_recovery_zero_momentum", "control/test_wheel_array_control"),
+    *("exports/test_flight_targets", "control/test_magnetic_control", "control/test_riccati"),
+    *("spacecraft/test_bristles_on_body", "wheel/test_step_bounds", "spacecraft/test_table"),
+    *("exports/test_against_interpreter", "campaigns/test_references", "simulation/test_loop"),
+    *("control/test_recovery_on_gyrostat", "wheel/test_crossings", "wheel/test_sensitivities"),
+    *("spacecraft/test_environment_torques", "papers/test_filter_with_friction_model"),
 )
-SHARING = ("test_engine", "test_command_line", "test_damage", "test_replay")
+SHARING = ("test_engine", "test_command_line", "test_damage", "test_replay", "test_stored_program")
 
 
 def pytest_collection_modifyitems(items):

@@ -5,7 +5,9 @@ import json
 import runpy
 import subprocess
 import sys
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 
 import equinox as eqx
@@ -176,10 +178,11 @@ def test_a_resumed_campaign_has_the_runs_of_one_that_was_not_interrupted(own, fi
     assert np.ptp(found["controller.kp"]) > 0.0
 
 
-def test_processes_and_threads_give_the_same_bits(finished, small):
+def test_processes_and_threads_give_the_same_bits(finished):
     campaign = Store(finished).known()
     job = Job(campaign, (0, 3, 69), (), -1)
-    flown = small.pool.submit(work, job).result().columns
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        flown = pool.submit(work, job).result().columns
     # a table has errors over time beside its numbers
     numbers = {name: values for name, values in flown.items() if values.ndim == 1}
     same(numbers, column(table_of(finished), [0, 3, 69]))

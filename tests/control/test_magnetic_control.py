@@ -28,8 +28,6 @@ from gyrostat.spacecraft.sensors.sampled import Sampled
 from gyrostat.wheel import WheelArray, orthogonal_axes
 from tests.spacecraft import orbit_samples
 
-pytestmark = pytest.mark.optimised_c  # numbers of both engines
-
 DEGREE = np.pi / 180.0
 ROTOR = 1e-4
 WHEELS = WheelArray(orthogonal_axes(), np.full(3, ROTOR), np.full(3, 5e-3), np.full(3, 0.2))

@@ -117,8 +117,14 @@ def flown(items, count, period=0.5):
 
 
 @eqx.filter_jit
-def commanded(case, memory, state):
+def _commanded(case, memory, state):
     return case.controller(memory, measured(case, state))
+
+
+def commanded(case, memory, state):
+    """Memory and command; no weak types, so that it is compiled once."""
+    strong = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.asarray(leaf).dtype), memory)
+    return _commanded(case, strong, state)
 
 
 def moved(case, rest, works, small):

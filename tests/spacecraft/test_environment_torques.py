@@ -25,8 +25,6 @@ from gyrostat.spacecraft.torques.eclipse import sunlight
 from gyrostat.wheel import WheelArray, orthogonal_axes
 from gyrostat.wheel.friction import ViscousCoulomb
 
-pytestmark = pytest.mark.optimised_c  # numbers of both engines
-
 ATTITUDES = Rotation.random(12, rng=3)
 TIMES = np.linspace(0.0, 5900.0, 12)
 FLAT = np.array([0.0, 0.0, 1.0])

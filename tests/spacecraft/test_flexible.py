@@ -33,8 +33,6 @@ from gyrostat.spacecraft import (
 from gyrostat.wheel import Driver, WheelArray
 from gyrostat.wheel.friction import Stribeck
 
-pytestmark = pytest.mark.optimised_c  # numbers of both engines
-
 INERTIA = np.array([[10.0, 0.5, 0.2], [0.5, 12.0, -0.3], [0.2, -0.3, 15.0]])
 PYRAMID = np.array([[1.0, 1, 1], [1, -1, 1], [-1, 1, 1], [-1, -1, 1]]).T / np.sqrt(3.0)
 ROTORS = np.array([0.010, 0.012, 0.009, 0.011])

@@ -45,13 +45,19 @@ ALONE = built(curve=(np.zeros(4), np.zeros(4), np.zeros(4), np.full(4, np.inf)))
 
 
 @eqx.filter_jit
-def _step(plant, state, torque, time, duration):
-    return plant(state, WheelTorqueCommand(torque), time, duration)
+def _steps(plant, state, torque, time, duration, count):
+    def step(_, carried):
+        state, fine = carried
+        state, resolved = plant(state, WheelTorqueCommand(torque), time, duration)
+        return state, fine & resolved
+
+    return jax.lax.fori_loop(0, count, step, (state, jnp.array(True)))
 
 
-def step_of(plant, state, torque, time, duration):
-    """One call of the plant; its numbers as arrays, so that it is compiled once."""
-    return _step(plant, state, *(jnp.asarray(x, dtype=float) for x in (torque, time, duration)))
+def step_of(plant, state, torque, time, duration, count=1):
+    """Equal steps of the plant from a time; numbers as arrays, so that it is compiled once."""
+    numbers = (jnp.asarray(x, dtype=float) for x in (torque, time, duration))
+    return _steps(plant, state, *numbers, jnp.asarray(count))
 
 
 @pytest.fixture(scope="module")
@@ -113,9 +119,8 @@ def test_wheels_that_stick_and_cross_follow_the_event_located_reference(referenc
     def flown(substeps):
         state, found = start, []
         for torque in torques:
-            for _ in range(substeps):
-                state, resolved = step_of(CRAFT, state, torque, 0.0, 0.5 / substeps)
-                assert resolved
+            state, resolved = step_of(CRAFT, state, torque, 0.0, 0.5 / substeps, substeps)
+            assert resolved
             found.append(state)
         states = jax.tree.map(lambda *x: jnp.stack(x), *found)
         rates = jax.vmap(CRAFT.rate)(states)
@@ -234,11 +239,8 @@ def test_all_wheels_at_zero_at_once(duration):
     curve = tuple(np.full(4, v) for v in (0.0, 1e-3, 1.3e-3, 0.4))
     craft = built(inertia=12.0 * np.eye(3), rotors=np.full(4, 0.01), curve=curve)
     start = craft.start(wheel_speed=[1.0, -1.0, -1.0, 1.0])
-    state, fine = start, True
-    for _ in range(round(20.0 / duration)):
-        state, resolved = step_of(craft, state, np.zeros(4), 0.0, duration)
-        fine = fine and resolved
-    assert fine
+    state, resolved = step_of(craft, start, np.zeros(4), 0.0, duration, round(20.0 / duration))
+    assert resolved
     assert np.all(state.wheel_speed == 0.0)
     np.testing.assert_allclose(craft.rate(state), np.zeros(3), atol=1e-12)
 
@@ -290,9 +292,7 @@ def test_a_long_interval_from_rest_is_cut_where_the_body_comes_to_turn():
     torque = np.array([1e-1, -5e-2, 2e-2, 8e-2])
     whole, resolved = step_of(ALONE, ALONE.start(), torque, 0.0, 20.0)
     assert resolved
-    state = ALONE.start()
-    for _ in range(200):
-        state, _ = step_of(ALONE, state, torque, 0.0, 0.1)
+    state, _ = step_of(ALONE, ALONE.start(), torque, 0.0, 0.1, 200)
     assert np.linalg.norm(ALONE.rate(state)) > 0.1
     np.testing.assert_allclose(whole.attitude, state.attitude, rtol=0, atol=1e-9)
 
@@ -476,9 +476,7 @@ def test_a_stuck_torque_stops_at_the_momentum_limit():
     failures = NONE.with_failure(0, 0.0, stuck_torque=0.1)
     craft = built(failures=failures)
     craft = dataclasses.replace(craft, spacecraft=Spacecraft(INERTIA, wheels))
-    state = craft.start()
-    for _ in range(8):
-        state, _ = step_of(craft, state, np.zeros(4), 0.0, 0.5)
+    state, _ = step_of(craft, craft.start(), np.zeros(4), 0.0, 0.5, 8)
     assert 0.149 < ROTORS[0] * state.wheel_speed[0] <= 0.15
 
 

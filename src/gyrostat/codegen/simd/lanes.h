@@ -33,13 +33,12 @@ typedef uint64_t bits_memory __attribute__((vector_size(8 * LANES), aligned(8), 
 
 /* arithmetic with subnormal numbers would take a hundred times as long */
 #ifdef __SSE2__
-#include <immintrin.h>
 #define WITHOUT_SUBNORMALS(program)                                                               \
     {                                                                                             \
-        const unsigned before = _mm_getcsr();                                                     \
-        _mm_setcsr(before | 0x8040);                                                              \
+        const unsigned before = __builtin_ia32_stmxcsr();                                         \
+        __builtin_ia32_ldmxcsr(before | 0x8040);                                                  \
         program;                                                                                  \
-        _mm_setcsr(before);                                                                       \
+        __builtin_ia32_ldmxcsr(before);                                                           \
     }
 #else
 #define WITHOUT_SUBNORMALS(program) program;
@@ -55,6 +54,36 @@ FUNCTION integer all_integer(int64_t x) { integer r; EACH r[lane] = x; return r;
 FUNCTION bits all_bits(uint64_t x) { bits r; EACH r[lane] = x; return r; }
 
 #if LANES == 8
+#if defined(__clang__) || __GNUC__ < 9 || __GNUC__ > 14
+#include <immintrin.h>
+#else
+/* GCC needs as long for immintrin.h as for the rest of this file: the few intrinsics that are used,
+   defined as in that header */
+typedef double __m512d __attribute__((vector_size(64), may_alias));
+typedef long long __m512i __attribute__((vector_size(64), may_alias));
+typedef unsigned char __mmask8;
+#define EVERY_LANE (__mmask8) - 1
+#define CURRENT_ROUNDING 4
+#define _MM_FROUND_TO_NEAREST_INT 0
+#define _MM_FROUND_TO_NEG_INF 1
+#define _MM_FROUND_TO_POS_INF 2
+#define _MM_FROUND_NO_EXC 8
+enum { _CMP_EQ_OQ, _CMP_NEQ_UQ = 4, _CMP_LT_OQ = 17, _CMP_LE_OQ, _CMP_GE_OQ = 29, _CMP_GT_OQ };
+enum { _MM_CMPINT_EQ, _MM_CMPINT_LT, _MM_CMPINT_LE, _MM_CMPINT_NE = 4 };
+enum { _MM_CMPINT_NLT = 5, _MM_CMPINT_NLE };
+#define _mm512_cmp_pd_mask(a, b, sign)                                                            \
+    __builtin_ia32_cmppd512_mask(a, b, sign, EVERY_LANE, CURRENT_ROUNDING)
+#define _mm512_cmp_epi64_mask(a, b, sign) __builtin_ia32_cmpq512_mask(a, b, sign, EVERY_LANE)
+#define _mm512_cmp_epu64_mask(a, b, sign) __builtin_ia32_ucmpq512_mask(a, b, sign, EVERY_LANE)
+#define _mm512_mask_blend_pd(m, no, yes) __builtin_ia32_blendmpd_512_mask(no, yes, m)
+#define _mm512_mask_blend_epi64(m, no, yes) __builtin_ia32_blendmq_512_mask(no, yes, m)
+#define _mm512_max_pd(a, b) __builtin_ia32_maxpd512_mask(a, b, a, EVERY_LANE, CURRENT_ROUNDING)
+#define _mm512_min_pd(a, b) __builtin_ia32_minpd512_mask(a, b, a, EVERY_LANE, CURRENT_ROUNDING)
+#define _mm512_scalef_pd(a, b) __builtin_ia32_scalefpd512_mask(a, b, a, EVERY_LANE, CURRENT_ROUNDING)
+#define _mm512_roundscale_pd(a, how)                                                              \
+    __builtin_ia32_rndscalepd_mask(a, how, a, EVERY_LANE, CURRENT_ROUNDING)
+#define _mm512_fpclass_pd_mask(a, kinds) __builtin_ia32_fpclasspd512_mask(a, kinds, EVERY_LANE)
+#endif
 typedef __mmask8 mask;
 #define COMPARED(name, sign, real_sign, whole_sign)                                               \
     FUNCTION mask name##_real(real a, real b)                                                     \
