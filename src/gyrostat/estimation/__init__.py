@@ -7,7 +7,12 @@ from gyrostat.estimation.rate_observer import RateEstimate, RateObserver
 from gyrostat.estimation.steady_attitude_filter import SteadyAttitudeEstimate, SteadyAttitudeFilter
 from gyrostat.estimation.torque_walk import TorqueWalk
 from gyrostat.estimation.track import FrictionTrack, track_friction
-from gyrostat.estimation.wheel_momentum import MomentumEstimate, WheelMomentumFilter
+from gyrostat.estimation.wheel_array_momentum import WheelArrayEstimate, WheelArrayFilter
+from gyrostat.estimation.wheel_momentum import (
+    MomentumEstimate,
+    MomentumFilter,
+    WheelMomentumFilter,
+)
 
 __all__ = [
     "AttitudeEstimate",
@@ -18,11 +23,14 @@ __all__ = [
     "FrictionTorqueFilter",
     "FrictionTrack",
     "MomentumEstimate",
+    "MomentumFilter",
     "RateEstimate",
     "RateObserver",
     "SteadyAttitudeEstimate",
     "SteadyAttitudeFilter",
     "TorqueWalk",
+    "WheelArrayEstimate",
+    "WheelArrayFilter",
     "WheelMomentumFilter",
     "track_friction",
 ]
