@@ -34,7 +34,7 @@ class WheelArrayEstimate(NamedTuple):
 
     def begun(self) -> Bool[Array, ""]:
         """Whether there has been a sample."""
-        return self.whole.started[0] > 0.0
+        return jnp.asarray(self.whole.started)[0] > 0.0
 
 
 class WheelArrayFilter(Checked):
@@ -103,7 +103,7 @@ class WheelArrayFilter(Checked):
             weight,
             variance,
             bandwidth**2 * jnp.sqrt(variance * period),
-            UNKNOWN_FRICTION * static_curve(wheels.friction).breakaway_torque(each),
+            jnp.asarray(UNKNOWN_FRICTION * static_curve(wheels.friction).breakaway_torque(each)),
         )
 
     def start(self) -> WheelArrayEstimate:
@@ -136,7 +136,7 @@ class WheelArrayFilter(Checked):
         counted = jnp.where(measurement.wheel_measured, counted, estimate.wheels.momentum)
         body, carried = self.inertia @ rate, self.axes @ counted
         whole = self.whole.correct(estimate.whole, to_inertial(attitude, body + carried))
-        conserved = to_body(attitude, whole.momentum) - body
+        conserved = to_body(attitude, jnp.asarray(whole.momentum)) - body
         measured = counted + self.weight @ (conserved - carried)
         none = jnp.zeros_like(measured)
         first = TorqueWalk(measured, none, self.variance, none, self.initial_sigma**2)
