@@ -34,6 +34,8 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax.numpy as jnp
 
+from gyrostat.core.linear import inverse_definite
+
 
 class Command(NamedTuple):
     torque: Any
@@ -56,9 +58,8 @@ class Law(eqx.Module):
         error = 2.0 * attitude[1:] * jnp.sign(attitude[0])
         summed = jnp.clip(memory.error + memory.period * error, -0.01, 0.01)
         wanted = (k * t + i * k) * error + (k + i) * measurement.rate + k * t * i * summed
-        torque = axes.T @ jnp.linalg.solve(axes @ axes.T, jnp.eye(3)) @ (
-            self.spacecraft.inertia @ wanted
-        )
+        allocation = axes.T @ inverse_definite(axes @ axes.T)
+        torque = allocation @ (self.spacecraft.inertia @ wanted)
         return Memory(summed, memory.period), Command(torque)
 '''
 STRIBECK = """viscous = 1.0e-07         # N·m·s/rad
