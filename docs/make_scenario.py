@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from gyrostat.campaigns.components import COMPENSATORS, ESTIMATORS, SENSORS
+from gyrostat.campaigns.compensators import COMPENSATORS
+from gyrostat.campaigns.components import ESTIMATORS, SENSORS
 from gyrostat.campaigns.environments import ENVIRONMENTS
 from gyrostat.campaigns.kinds import KINDS, PARTS
 from gyrostat.campaigns.metrics.schema import (

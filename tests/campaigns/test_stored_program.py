@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gyrostat.campaigns import native
-from gyrostat.campaigns.components import COMPENSATORS
+from gyrostat.campaigns.compensators import COMPENSATORS
 from gyrostat.campaigns.draws import draw
 from gyrostat.campaigns.native import program_of
 from gyrostat.campaigns.plans import plans_of

@@ -197,6 +197,9 @@ def examples():
     )
     filtered = control.FrictionFilterFeedForward(estimated, torque_filter, AXES, *limits, 1)
     compensated = control.FrictionFeedForward(filtered, WHEELS.friction, *limits, 1.0)
+    estimating = control.EstimatingFeedForward.tuned(
+        array, CRAFT, speed_sigma=0.1, rate_sigma=3e-5, period=PERIOD, delay=1
+    )
     tracked = spacecraft.TrackerGyroMeasurement(
         SENSED.attitude, True, SENSED.rate, SENSED.wheel_speed, SENSED.wheel_measured
     )
@@ -317,6 +320,13 @@ def examples():
         "AttitudeTargets, MinimaxAllocation": controller(array, SENSED),
         "FrictionFeedForward, FrictionFilterFeedForward, OutputFeedback, PseudoInverse": (
             controller(compensated, tracked)
+        ),
+        "EstimatingFeedForward": controller(estimating, SENSED),
+        "MomentumRecovery of an external torque": controller(
+            dataclasses.replace(
+                control.MomentumRecovery.plan(THREE, [True] * 3, **recovery), torque_time=20.0
+            ),
+            SENSED_THREE,
         ),
         "MomentumRecovery, two wheels": controller(
             control.MomentumRecovery.plan(THREE, [True, True, False], **recovery), SENSED_THREE

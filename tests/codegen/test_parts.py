@@ -23,6 +23,7 @@ NOT_IN_THE_LOOP = {
     *("AttitudePID", "EulerCube", "MRPBody", "QuaternionBody", "ConditionedCompensator"),
     *("ThreeAxisLaw", "TwoWheelLaw", "WheelRateLoop", "TwoWheelSweeps", "WheelMap"),
     *("RateObserver", "WheelMomentumFilter", "FrictionTorqueFilter", "FrictionScaleFilter"),
+    *("MomentumFilter", "WheelArrayFilter"),
     *("AttitudeFilter", "SteadyAttitudeFilter", "Driver", "Tachometer", "Wheel", "WheelArray"),
     *("FrictionSteps", "WheelFailures", "Imbalance", "CircularOrbit", "GravityGradient"),
     *("HarmonicTorque", "Spacecraft", "BearingEquation", "CoupledBearings", "Law", "SampledModel"),

@@ -239,6 +239,8 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
         controller,
         plans.known,
         structure.command_delay,
+        values["run.control_period"],
+        plans.sensors,
     )
     controller = in_orbit(controller, orbit)
     controller = chosen(structure, "unloading").make(

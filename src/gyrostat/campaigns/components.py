@@ -1,4 +1,4 @@
-"""Compensators, sensors and estimators that a scenario can name, one entry each.
+"""Sensors and estimators that a scenario can name, one entry each.
 
 To add a component, add an entry: its keys, and a function that builds it from their values.
 """
@@ -9,10 +9,12 @@ from math import inf
 from typing import Any
 
 from gyrostat.campaigns.schema import Key, positive, size, vector
-from gyrostat.control import FrictionFeedForward, FrictionFilterFeedForward, OutputFeedback
+from gyrostat.control import (
+    OutputFeedback,
+)
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
-from gyrostat.estimation import AttitudeFilter, FrictionTorqueFilter
+from gyrostat.estimation import AttitudeFilter
 from gyrostat.spacecraft import (
     RateGyro,
     Spacecraft,
@@ -21,7 +23,6 @@ from gyrostat.spacecraft import (
     TrackerGyroSensors,
 )
 from gyrostat.wheel import WheelTachometer
-from gyrostat.wheel.friction import static_curve
 
 Options = Mapping[str, Scalar]
 """Values of the keys of a component, SI."""
@@ -47,33 +48,6 @@ class Component:
     unit: str = field(default="1", kw_only=True)
     texts: tuple[str, ...] = field(default=(), kw_only=True)
     needs: tuple[str, ...] = field(default=(), kw_only=True)
-
-
-def _friction_model(
-    options: Options, controller: Any, known: Spacecraft, delay: int
-) -> FrictionFeedForward:
-    wheels = known.wheels
-    return FrictionFeedForward(
-        controller,
-        static_curve(wheels.friction),
-        jnp.asarray(wheels.torque_limit),
-        options["band"],
-        options["share"],
-    )
-
-
-def _friction_filter(
-    options: Options, controller: Any, known: Spacecraft, delay: int
-) -> FrictionFilterFeedForward:
-    wheels = known.wheels
-    return FrictionFilterFeedForward(
-        controller,
-        FrictionTorqueFilter(**options),
-        jnp.asarray(wheels.axes),
-        jnp.asarray(wheels.inertia),
-        jnp.asarray(wheels.torque_limit),
-        delay,
-    )
 
 
 def _tachometer(options: Options, known: Spacecraft) -> WheelTachometer:
@@ -123,35 +97,6 @@ def _kalman(
     return OutputFeedback(AttitudeFilter(**noise, **options, coning=coning), controller)
 
 
-COMPENSATORS: dict[str, Component] = {
-    "none": Component("No compensator.", {}, lambda options, controller, known, delay: controller),
-    "friction_model": Component(
-        "Friction feed-forward from the nominal friction model at the measured speed "
-        "(`gyrostat.control.FrictionFeedForward`).",
-        {
-            "band": positive("speed", 1.0, "Speed below which the sign of the speed is ignored."),
-            "share": size("1", 1.0, "Fraction of the friction torque that is compensated."),
-        },
-        _friction_model,
-    ),
-    "friction_filter": Component(
-        "Friction feed-forward from a Kalman filter, which estimates the friction torque from the "
-        "measured momentum and the commanded torque of each wheel, without a friction model "
-        "(`gyrostat.control.FrictionFilterFeedForward`).",
-        {
-            "momentum_sigma": positive(
-                "momentum", None, "Standard deviation of a measured wheel momentum."
-            ),
-            "torque_drift": positive("N·m/√s", None, "Random walk of the friction torque."),
-            "initial_sigma": positive(
-                "1",
-                0.1,
-                "Initial standard deviation of momentum, N·m·s, and of friction torque, N·m.",
-            ),
-        },
-        _friction_filter,
-    ),
-}
 _TACHOMETER = {
     "speed_sigma": size("speed", 0.0, "Standard deviation of a tachometer sample."),
     "tachometer_pulses": size(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import inf
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -87,7 +88,7 @@ def _three_axis(plan: MomentumRecovery, options: Options, momentum: Vector3) -> 
         turn_gain=options["turn_gain"],
         largest_rate=options["largest_rate"],
     )
-    return replace(plan, law=law)
+    return replace(plan, law=law, torque_time=options["torque_time"])
 
 
 def _plan_array(allocation: Any) -> Callable[[DesignCase], WheelArrayControl]:
@@ -170,6 +171,12 @@ def _two_wheels(plan: TwoWheelPointing, options: Options, momentum: Vector3) -> 
     return WheelSpeedLoops(pointing, *limits, options["natural_frequency"])
 
 
+_TORQUE_TIME = positive(
+    "time",
+    inf,
+    "Time constant of the estimate of the external torque, which the wheels then take up; none: no "
+    "estimate, and an external torque causes a constant attitude error.",
+)
 _REGULATOR_KEYS = {
     "attitude_weight": positive(
         "1", 16.0, "Weight on the squared modified Rodrigues parameters (small angle / 4)."
@@ -207,6 +214,7 @@ CONTROLLERS: dict[str, PlannedController] = {
             "largest_rate": positive("speed", 0.1, "Largest slew rate."),
             "rate_gain": positive("1/s", 0.8, "Gain of the rate loop."),
             "drag_time": positive("time", 10.0, "Time constant of the wheel drag estimate."),
+            "torque_time": _TORQUE_TIME,
         },
         _three_axis,
         _plan_three_axis,

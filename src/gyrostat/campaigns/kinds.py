@@ -5,8 +5,8 @@ from typing import Any
 
 from gyrostat.campaigns.actuators import ACTUATORS
 from gyrostat.campaigns.appendages import APPENDAGES
+from gyrostat.campaigns.compensators import COMPENSATORS
 from gyrostat.campaigns.components import (
-    COMPENSATORS,
     ESTIMATOR_OF,
     ESTIMATORS,
     SENSORS,

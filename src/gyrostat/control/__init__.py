@@ -35,6 +35,7 @@ from gyrostat.control.design.lqr import FeedbackCommand, LinearQuadratic, lqr
 from gyrostat.control.design.riccati import RiccatiSolution, lyapunov, riccati
 from gyrostat.control.design.state_dependent import StateDependentRiccati
 from gyrostat.control.friction.estimating_compensator import EstimatingCompensator
+from gyrostat.control.friction.estimating_feed_forward import EstimatingFeedForward
 from gyrostat.control.friction.friction_feed_forward import FrictionFeedForward
 from gyrostat.control.friction.friction_filter_feed_forward import FrictionFilterFeedForward
 from gyrostat.control.friction.model_compensator import DynamicModelCompensator
@@ -75,6 +76,7 @@ __all__ = [
     "CurrentMode",
     "DynamicModelCompensator",
     "EstimatingCompensator",
+    "EstimatingFeedForward",
     "EulerCube",
     "FeedbackCommand",
     "FieldLimits",

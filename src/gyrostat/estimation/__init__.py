@@ -8,7 +8,12 @@ from gyrostat.estimation.rotor_scale import RotorScaleEstimate, RotorScaleFilter
 from gyrostat.estimation.steady_attitude_filter import SteadyAttitudeEstimate, SteadyAttitudeFilter
 from gyrostat.estimation.torque_walk import TorqueWalk
 from gyrostat.estimation.track import FrictionTrack, track_friction
-from gyrostat.estimation.wheel_momentum import MomentumEstimate, WheelMomentumFilter
+from gyrostat.estimation.wheel_array_momentum import WheelArrayEstimate, WheelArrayFilter
+from gyrostat.estimation.wheel_momentum import (
+    MomentumEstimate,
+    MomentumFilter,
+    WheelMomentumFilter,
+)
 
 __all__ = [
     "AttitudeEstimate",
@@ -19,6 +24,7 @@ __all__ = [
     "FrictionTorqueFilter",
     "FrictionTrack",
     "MomentumEstimate",
+    "MomentumFilter",
     "RateEstimate",
     "RateObserver",
     "RotorScaleEstimate",
@@ -26,6 +32,8 @@ __all__ = [
     "SteadyAttitudeEstimate",
     "SteadyAttitudeFilter",
     "TorqueWalk",
+    "WheelArrayEstimate",
+    "WheelArrayFilter",
     "WheelMomentumFilter",
     "track_friction",
 ]

@@ -1,6 +1,8 @@
 """Wheel speed from the total momentum of wheel and table, independent of friction."""
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
+
+from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, positive
@@ -41,6 +43,47 @@ class MomentumEstimate(NamedTuple):
     started: Scalar
 
 
+class MomentumFilter(Checked):
+    """Kalman filter of a measured momentum that only an external torque changes.
+
+    The external torque is a random walk. If the mean of the innovations shows that it has jumped,
+    its variance grows. Every field may be an array: one filter for each element.
+
+    Attributes:
+        momentum_sigma: Standard deviation of a measured momentum, N·m·s.
+        torque_drift: Random walk of the external torque, N·m/√s.
+    """
+
+    momentum_sigma: Annotated[Scalar | Float[Array, " filters"], positive("momentum sigma")]
+    torque_drift: Scalar | Float[Array, " filters"]
+
+    def start(self, *shape: int) -> MomentumEstimate:
+        """Initial estimate, before the first measurement, for an array of filters or for one."""
+        return MomentumEstimate(*(jnp.zeros(shape),) * len(MomentumEstimate._fields))
+
+    def predict(self, estimate: MomentumEstimate, period: Scalar) -> MomentumEstimate:
+        """Predict over a period, s."""
+        walk = predict(TorqueWalk(*estimate[:5]), self.torque_drift, period)
+        return MomentumEstimate(*walk, *estimate[5:])
+
+    def correct(self, estimate: MomentumEstimate, measured: Any) -> MomentumEstimate:
+        """Update with a measured momentum, N·m·s, at the time of the estimate."""
+        noise = self.momentum_sigma**2
+        walk, innovation, variance = correct(TorqueWalk(*estimate[:5]), measured, noise)
+        mean = estimate.surprise + (innovation / jnp.sqrt(variance) - estimate.surprise) / MEMORY
+        # variance of an exponential mean of white innovations with this time constant
+        surprised = mean**2 > SURPRISE**2 / (2.0 * MEMORY - 1.0)
+        jump = jnp.where(surprised, JUMP**2 * noise, 0.0)
+        walk = walk._replace(torque_variance=walk.torque_variance + jump)
+        zero, one = jnp.zeros_like(innovation), jnp.ones_like(innovation)
+        goes_on = MomentumEstimate(*walk, jnp.where(surprised, 0.0, mean), one)
+        first = MomentumEstimate(measured, zero, noise, zero, UNKNOWN_TORQUE**2 * noise, zero, one)
+        begins = estimate.started == 0.0
+        return MomentumEstimate(
+            *(jnp.where(begins, a, b) for a, b in zip(first, goes_on, strict=True))
+        )
+
+
 class WheelMomentumFilter(Checked):
     """Kalman filter for h = J_w w + (J + J_w) Ω, which only the external torque changes.
 
@@ -62,15 +105,16 @@ class WheelMomentumFilter(Checked):
     speed_sigma: Annotated[Scalar, positive("compensator speed sigma")]
     torque_drift: Scalar
 
+    def _filter(self) -> MomentumFilter:
+        return MomentumFilter(self.wheel_inertia * self.speed_sigma, self.torque_drift)
+
     def start(self) -> MomentumEstimate:
         """Initial estimate, before the first measurement."""
-        zero = jnp.array(0.0)
-        return MomentumEstimate(*(zero,) * len(MomentumEstimate._fields))
+        return self._filter().start()
 
     def predict(self, estimate: MomentumEstimate, period: Scalar) -> MomentumEstimate:
         """Predict over a period, s."""
-        walk = predict(TorqueWalk(*estimate[:5]), self.torque_drift, period)
-        return MomentumEstimate(*walk, *estimate[5:])
+        return self._filter().predict(estimate, period)
 
     def correct(self, estimate: MomentumEstimate, speed: Scalar, rate: Scalar) -> MomentumEstimate:
         """Update with a sample of tachometer and gyro.
@@ -81,20 +125,7 @@ class WheelMomentumFilter(Checked):
             rate: Measured table rate, rad/s.
         """
         measured = self.wheel_inertia * speed + (self.table_inertia + self.wheel_inertia) * rate
-        noise = (self.wheel_inertia * self.speed_sigma) ** 2
-        walk, innovation, variance = correct(TorqueWalk(*estimate[:5]), measured, noise)
-        mean = estimate.surprise + (innovation / jnp.sqrt(variance) - estimate.surprise) / MEMORY
-        # variance of an exponential mean of white innovations with this time constant
-        surprised = mean**2 > SURPRISE**2 / (2.0 * MEMORY - 1.0)
-        jump = jnp.where(surprised, JUMP**2 * noise, 0.0)
-        walk = walk._replace(torque_variance=walk.torque_variance + jump)
-        zero, one = jnp.zeros_like(innovation), jnp.ones_like(innovation)
-        goes_on = MomentumEstimate(*walk, jnp.where(surprised, 0.0, mean), one)
-        first = MomentumEstimate(measured, zero, noise, zero, UNKNOWN_TORQUE**2 * noise, zero, one)
-        begins = estimate.started == 0.0
-        return MomentumEstimate(
-            *(jnp.where(begins, a, b) for a, b in zip(first, goes_on, strict=True))
-        )
+        return self._filter().correct(estimate, measured)
 
     def speed(self, estimate: MomentumEstimate, rate: Scalar) -> tuple[Scalar, Scalar]:
         """Wheel speed at a given table rate, rad/s, and its standard deviation, rad/s."""

@@ -1,13 +1,14 @@
 """Recovery law that controls the attitude by two or more wheels and the total momentum."""
 
 from dataclasses import replace
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
 from gyrostat.control.allocation.working_wheels import SPAN, WorkingWheels
+from gyrostat.control.attitude.external_torque import ExternalTorqueMemory
 from gyrostat.control.attitude.three_axis_law import ThreeAxisLaw
 from gyrostat.control.attitude.wheel_rate_loop import RateLoopMemory, WheelRateLoop
 from gyrostat.control.guidance.guide import AT_REST, Guide
@@ -15,7 +16,7 @@ from gyrostat.control.underactuated.momentum_angles import momentum_frame
 from gyrostat.control.underactuated.two_wheel_law import NO_WAY, TwoWheelLaw, Way
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Scalar, Vector3
-from gyrostat.core.checked import Checked
+from gyrostat.core.checked import Checked, limit
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft, WheelTorqueCommand
@@ -30,10 +31,12 @@ class MomentumRecoveryMemory(NamedTuple):
     Attributes:
         wheels: Memory of the rate loop.
         way: Present path to the target.
+        external: Estimate of the external torque; None if it is not estimated.
     """
 
     wheels: RateLoopMemory
     way: Way
+    external: ExternalTorqueMemory | None = None
 
 
 class MomentumRecovery(Checked):
@@ -57,6 +60,8 @@ class MomentumRecovery(Checked):
         failed_axes: Axes of failed wheels, (3, wheels); zero for working and seized wheels.
         rotor_inertia: Inertia of every rotor about its axis, (wheels,), kg·m².
         guide: Reference at the sample, see `toward`; None for a target at rest.
+        torque_time: Time constant of the estimate of the external torque, which the wheels take up,
+            s; None: no estimate, and an external torque causes a constant attitude error.
     """
 
     law: TwoWheelLaw | ThreeAxisLaw
@@ -64,6 +69,7 @@ class MomentumRecovery(Checked):
     failed_axes: Float[Array, "3 wheels"]
     rotor_inertia: Float[Array, " wheels"]
     guide: Guide | None = None
+    torque_time: Annotated[Scalar | None, limit("torque time", "s")] = None
 
     def toward(self, guide: Guide) -> Self:
         """Law that follows a reference.
@@ -81,7 +87,8 @@ class MomentumRecovery(Checked):
     def start(self, period: Scalar) -> MomentumRecoveryMemory:
         """Initial memory."""
         none = Way(*(jnp.asarray(angle) for angle in NO_WAY))
-        return MomentumRecoveryMemory(self.law.wheels.start(period), none)
+        external = None if self.torque_time is None else ExternalTorqueMemory.start(period)
+        return MomentumRecoveryMemory(self.law.wheels.start(period), none, external)
 
     def __call__(
         self, memory: MomentumRecoveryMemory, measurement: Any
@@ -117,8 +124,14 @@ class MomentumRecovery(Checked):
             wanted, change = wanted + followed.carried, change + followed.change
             # the rate loop turns the momentum at the measured rate
             following = followed.torque - jnp.cross(body, followed.carried)
+        external = memory.external
+        if external is not None and self.torque_time is not None:
+            absolute = relative + self.rotor_inertia * (loop.axes.T @ measurement.rate)
+            whole = inertia @ measurement.rate + loop.axes @ absolute
+            external = external.updated(measurement.attitude, whole, self.torque_time)
+            following = external.torque if following is None else following + external.torque
         wheels, command = loop(memory.wheels, measurement, body, wanted, change, following)
-        return MomentumRecoveryMemory(wheels, way), command
+        return MomentumRecoveryMemory(wheels, way, external), command
 
     def predicted(
         self, memory: MomentumRecoveryMemory, measurement: Any, command: WheelTorqueCommand
@@ -131,7 +144,10 @@ class MomentumRecovery(Checked):
             command: Safe command that is sent.
         """
         wheels = self.law.wheels.predicted(memory.wheels, measurement, command)
-        return memory._replace(wheels=wheels)
+        external = memory.external
+        return memory._replace(
+            wheels=wheels, external=None if external is None else external.missed()
+        )
 
     def _held(self, measurement: Any) -> Scalar:
         axes = self.failed_axes

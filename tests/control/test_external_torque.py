@@ -1,0 +1,61 @@
+"""Steady attitude error under an external torque, and the estimate that removes it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from gyrostat.control import MomentumRecovery
+from gyrostat.control.attitude.external_torque import ExternalTorqueMemory
+from gyrostat.core import rotations
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.spacecraft import Spacecraft, SpacecraftMeasurement
+from gyrostat.wheel import WheelArray
+
+PERIOD, COUNT = 0.25, 1200
+INERTIA, ROTOR = np.array([0.06, 0.12, 0.14]), 2e-5
+TORQUE = np.array([3e-7, -2e-7, 1e-7])
+CRAFT = Spacecraft(np.diag(INERTIA), WheelArray(np.eye(3), ROTOR, 1e-3, 1e-2))
+TARGET = jnp.array([1.0, 0.0, 0.0, 0.0])
+LAW = MomentumRecovery.plan(CRAFT, [True] * 3, total_momentum=np.zeros(3), target=TARGET)
+
+
+def final_error(law):
+    """Rotation vector after `COUNT` samples, for wheels without friction."""
+
+    def step(carry, _):
+        memory, attitude, rate, momenta = carry
+        speed = momenta / ROTOR - rate
+        seen = SpacecraftMeasurement(attitude, rate, speed, jnp.ones(3, bool))
+        memory, command = law(memory, seen)
+        # the gyroscopic torque is neglected: the body hardly turns
+        after = rate + PERIOD * (TORQUE - command.torque) / INERTIA
+        turned = rotations.from_rotation_vector(0.5 * PERIOD * (rate + after))
+        attitude = rotations.product(attitude, turned)
+        return (memory, attitude, after, momenta + PERIOD * command.torque), ()
+
+    begin = (law.start(PERIOD), TARGET, jnp.zeros(3), jnp.zeros(3))
+    run = jax.jit(lambda: jax.lax.scan(step, begin, length=COUNT)[0])
+    return np.asarray(rotations.rotation_vector(run()[1]))
+
+
+def test_the_steady_error_is_removed():
+    loop = LAW.law
+    expected = TORQUE / (INERTIA * loop.wheels.gain * loop.turn_gain)
+    np.testing.assert_allclose(final_error(LAW), expected, rtol=1e-3)
+    for time, size in ((np.inf, 1.0), (20.0, 1e-4)):
+        error = final_error(dataclasses.replace(LAW, torque_time=time))
+        assert np.linalg.norm(error) == pytest.approx(
+            size * np.linalg.norm(expected), rel=1e-3, abs=1e-4 * np.linalg.norm(expected)
+        )
+
+
+def test_after_a_missing_sample_the_estimate_goes_on_unchanged():
+    memory = ExternalTorqueMemory.start(PERIOD)
+    for k in range(200):
+        memory = memory.updated(TARGET, PERIOD * k * TORQUE, 5.0)
+    np.testing.assert_allclose(memory.torque, TORQUE * (1.0 - (5.0 / 5.25) ** 199), rtol=1e-9)
+    after = memory.missed().updated(TARGET, PERIOD * 210 * TORQUE, 5.0)
+    np.testing.assert_array_equal(after.torque, memory.torque)
+    after = after.updated(TARGET, PERIOD * 211 * TORQUE, 5.0)
+    np.testing.assert_allclose(after.torque, TORQUE * (1.0 - (5.0 / 5.25) ** 200), rtol=1e-9)
