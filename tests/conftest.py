@@ -69,7 +69,10 @@ LONGEST = (
     *("control/test_recovery_on_gyrostat", "wheel/test_crossings", "wheel/test_sensitivities"),
     *("spacecraft/test_environment_torques", "papers/test_filter_with_friction_model"),
 )
-SHARING = ("test_engine", "test_command_line", "test_damage", "test_replay", "test_stored_program")
+SHARING = (
+    *("test_engine", "test_command_line", "test_damage", "test_replay", "test_report_page"),
+    "test_stored_program",
+)
 
 
 def pytest_collection_modifyitems(items):

@@ -94,6 +94,7 @@ def test_the_average_is_the_mixture_of_all_hypotheses_computed_densely():
                 present = (ripple > 0.0, walk > 0.0, spread > 0.0)
                 chance = beta(sum(present) + 0.5, 3 - sum(present) + 0.25)
                 chance *= np.prod(np.where(present, (1 / 3, 1 / 3, 1 / 2), 1.0))
+                chance *= 4.0 if ripple == 0.1 else 1.0
                 normal = multivariate_normal(shape @ offset, marginal)
                 weights.append(np.log(chance) + normal.logpdf(residual))
                 inverse = np.linalg.inv(before) + shape.T @ np.linalg.solve(full, shape)

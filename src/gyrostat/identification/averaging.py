@@ -6,7 +6,8 @@ closed-form evidence. The result is the mixture of all of them, weighted by evid
 (Hoeting et al. 1999, Statistical Science 14). Each candidate is present with a probability that is
 itself unknown and common to all. A record that shows one effect thus makes the others more likely,
 and a record without effects makes them less likely (Scott and Berger 2010, Annals of Statistics
-38). The prior of a present candidate is uniform over its scales, which are decades apart.
+38). The prior of a present candidate is uniform over its scales, which are decades apart, but for
+the ripple at zero crossings (`LARGEST_RIPPLE_ODDS`).
 """
 
 from collections.abc import Sequence
@@ -22,8 +23,8 @@ from gyrostat.identification.hypotheses import Posteriors, Segment, grid, poster
 from gyrostat.identification.innovations import Innovations
 from gyrostat.identification.least_squares import Prior
 
-AT_THE_EDGE = 0.5
-"""Posterior weight of the strongest torque noise (0.3 a priori) above which stronger levels are
+AT_THE_EDGE = 0.73
+"""Posterior weight of the strongest torque noise (0.63 a priori) above which stronger levels are
 considered."""
 
 

@@ -31,6 +31,10 @@ DRIFTS = (0.03, 0.1, 0.3)
 """Prior sigmas of a viscous drift from mid-record to the end, fraction of the coefficient."""
 RIPPLES = (0.01, 0.03, 0.1)
 """Levels of a torque noise, fractions of the friction torque."""
+LARGEST_RIPPLE_ODDS = 4.0
+"""Prior odds of the largest of these levels, for the ripple at zero crossings. The few crossings of
+a record hardly tell the level, on which the sigma of the static torque depends; the odds are chosen
+by measured coverage (`benchmarks/coverage.py`)."""
 STRONG_RIPPLES = (0.3, 1.0, 3.0)
 """Further levels, for records that these do not explain."""
 COHERENCE = 1.0

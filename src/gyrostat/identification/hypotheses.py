@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.effects import RIPPLES, Nuisance, TorqueNoise
+from gyrostat.identification.effects import LARGEST_RIPPLE_ODDS, RIPPLES, Nuisance, TorqueNoise
 from gyrostat.identification.innovations import Innovations, innovations
 from gyrostat.identification.prediction import Linearisation
 
@@ -163,6 +163,8 @@ def posteriors(
         present = np.column_stack([choices, own]) > 0.0
         sizes = np.append(spacing, (len(RIPPLES), len(RIPPLES)))
         chance = _presence(present) - present @ np.log(sizes)
+        if level[0] == RIPPLES[-1]:
+            chance = chance + np.log(LARGEST_RIPPLE_ODDS)
         parts.append((spread * mean, covariance, evidence + chance, choices, own))
     return Posteriors(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 

@@ -68,7 +68,8 @@ def axis_of(values: Vector, label: str, *, is_log: bool = False, margin: float =
     finite = values[np.isfinite(values) & ((values > 0.0) | (not is_log))]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     if is_log:
-        factor = max((high / low) ** margin, 1.05)
+        # a span of 2.6 has one of the ticks 1, 2, 5 at least
+        factor = max((high / low) ** margin, 1.05, math.sqrt(2.6 * low / high))
         return Axis(low / factor, high * factor, label, is_log=True)
     room = margin * (high - low) or 0.05 * abs(high) or 1.0
     return Axis(low - room, high + room, label)
