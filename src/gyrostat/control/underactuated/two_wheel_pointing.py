@@ -119,8 +119,9 @@ class TwoWheelPointing(Checked):
                 direction is not a unit vector.
         """
         check_two_wheels("two-wheel pointing", self.spacecraft)
-        if self.rotor_sigma is not None:
-            self._rotors().check()
+        rotors = self._rotors()
+        if rotors is not None:
+            rotors.check()
         limit = np.asarray(self.spacecraft.wheels.torque_limit)
         if not np.all(np.isfinite(limit)):
             raise InputError(f"two-wheel pointing: found a torque limit of {limit}, expected N·m")
@@ -145,10 +146,10 @@ class TwoWheelPointing(Checked):
 
     def start(self, period: Scalar) -> PointingMemory:
         """Initial memory."""
-        none = jnp.zeros(2)
+        none, rotors = jnp.zeros(2), self._rotors()
         return PointingMemory(
             estimate=self.filter.start(),
-            momentum=jnp.zeros(3) if self.rotor_sigma is None else self._rotors().start(),
+            momentum=jnp.zeros(3) if rotors is None else rotors.start(),
             speed=none,
             acting=none,
             turned=none,
@@ -158,7 +159,9 @@ class TwoWheelPointing(Checked):
             period=jnp.asarray(period, dtype=float),
         )
 
-    def _rotors(self) -> RotorScaleFilter:
+    def _rotors(self) -> RotorScaleFilter | None:
+        if self.rotor_sigma is None:
+            return None
         return RotorScaleFilter(self.spacecraft, self.momentum_time, rotor_sigma=self.rotor_sigma)
 
     def _momentum(
@@ -166,15 +169,17 @@ class TwoWheelPointing(Checked):
     ) -> tuple[Vector3 | RotorScaleEstimate, Vector3, Pair | float]:
         """Memory of the momentum, the momentum in body axes, N·m·s, and the rotors' scales."""
         attitude, rate, period = estimate.attitude, estimate.rate, memory.period
-        if isinstance(memory.momentum, RotorScaleEstimate):
-            found = self._rotors()(memory.momentum, attitude, rate, speed, period)
+        before, rotors = memory.momentum, self._rotors()
+        if isinstance(before, RotorScaleEstimate):
+            assert rotors is not None
+            found = rotors(before, attitude, rate, speed, period)
             return found, to_body(attitude, found.momentum), found.scale
         wheels = self.spacecraft.wheels
-        rotors = jnp.asarray(wheels.axes) @ (wheels.inertia * speed)
-        measured = to_inertial(attitude, self.spacecraft.inertia_locked() @ rate + rotors)
+        held = jnp.asarray(wheels.axes) @ (wheels.inertia * speed)
+        measured = to_inertial(attitude, self.spacecraft.inertia_locked() @ rate + held)
         share = period / (self.momentum_time + period)
         share = jnp.where(memory.estimate.begun, share, 1.0)
-        found = memory.momentum + share * (measured - memory.momentum)
+        found = before + share * (measured - before)
         return found, to_body(attitude, found), 1.0
 
     def _compensated(self, memory: PointingMemory, acting: Pair, turn: Pair) -> PointingMemory:
