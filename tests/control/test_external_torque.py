@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gyrostat.control import MomentumRecovery
+from gyrostat.control import AttitudeRegulator, MomentumRecovery
 from gyrostat.control.attitude.external_torque import ExternalTorqueMemory
 from gyrostat.core import rotations
 from gyrostat.core.jax64 import jax, jnp
@@ -48,6 +48,27 @@ def test_the_steady_error_is_removed():
         assert np.linalg.norm(error) == pytest.approx(
             size * np.linalg.norm(expected), rel=1e-3, abs=1e-4 * np.linalg.norm(expected)
         )
+
+
+def test_the_steady_error_of_a_regulator_is_removed():
+    law = AttitudeRegulator(CRAFT, TARGET, 1e-4, 1e-3, 1.0).linear()
+    # the attitude term sqrt(q_s / r) times a quarter of the angle
+    expected = 4.0 * TORQUE / np.sqrt(1e-4)
+    np.testing.assert_allclose(final_error(law), expected, rtol=1e-3)
+    error = final_error(dataclasses.replace(law, torque_time=20.0))
+    assert np.linalg.norm(error) < 1e-3 * np.linalg.norm(expected)
+
+
+def test_the_torques_of_a_regulator_keep_their_direction_at_the_limit():
+    law = AttitudeRegulator(CRAFT, TARGET, 1.0, 1.0, 1.0).linear()
+    free = AttitudeRegulator(
+        Spacecraft(CRAFT.inertia, WheelArray(np.eye(3), ROTOR)), TARGET, 1.0, 1.0, 1.0
+    ).linear()
+    turned = rotations.from_rotation_vector(jnp.array([0.1, -0.3, 0.05]))
+    seen = SpacecraftMeasurement(turned, jnp.zeros(3), jnp.zeros(3), jnp.ones(3, bool))
+    torque, wanted = (np.asarray(each((), seen)[1].torque) for each in (law, free))
+    assert np.max(np.abs(torque)) == pytest.approx(1e-3)
+    np.testing.assert_allclose(torque / wanted, 1e-3 / np.max(np.abs(wanted)), rtol=1e-12)
 
 
 def test_after_a_missing_sample_the_estimate_goes_on_unchanged():

@@ -183,6 +183,7 @@ _REGULATOR_KEYS = {
     ),
     "rate_weight": positive("s²/rad²", 16.0, "Weight on the squared body rate."),
     "torque_weight": positive("1/(N·m)²", 1.0, "Weight on the squared body torque."),
+    "torque_time": _TORQUE_TIME,
 }
 _ARRAY_KEYS = {
     "turn_gain": positive("1/s", 0.1, "Commanded rate per attitude error near the target."),
@@ -253,8 +254,8 @@ CONTROLLERS: dict[str, PlannedController] = {
     ),
     "lqr": PlannedController(
         "Linear quadratic regulator: state feedback of attitude and rate "
-        "(`gyrostat.control.AttitudeRegulator`), without a rate limit. Failed wheels, drag and "
-        "external torques are not taken into account.",
+        "(`gyrostat.control.AttitudeRegulator`), without a rate limit. Failed wheels and "
+        "drag are not taken into account.",
         _REGULATOR_KEYS,
         _linear,
         _plan_regulator,

@@ -6,13 +6,15 @@ from typing import Annotated, Any, Self
 import numpy as np
 from jaxtyping import Array, Float
 
+from gyrostat.control.allocation.allocation import within_limits
 from gyrostat.control.allocation.working_wheels import SPAN
+from gyrostat.control.attitude.external_torque import ExternalTorqueMemory
 from gyrostat.control.design.factorisations import MRPBody
 from gyrostat.control.design.lqr import FeedbackCommand
 from gyrostat.control.design.riccati import RiccatiSolution, riccati
 from gyrostat.control.guidance.guide import AT_REST, Guide
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
-from gyrostat.core.checked import Checked, Rule, positive
+from gyrostat.core.checked import Checked, Rule, limit, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
@@ -22,6 +24,9 @@ from gyrostat.spacecraft import Spacecraft
 _solved = jax.jit(riccati)
 """Compiled as a whole, also if a linear law is designed outside any other compiled code."""
 
+RegulatorMemory = ExternalTorqueMemory | tuple[()]
+"""Memory of an `AttitudeRegulator`."""
+
 
 class AttitudeRegulator(Checked):
     """Riccati-based law u = -R^-1 B' P x, allocated to the wheels by the pseudo-inverse.
@@ -30,8 +35,10 @@ class AttitudeRegulator(Checked):
     q_w), R = r 1. By default, A and B are those at the present state and with the present wheel
     momentum, and the equation is solved at each sample (SDRE; Carvalho and Fenili, eqs. (11),
     (12)). With `linear`, they are those at rest at the target with wheels at rest, and the equation
-    is solved once (LQR). The law does not take failed wheels, drag or external torques into
-    account.
+    is solved once (LQR). Where a torque exceeds the limit of a wheel, all are scaled, so that their
+    sum keeps its direction. The law has no integral that could wind up: with `torque_time`, the
+    wheels take up the external torque, estimated from the change of the total momentum. The law
+    does not take failed wheels and drag into account.
 
     With a reference (`toward`), x is the motion relative to it, and the torque of
     `gyrostat.control.guidance.Guide` is added: w' relative to the reference is then J^-1 (u - w x
@@ -50,6 +57,8 @@ class AttitudeRegulator(Checked):
             small angle.
         rate_weight: Weight q_w of the body rate, s²/rad².
         torque_weight: Weight r of the torque, 1/(N·m)².
+        torque_time: Time constant of the estimate of the external torque, s; None or infinite: no
+            estimate, and an external torque causes a constant attitude error.
         gain: Gain of the linear law, (3, 6), N·m and N·m·s/rad; None if the gain depends on the
             state.
         guide: Reference at the sample, see `toward`; None for a target at rest.
@@ -60,6 +69,7 @@ class AttitudeRegulator(Checked):
     attitude_weight: Annotated[Scalar, positive("attitude weight")] = 16.0
     rate_weight: Annotated[Scalar, positive("rate weight", "s²/rad²")] = 16.0
     torque_weight: Annotated[Scalar, positive("torque weight", "1/(N·m)²")] = 1.0
+    torque_time: Annotated[Scalar | None, limit("torque time", "s")] = None
     gain: Float[Array, "3 6"] | None = None
     guide: Guide | None = None
 
@@ -85,9 +95,19 @@ class AttitudeRegulator(Checked):
                 "attitude regulator: found wheels that do not span space, expected them to"
             )
 
-    def start(self, period: Scalar) -> tuple[()]:
-        """Initial memory; empty."""
-        return ()
+    def start(self, period: Scalar) -> RegulatorMemory:
+        """Initial memory; empty without an estimate of the external torque."""
+        return () if self.torque_time is None else ExternalTorqueMemory.start(period)
+
+    def predicted(self, memory: RegulatorMemory, measurement: Any, command: Any) -> RegulatorMemory:
+        """Memory after a period without a sample.
+
+        Args:
+            memory: Memory from the last sample.
+            measurement: Unused.
+            command: Unused.
+        """
+        return memory.missed() if isinstance(memory, ExternalTorqueMemory) else memory
 
     def _solve(
         self, state: Float[Array, "6"], momentum: Any, carried: Vector3 | None = None
@@ -106,11 +126,13 @@ class AttitudeRegulator(Checked):
         weight = jnp.concatenate([self.attitude_weight * each, self.rate_weight * each])
         return _solved(dynamics, input, jnp.diag(weight), jnp.diag(self.torque_weight * each))
 
-    def __call__(self, memory: tuple[()], measurement: Any) -> tuple[tuple[()], FeedbackCommand]:
+    def __call__(
+        self, memory: RegulatorMemory, measurement: Any
+    ) -> tuple[RegulatorMemory, FeedbackCommand]:
         """Compute the wheel torques.
 
         Args:
-            memory: Empty memory.
+            memory: Memory from the last sample.
             measurement: Measurement with `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed`
                 (wheels,), relative to the body, rad/s.
         """
@@ -118,7 +140,8 @@ class AttitudeRegulator(Checked):
         axes = jnp.asarray(wheels.axes)
         body = MRPBody(jnp.asarray(self.spacecraft.inertia))
         state, carried, following = body.state(measurement.attitude, rate, self.target), None, None
-        momentum = axes @ (wheels.inertia * (measurement.wheel_speed + axes.T @ rate))
+        held = axes @ (wheels.inertia * (measurement.wheel_speed + axes.T @ rate))
+        momentum = held
         if self.guide is not None:
             inertia = jnp.asarray(self.spacecraft.inertia)
             total = inertia @ rate + momentum
@@ -133,6 +156,11 @@ class AttitudeRegulator(Checked):
         torque = jnp.sum(jnp.asarray(gain) * state, axis=1)
         if following is not None:
             torque += following
+        if isinstance(memory, ExternalTorqueMemory) and self.torque_time is not None:
+            whole = jnp.asarray(self.spacecraft.inertia) @ rate + held
+            memory = memory.updated(measurement.attitude, whole, self.torque_time)
+            torque += memory.torque
         # wheel torques m act on the body as -A m, so that A m = K x, with least squares
         share = axes.T @ inverse_definite(axes @ axes.T)
-        return memory, FeedbackCommand(share @ torque, residual, valid)
+        limits = jnp.ones(wheels.count) * wheels.torque_limit
+        return memory, FeedbackCommand(within_limits(share @ torque, limits), residual, valid)
