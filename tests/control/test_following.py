@@ -212,7 +212,7 @@ def test_a_missing_sample_does_not_stop_the_clock_of_a_reference():
     np.testing.assert_allclose(command.target, target, atol=1e-14)
 
 
-def test_a_slew_within_the_wheels_is_followed_to_its_end(flown):
+def test_a_slew_within_the_wheels_is_followed_to_its_end():
     """The fastest slew with 0.8 of the torque, with momentum held: no wheel reaches its limit."""
     attitude = NADIR(80.0)
     total = PLANT.start(attitude=NADIR(0.0), wheel_speed=SPEEDS).momentum
@@ -223,7 +223,7 @@ def test_a_slew_within_the_wheels_is_followed_to_its_end(flown):
     )
     fastest = passing(SlewLimits(envelope=envelope))
     slews = fastest.slews
-    data, _ = flown("three_axis", fastest, period=0.25, delay=0)
+    data, _ = fly(PLANT, "three_axis", fastest, period=0.25, delay=0)
     steepest = float(slews.profiles.acceleration[0])
     assert np.max(behind(data)) < np.degrees(steepest) * 0.25**2 / 4.0
     assert np.max(np.abs(data.torque.values)) == pytest.approx(0.8 * 3e-3, rel=0.1)
