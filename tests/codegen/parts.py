@@ -342,7 +342,7 @@ def examples():
         "ModelErrorCompensator, Integrators, OnlineFrit, OutputZeroing": controller(
             endo.tuned(), SENSED_TWO
         ),
-        "TwoWheelPointing, BoresightLaw, SafeFrit, FirstOrderLags": controller(
+        "TwoWheelPointing, BoresightLaw, SafeFrit, FirstOrderLags, RotorScaleFilter": controller(
             pointing, SENSED_TWO
         ),
         "WheelSpeedLoops": controller(
