@@ -22,7 +22,7 @@ def flown(small):
 
 
 def test_the_target_changes_with_the_events(scenario, flown):
-    motion = replay_data(scenario, *flown)
+    motion = replay_data(scenario, *flown, None)
     turned = np.array(motion["time"]) >= 18.0 - 1e-9
     assert np.all(np.array(motion["target"])[~turned] == [1.0, 0.0, 0.0, 0.0])
     np.testing.assert_allclose(np.array(motion["target"])[turned, 3], 0.002, rtol=1e-5)
@@ -34,7 +34,7 @@ def test_a_run_that_ended_at_once_has_no_motion(scenario, flown):
     values, history = flown
     history = history.copy(deep=True)
     history.error.values[1:] = np.nan
-    assert replay_data(scenario, values, history) is None
+    assert replay_data(scenario, values, history, None) is None
     assert "<canvas" not in run_page(scenario, values, history, "short", "x")
 
 

@@ -106,7 +106,7 @@ def shown(read):
 
 def test_directions_are_those_that_the_modes_point_at(shown):
     scenario, orbit, values, history = shown
-    motion = replay_data(scenario, values, history)
+    motion = replay_data(scenario, values, history, planned_orbit(scenario))
     world, target = motion["world"], np.array(motion["target"])
     position = np.array(world["position"])
     modes = {name: [k for k in range(COUNT) if world["mode"][k] == name] for name in world["mode"]}
@@ -138,7 +138,7 @@ def test_directions_are_those_that_the_modes_point_at(shown):
 def test_without_an_orbit_there_are_no_surroundings(read, shown):
     text = re.sub(r"\[orbit\].*?(?=\[reference\])", "", SCENARIO, flags=re.DOTALL)
     text = re.sub(r"\[reference\].*?(?=\[metrics\])", "", text, flags=re.DOTALL)
-    motion = replay_data(read(text), *shown[2:])
+    motion = replay_data(read(text), *shown[2:], planned_orbit(read(text)))
     assert motion["world"] is None
     assert set(map(tuple, motion["target"])) == {(1.0, 0.0, 0.0, 0.0)}
 

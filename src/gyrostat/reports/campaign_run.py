@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.campaigns.metrics.results import metrics_of
+from gyrostat.campaigns.orbits import planned_orbit
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.outputs import new_files
 from gyrostat.core.text import plain
@@ -80,7 +81,7 @@ def run_page(
         rows=metric_rows(scenario, values),
         drawn=[(key, f"{values[key]:.9g}") for key in scenario.dispersed],
         charts=run_charts(scenario, values, history),
-        motion=replay_data(scenario, values, history),
+        motion=replay_data(scenario, values, history, planned_orbit(scenario)),
         command=command,
     )
 

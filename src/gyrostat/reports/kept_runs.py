@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.campaigns import Scenario, Store
+from gyrostat.campaigns.orbits import planned_orbit
 from gyrostat.reports.campaign_run import metric_rows, run_verdict
 from gyrostat.reports.replay import replay_data
 from gyrostat.reports.run_charts import run_charts
@@ -37,7 +38,7 @@ def kept_runs(
     """
     import xarray as xr
 
-    made = []
+    made, orbit = [], planned_orbit(scenario) if wanted else None
     for run in wanted[:MOST_RUNS]:
         values = {name: column[run].item() for name, column in columns.items()}
         with xr.open_dataset(store.history(run), engine="h5netcdf") as history:
@@ -48,7 +49,7 @@ def kept_runs(
                     "verdict": run_verdict(values),
                     "ranked": values[ranked],
                     "charts": run_charts(scenario, values, history, f"run{run}", MOST_POINTS),
-                    "motion": replay_data(scenario, values, history, FRAMES),
+                    "motion": replay_data(scenario, values, history, orbit, FRAMES),
                     "rows": metric_rows(scenario, values),
                     "drawn": [(key, f"{values[key]:.6g}") for key in scenario.dispersed],
                 }

@@ -13,6 +13,8 @@ from gyrostat.reports.replay_world import world_data
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+
 MOST_FRAMES = 900
 """Largest number of samples in the page."""
 
@@ -21,6 +23,7 @@ def replay_data(
     scenario: Scenario,
     values: Mapping[str, Any],
     history: "xr.Dataset",
+    orbit: "OrbitEnvironment | None",
     most: int = MOST_FRAMES,
 ) -> dict[str, Any] | None:
     """Motion of a run for the script of its page; None if the run ended at the start.
@@ -29,6 +32,7 @@ def replay_data(
         scenario: Scenario of the run.
         values: Row of the run in the table of runs.
         history: Histories of the run.
+        orbit: Orbit of the scenario, as from `planned_orbit`; None without an orbit.
         most: Largest number of samples.
     """
     fine = np.flatnonzero(np.isfinite(history.error.values))
@@ -61,5 +65,5 @@ def replay_data(
         "wheels": scenario.wheels,
         "boresight": scenario.boresight or window,
         "field_of_view": scenario.field_of_view,
-        "world": world_data(scenario, own, history, frames),
+        "world": world_data(scenario, own, history, frames, orbit),
     }

@@ -3,14 +3,16 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import equinox as eqx
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from gyrostat.campaigns.orbits import orbit_of_run, planned_orbit
+from gyrostat.campaigns.orbits import orbit_of_run
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.jax64 import jax
 from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.torques.eclipse import sunlight
 
 if TYPE_CHECKING:
@@ -21,7 +23,11 @@ GROUND = "ground_target"
 
 
 def world_data(
-    scenario: Scenario, values: Mapping[str, float], history: "xr.Dataset", frames: NDArray[np.intp]
+    scenario: Scenario,
+    values: Mapping[str, float],
+    history: "xr.Dataset",
+    frames: NDArray[np.intp],
+    planned: OrbitEnvironment | None,
 ) -> dict[str, Any] | None:
     """Surroundings at the samples that the page shows; None without an orbit.
 
@@ -35,16 +41,13 @@ def world_data(
         values: Key -> value of the run.
         history: Histories of the run.
         frames: Indices of the samples.
+        planned: Orbit of the scenario, as from `planned_orbit`; None without an orbit.
     """
-    orbit = orbit_of_run(values, planned_orbit(scenario))
+    orbit = orbit_of_run(values, planned)
     if orbit is None:
         return None
     time = history.time.values[frames]
-
-    def along(function: Any) -> Float[np.ndarray, "frames ..."]:
-        return np.asarray(jax.vmap(function)(time))
-
-    position, sun = along(orbit.position), along(orbit.sun)
+    position, velocity, sun, earth, light = map(np.asarray, _surroundings(orbit, time))
     modes = [part for part in scenario.parts if part.section == "reference.mode"]
     if modes:
         number = np.nan_to_num(history["mode"].values[frames]).astype(int)
@@ -55,19 +58,36 @@ def world_data(
         targets = {0: "reference"} if scenario.reference == GROUND else {}
     ground: list[Any] = [None] * len(time)
     for k, key in targets.items():
-        a, b, c = (values[f"{key}.{name}"] for name in ("latitude", "longitude", "height"))
-        points = along(lambda t, a=a, b=b, c=c: orbit.ground(a, b, c, t)) / EARTH_RADIUS
+        place = np.array([values[f"{key}.{name}"] for name in ("latitude", "longitude", "height")])
+        points = np.asarray(_points(orbit, place, time)) / EARTH_RADIUS
         for frame in np.flatnonzero(number == k):
             ground[frame] = np.round(points[frame], 6).tolist()
     return {
         "position": np.round(position / EARTH_RADIUS, 6).tolist(),
-        "velocity": np.round(_directions(along(orbit.velocity)), 5).tolist(),
+        "velocity": np.round(_directions(velocity), 5).tolist(),
         "sun": np.round(_directions(sun - position), 5).tolist(),
-        "earth": np.round(along(orbit.earth), 6).tolist(),
-        "light": np.round(along(lambda t: sunlight(orbit.position(t), orbit.sun(t))), 3).tolist(),
+        "earth": np.round(earth, 6).tolist(),
+        "light": np.round(light, 3).tolist(),
         "ground": ground,
         "mode": names,
     }
+
+
+@eqx.filter_jit
+def _surroundings(orbit: OrbitEnvironment, time: Any) -> Any:
+    """Position, velocity, Sun, attitude of the ITRF and sunlight at times, each (times, ...)."""
+
+    def at(t):
+        position, sun = orbit.position(t), orbit.sun(t)
+        return position, orbit.velocity(t), sun, orbit.earth(t), sunlight(position, sun)
+
+    return jax.vmap(at)(time)
+
+
+@eqx.filter_jit
+def _points(orbit: OrbitEnvironment, place: Any, time: Any) -> Any:
+    """A place on the ground (latitude, longitude, height) at times, GCRS, (times, 3), m."""
+    return jax.vmap(lambda t: orbit.ground(*place, t))(time)
 
 
 def _directions(vectors: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, "frames 3"]:
