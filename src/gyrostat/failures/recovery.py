@@ -11,7 +11,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import error_angle
 from gyrostat.failures.braking import BrakeGain, earliest_settling, with_brakes, without_brakes
-from gyrostat.failures.feasibility import holdable
+from gyrostat.failures.feasibility import Holdable, holdable
 from gyrostat.failures.recovery_plan import Loss, RecoveryPlan, plan_recovery
 from gyrostat.simulation import Status, simulate
 from gyrostat.spacecraft import Gyrostat, GyrostatState, Spacecraft, SpacecraftSensor, WheelFailures
@@ -100,7 +100,7 @@ def recover(
     """
     spacecraft.check()
     Gyrostat(spacecraft).check_state(start)
-    count = spacecraft.wheels.count
+    count, model = spacecraft.wheels.count, known or spacecraft
     failures, kept = WheelFailures.none(count), {}
     inertia = np.broadcast_to(np.asarray(spacecraft.wheels.inertia), (count,))
     rate = np.asarray(Gyrostat(spacecraft).rate(start))
@@ -118,7 +118,7 @@ def recover(
         if not loss.slows_down:
             kept[wheel] = float(momentum[wheel])
     plan = plan_recovery(
-        known or spacecraft,
+        model,
         start.momentum,
         failed=kept,
         target=target,
@@ -126,45 +126,40 @@ def recover(
     )
     working = np.array([wheel not in losses for wheel in range(count)])
     limits = np.broadcast_to(np.asarray(spacecraft.wheels.torque_limit), (count,))
+
+    def settles(answer: Holdable, wheel: int, loss: Loss) -> float | None:
+        return earliest_settling(
+            *(spacecraft, answer, working, wheel), momentum=momentum[wheel], loss=loss, error=ANGLE
+        )
+
     earliest, gains = {}, {}
     for wheel, loss in losses.items():
-        case: dict[str, Any] = {"momentum": float(momentum[wheel]), "error": ANGLE}
-        time = earliest_settling(spacecraft, plan.answer, working, wheel, loss=loss, **case)
+        time = settles(plan.answer, wheel, loss)
         if time is not None:
             earliest[wheel] = time
         if loss.kind != "seized" and not loss.is_braked and np.isfinite(limits[wheel]):
-            torque = float(limits[wheel])
-            stopped = holdable(
-                known or spacecraft, start.momentum, failed={**kept, wheel: 0.0}, target=target
+            torque, without = float(limits[wheel]), {**kept, wheel: 0.0}
+            stopped = holdable(model, start.momentum, failed=without, target=target)
+            time = settles(stopped, wheel, replace(loss, brake_torque=torque))
+            gains[wheel] = BrakeGain(
+                torque, None if stopped.attitude is None else stopped.angle, time
             )
-            braked = replace(loss, brake_torque=torque)
-            time = earliest_settling(spacecraft, stopped, working, wheel, loss=braked, **case)
-            angle = None if stopped.attitude is None else stopped.angle
-            gains[wheel] = BrakeGain(torque, angle, time)
-    without = None
-    if any(loss.is_braked for loss in losses.values()):
-        options: dict[str, Any] = {"duration": duration, "control_period": control_period}
-        without = recover(
-            *(spacecraft, start, without_brakes(losses)), target=target, known=known, **options
-        )
-    if plan.controller is None or plan.answer.attitude is None:
-        return Recovery(plan, None, None, plan.reason, earliest, without, gains)
     plant = Gyrostat(with_brakes(spacecraft, losses), failures)
-    flight = simulate(
-        plant,
-        plan.controller,
-        SpacecraftSensor(plant),
-        start=start,
-        duration=duration,
-        control_period=control_period,
-    )
+    timing: Any = {"duration": duration, "control_period": control_period}
+    other = None
+    if any(loss.is_braked for loss in losses.values()):
+        unbraked = without_brakes(losses)
+        other = recover(spacecraft, start, unbraked, target=target, known=known, **timing)
+    if plan.controller is None or plan.answer.attitude is None:
+        return Recovery(plan, None, None, plan.reason, earliest, other, gains)
+    flight = simulate(plant, plan.controller, SpacecraftSensor(plant), start=start, **timing)
     aim = jnp.asarray(plan.answer.attitude)
     errors = jax.vmap(error_angle, in_axes=(0, None))(jnp.asarray(flight.attitude.values), aim)
     about = {"units": "rad", "long_name": "angle to the feasible attitude"}
     flight["error"] = ("time", np.asarray(errors), about)
     settle = settling_time(flight)
     reason = "" if settle is not None else _why_not(flight)
-    return Recovery(plan, flight, settle, reason, earliest, without, gains)
+    return Recovery(plan, flight, settle, reason, earliest, other, gains)
 
 
 def settling_time(flight: "xr.Dataset") -> float | None:

@@ -87,7 +87,8 @@ def _surroundings(orbit: OrbitEnvironment, time: Any) -> Any:
 @eqx.filter_jit
 def _points(orbit: OrbitEnvironment, place: Any, time: Any) -> Any:
     """A place on the ground (latitude, longitude, height) at times, GCRS, (times, 3), m."""
-    return jax.vmap(lambda t: orbit.ground(*place, t))(time)
+    latitude, longitude, height = place
+    return jax.vmap(lambda t: orbit.ground(latitude, longitude, height, t))(time)
 
 
 def _directions(vectors: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, "frames 3"]:
