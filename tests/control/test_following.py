@@ -154,7 +154,7 @@ def test_the_motion_is_neither_taken_for_drag_nor_for_an_external_torque(array_f
     def step(memory, row):
         memory = control(memory, row)[0]
         inner = memory.controller
-        return memory, (inner.unknown, inner.detector.drag)
+        return memory, (inner.unknown.torque, inner.detector.drag)
 
     unknown, drag = jax.jit(lambda rows: jax.lax.scan(step, control.start(0.5), rows)[1])(rows)
     assert np.max(np.abs(unknown)) < 1e-9

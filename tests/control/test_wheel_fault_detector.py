@@ -96,7 +96,7 @@ def test_an_external_torque_that_acts_late_is_no_unknown_one():
         memory, command = CONTROL(memory, sample)
         momentum = momentum + PERIOD * under_way[0]
         under_way = jnp.stack([under_way[1], command.external_torque])
-        return (memory, momentum, under_way), (memory.unknown, momentum)
+        return (memory, momentum, under_way), (memory.unknown.torque, momentum)
 
     start = (CONTROL.start(PERIOD), jnp.array([1e-3, -2e-3, 1e-3]), jnp.zeros((2, 3)))
     unknown, momentum = jax.jit(lambda: jax.lax.scan(step, start, length=COUNT)[1])()

@@ -35,7 +35,11 @@ class ExternalTorqueMemory(NamedTuple):
         return self._replace(begun=jnp.array(False))
 
     def updated(
-        self, attitude: Quaternion, momentum: Vector3, time: Scalar
+        self,
+        attitude: Quaternion,
+        momentum: Vector3,
+        time: Scalar,
+        given: Vector3 | float = 0.0,
     ) -> "ExternalTorqueMemory":
         """Memory after a sample.
 
@@ -46,9 +50,11 @@ class ExternalTorqueMemory(NamedTuple):
             attitude: Attitude quaternion, (4,).
             momentum: Total momentum in body axes, (3,), N·m·s.
             time: Time constant of the filter, s; infinite: the estimate stays zero.
+            given: Known external torque since the last sample, body axes, (3,), N·m, which is not
+                part of the estimate.
         """
         in_space = rotations.to_inertial(attitude, momentum)
         gained = rotations.to_body(attitude, in_space - self.momentum) / self.period
         share = jnp.where(self.begun, self.period / (time + self.period), 0.0)
-        torque = self.torque + share * (gained - self.torque)
+        torque = self.torque + share * (gained - given - self.torque)
         return ExternalTorqueMemory(in_space, torque, jnp.array(True), self.period)

@@ -10,6 +10,7 @@ from gyrostat.control.allocation.momentum_unloading import MomentumUnloading
 from gyrostat.control.allocation.null_space import NullSpaceControl
 from gyrostat.control.allocation.wheel_fault_detector import WheelFaultDetector, WheelFaultMemory
 from gyrostat.control.attitude.attitude_targets import AttitudeTargets
+from gyrostat.control.attitude.external_torque import ExternalTorqueMemory
 from gyrostat.control.guidance.guide import AT_REST, Guide
 from gyrostat.control.underactuated.two_wheel_law import brake
 from gyrostat.core import rotations
@@ -51,20 +52,15 @@ class ArrayControlMemory(NamedTuple):
 
     Attributes:
         samples: Number of samples so far.
-        period: Control period, s.
-        momentum: Total momentum of spacecraft and wheels at the last sample, inertial axes, (3,),
-            N·m·s.
         given: Torques commanded to the external actuator at the last samples, the oldest first,
             (delay + 1, 3), N·m.
-        unknown: Estimate of the other external torques, body axes, (3,), N·m.
+        unknown: Estimate of the other external torques.
         detector: Memory of the wheel fault detector.
     """
 
     samples: Scalar
-    period: Scalar
-    momentum: Vector3
     given: Sent
-    unknown: Vector3
+    unknown: ExternalTorqueMemory
     detector: WheelFaultMemory
 
 
@@ -166,9 +162,10 @@ class WheelArrayControl(Checked):
     def start(self, period: Scalar) -> ArrayControlMemory:
         """Initial memory."""
         none, detector = jnp.zeros(3), self.detector.start(self.spacecraft.wheels.count)
-        period = jnp.asarray(period, dtype=float)
         given = empty_line(none, self.detector.delay + 1)
-        return ArrayControlMemory(jnp.zeros(()), period, none, given, none, detector)
+        return ArrayControlMemory(
+            jnp.zeros(()), given, ExternalTorqueMemory.start(period), detector
+        )
 
     def __call__(
         self, memory: ArrayControlMemory, measurement: Any
@@ -180,7 +177,7 @@ class WheelArrayControl(Checked):
             measurement: Measurement with `attitude` (4,), `rate` (3,), rad/s, `wheel_speed`
                 (wheels,), relative to the body, rad/s, and `wheel_measured` (wheels,).
         """
-        wheels, period = self.spacecraft.wheels, memory.period
+        wheels, period = self.spacecraft.wheels, memory.unknown.period
         axes, inertia = jnp.asarray(wheels.axes), jnp.asarray(self.spacecraft.inertia)
         limit = jnp.ones(wheels.count) * wheels.torque_limit
         rate, relative = measurement.rate, wheels.inertia * measurement.wheel_speed
@@ -198,15 +195,16 @@ class WheelArrayControl(Checked):
             follows = found.torque - inertia @ found.change
             target = AT_REST
         wanted, change = self._wanted(turning, target, momentum, detector.works)
-        in_space = rotations.to_inertial(measurement.attitude, momentum)
-        gained = rotations.to_body(measurement.attitude, in_space - memory.momentum) / period
-        share = jnp.where(memory.detector.begun, period / (self.torque_time + period), 0.0)
-        unknown = memory.unknown + share * (gained - memory.given[0] - memory.unknown)
+        unknown = memory.unknown.updated(
+            measurement.attitude, momentum, self.torque_time, memory.given[0]
+        )
         push = change + self.rate_gain * (wanted - turning.rate)
         # bearing torque of failed wheels acts on the body; if not measured, D includes it
         failed = ~detector.works & measurement.wheel_measured
         borne = axes @ jnp.where(failed, detector.lost, 0.0)
-        needed = external + unknown + borne - jnp.cross(turning.rate, momentum) - inertia @ push
+        needed = (
+            external + unknown.torque + borne - jnp.cross(turning.rate, momentum) - inertia @ push
+        )
         if self.guide is not None and follows is not None:
             needed, target = needed + follows, self.guide.now.attitude
         left = limit - jnp.abs(detector.drag)
@@ -216,7 +214,7 @@ class WheelArrayControl(Checked):
         torque = wheels.within_momentum_limit(torque + detector.drag, relative, period)
         detector = self.detector.commanded(detector, torque)
         given, _ = pushed(memory.given, external)
-        after = ArrayControlMemory(memory.samples + 1.0, period, in_space, given, unknown, detector)
+        after = ArrayControlMemory(memory.samples + 1.0, given, unknown, detector)
         return after, ArrayCommand(torque, external, target, detector.works)
 
     def predicted(
@@ -232,6 +230,7 @@ class WheelArrayControl(Checked):
         return memory._replace(
             samples=memory.samples + 1.0,
             given=pushed(memory.given, command.external_torque)[0],
+            unknown=memory.unknown.missed(),
             detector=self.detector.missed(memory.detector, command.torque),
         )
 
