@@ -23,29 +23,18 @@ from gyrostat.papers.endo_sekiguchi_nonaka import setup
 from gyrostat.papers.endo_sekiguchi_nonaka.controllers import Candidate, evaluate
 from gyrostat.papers.endo_sekiguchi_nonaka.dispersion import (
     AS_KNOWN,
-    COULOMB,
     FARTHEST,
     FREQUENCIES,
-    GYRO,
     LARGEST_MOMENTUM,
     NEAREST,
-    PRODUCTS,
-    TACHOMETER,
-    TOP_MOMENTUM,
     TORQUE,
-    TRACKER,
     WHEEL_SPEEDS,
     Case,
+    axes_of,
+    case_of,
+    inertia_of,
 )
-from gyrostat.spacecraft import (
-    Gyrostat,
-    SinusoidalMomentum,
-    Spacecraft,
-    SpacecraftSensor,
-    SpeedLoopSpacecraft,
-)
-from gyrostat.wheel import WheelArray
-from gyrostat.wheel.friction import ViscousCoulomb
+from gyrostat.spacecraft import SinusoidalMomentum
 
 ROTOR_ERROR, INERTIA_ERROR, TILT = 0.05, 0.1, np.deg2rad(1.0)
 BIAS, EXTERNAL = np.deg2rad(10.0 / 3600.0), 1e-5
@@ -65,33 +54,16 @@ class DriftingMomentum(eqx.Module):
         return self.base(time) + time * self.torque
 
 
-def unit(random: np.random.Generator, across: np.ndarray | None = None) -> np.ndarray:
-    """Random unit vector, orthogonal to another one if that is given."""
+def unit(random: np.random.Generator) -> np.ndarray:
+    """Random unit vector."""
     vector = random.normal(size=3)
-    if across is not None:
-        vector -= vector @ across * across
     return vector / np.linalg.norm(vector)
 
 
 def drawn(random: np.random.Generator) -> Case:
     """One case."""
-    moments = np.diag(setup.NOMINAL) * (1.0 + random.uniform(-INERTIA_ERROR, INERTIA_ERROR, 3))
-    total = np.diag(moments)
-    for i, j in ((0, 1), (0, 2), (1, 2)):
-        total[i, j] = total[j, i] = random.uniform(-PRODUCTS, PRODUCTS) * np.sqrt(
-            moments[i] * moments[j]
-        )
-    axes = np.stack(
-        [np.cos(TILT) * x + np.sin(TILT) * unit(random, x) for x in np.eye(3)[:2]], axis=1
-    )
+    total, axes = inertia_of(random, INERTIA_ERROR), axes_of(random, TILT)
     rotors = setup.ROTOR * (1.0 + random.uniform(-ROTOR_ERROR, ROTOR_ERROR, 2))
-    wheels = WheelArray(
-        axes=jnp.asarray(axes),
-        inertia=jnp.asarray(rotors),
-        torque_limit=jnp.full(2, TORQUE),
-        momentum_limit=jnp.full(2, TOP_MOMENTUM),
-        friction=ViscousCoulomb(viscous=jnp.zeros(2), coulomb=jnp.full(2, COULOMB)),
-    )
     momentum = DriftingMomentum(
         SinusoidalMomentum(
             amplitude=jnp.asarray(random.uniform(0.0, LARGEST_MOMENTUM) * unit(random)),
@@ -100,29 +72,12 @@ def drawn(random: np.random.Generator) -> Case:
         ),
         jnp.asarray(EXTERNAL * unit(random)),
     )
-    body = Spacecraft(jnp.asarray(total - axes * rotors @ axes.T), wheels)
-    plant = SpeedLoopSpacecraft(body, momentum)
     angle = np.deg2rad(random.uniform(NEAREST, FARTHEST))
     azimuth = random.uniform(0.0, 2.0 * np.pi)
     axis = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
-    sensor = SpacecraftSensor(
-        Gyrostat(body),
-        TRACKER,
-        GYRO,
-        setup.ROTOR * TACHOMETER,
-        jnp.asarray(BIAS * random.choice((-1.0, 1.0), 3)),
-    )
-    inertia = np.max(moments[:2] * np.abs(axis[:2]))
-    return Case(
-        plant=plant,
-        start=plant.start(
-            attitude=np.append(np.cos(0.5 * angle), np.sin(0.5 * angle) * axis),
-            wheel_speed=random.choice(WHEEL_SPEEDS, 2),
-        ),
-        sensor=sensor,
-        angle=angle,
-        quickest=float(2.0 * np.sqrt(angle * inertia / TORQUE)),
-    )
+    quaternion = np.append(np.cos(0.5 * angle), np.sin(0.5 * angle) * axis)
+    bias = BIAS * random.choice((-1.0, 1.0), 3)
+    return case_of(total, axes, momentum, quaternion, random.choice(WHEEL_SPEEDS, 2), bias, rotors)
 
 
 def main() -> None:

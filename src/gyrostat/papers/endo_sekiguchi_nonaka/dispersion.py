@@ -1,9 +1,11 @@
 """Dispersed cases: spacecraft, momenta, sensors, initial states and wheels with limits."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.papers.endo_sekiguchi_nonaka import setup
@@ -37,22 +39,26 @@ BIAS = np.deg2rad(1.0 / 3600.0)
 """Gyro bias about each axis, rad/s, of either sign."""
 
 
-def body(total: Matrix, axes: Matrix, coulomb: float) -> Spacecraft:
+def body(
+    total: Matrix, axes: Matrix, coulomb: float, rotors: Vector | float = setup.ROTOR
+) -> Spacecraft:
     """Spacecraft with two wheels that have limits.
 
     Args:
         total: Inertia with locked wheels, (3, 3), kg·m².
         axes: Unit axes of the wheels, (3, 2).
         coulomb: Coulomb torque of each wheel, N·m.
+        rotors: Inertia of each rotor, (2,), or of both, kg·m².
     """
+    inertia = np.broadcast_to(rotors, 2)
     wheels = WheelArray(
         axes=jnp.asarray(axes),
-        inertia=jnp.full(2, setup.ROTOR),
+        inertia=jnp.asarray(inertia),
         torque_limit=jnp.full(2, TORQUE),
         momentum_limit=jnp.full(2, TOP_MOMENTUM),
         friction=ViscousCoulomb(viscous=jnp.zeros(2), coulomb=jnp.full(2, coulomb)),
     )
-    return Spacecraft(inertia=jnp.asarray(total - setup.ROTOR * axes @ axes.T), wheels=wheels)
+    return Spacecraft(inertia=jnp.asarray(total - axes * inertia @ axes.T), wheels=wheels)
 
 
 AS_KNOWN = body(setup.NOMINAL, np.eye(3)[:, :2], 0.0)
@@ -80,15 +86,27 @@ class Case:
     quickest: float
 
 
-def _case(
+def case_of(
     total: Matrix,
     axes: Matrix,
-    given: SinusoidalMomentum,
+    given: Callable[[Scalar], Vector3],
     quaternion: Vector,
     speeds: Vector,
     bias: Vector,
+    rotors: Vector | float = setup.ROTOR,
 ) -> Case:
-    plant = SpeedLoopSpacecraft(body(total, axes, COULOMB), given)
+    """Run of a spacecraft with the wheels and sensors of this module.
+
+    Args:
+        total: Inertia with locked wheels, (3, 3), kg·m².
+        axes: Unit axes of the wheels, (3, 2).
+        given: Total momentum in inertial axes, (3,), N·m·s, at a time, s.
+        quaternion: Initial attitude, (4,), scalar first.
+        speeds: Initial wheel speeds, (2,), rad/s.
+        bias: Gyro bias, (3,), rad/s.
+        rotors: Inertia of each rotor, (2,), or of both, kg·m².
+    """
+    plant = SpeedLoopSpacecraft(body(total, axes, COULOMB, rotors), given)
     q0, q1, q2, q3 = quaternion
     # inertial z in body axes; body z rotates towards it about z x p
     p = np.array([2.0 * (q1 * q3 - q0 * q2), 2.0 * (q2 * q3 + q0 * q1)])
@@ -118,22 +136,38 @@ def draw(count: int, seed: int) -> list[Case]:
     return [_drawn(random) for _ in range(count)]
 
 
-def _across(random: np.random.Generator, axis: Vector) -> Vector:
-    """Unit vector orthogonal to another."""
-    vector = random.normal(size=3)
-    vector -= vector @ axis * axis
-    return vector / np.linalg.norm(vector)
+def inertia_of(random: np.random.Generator, error: float) -> Matrix:
+    """Random inertia with locked wheels, (3, 3), kg·m².
 
-
-def _drawn(random: np.random.Generator) -> Case:
-    moments = np.diag(setup.NOMINAL) * (1.0 + random.uniform(-INERTIA_ERROR, INERTIA_ERROR, 3))
+    Args:
+        random: Source of random numbers.
+        error: Largest relative error of a moment of inertia.
+    """
+    moments = np.diag(setup.NOMINAL) * (1.0 + random.uniform(-error, error, 3))
     total = np.diag(moments)
     for i, j in ((0, 1), (0, 2), (1, 2)):
         product = random.uniform(-PRODUCTS, PRODUCTS) * np.sqrt(moments[i] * moments[j])
         total[i, j] = total[j, i] = product
-    axes = np.stack(
-        [np.cos(TILT) * x + np.sin(TILT) * _across(random, x) for x in np.eye(3)[:2]], axis=1
-    )
+    return total
+
+
+def axes_of(random: np.random.Generator, tilt: float) -> Matrix:
+    """Random wheel axes near body x and y, (3, 2).
+
+    Args:
+        random: Source of random numbers.
+        tilt: Angle of each axis from the body axis, rad.
+    """
+    found = []
+    for axis in np.eye(3)[:2]:
+        beside = random.normal(size=3)
+        beside -= beside @ axis * axis
+        found.append(np.cos(tilt) * axis + np.sin(tilt) * (beside / np.linalg.norm(beside)))
+    return np.stack(found, axis=1)
+
+
+def _drawn(random: np.random.Generator) -> Case:
+    total, axes = inertia_of(random, INERTIA_ERROR), axes_of(random, TILT)
     direction = random.normal(size=3)
     given = SinusoidalMomentum(
         amplitude=jnp.asarray(
@@ -155,12 +189,12 @@ def _drawn(random: np.random.Generator) -> Case:
         ]
     )
     speeds = random.choice(WHEEL_SPEEDS, 2)
-    return _case(total, axes, given, quaternion, speeds, BIAS * random.choice((-1.0, 1.0), 3))
+    return case_of(total, axes, given, quaternion, speeds, BIAS * random.choice((-1.0, 1.0), 3))
 
 
 def paper_case() -> Case:
     """The paper's own start, from rest, with these wheels and sensors."""
-    return _case(
+    return case_of(
         setup.ACTUAL,
         np.eye(3)[:, :2],
         setup.momentum(),
