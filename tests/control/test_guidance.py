@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from gyrostat.control.guidance import (
     Condition,
     Fixed,
+    Mode,
     Nadir,
     Reference,
     SlewLimits,
@@ -63,27 +64,30 @@ SLEWS = jax.jit(Slews.to)(
     LIMITS,
 )
 """The second slew begins before the first has ended; the third turns by nothing."""
-PROFILES = {
-    "nadir": NADIR,
-    "wobbling": wobbling,
-    "slews": SLEWS,
-    "table": Table.of(
-        np.linspace(0.0, 40.0, 201),
-        jax.vmap(wobbling)(np.linspace(0.0, 40.0, 201))
-        / (2.0 + np.sin(np.linspace(0.0, 40.0, 201)))[:, None],
+MOTIONS = {
+    "nadir": Reference.of(NADIR),
+    "wobbling": Reference.of(wobbling),
+    "slews": Reference.of(SLEWS),
+    "table": Reference.of(
+        Table.of(
+            np.linspace(0.0, 40.0, 201),
+            jax.vmap(wobbling)(np.linspace(0.0, 40.0, 201))
+            / (2.0 + np.sin(np.linspace(0.0, 40.0, 201)))[:, None],
+        )
     ),
-    "mode": lambda t: MODES.bound(type(MODES.start())(jnp.array(2), jnp.array(3.0))).motion(t),
+    "mode": MODES,
 }
 
 
-@pytest.mark.parametrize("name", PROFILES)
+@pytest.mark.parametrize("name", MOTIONS)
 def test_the_reported_rate_integrates_to_the_attitude(name):
     """Quaternion kinematics by DOP853 from the rate, and the rate from the acceleration."""
     start, end = 3.0, 34.0
+    mode = Mode(jnp.array(2 if name == "mode" else 0), jnp.array(start))
 
     @jax.jit
     def both(time, state):
-        motion = reference_at(PROFILES[name], time)
+        motion = MOTIONS[name].at(mode, time)
         turned = product(state[:4], jnp.append(0.0, motion.rate))
         return motion, jnp.append(0.5 * turned, motion.acceleration)
 
@@ -294,7 +298,7 @@ def test_modes_follow_each_other_by_their_conditions():
     assert step(mode, measured(rate=0.02), 6.0).number == 0, "too fast"
     mode = step(mode, measured(rate=0.005), 6.0)
     assert (int(mode.number), float(mode.start)) == (1, 6.0)
-    end = 6.0 + float(MODES.bound(mode).motion.duration)
+    end = 6.0 + float(mode.transition.duration)
     there = MODES.at(mode, end + 5.0).attitude
     assert step(mode, measured(attitude=MODES.at(mode, 8.0).attitude, speed=90.0), 8.0).number == 1
     assert step(mode, measured(attitude=there), end + 5.0).number == 1, "no momentum"

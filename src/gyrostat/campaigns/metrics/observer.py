@@ -52,6 +52,7 @@ class Seen(NamedTuple):
         windows: Running values of each window.
         own: Own metric -> its memory, and its result after the last sample.
         gained: External torque -> its integral in inertial axes, (3,), N·m·s.
+        mode: Mode of the reference at the last sample.
     """
 
     status: Int[Array, ""]
@@ -73,6 +74,7 @@ class Seen(NamedTuple):
     windows: tuple[SeenWindow, ...]
     own: dict[str, tuple[Any, Scalar]]
     gained: dict[str, Vector3]
+    mode: Mode
 
 
 class Pointing(NamedTuple):
@@ -127,21 +129,29 @@ class Observer(eqx.Module):
             tuple(window.start() for window in self.windows),
             {name: (own.start(), zero) for name, own in self.setup.metrics.items()},
             {} if self.setup.budget is None else self.setup.budget.start(),
+            Mode(none, zero) if self.setup.reference is None else self.setup.reference.start(),
         )
 
-    def reference(self, row: Histories, time: Scalar) -> tuple[AttitudeReference, Mode]:
-        """Reference at a sample, and its mode as recorded; of fixed targets the mode is 0."""
-        if self.setup.reference is not None:
-            mode = Mode(row.command.mode, row.command.mode_start)
-            return self.setup.reference.at(mode, time), mode
+    def reference(self, row: Histories, time: Scalar, mode: Mode) -> tuple[AttitudeReference, Mode]:
+        """Reference at a sample, and its mode as recorded; of fixed targets the mode is 0.
+
+        Args:
+            row: Sample.
+            time: Its time, s.
+            mode: Mode at the sample before.
+        """
+        reference = self.setup.reference
+        if reference is not None:
+            mode = reference.entered(mode, row.command.mode, row.command.mode_start)
+            return reference.at(mode, time), mode
         phase = jnp.sum(self.setup.starts <= time + 1e-9) - 1
         at_rest = jnp.zeros(3)
         target = AttitudeReference(self.setup.targets[phase], at_rest, at_rest)
-        return target, Mode(jnp.zeros((), dtype=int), jnp.zeros(()))
+        return target, mode
 
-    def sample(self, row: Histories, time: Scalar) -> Sample:
-        """Sample from which the metrics are computed."""
-        reference, mode = self.reference(row, time)
+    def sample(self, row: Histories, time: Scalar, mode: Mode) -> Sample:
+        """Sample from which the metrics are computed; `mode`: that of the sample before."""
+        reference, mode = self.reference(row, time, mode)
         attitude, rate = row.state.attitude, row.record.rate
         if self.setup.reference is not None:
             rate = rate - to_body(error(attitude, reference.attitude), reference.rate)
@@ -159,7 +169,7 @@ class Observer(eqx.Module):
         """Update with sample k; returns the new values and the pointing error."""
         valid = (row.status == 0) & (k <= self.count)
         time = k * self.values["run.control_period"]
-        sample = self.sample(row, time)
+        sample = self.sample(row, time, seen.mode)
         after = self._seen(seen, sample)
         pairs = [each(old, sample, k) for each, old in zip(self.windows, seen.windows, strict=True)]
         after = after._replace(windows=tuple(new for new, _ in pairs))
@@ -224,6 +234,7 @@ class Observer(eqx.Module):
             windows=seen.windows,
             own=seen.own,
             gained=seen.gained,
+            mode=sample.mode,
         )
 
 

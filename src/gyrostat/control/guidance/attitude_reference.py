@@ -1,11 +1,12 @@
 """Attitude, rate and acceleration of a reference, by differentiation of its attitude over time."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import normalised
 
 Profile = Callable[[Scalar], Quaternion]
 """Attitude over time: (time, s) -> quaternion, scalar first, (4,). Its length and its sign are
@@ -24,6 +25,41 @@ class AttitudeReference(NamedTuple):
     attitude: Quaternion
     rate: Vector3
     acceleration: Vector3
+
+
+class Motion(NamedTuple):
+    """Quaternion with its first and second time derivative at one time.
+
+    Attributes:
+        attitude: Quaternion, (4,).
+        slope: First derivative, (4,), 1/s.
+        bend: Second derivative, (4,), 1/s².
+    """
+
+    attitude: Quaternion
+    slope: Quaternion
+    bend: Quaternion
+
+    @classmethod
+    def of(cls, profile: Profile, time: Scalar) -> Self:
+        """Motion of the unit quaternion of a profile.
+
+        Args:
+            profile: Attitude over time.
+            time: Time, s.
+        """
+        time = jnp.asarray(time, dtype=float)
+        one = jnp.ones_like(time)
+
+        def first(t: Scalar) -> tuple[Quaternion, Quaternion]:
+            return jax.jvp(lambda t: normalised(jnp.asarray(profile(t), dtype=float)), (t,), (one,))
+
+        (attitude, slope), (_, bend) = jax.jvp(first, (time,), (one,))
+        return cls(attitude, slope, bend)
+
+    def after(self, time: Scalar) -> Quaternion:
+        """Quaternion a short time later, s, to second order."""
+        return self.attitude + time * (self.slope + 0.5 * time * self.bend)
 
 
 def rate_of(quaternion: Quaternion, slope: Quaternion) -> Vector3:

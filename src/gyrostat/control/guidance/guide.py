@@ -8,7 +8,7 @@ from gyrostat.control.guidance.attitude_reference import AttitudeReference
 from gyrostat.control.guidance.reference import BoundReference, Mode, Reference
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import jnp
 
 AT_REST = jnp.array([1.0, 0.0, 0.0, 0.0])
 """Attitude of a body that agrees with its target, in axes of the target."""
@@ -72,9 +72,9 @@ class Guide(NamedTuple):
             delay: Control periods from a sample to the start of its command.
         """
         at = reference.bound(mode)
-        steps = [0.0, *([delay] if delay else []), delay + 1.0]
-        found = jax.vmap(at)(time + period * jnp.array(steps))
-        now, first, last = (jax.tree.map(lambda x, k=k: x[k], found) for k in (0, -2, -1))
+        now = at(time)
+        first = at(time + period * delay) if delay else now
+        last = at(time + period * (delay + 1.0))
         return cls(at, now, first, last, period)
 
     def follow(

@@ -5,10 +5,11 @@ from typing import Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Int
 
 from gyrostat.control.guidance.attitude_reference import (
     AttitudeReference,
+    Motion,
     Profile,
     reference_at,
 )
@@ -27,10 +28,12 @@ class Mode(NamedTuple):
     Attributes:
         number: Number of the mode, from 0.
         start: Time at which it started, s.
+        transition: Rotation from the mode before; None: it is computed where it is needed.
     """
 
     number: Int[Array, ""]
     start: Scalar
+    transition: Transition | None = None
 
 
 class Condition(NamedTuple):
@@ -117,7 +120,27 @@ class Reference(Checked):
 
     def start(self) -> Mode:
         """Mode before the first sample: the first mode, from time 0."""
-        return Mode(jnp.zeros((), dtype=int), jnp.zeros(()))
+        none = None if self.limits is None else Transition.none()
+        return Mode(jnp.zeros((), dtype=int), jnp.zeros(()), none)
+
+    def entered(self, mode: Mode, number: Int[Array, ""], start: Scalar) -> Mode:
+        """Active mode; the rotation to it is computed if it is another one.
+
+        Args:
+            mode: Mode before.
+            number: Number of the active mode.
+            start: Time at which the active mode started, s.
+        """
+        if self.limits is None:
+            return mode
+        if mode.transition is None:
+            return Mode(number, start, self._transition(number, start))
+        transition = jax.lax.cond(
+            (number != mode.number) | (start != mode.start),
+            lambda: self._transition(number, start),
+            lambda: jax.tree.map(jnp.asarray, mode.transition),
+        )
+        return Mode(number, start, transition)
 
     def bound(self, mode: Mode) -> "BoundReference":
         """Reference in a mode, as a function of time.
@@ -125,9 +148,8 @@ class Reference(Checked):
         Args:
             mode: Active mode.
         """
-        if self.limits is None:
-            return BoundReference(self.modes[0])
-        return BoundReference(Transition.of(self._motions(mode), mode.start, self.limits))
+        known = mode.transition is not None or self.limits is None
+        return BoundReference(self, mode if known else self.entered(mode, *mode[:2]))
 
     def at(self, mode: Mode, time: Scalar) -> AttitudeReference:
         """Attitude, rate and acceleration at a time.
@@ -150,18 +172,22 @@ class Reference(Checked):
         """
         if self.limits is None:
             return mode
-        found = Transition.of(self._motions(mode), mode.start, self.limits)
+        assert mode.transition is not None
         until = Condition(*(jnp.asarray(each)[mode.number] for each in self.until))
         # multiples of a control period are subject to rounding
         elapsed = time - mode.start + 1e-9
-        ends = (elapsed >= until.after) & (elapsed >= found.duration)
+        ends = (elapsed >= until.after) & (elapsed >= mode.transition.duration)
         ends &= mode.number < len(self.modes) - 1
         if measurement is None:
             ends &= jnp.isinf(until.rate_below) & jnp.isinf(until.error_below)
             ends &= until.momentum_above < 0.0
         else:
-            ends &= self._measured(until, measurement, rotations.normalised(found(time)))
-        return Mode(mode.number + ends, jnp.where(ends, time, mode.start))
+            ends = jax.lax.cond(
+                ends,
+                lambda: self._measured(until, measurement, self.at(mode, time).attitude),
+                lambda: jnp.zeros((), bool),
+            )
+        return self.entered(mode, mode.number + ends, jnp.where(ends, time, mode.start))
 
     def _measured(self, until: Condition, measurement: Any, target: Quaternion) -> Bool[Array, ""]:
         """Whether the conditions of a mode on the measurement hold."""
@@ -175,26 +201,61 @@ class Reference(Checked):
         momentum = self.spacecraft.inertia_locked() @ rate + spun
         return holds & (jnp.sqrt(momentum @ momentum) > until.momentum_above)
 
-    def _motions(self, mode: Mode) -> Callable[[Scalar], Float[Array, "2 4"]]:
-        """Attitudes over time of the mode before and of the mode itself."""
-        rows = jnp.stack([jnp.maximum(mode.number - 1, 0), mode.number])
+    def _transition(self, number: Int[Array, ""], start: Scalar) -> Transition:
+        """Rotation to a mode that starts at a time, s."""
+        assert self.limits is not None
+        return Transition.of(*self.motions(number, start, True), start, self.limits)
 
-        def motions(time: Scalar) -> Float[Array, "2 4"]:
-            every = jnp.stack([jnp.asarray(mode(time), dtype=float) for mode in self.modes])
-            return jax.vmap(rotations.normalised)(every[rows])
+    def motions(
+        self, number: Int[Array, ""], time: Scalar, turning: Bool[Array, ""] | bool
+    ) -> tuple[Motion, Motion]:
+        """Motions of the mode before a mode and of the mode itself; others are not computed.
 
-        return motions
+        Args:
+            number: Number of the mode.
+            time: Time, s.
+            turning: Whether that of the mode before is needed; if not, it may be wrong.
+        """
+        before = jnp.maximum(number - 1, 0)
+        every = [
+            jax.lax.cond(
+                (number == k) | (turning & (before == k)),
+                lambda time, mode=mode: Motion.of(mode, time),
+                lambda time: Motion(jnp.full(4, 0.5), jnp.zeros(4), jnp.zeros(4)),
+                jnp.asarray(time, dtype=float),
+            )
+            for k, mode in enumerate(self.modes)
+        ]
+        first, second = (
+            Motion(*(jnp.stack(each)[row] for each in zip(*every, strict=True)))
+            for row in (before, number)
+        )
+        return first, second
 
 
 class BoundReference(eqx.Module):
     """Reference in one mode: a function of time, for controllers with a field `reference`.
 
     Attributes:
-        motion: Attitude over time.
+        reference: Reference.
+        mode: Active mode.
     """
 
-    motion: Profile
+    reference: Reference
+    mode: Mode
 
     def __call__(self, time: Scalar) -> AttitudeReference:
         """Attitude, rate and acceleration at a time, s, if the mode does not end before."""
-        return reference_at(self.motion, time)
+        reference, (number, start, transition) = self.reference, self.mode
+        if transition is None:
+            return reference_at(reference.modes[0], time)
+        since = time - start
+        turning = since < transition.duration
+        before, after = reference.motions(number, time, turning)
+
+        def turned(later: Scalar) -> Quaternion:
+            return transition(since + later, before.after(later), after.after(later))
+
+        return jax.lax.cond(
+            turning, lambda: reference_at(turned, 0.0), lambda: reference_at(after.after, 0.0)
+        )

@@ -1,14 +1,12 @@
 """Slews: limits, a list of slews, and the rotation from one moving reference to another."""
 
-from collections.abc import Callable
-from typing import Annotated, Self
+from typing import Annotated, NamedTuple, Self
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
-from gyrostat.control.guidance.attitude_reference import rate_of
+from gyrostat.control.guidance.attitude_reference import Motion, rate_of
 from gyrostat.control.guidance.profiles import is_unit
 from gyrostat.control.guidance.slew_profile import SlewProfile
 from gyrostat.control.guidance.wheel_envelope import WheelEnvelope
@@ -119,7 +117,7 @@ class Slews(Checked):
         return attitude
 
 
-class Transition(eqx.Module):
+class Transition(NamedTuple):
     """Rotation from one moving reference to another, along an eigenaxis of the latter's frame.
 
     q(t) = q_b(t) exp((1 - s) p) exp((1 - s) e(t)), with the attitude q_b after the end, the
@@ -129,51 +127,56 @@ class Transition(eqx.Module):
     an eigenaxis slew.
 
     Attributes:
-        motions: Attitudes over time before the start and after the end: (time, s) -> (2, 4).
-        start: Time of the start, s.
         turn: Rotation vector p, (3,), rad.
         profile: Profile of the progress.
     """
 
-    motions: Callable[[Scalar], Float[Array, "2 4"]]
-    start: Scalar
     turn: Vector3
     profile: SlewProfile
 
     @classmethod
-    def of(
-        cls, motions: Callable[[Scalar], Float[Array, "2 4"]], start: Scalar, limits: SlewLimits
-    ) -> Self:
+    def none(cls) -> Self:
+        """Rotation by nothing, which is complete at its start."""
+        zero = jnp.zeros(())
+        return cls(jnp.zeros(3), SlewProfile(zero, zero, zero, zero, zero))
+
+    @classmethod
+    def of(cls, before: Motion, after: Motion, start: Scalar, limits: SlewLimits) -> Self:
         """Create the transition.
 
         Args:
-            motions: Attitudes over time before the start and after the end.
+            before: Motion of the reference before, at the start.
+            after: Motion of the reference after the end, at the start.
             start: Time of the start, s.
             limits: Limits of the rotation relative to the attitude after the end.
         """
-        (before, after), (rate, slope) = jax.jvp(motions, (start,), (jnp.ones_like(start),))
-        rate, slope = rate_of(before, rate), rate_of(after, slope)
-        apart = rotations.error(before, after)
+        rate, slope = rate_of(*before[:2]), rate_of(*after[:2])
+        apart = rotations.error(before.attitude, after.attitude)
         change = rate - rotations.to_body(apart, slope)
         turn = rotations.rotation_vector(apart)
         # the slew turns back along p, which has the same components in both frames
-        profile = limits.profile(-turn, before, start, jnp.sqrt(change @ change))
-        return cls(motions, start, turn, profile)
+        size = jnp.sqrt(change @ change)
+        return cls(turn, limits.profile(-turn, before.attitude, start, size))
 
     @property
     def duration(self) -> Scalar:
         """Duration, s."""
         return self.profile.duration
 
-    def __call__(self, time: Scalar) -> Quaternion:
-        """Attitude at a time, s, not before the start."""
-        left = 1.0 - _progress(self.profile, time - self.start)
-        before, after = self.motions(time)
+    def __call__(self, since: Scalar, before: Quaternion, after: Quaternion) -> Quaternion:
+        """Attitude at a time.
+
+        Args:
+            since: Time since the start, s, not negative.
+            before: Attitude of the reference before, at this time, (4,).
+            after: Attitude of the reference after the end, at this time, (4,).
+        """
+        left = 1.0 - _progress(self.profile, since)
         first = rotations.conjugate(rotations.from_rotation_vector(self.turn))
-        since = rotations.product(first, rotations.error(before, after))
+        apart = rotations.product(first, rotations.error(before, after))
         turned = rotations.product(
             rotations.from_rotation_vector(left * self.turn),
-            rotations.from_rotation_vector(left * rotations.rotation_vector(since)),
+            rotations.from_rotation_vector(left * rotations.rotation_vector(apart)),
         )
         return rotations.product(after, turned)
 
