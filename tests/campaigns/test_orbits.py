@@ -238,7 +238,6 @@ class Along(eqx.Module):
         (ORBIT.replace("2026-11-22T10", "today"), "epoch|UTC"),
         (ORBIT.replace('"500 km"', '"-500 km"'), "above 0"),
         (ORBIT.replace('"500 km"', '"50 km"'), "height of 50 km"),
-        (ORBIT + PHASE.replace("phase", "inclination"), "phase only"),
         ('[orbit]\nkind = "tle"\nlines = "nothing"\n', "line"),
         ('[orbit]\nkind = "file"\nfile = "none.oem"\n', "none.oem"),
         ('[orbit]\nkind = "moon"\n', "expected one of none, circular"),

@@ -12,7 +12,7 @@ from matplotlib.image import imread
 from scipy.ndimage import minimum_filter
 from scipy.spatial.transform import Rotation
 
-from gyrostat.campaigns.orbits import orbit_of_run, planned_orbit
+from gyrostat.campaigns.orbits import orbit_of, planned_orbit
 from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.control.guidance import GroundTarget, Pointing, to_earth, to_sun
 from gyrostat.core.errors import InputError
@@ -79,7 +79,7 @@ def read(tmp_path_factory):
 def shown(read):
     """Scenario, orbit, values of the run and histories of a body that follows each mode exactly."""
     scenario = read(SCENARIO)
-    orbit = orbit_of_run(scenario.values, planned_orbit(scenario))
+    orbit = orbit_of(scenario, scenario.values, planned_orbit(scenario))
     time, mode = 0.25 * np.arange(COUNT), np.repeat([0.0, 1.0, 2.0], [80, 80, 81])
     axes = {"axis": [0.0, 0.0, 1.0], "second": [1.0, 0.0, 0.0]}
     profiles = [

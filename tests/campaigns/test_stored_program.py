@@ -11,6 +11,7 @@ from gyrostat.campaigns.compensators import COMPENSATORS
 from gyrostat.campaigns.draws import draw
 from gyrostat.campaigns.native import program_of
 from gyrostat.campaigns.plans import plans_of
+from gyrostat.campaigns.run_loop import Drawn
 from gyrostat.campaigns.structure import structure_of
 from gyrostat.codegen.simd import compiler
 from gyrostat.codegen.simd.batch import traced
@@ -75,7 +76,7 @@ def flown(program, scenario, plans, runs):
     """Results of all chunks, as arrays."""
     values, keys = draw(scenario, 3, runs)
     nominal = np.array([*scenario.values.values()])
-    chunks = program.chunks(nominal, values, plans, keys, [0])
+    chunks = program.chunks(nominal, Drawn(values), plans, keys, [0])
     return [np.asarray(leaf) for chunk in chunks for leaf in native.jax.tree.leaves(chunk)]
 
 

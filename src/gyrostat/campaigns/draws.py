@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from gyrostat.campaigns.build import phase_starts
 from gyrostat.campaigns.kinds import numbers_of
+from gyrostat.campaigns.orbits import check_own_orbits, has_own_orbits
 from gyrostat.campaigns.scenario import INERTIA, Dispersion, Scenario
 from gyrostat.campaigns.structure import measured_names, structure_of
 from gyrostat.core.errors import InputError
@@ -142,6 +143,8 @@ def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:
     drawn = dict(zip(scenario.dispersed, values.T, strict=True))
     _check_speeds(scenario, numbers, drawn)
     _check_sensing(scenario, numbers, drawn)
+    if has_own_orbits(scenario.dispersed):
+        check_own_orbits(scenario, values)
     structure = structure_of(scenario)
     inertia = any(key.startswith("body.inertia.") for key in scenario.dispersed)
     events = any(key.startswith("event.") for key in scenario.dispersed)

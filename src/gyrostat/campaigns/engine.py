@@ -21,9 +21,10 @@ from gyrostat.campaigns.draws import draw, noise_keys
 from gyrostat.campaigns.metrics.observer import Seen, concluded, ended
 from gyrostat.campaigns.metrics.percentiles import collectors
 from gyrostat.campaigns.native import Program, program_of
+from gyrostat.campaigns.orbits import own_orbits
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.pointing.campaign import PointingBudget
-from gyrostat.campaigns.run_loop import OWN, loop_of, runner_of
+from gyrostat.campaigns.run_loop import OWN, Drawn, loop_of, runner_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import Structure, structure_of
 from gyrostat.codegen.simd.batch_scope import random_keys
@@ -74,7 +75,7 @@ class _Ready:
     program: Program | None
 
     def fly_with_jax(
-        self, nominal: Vector, drawn: Matrix, plans: Plans, keys: Words, asked: Sequence[int]
+        self, nominal: Vector, drawn: Drawn, plans: Plans, keys: Words, asked: Sequence[int]
     ) -> Iterator[tuple[Seen, Any, Any]]:
         """Simulate 64 runs by JAX; see `gyrostat.campaigns.native.Program.chunks`."""
         given = (nominal, drawn, plans, random_keys(keys))
@@ -222,7 +223,8 @@ def _flown(
     scenario = ready.scenario
     is_kept = np.isin(runs, keep)
     asked = picked[is_kept].tolist()
-    given = (ready.nominal, values, ready.plans, keys)
+    drawn = Drawn(values, own_orbits(scenario, values))
+    given = (ready.nominal, drawn, ready.plans, keys)
     fly_chunks = ready.fly_with_jax if ready.program is None else ready.program.chunks
     samples = len(ready.runner.starts) * ready.runner.length
     errors = collectors(len(values), samples, LANES, 1 + len(scenario.windows))
@@ -238,10 +240,10 @@ def _flown(
     budget.finish()
     seen: Any = jax.tree.map(np.asarray, last)
     period = scenario.values["run.control_period"]
-    drawn = values[picked]
+    values = values[picked]
     columns = {
         "run": runs,
-        **{key: drawn[:, k] for k, key in enumerate(scenario.dispersed)},
+        **{key: values[:, k] for k, key in enumerate(scenario.dispersed)},
         "status": seen.status[picked].astype(np.int8),
         "ended": ended(seen, period)[picked],
     }

@@ -17,7 +17,8 @@ from gyrostat.campaigns.build import Plans
 from gyrostat.campaigns.fingerprint import FLAGS, engine_record
 from gyrostat.campaigns.kinds import is_shipped
 from gyrostat.campaigns.metrics.observer import Seen
-from gyrostat.campaigns.run_loop import ON_DEMAND, OWN, loop_of, runner_of
+from gyrostat.campaigns.orbits import has_own_orbits
+from gyrostat.campaigns.run_loop import ON_DEMAND, OWN, Drawn, loop_of, runner_of
 from gyrostat.campaigns.structure import Structure
 from gyrostat.codegen.simd.batch import Traced, traced
 from gyrostat.codegen.simd.call import Compiled, Layout
@@ -26,7 +27,7 @@ from gyrostat.core.cache import private_cache
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 from gyrostat.core.threefry import Words
-from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.types import Vector
 
 
 class Part(NamedTuple):
@@ -77,13 +78,13 @@ class Program(NamedTuple):
     starts: range
 
     def chunks(
-        self, nominal: Vector, drawn: Matrix, plans: Plans, keys: Words, asked: Sequence[int]
+        self, nominal: Vector, drawn: Drawn, plans: Plans, keys: Words, asked: Sequence[int]
     ) -> Iterator[tuple[Seen, Any, Any]]:
         """Run chunk by chunk; the last chunk may extend beyond the last sample.
 
         Args:
             nominal: Nominal values.
-            drawn: Drawn values, (runs, dispersed).
+            drawn: What each run has of its own, with a leading axis of runs.
             plans: Designs.
             keys: Random keys of the noise, (runs,), or of each part of a run, (runs, parts).
             asked: Indices of the runs whose records are requested.
@@ -93,7 +94,7 @@ class Program(NamedTuple):
             The errors are the counted pointing errors of the run and of each window, (runs,
             samples), and the error vectors of pointing requirements, (runs, samples, 3).
         """
-        given = (nominal, drawn, *map(np.asarray, jax.tree.leaves(plans)), keys)
+        given = (nominal, *map(np.asarray, jax.tree.leaves((drawn, plans))), keys)
         carry = self.begin(given)
         for first in self.starts:
             made = self.chunk((*carry, np.int64(first), *given), asked)
@@ -171,7 +172,11 @@ def _trace(
         return make(*given).scan(carry, first, length)
 
     key = jax.ShapeDtypeStruct((1, parts) if parts else (1,), jax.random.key(0).dtype)
-    drawn = np.zeros((1, len(structure.dispersed)))
+    own = plans.orbit if has_own_orbits(structure.dispersed) else None
+    drawn = Drawn(
+        np.zeros((1, len(structure.dispersed))),
+        jax.tree.map(lambda leaf: np.zeros((1, *np.shape(leaf))), own),
+    )
     given = (np.zeros(len(structure.keys)), drawn, plans, key)
     one = traced(begin, OWN, given)
     carry = jax.tree.map(

@@ -1,23 +1,28 @@
 """Orbits that a scenario can name, one entry each, and the tables along them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from math import tau
 from typing import Any
+
+import numpy as np
 
 from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.schema import Key, positive, size
 from gyrostat.campaigns.sensing import Values, options_of
 from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax
+from gyrostat.core.types import Matrix
 from gyrostat.spacecraft.orbit.elements import CircularElements, KeplerElements
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.orbit.orbit_file import OrbitFile
-from gyrostat.spacecraft.orbit.tables import orbit_environment
+from gyrostat.spacecraft.orbit.tables import STEPS, OrbitAccuracy, orbit_environment
 from gyrostat.spacecraft.orbit.two_line_elements import TwoLineElements
 
 PHASE = "orbit.phase"
-"""Key of the start along the orbit, the only key of an orbit that can be dispersed."""
+"""Key of the start along the orbit, which runs that share tables may differ in."""
 FRAMES = ("GCRS", "TEME", "ITRF")
 """Frames of the rows of an orbit in a CSV file."""
 _INDICES: dict[str, Key] = {
@@ -97,44 +102,137 @@ ORBITS: dict[str, Component] = {
 def planned_orbit(scenario: Scenario) -> OrbitEnvironment | None:
     """Tables along the orbit of a scenario; None without an orbit.
 
+    They are shared by all runs, each from its phase on. Where more than the phase is dispersed,
+    they are those of the nominal run, with the rows of the tables of every run.
+
     Raises:
-        InputError: The orbit is not possible, its file does not cover the run, a library of the
-            extra `orbit` is missing, or a key of it other than the phase is dispersed.
+        InputError: The orbit is not possible, its file does not cover the run, or a library of the
+            extra `orbit` is missing.
     """
     if scenario.orbit == "none":
         return None
-    fixed = [key for key in scenario.dispersed if key.startswith("orbit.") and key != PHASE]
-    if fixed:
-        raise InputError(
-            f"key {fixed[0]}: found a dispersion, expected one of {PHASE} only: all runs of a "
-            "campaign share the tables of one orbit"
-        )
-    options = options_of(scenario.values, "orbit")
-    texts = {
-        text.path.removeprefix("orbit."): text.text
-        for text in scenario.texts
-        if text.path.startswith("orbit.")
-    }
-    orbit = ORBITS[scenario.orbit].make(options, texts)
-    epoch = texts.get("epoch") or orbit.epoch
+    if has_own_orbits(scenario.dispersed):
+        return _tabulated(scenario, scenario.values, _own_step(scenario))[0]
     share = 1.0 if PHASE in scenario.dispersed else scenario.values[PHASE] / tau
-    later = share * orbit.period
-    names = ("f107", "f107a", "ap", "ut1_utc")
-    indices = {name: scenario.values[f"orbit.{name}"] for name in names}
-    return orbit_environment(orbit, epoch, scenario.duration + later, **indices)[0]
+    return _tabulated(scenario, {**scenario.values, PHASE: 0.0}, share=share)[0]
 
 
 def nominal_orbit(scenario: Scenario) -> OrbitEnvironment | None:
     """Tables of the nominal run, with the splines of the campaign; None without an orbit."""
     planned = planned_orbit(scenario)
-    if planned is None:
-        return None
+    if planned is None or has_own_orbits(scenario.dispersed):
+        return planned
     later = scenario.values[PHASE] / tau * float(planned.period)
     return planned.until(scenario.duration + later)
 
 
-def orbit_of_run(values: Values, planned: OrbitEnvironment | None) -> OrbitEnvironment | None:
-    """Orbit of a run, from its phase."""
-    if planned is None:
-        return None
+def has_own_orbits(dispersed: Sequence[str]) -> bool:
+    """Whether each run has tables of its own: more of the orbit than its phase is dispersed."""
+    return any(key.startswith("orbit.") and key != PHASE for key in dispersed)
+
+
+def orbit_of_run(
+    values: Values, planned: OrbitEnvironment | None, dispersed: Sequence[str]
+) -> OrbitEnvironment | None:
+    """Orbit of a run, from its phase; tables of its own start there.
+
+    Args:
+        values: Values of the run.
+        planned: Tables that all runs share, or those of the run; None without an orbit.
+        dispersed: Keys of the dispersed values.
+    """
+    if planned is None or has_own_orbits(dispersed):
+        return planned
     return replace(planned, offset=values[PHASE] / tau * planned.period)
+
+
+def own_orbits(scenario: Scenario, values: Matrix) -> OrbitEnvironment | None:
+    """Tables of runs with own orbits, each leaf with a leading axis of runs; None without.
+
+    Args:
+        scenario: Scenario of the runs.
+        values: Dispersed values, (runs, keys).
+
+    Raises:
+        InputError: An orbit is not possible, or its tables need more rows than those of the
+            nominal run.
+    """
+    if not has_own_orbits(scenario.dispersed):
+        return None
+    made = [_own_orbit(scenario, tuple(row)) for row in values.tolist()]
+    return jax.tree.map(lambda *leaves: np.stack(leaves), *made)
+
+
+def check_own_orbits(scenario: Scenario, values: Matrix) -> None:
+    """Check the orbits of the runs with the smallest and the largest value of each element.
+
+    Args:
+        scenario: Scenario of the runs.
+        values: Dispersed values, (runs, keys).
+
+    Raises:
+        InputError: See `own_orbits`.
+    """
+    columns = [k for k, key in enumerate(scenario.dispersed) if key.startswith("orbit.")]
+    ends = {int(end(values[:, k])) for k in columns for end in (np.argmin, np.argmax)}
+    own_orbits(scenario, values[sorted(ends)])
+
+
+@lru_cache(maxsize=8)
+def _own_step(scenario: Scenario) -> int:
+    """Step of the tables of every run, s; other orbits may need more rows than the nominal."""
+    _, accuracy = _tabulated(scenario, scenario.values)
+    return next((step for step in STEPS if step < accuracy.step), STEPS[-1])
+
+
+def orbit_of(
+    scenario: Scenario, values: Mapping[str, float], planned: OrbitEnvironment | None
+) -> OrbitEnvironment | None:
+    """Orbit of a run, which may have tables of its own.
+
+    Args:
+        scenario: Scenario of the run.
+        values: Values of the run.
+        planned: Tables as from `planned_orbit`.
+    """
+    if planned is not None and has_own_orbits(scenario.dispersed):
+        row = tuple(float(values[key]) for key in scenario.dispersed)
+        return _own_orbit(scenario, row)
+    return orbit_of_run(values, planned, scenario.dispersed)
+
+
+@lru_cache(maxsize=256)
+def _own_orbit(scenario: Scenario, row: tuple[float, ...]) -> OrbitEnvironment:
+    drawn = dict(zip(scenario.dispersed, row, strict=True))
+    try:
+        return _tabulated(scenario, {**scenario.values, **drawn}, _own_step(scenario))[0]
+    except InputError as error:
+        own = {key: value for key, value in drawn.items() if key.startswith("orbit.")}
+        about = ", ".join(f"{key} {value:.6g}" for key, value in own.items())
+        raise InputError(f"run with {about}: {error}: use less spread") from None
+
+
+def _tabulated(
+    scenario: Scenario,
+    values: Mapping[str, float],
+    step: int | None = None,
+    share: float = 0.0,
+) -> tuple[OrbitEnvironment, OrbitAccuracy]:
+    """Tables from the phase on, for a run and a share of a period more, and their accuracy."""
+    texts = {
+        text.path.removeprefix("orbit."): text.text
+        for text in scenario.texts
+        if text.path.startswith("orbit.")
+    }
+    orbit = ORBITS[scenario.orbit].make(options_of(values, "orbit"), texts)
+    epoch = texts.get("epoch") or orbit.epoch
+    names = ("f107", "f107a", "ap", "ut1_utc")
+    indices = {name: float(values[f"orbit.{name}"]) for name in names}
+    return orbit_environment(
+        orbit,
+        epoch,
+        scenario.duration + share * orbit.period,
+        start=float(values[PHASE]) / tau * orbit.period,
+        step=step,
+        **indices,
+    )

@@ -2,25 +2,38 @@
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from gyrostat.campaigns.build import build
 from gyrostat.campaigns.metrics.observer import Observer
 from gyrostat.campaigns.structure import Structure
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.simulation import Loop, Runner, control_loop
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
 OWN = (False, True, False, True)
-"""Whether the runs have their own nominal values, drawn values, plans and random keys."""
+"""Whether the runs have their own nominal values, `Drawn`, plans and random keys."""
 ON_DEMAND = (False, True)
 """Records of a sample: errors, and the signals, which only some runs return."""
 LONGEST = 500
 """Largest number of control periods whose samples are in memory at a time."""
 
 
+class Drawn(NamedTuple):
+    """What a run, or each of several runs, has of its own.
+
+    Attributes:
+        values: Dispersed values, (keys,).
+        orbit: Tables along its orbit; None where all runs share them.
+    """
+
+    values: Any
+    orbit: OrbitEnvironment | None = None
+
+
 @lru_cache(maxsize=8)
 def loop_of(structure: Structure) -> Callable[..., Loop]:
-    """Function of the loop of a run: (nominal values, drawn values, plans, random key) -> loop.
+    """Function of the loop of a run: (nominal values, `Drawn`, plans, random key) -> loop.
 
     The random key is one key, or several, (parts,): each is the key of the noise in one part of the
     run. The parts have equal numbers of samples.
@@ -29,11 +42,13 @@ def loop_of(structure: Structure) -> Callable[..., Loop]:
     error vectors of requirements), (histories, pointing error)).
     """
 
-    def make(nominal: Any, drawn: Any, plans: Any, key: Any) -> Loop:
+    def make(nominal: Any, drawn: Drawn, plans: Any, key: Any) -> Loop:
         values = {
             **dict(zip(structure.keys, nominal, strict=True)),
-            **dict(zip(structure.dispersed, drawn, strict=True)),
+            **dict(zip(structure.dispersed, drawn.values, strict=True)),
         }
+        if drawn.orbit is not None:
+            plans = plans._replace(orbit=drawn.orbit)
         setup = build(structure, values, plans)
         observer = Observer.of(structure, setup, values)
         loop = control_loop(

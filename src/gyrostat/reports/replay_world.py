@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from gyrostat.campaigns.orbits import orbit_of_run
+from gyrostat.campaigns.orbits import orbit_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.jax64 import jax
 from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
@@ -43,7 +43,7 @@ def world_data(
         frames: Indices of the samples.
         planned: Orbit of the scenario, as from `planned_orbit`; None without an orbit.
     """
-    orbit = orbit_of_run(values, planned)
+    orbit = orbit_of(scenario, values, planned)
     if orbit is None:
         return None
     time = history.time.values[frames]

@@ -9,7 +9,7 @@ from gyrostat.campaigns.build import Plans, Setup, build
 from gyrostat.campaigns.own.errors import OwnError
 from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.own.world import OwnTorque
-from gyrostat.campaigns.run_loop import loop_of
+from gyrostat.campaigns.run_loop import Drawn, loop_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.sensing import Values, first_measurement
 from gyrostat.campaigns.structure import Structure, structure_of
@@ -35,7 +35,7 @@ def try_shapes(scenario: Scenario, plans: Plans) -> None:
         loop = loop_of(structure)(*given)
         return loop.tick(loop.begin(), 0)
 
-    numbers = np.zeros(len(structure.keys)), np.zeros(len(structure.dispersed))
+    numbers = np.zeros(len(structure.keys)), Drawn(np.zeros(len(structure.dispersed)))
     jax.eval_shape(period, *numbers, plans, jax.random.key(0))
 
 

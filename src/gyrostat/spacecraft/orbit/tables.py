@@ -74,6 +74,8 @@ def orbit_environment(
     epoch: str,
     duration: float,
     *,
+    start: float = 0.0,
+    step: int | None = None,
     f107: float = 150.0,
     f107a: float = 150.0,
     ap: float = 15.0,
@@ -81,46 +83,55 @@ def orbit_environment(
 ) -> tuple[OrbitEnvironment, OrbitAccuracy]:
     """Tabulate an orbit and its environment.
 
-    The step is the longest of `STEPS` for which every quantity but the density is interpolated to
-    `TOLERANCE`, measured against direct evaluations between rows.
+    Without `step`, it is the longest of `STEPS` for which every quantity but the density is
+    interpolated to `TOLERANCE`, measured against direct evaluations between rows.
 
     Args:
         orbit: Orbit, such as `KeplerElements`, `TwoLineElements` or `OrbitFile`.
-        epoch: Time 0, UTC, such as "2026-11-22T10:00:00Z".
-        duration: Time covered from the epoch on, s; the tables end up to two minutes (for short
-            durations three) later, which the orbit must cover.
+        epoch: Time 0 of the orbit, UTC, such as "2026-11-22T10:00:00Z".
+        duration: Time covered, s; the tables end up to two minutes (for short durations three)
+            later, which the orbit must cover.
+        start: First row and time 0 of the tables, after the epoch, s.
+        step: Time between rows, s.
         f107: Solar radio flux at 10.7 cm of the previous day, in solar flux units.
         f107a: Its mean over 81 days.
         ap: Daily geomagnetic index Ap.
         ut1_utc: UT1 - UTC at the epoch, s.
 
     Raises:
-        InputError: A library is not installed, or an input is outside its range.
+        InputError: A library is not installed, an input is outside its range, or the interpolation
+            error with a given `step` exceeds `TOLERANCE`.
     """
     require("orbit: duration", duration, "s", positive=True)
     if duration > LONGEST:
         raise InputError(
             f"orbit: found the duration {duration:g} s, expected {LONGEST:g} s or less"
         )
-    start, activity = Epoch.of(epoch, ut1_utc), Activity(f107, f107a, ap)
+    begin, activity = Epoch.of(epoch, ut1_utc), Activity(f107, f107a, ap)
     activity.check()
-    trajectory = orbit.trajectory(start, max((rows_of(duration, s) - 1) * s for s in STEPS))
+    covered = max((rows_of(duration, s) - 1) * s for s in STEPS)
+    trajectory = orbit.trajectory(begin, start + covered)
 
     def table(step: int) -> tuple[OrbitEnvironment, dict[str, float]]:
         times = float(step) * np.arange(rows_of(duration, step))
-        samples = samples_at(trajectory, start, times, activity)
+        samples = samples_at(trajectory, begin, start + times, activity)
         environment = OrbitEnvironment.of(float(step), samples, orbit.period)
         probed = np.unique(np.linspace(0, len(times) - 2, PROBED).astype(int))
         between = (step * (probed[:, None] + np.array(SHARES))).ravel()
-        direct = samples_at(trajectory, start, between, activity)
+        direct = samples_at(trajectory, begin, start + between, activity)
         return environment, errors_of(environment, direct, between)
 
-    step = STEPS[0]
+    given, step = step, step or STEPS[0]
     while True:
         environment, errors = table(step)
         largest = max(error for name, error in errors.items() if name != "density")
-        if largest <= TOLERANCE or step == STEPS[-1]:
+        if largest <= TOLERANCE or (step == STEPS[-1] and given is None):
             break
+        if given is not None:
+            raise InputError(
+                f"orbit: found the relative interpolation error {largest:.1e} between rows "
+                f"{step} s apart, expected {TOLERANCE:g} or less"
+            )
         # the error of cubic splines falls with the fourth power of the step
         promising = step * (0.9 * TOLERANCE / largest) ** 0.25
         step = max(s for s in STEPS if s < step and (s <= promising or s == STEPS[-1]))
