@@ -345,6 +345,14 @@ def examples():
         "TwoWheelPointing, BoresightLaw, SafeFrit, FirstOrderLags, RotorScaleFilter": controller(
             pointing, SENSED_TWO
         ),
+        "GyrolessFeedback, MomentumAttitudeFilter": controller(
+            control.GyrolessFeedback(
+                estimation.MomentumAttitudeFilter(TWO, 5e-5), control.TwoWheelPointing(TWO)
+            ),
+            spacecraft.TrackerMeasurement(
+                SENSED_TWO.attitude, True, SENSED_TWO.wheel_speed, SENSED_TWO.wheel_measured
+            ),
+        ),
         "WheelSpeedLoops": controller(
             control.WheelSpeedLoops(
                 control.TwoWheelPointing(TWO), jnp.full(2, 0.45), jnp.full(2, 0.1)

@@ -128,7 +128,7 @@ FURTHER_SENSORS: dict[str, Component] = {
 """Kind of [[sensor]] -> component."""
 HEADS: dict[str, Component] = {
     "head": Component(
-        "Head of the star tracker of the sensors `star_tracker_gyro` "
+        "Head of the star tracker of the sensors `star_tracker_gyro` or `star_tracker` "
         "(`gyrostat.spacecraft.StarTrackerHead`).",
         {
             "across_sigma": positive(

@@ -7,6 +7,7 @@ from gyrostat.spacecraft.attitude_sensors import (
     StarTracker,
     TrackerGyroMeasurement,
     TrackerGyroSensors,
+    TrackerMeasurement,
 )
 from gyrostat.spacecraft.driven_gyrostat import DrivenGyrostat
 from gyrostat.spacecraft.environment import CircularOrbit, GravityGradient, HarmonicTorque
@@ -105,6 +106,7 @@ __all__ = [
     "TorqueRods",
     "TrackerGyroMeasurement",
     "TrackerGyroSensors",
+    "TrackerMeasurement",
     "TrueTurn",
     "Turn",
     "WheelFailures",

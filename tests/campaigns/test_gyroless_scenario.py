@@ -1,0 +1,80 @@
+"""Sensors without a gyro in a scenario: flown, exported, refused where a gyro is needed."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gyrostat as gs
+from gyrostat.campaigns.reading.scenario_file import read_scenario
+from gyrostat.core.errors import InputError
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
+SCENARIO = """
+[run]
+duration = "300 s"
+control_period = "0.25 s"
+[spacecraft]
+file = "two_wheels.toml"
+[start]
+attitude_error = ["2 deg", "4 deg", "6 deg"]
+rate = [1e-5, 1e-5, 1e-5]
+[controller]
+kind = "two_wheels"
+[sensors]
+kind = "star_tracker"
+attitude_sigma = "10 arcsec"
+tracker_periods = 4
+speed_sigma = 0.002
+[metrics]
+boresight = [0.0, 0.0, 1.0]
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    for name in ("two_wheels.toml", "two_wheels_wheel.toml"):
+        shutil.copy(EXAMPLES / name, tmp_path)
+
+    def write(more=""):
+        path = tmp_path / "scenario.toml"
+        path.write_text(SCENARIO + more)
+        return path
+
+    return write
+
+
+def test_two_wheels_point_on_star_tracker_and_tachometers(scenario):
+    run = gs.simulate(scenario(), seed=5)
+    assert "measured_rate" not in run
+    assert run.attitude_measured.values.mean() < 0.26
+    late = run.isel(time=slice(-200, None))
+    # 0.05 deg is required; the body rate is known better than a gyro of 1 deg/h bias knows it
+    assert np.degrees(late.error.max()) < 0.02
+    assert np.abs(late.estimated_rate - late.rate).max() < 5e-6
+
+
+def test_it_is_exported_as_c(scenario, tmp_path, tools):
+    out = tmp_path / "flight"
+    gs.export(read_scenario(scenario("[estimator]\nrate_sigma = 1e-3")), out, to="c")
+    tools.build(out, "controller.c", "controller_test.c", "-lm", "-o", "program")
+    done = subprocess.run([out / "program"], capture_output=True, text=True)
+    assert done.returncode == 0, [line for line in done.stdout.splitlines() if "not as" in line]
+    assert "command.estimated_rate[2]: as in Python" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("[guard]\nrate_lower = -1.0", "rate_lower"),
+        ('[[event]]\nkind = "sensor_stuck"\nsensor = "rate"\ntime = 1.0', "sensor: found 'rate', expected one of"),
+        ('[compensator]\nkind = "estimating"', "without gyro, expected sensors with a gyro"),
+        ('[estimator]\nkind = "kalman"', "found 'kalman', expected momentum for the sensors"),
+        ("[estimator]\nbandwidth = 0.0", "estimator.bandwidth"),
+    ],
+)
+def test_what_needs_a_gyro_is_refused(scenario, more, words):
+    with pytest.raises(InputError, match=words):
+        read_scenario(scenario(more))
