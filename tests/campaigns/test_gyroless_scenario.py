@@ -1,7 +1,6 @@
-"""Sensors without a gyro in a scenario: flown, exported, refused where a gyro is needed."""
+"""Sensors without a gyro in a scenario: flown, and refused where a gyro is needed."""
 
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -56,20 +55,14 @@ def test_two_wheels_point_on_star_tracker_and_tachometers(scenario):
     assert np.abs(late.estimated_rate - late.rate).max() < 5e-6
 
 
-def test_it_is_exported_as_c(scenario, tmp_path, tools):
-    out = tmp_path / "flight"
-    gs.export(read_scenario(scenario("[estimator]\nrate_sigma = 1e-3")), out, to="c")
-    tools.build(out, "controller.c", "controller_test.c", "-lm", "-o", "program")
-    done = subprocess.run([out / "program"], capture_output=True, text=True)
-    assert done.returncode == 0, [line for line in done.stdout.splitlines() if "not as" in line]
-    assert "command.estimated_rate[2]: as in Python" in done.stdout
-
-
 @pytest.mark.parametrize(
     ("more", "words"),
     [
         ("[guard]\nrate_lower = -1.0", "rate_lower"),
-        ('[[event]]\nkind = "sensor_stuck"\nsensor = "rate"\ntime = 1.0', "sensor: found 'rate', expected one of"),
+        (
+            '[[event]]\nkind = "sensor_stuck"\nsensor = "rate"\ntime = 1.0',
+            "sensor: found 'rate', expected one of",
+        ),
         ('[compensator]\nkind = "estimating"', "without gyro, expected sensors with a gyro"),
         ('[estimator]\nkind = "kalman"', "found 'kalman', expected momentum for the sensors"),
         ("[estimator]\nbandwidth = 0.0", "estimator.bandwidth"),

@@ -36,13 +36,14 @@ from gyrostat.campaigns.schema import (
 from gyrostat.campaigns.schema import INERTIA as INERTIA_KEY
 from gyrostat.campaigns.sensors import FURTHER_SENSORS, HEADS
 from gyrostat.campaigns.structure import Structure
+from gyrostat.campaigns.two_wheel_controllers import TWO_WHEEL_CONTROLLERS
 from gyrostat.campaigns.wheel_disturbances import HARMONICS
 from gyrostat.campaigns.wheel_keys import WHEEL_ALL
 from gyrostat.core.errors import InputError
 from gyrostat.wheel.friction import WHEEL_FRICTION
 
 KINDS: Mapping[str, Mapping[str, Component]] = {
-    "controller": {**CONTROLLERS, **MAGNETIC_CONTROLLERS},
+    "controller": {**CONTROLLERS, **TWO_WHEEL_CONTROLLERS, **MAGNETIC_CONTROLLERS},
     "compensator": COMPENSATORS,
     "unloading": UNLOADINGS,
     "sensors": SENSORS,
@@ -58,6 +59,8 @@ NEEDS = {
     "surfaces": "[box], [[panel]] or [[facet]] in the spacecraft file",
     "magnetometer": "a [[sensor]] named magnetometer",
     "sun_sensor": "a [[sensor]] named sun_sensor or coarse_sun_sensors",
+    "paddle": "the controller two_wheels_paddle",
+    "paddle_angle": "a [[sensor]] named paddle_angle",
     "torque_rods": "an [[actuator]] named torque_rods",
     "thrusters": "an [[actuator]] named thrusters",
 }
@@ -136,6 +139,8 @@ def check_needs(scenario: Scenario) -> None:
         "surfaces": not scenario.surfaces,
         "magnetometer": ("sensor", "magnetometer") not in named,
         "sun_sensor": not named & {("sensor", "sun_sensor"), ("sensor", "coarse_sun_sensors")},
+        "paddle": scenario.controller != "two_wheels_paddle",
+        "paddle_angle": ("sensor", "paddle_angle") not in named,
         "torque_rods": ("actuator", "torque_rods") not in named,
         "thrusters": ("actuator", "thrusters") not in named,
     }
@@ -145,6 +150,11 @@ def check_needs(scenario: Scenario) -> None:
             f"key sensors.kind: found {scenario.sensors} with [[star_tracker]], expected "
             f"star_tracker_gyro or {GYROLESS}"
         )
+    for name, section in (("static_imbalance", "imbalance"), ("motor_constant", "driver")):
+        if not lacks["paddle"] and f"wheel.{scenario.wheels[0]}.{name}" in scenario.values:
+            raise InputError(
+                f"key controller.kind: found {scenario.controller} with [{section}], expected none"
+            )
     if scenario.environment == "orbit" and not lacks["orbit"]:
         raise InputError(
             "key environment.kind: found orbit beside [orbit], expected constant, with further "

@@ -57,6 +57,7 @@ from gyrostat.control.underactuated.output_zeroing import OutputZeroing, Zeroing
 from gyrostat.control.underactuated.recovery import (
     MomentumRecovery,
     OneWheelRecovery,
+    PaddleRecovery,
     TwoWheelSweeps,
     ZeroMomentumRecovery,
 )
@@ -104,6 +105,7 @@ __all__ = [
     "OnlineFrit",
     "OutputFeedback",
     "OutputZeroing",
+    "PaddleRecovery",
     "PointingCommand",
     "ProportionalMomentumControl",
     "PseudoInverse",

@@ -24,6 +24,7 @@ from gyrostat.spacecraft.gyrostat_state import (
     WheelTorqueCommand,
 )
 from gyrostat.spacecraft.imbalance import Imbalance, ImbalancedGyrostat
+from gyrostat.spacecraft.paddle_gyrostat import PaddleAngle, PaddleGyrostat
 from gyrostat.spacecraft.plant_changes import Change, ChangingPlant, PlantChange
 from gyrostat.spacecraft.rate_gyro import BodyMotion, RateGyro, integrated_rate
 from gyrostat.spacecraft.sensor_faults import FaultySensor, SensorFault
@@ -76,6 +77,8 @@ __all__ = [
     "ImbalancedGyrostat",
     "InstantSensor",
     "Magnetometer",
+    "PaddleAngle",
+    "PaddleGyrostat",
     "PlantChange",
     "PositionSensor",
     "RateGyro",
