@@ -208,7 +208,7 @@ ESTIMATORS: dict[str, Component] = {
         "(`gyrostat.estimation.MomentumAttitudeFilter`). It assumes the nominal sensor noise. It "
         "needs tachometers that work.",
         {
-            "bandwidth": positive("rad/s", 0.1, "Bandwidth of the filter."),
+            "bandwidth": positive("rad/s", 0.2, "Bandwidth of the filter."),
             "rotor_sigma": size(
                 "1",
                 0.1,

@@ -74,7 +74,7 @@ class MomentumAttitudeFilter(Checked):
     attitude_sigma: Annotated[Scalar, positive("attitude sigma", "rad")]
     periods: Annotated[Scalar, whole_periods] = 1
     speed_sigma: Annotated[PerWheel | Scalar, size("tachometer sigma", "rad/s")] = 0.0
-    bandwidth: Annotated[Scalar, positive("attitude filter bandwidth", "rad/s")] = 0.1
+    bandwidth: Annotated[Scalar, positive("attitude filter bandwidth", "rad/s")] = 0.2
     rotor_sigma: Annotated[Scalar, size("rotor sigma")] = 0.1
     rate_sigma: Annotated[Scalar, positive("initial rate sigma", "rad/s")] = 0.01
 
