@@ -265,7 +265,7 @@ keys such as `imbalance.harmonic.cage.force`; by default it is `harmonic`.
 """
 HEADS_TEXT = """## [[star_tracker]]
 
-One table for each head of the star tracker of the sensors `star_tracker_gyro`
+One table for each head of the star tracker of the sensors `star_tracker_gyro` or `star_tracker`
 ([Sensors and actuators](sensors_and_actuators.md#star-tracker-heads)). Without any, the tracker has
 the noise `sensors.attitude_sigma` about each body axis and is never blind; with heads, this is the
 noise that the estimator assumes. The optional `name` is used in keys; by default it is `head`.

@@ -10,6 +10,7 @@ import numpy as np
 from gyrostat import control, estimation, spacecraft
 from gyrostat.core import rotations
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.named_tuples import with_fields
 from gyrostat.papers.carvalho_fenili import reduced_gyrostat, torque_driven
 from gyrostat.papers.endo_sekiguchi_nonaka import setup as endo
 from gyrostat.papers.moreira_lopes_kuga import bench_wheel
@@ -189,6 +190,7 @@ def examples():
         largest_covariance=1e12,
     )
     pointing = control.TwoWheelPointing(TWO, tuner=tuner)
+    paddled = spacecraft.PaddleGyrostat(spacecraft.Gyrostat(THREE), np.array([np.inf, np.inf, 2.0]))
     estimated = control.OutputFeedback(
         attitude_filter,
         control.WheelArrayControl(
@@ -275,6 +277,8 @@ def examples():
             spacecraft.AddedSensors(spacecraft.SpacecraftSensor(GYROSTAT), {"spin": TrueSpin()}),
             GYROSTAT.start,
         ),
+        "PaddleAngle": sensor(spacecraft.PaddleAngle(2, 1e-3), paddled.start),
+        "PaddleGyrostat": plant(paddled, spacecraft.WheelTorqueCommand(jnp.full(3, 0.01))),
         "Sampled": sensor(spacecraft.Sampled(Spin(), 4.0, 2.0), GYROSTAT.start),
         "FaultySensor, WheelTachometer": sensor(
             spacecraft.FaultySensor(
@@ -334,6 +338,10 @@ def examples():
         "MomentumRecovery, three wheels": controller(
             control.MomentumRecovery.plan(THREE, [True] * 3, **recovery), SENSED_THREE
         ),
+        "PaddleRecovery": controller(
+            control.PaddleRecovery.plan(THREE, paddle=2, angle_limit=2.0, target=TARGET),
+            with_fields("Paddle", SENSED_THREE, {"paddle_angle": jnp.asarray(0.3)}, {}),
+        ),
         "OneWheelRecovery": controller(one_wheel, SENSED_THREE),
         "ZeroMomentumRecovery": controller(
             control.ZeroMomentumRecovery.plan(THREE, [True, True, False], target=TARGET),
@@ -344,6 +352,14 @@ def examples():
         ),
         "TwoWheelPointing, BoresightLaw, SafeFrit, FirstOrderLags, RotorScaleFilter": controller(
             pointing, SENSED_TWO
+        ),
+        "GyrolessFeedback, MomentumAttitudeFilter": controller(
+            control.GyrolessFeedback(
+                estimation.MomentumAttitudeFilter(TWO, 5e-5), control.TwoWheelPointing(TWO)
+            ),
+            spacecraft.TrackerMeasurement(
+                SENSED_TWO.attitude, True, SENSED_TWO.wheel_speed, SENSED_TWO.wheel_measured
+            ),
         ),
         "WheelSpeedLoops": controller(
             control.WheelSpeedLoops(

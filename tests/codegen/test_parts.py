@@ -59,6 +59,7 @@ def test_every_part_is_compiled_or_draws_noise(examples):
     assert {name.split(",")[0] for name in refused} == {
         *("TableSensors", "TrueTurn", "MomentumSensor", "TrackerGyroSensors", "FaultySensor"),
         "AddedSensors",
+        "PaddleAngle",
     }
 
 

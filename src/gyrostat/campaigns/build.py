@@ -47,6 +47,7 @@ from gyrostat.spacecraft import (
     DrivenGyrostat,
     Gyrostat,
     ImbalancedGyrostat,
+    PaddleGyrostat,
     Spacecraft,
 )
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
@@ -201,6 +202,9 @@ def _plant(structure: Structure, values: Values, options: Values, plans: Plans, 
     count = len(structure.wheels)
     harmonics = named_parts(structure, values, "imbalance.harmonic", wheels=count)
     imbalance = imbalance_of(structure, values, list(harmonics.values()))
+    if "paddle_limit" in options:
+        limit = jnp.full(count, jnp.inf).at[-1].set(options["paddle_limit"])
+        plant = PaddleGyrostat(plant, limit)
     if imbalance is not None:
         plant = ImbalancedGyrostat(plant, imbalance)
         motion["wheel_angle"] = of_wheels(structure, values, "angle")

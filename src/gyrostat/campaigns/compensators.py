@@ -145,5 +145,6 @@ COMPENSATORS: dict[str, Component] = {
             ),
         },
         _estimating,
+        needs=("gyro",),
     ),
 }

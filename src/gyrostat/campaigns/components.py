@@ -4,17 +4,15 @@ To add a component, add an entry: its keys, and a function that builds it from t
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any
 
-from gyrostat.campaigns.schema import Key, positive, size, vector
-from gyrostat.control import (
-    OutputFeedback,
-)
-from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.campaigns.schema import GYROLESS, Key, positive, size, vector
+from gyrostat.control import GyrolessFeedback, OutputFeedback
+from gyrostat.core.arrays import PerWheel, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
-from gyrostat.estimation import AttitudeFilter
+from gyrostat.estimation import AttitudeFilter, MomentumAttitudeFilter
 from gyrostat.spacecraft import (
     RateGyro,
     Spacecraft,
@@ -50,11 +48,15 @@ class Component:
     needs: tuple[str, ...] = field(default=(), kw_only=True)
 
 
-def _tachometer(options: Options, known: Spacecraft) -> WheelTachometer:
+def _speed_sigma(options: Options, known: Spacecraft) -> PerWheel:
     # noise of the momentum is noise of the speed times the nominal inertia
     older = options["wheel_sigma"] / jnp.asarray(known.wheels.inertia)
+    return jnp.hypot(options["speed_sigma"], older)
+
+
+def _tachometer(options: Options, known: Spacecraft) -> WheelTachometer:
     return WheelTachometer(
-        jnp.hypot(options["speed_sigma"], older),
+        _speed_sigma(options, known),
         options["tachometer_pulses"],
         options["tachometer_lag"],
     )
@@ -77,13 +79,17 @@ def stacked(options: Options, name: str) -> Vector3:
 def _tracker_gyro(options: Options, plant: Any, known: Spacecraft) -> TrackerGyroSensors:
     numbers = ("angle_walk", "bias_walk", "rate_limit", "coning_compensation")
     vectors = ("bias", "scale_factor", "misalignment")
+    gyro = RateGyro(
+        **{name: options[name] for name in numbers},
+        **{name: stacked(options, name) for name in vectors},
+    )
+    return replace(_tracker(options, plant, known), gyro=gyro)
+
+
+def _tracker(options: Options, plant: Any, known: Spacecraft) -> TrackerGyroSensors:
     return TrackerGyroSensors(
         SpacecraftSensor(plant, tachometer=_tachometer(options, known)),
         StarTracker(options["attitude_sigma"], jnp.round(options["tracker_periods"])),
-        RateGyro(
-            **{name: options[name] for name in numbers},
-            **{name: stacked(options, name) for name in vectors},
-        ),
     )
 
 
@@ -97,6 +103,30 @@ def _kalman(
     return OutputFeedback(AttitudeFilter(**noise, **options, coning=coning), controller)
 
 
+def _momentum(
+    options: Options, controller: Any, known: Spacecraft, sensors: Options
+) -> GyrolessFeedback:
+    filter = MomentumAttitudeFilter(
+        known,
+        sensors["attitude_sigma"],
+        jnp.round(sensors["tracker_periods"]),
+        _speed_sigma(sensors, known),
+        **options,
+    )
+    return GyrolessFeedback(filter, controller)
+
+
+_TRACKER = {
+    "attitude_sigma": positive(
+        "angle", None, "Standard deviation of the star tracker about each body axis."
+    ),
+    "tracker_periods": Key(
+        "1",
+        1.0,
+        "Control periods between star tracker samples, rounded to a whole number.",
+        least=1.0,
+    ),
+}
 _TACHOMETER = {
     "speed_sigma": size("speed", 0.0, "Standard deviation of a tachometer sample."),
     "tachometer_pulses": size(
@@ -132,15 +162,7 @@ SENSORS: dict[str, Component] = {
         "estimator `kalman`. The gyro gives the integral of the body rate over the period "
         "(`gyrostat.spacecraft.RateGyro`).",
         {
-            "attitude_sigma": positive(
-                "angle", None, "Standard deviation of the star tracker about each body axis."
-            ),
-            "tracker_periods": Key(
-                "1",
-                1.0,
-                "Control periods between star tracker samples, rounded to a whole number.",
-                least=1.0,
-            ),
+            **_TRACKER,
             "angle_walk": positive("rad/√s", None, "Angle random walk of the gyro."),
             "bias_walk": size("rad/s/√s", 0.0, "Random walk of the gyro bias."),
             "bias": vector("speed", "Initial bias of the gyro."),
@@ -165,6 +187,12 @@ SENSORS: dict[str, Component] = {
         },
         _tracker_gyro,
     ),
+    GYROLESS: Component(
+        "Star tracker and tachometers, without a gyro "
+        "(`gyrostat.spacecraft.TrackerGyroSensors`), for the estimator `momentum`.",
+        {**_TRACKER, **_TACHOMETER},
+        _tracker,
+    ),
 }
 ESTIMATORS: dict[str, Component] = {
     "none": Component("No estimator.", {}, lambda options, controller, known, sensors: controller),
@@ -174,6 +202,25 @@ ESTIMATORS: dict[str, Component] = {
         {"bias_sigma": positive("speed", 1e-4, "Initial standard deviation of the gyro bias.")},
         _kalman,
     ),
+    "momentum": Component(
+        "Kalman filter for attitude, total momentum and rotor inertias, without a gyro: the body "
+        "rate follows from the total momentum and the wheel speeds "
+        "(`gyrostat.estimation.MomentumAttitudeFilter`). It assumes the nominal sensor noise. It "
+        "needs tachometers that work.",
+        {
+            "bandwidth": positive("rad/s", 0.2, "Bandwidth of the filter."),
+            "rotor_sigma": size(
+                "1",
+                0.1,
+                "Relative standard deviation of the rotor inertias over the body inertia; 0: those "
+                "of the model are trusted.",
+            ),
+            "rate_sigma": positive(
+                "speed", 0.01, "Standard deviation of the body rate at the start about each axis."
+            ),
+        },
+        _momentum,
+    ),
 }
-ESTIMATOR_OF = {"white_noise": "none", "star_tracker_gyro": "kalman"}
+ESTIMATOR_OF = {"white_noise": "none", "star_tracker_gyro": "kalman", GYROLESS: "momentum"}
 """Sensors -> estimator that they require."""

@@ -18,14 +18,11 @@ from gyrostat.control import (
     MomentumUnloading,
     NullSpaceControl,
     PseudoInverse,
-    TwoWheelPointing,
     WheelArrayControl,
     WheelFaultDetector,
-    WheelSpeedLoops,
 )
 from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.rotations import to_inertial
 from gyrostat.core.validation import check_parts
 from gyrostat.spacecraft import Spacecraft
 
@@ -150,27 +147,6 @@ def _linear(plan: AttitudeRegulator, options: Options, momentum: Vector3) -> Att
     return replace(plan, **options).linear()
 
 
-def _plan_two_wheels(case: DesignCase) -> TwoWheelPointing:
-    along = to_inertial(jnp.asarray(case.target), jnp.array([0.0, 0.0, 1.0]))
-    found = TwoWheelPointing(case.spacecraft, along=along)
-    check_parts(found)
-    return found
-
-
-def _two_wheels(plan: TwoWheelPointing, options: Options, momentum: Vector3) -> WheelSpeedLoops:
-    wheels = plan.spacecraft.wheels
-    pointing = replace(
-        plan,
-        law=replace(plan.law, gain=options["turn_gain"]),
-        filter=replace(plan.filter, bandwidth=options["bandwidth"]),
-        momentum_time=options["momentum_time"],
-        rotor_sigma=options["rotor_sigma"],
-        gain=options["compensator_gain"] * jnp.ones(2),
-    )
-    limits = (jnp.asarray(wheels.inertia), jnp.asarray(wheels.torque_limit))
-    return WheelSpeedLoops(pointing, *limits, options["natural_frequency"])
-
-
 _TORQUE_TIME = positive(
     "time",
     inf,
@@ -267,28 +243,5 @@ CONTROLLERS: dict[str, PlannedController] = {
         _regulator,
         _plan_regulator,
         IGNORED,
-    ),
-    "two_wheels": PlannedController(
-        "Pointing of the body z axis by two speed-commanded wheels "
-        "(`gyrostat.control.TwoWheelPointing`) with speed loops and a model error compensator. "
-        "Only the direction of body z is controlled, towards its direction at the target. Set "
-        "`metrics.boresight` to z. Wheel failures are not taken into account. Of the references, "
-        "only `fixed` is possible.",
-        {
-            "turn_gain": positive("1/s", 0.1, "Commanded rate per pointing error near the target."),
-            "compensator_gain": size(
-                "1/s", 0.05, "Gain of the model error compensator; 0: no compensator."
-            ),
-            "momentum_time": positive("time", 30.0, "Time constant of the total momentum filter."),
-            "rotor_sigma": positive(
-                "1", 0.05, "Relative standard deviation of the rotor inertias, which are estimated."
-            ),
-            "bandwidth": positive("rad/s", 0.05, "Bandwidth of the attitude and gyro bias filter."),
-            "natural_frequency": positive("rad/s", 2.0, "Natural frequency of the speed loops."),
-        },
-        _two_wheels,
-        _plan_two_wheels,
-        IGNORED,
-        follows=False,
     ),
 }

@@ -23,7 +23,7 @@ from gyrostat.campaigns.scenario import INERTIA, Part, Scenario, Source
 from gyrostat.campaigns.schema import (
     BODY,
     EVENT_TIME,
-    MEASURED,
+    GYROLESS,
     RUN,
     START,
     Key,
@@ -31,17 +31,19 @@ from gyrostat.campaigns.schema import (
     event_keys,
     friction_keys,
     guard_keys,
+    measured_by,
 )
 from gyrostat.campaigns.schema import INERTIA as INERTIA_KEY
 from gyrostat.campaigns.sensors import FURTHER_SENSORS, HEADS
 from gyrostat.campaigns.structure import Structure
+from gyrostat.campaigns.two_wheel_controllers import TWO_WHEEL_CONTROLLERS
 from gyrostat.campaigns.wheel_disturbances import HARMONICS
 from gyrostat.campaigns.wheel_keys import WHEEL_ALL
 from gyrostat.core.errors import InputError
 from gyrostat.wheel.friction import WHEEL_FRICTION
 
 KINDS: Mapping[str, Mapping[str, Component]] = {
-    "controller": {**CONTROLLERS, **MAGNETIC_CONTROLLERS},
+    "controller": {**CONTROLLERS, **TWO_WHEEL_CONTROLLERS, **MAGNETIC_CONTROLLERS},
     "compensator": COMPENSATORS,
     "unloading": UNLOADINGS,
     "sensors": SENSORS,
@@ -53,9 +55,12 @@ KINDS: Mapping[str, Mapping[str, Component]] = {
 """Section of a scenario file -> components of this package that its `kind` can name."""
 NEEDS = {
     "orbit": "a section [orbit]",
+    "gyro": "sensors with a gyro",
     "surfaces": "[box], [[panel]] or [[facet]] in the spacecraft file",
     "magnetometer": "a [[sensor]] named magnetometer",
     "sun_sensor": "a [[sensor]] named sun_sensor or coarse_sun_sensors",
+    "paddle": "the controller two_wheels_paddle",
+    "paddle_angle": "a [[sensor]] named paddle_angle",
     "torque_rods": "an [[actuator]] named torque_rods",
     "thrusters": "an [[actuator]] named thrusters",
 }
@@ -130,18 +135,26 @@ def check_needs(scenario: Scenario) -> None:
     named = {(part.section, part.name) for part in scenario.parts}
     lacks = {
         "orbit": scenario.orbit == "none",
+        "gyro": scenario.sensors == GYROLESS,
         "surfaces": not scenario.surfaces,
         "magnetometer": ("sensor", "magnetometer") not in named,
         "sun_sensor": not named & {("sensor", "sun_sensor"), ("sensor", "coarse_sun_sensors")},
+        "paddle": scenario.controller != "two_wheels_paddle",
+        "paddle_angle": ("sensor", "paddle_angle") not in named,
         "torque_rods": ("actuator", "torque_rods") not in named,
         "thrusters": ("actuator", "thrusters") not in named,
     }
     heads = any(part.section == "star_tracker" for part in scenario.parts)
-    if heads and scenario.sensors != "star_tracker_gyro":
+    if heads and scenario.sensors not in (GYROLESS, "star_tracker_gyro"):
         raise InputError(
             f"key sensors.kind: found {scenario.sensors} with [[star_tracker]], expected "
-            "star_tracker_gyro"
+            f"star_tracker_gyro or {GYROLESS}"
         )
+    for name, section in (("static_imbalance", "imbalance"), ("motor_constant", "driver")):
+        if not lacks["paddle"] and f"wheel.{scenario.wheels[0]}.{name}" in scenario.values:
+            raise InputError(
+                f"key controller.kind: found {scenario.controller} with [{section}], expected none"
+            )
     if scenario.environment == "orbit" and not lacks["orbit"]:
         raise InputError(
             "key environment.kind: found orbit beside [orbit], expected constant, with further "
@@ -185,14 +198,17 @@ def is_shipped(scenario: Scenario | Structure) -> bool:
     return all(getattr(each, "__module__", "").startswith("gyrostat.") for each in code)
 
 
-def measured(parts: Iterable[Part], sources: tuple[Source, ...]) -> dict[str, Measured]:
+def measured(
+    sensors: str, parts: Iterable[Part], sources: tuple[Source, ...]
+) -> dict[str, Measured]:
     """Measured fields -> dimension and unit of the rate of change, see `MEASURED`.
 
     Args:
+        sensors: Kind of [sensors].
         parts: Parts of a scenario.
         sources: Python files of the scenario.
     """
-    found: dict[str, Measured] = dict(MEASURED)
+    found = measured_by(sensors)
     for part in parts:
         if part.section == "sensor":
             unit = component(part.section, part.kind, sources).unit
@@ -217,7 +233,7 @@ def _has_body(scenario: Scenario, name: str) -> bool:
 def numbers_of(scenario: Scenario) -> dict[str, Key]:
     """Full key -> schema entry, for every number of a scenario with these components."""
     friction = WHEEL_FRICTION[scenario.friction].dimensions()
-    fields = measured(scenario.parts, scenario.sources)
+    fields = measured(scenario.sensors, scenario.parts, scenario.sources)
     sections: dict[str, Mapping[str, Key]] = {
         "body.inertia": dict.fromkeys(INERTIA, INERTIA_KEY),
         "body": {name: key for name, key in BODY.items() if _has_body(scenario, name)},

@@ -6,6 +6,7 @@ from typing import Any
 from gyrostat.campaigns.components import Component, Options, stacked
 from gyrostat.campaigns.schema import Key, positive, size, vector
 from gyrostat.core.jax64 import jnp
+from gyrostat.spacecraft import PaddleAngle, Spacecraft
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.sensors.magnetometer import Magnetometer
 from gyrostat.spacecraft.sensors.position_sensor import PositionSensor
@@ -46,6 +47,10 @@ def _sun_sensor(options: Options, orbit: OrbitEnvironment, **given: Any) -> Samp
     vectors = {name: stacked(options, name) for name in ("misalignment", "boresight")}
     numbers = {name: options[name] for name in ("sigma", "field_of_view")}
     return _sampled(options, SunSensor(orbit, **numbers, **vectors))
+
+
+def _paddle_angle(options: Options, spacecraft: Spacecraft, **given: Any) -> PaddleAngle:
+    return PaddleAngle(spacecraft.wheels.count - 1, options["sigma"])
 
 
 def _position(options: Options, orbit: OrbitEnvironment, **given: Any) -> Sampled:
@@ -113,6 +118,14 @@ FURTHER_SENSORS: dict[str, Component] = {
         _cells,
         needs=_ORBIT,
     ),
+    "paddle_angle": Component(
+        "Angle of the paddle of the controller `two_wheels_paddle`, a number "
+        "(`gyrostat.spacecraft.PaddleAngle`).",
+        {"sigma": size("angle", 0.0, "Standard deviation of the noise.")},
+        _paddle_angle,
+        unit="rad",
+        needs=("paddle",),
+    ),
     "position": Component(
         "Position from satellite navigation, GCRS, (3,) (`gyrostat.spacecraft.PositionSensor`).",
         {
@@ -128,7 +141,7 @@ FURTHER_SENSORS: dict[str, Component] = {
 """Kind of [[sensor]] -> component."""
 HEADS: dict[str, Component] = {
     "head": Component(
-        "Head of the star tracker of the sensors `star_tracker_gyro` "
+        "Head of the star tracker of the sensors `star_tracker_gyro` or `star_tracker` "
         "(`gyrostat.spacecraft.StarTrackerHead`).",
         {
             "across_sigma": positive(

@@ -7,7 +7,7 @@ from typing import Any
 
 from gyrostat.campaigns.requirement import ErrorSignal, signals_of
 from gyrostat.campaigns.scenario import Event, Part, Scenario, Source, Window
-from gyrostat.campaigns.schema import MEASURED, WHEEL_IS_LOST
+from gyrostat.campaigns.schema import WHEEL_IS_LOST, measured_by
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,8 @@ def structure_of(scenario: Scenario) -> Structure:
 
 def measured_names(scenario: Scenario | Structure) -> tuple[str, ...]:
     """Names of the measured fields whose values can have limits and faults."""
-    return (*MEASURED, *(part.name for part in scenario.parts if part.section == "sensor"))
+    own = measured_by(scenario.sensors)
+    return (*own, *(part.name for part in scenario.parts if part.section == "sensor"))
 
 
 def notified(event: Event, values: Mapping[str, Any]) -> Any:

@@ -23,6 +23,7 @@ from gyrostat.control.attitude.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.attitude.attitude_regulator import AttitudeRegulator
 from gyrostat.control.attitude.attitude_targets import AttitudeTargets
 from gyrostat.control.attitude.command import CurrentCommand
+from gyrostat.control.attitude.gyroless_feedback import GyrolessFeedback
 from gyrostat.control.attitude.output_feedback import OutputFeedback
 from gyrostat.control.attitude.sun_pointing import SunPointing
 from gyrostat.control.attitude.three_axis_law import ThreeAxisLaw
@@ -56,6 +57,7 @@ from gyrostat.control.underactuated.output_zeroing import OutputZeroing, Zeroing
 from gyrostat.control.underactuated.recovery import (
     MomentumRecovery,
     OneWheelRecovery,
+    PaddleRecovery,
     TwoWheelSweeps,
     ZeroMomentumRecovery,
 )
@@ -86,6 +88,7 @@ __all__ = [
     "FrictionScaleControl",
     "FrictionTorqueControl",
     "Guarded",
+    "GyrolessFeedback",
     "Integrators",
     "Law",
     "LeastSquares",
@@ -102,6 +105,7 @@ __all__ = [
     "OnlineFrit",
     "OutputFeedback",
     "OutputZeroing",
+    "PaddleRecovery",
     "PointingCommand",
     "ProportionalMomentumControl",
     "PseudoInverse",

@@ -3,6 +3,10 @@
 from gyrostat.estimation.attitude_filter import AttitudeEstimate, AttitudeFilter
 from gyrostat.estimation.friction_scale import FrictionScaleEstimate, FrictionScaleFilter
 from gyrostat.estimation.friction_torque import FrictionTorqueEstimate, FrictionTorqueFilter
+from gyrostat.estimation.momentum_attitude_filter import (
+    MomentumAttitudeEstimate,
+    MomentumAttitudeFilter,
+)
 from gyrostat.estimation.rate_observer import RateEstimate, RateObserver
 from gyrostat.estimation.rotor_scale import RotorScaleEstimate, RotorScaleFilter
 from gyrostat.estimation.steady_attitude_filter import SteadyAttitudeEstimate, SteadyAttitudeFilter
@@ -23,6 +27,8 @@ __all__ = [
     "FrictionTorqueEstimate",
     "FrictionTorqueFilter",
     "FrictionTrack",
+    "MomentumAttitudeEstimate",
+    "MomentumAttitudeFilter",
     "MomentumEstimate",
     "MomentumFilter",
     "RateEstimate",

@@ -7,6 +7,7 @@ from gyrostat.spacecraft.attitude_sensors import (
     StarTracker,
     TrackerGyroMeasurement,
     TrackerGyroSensors,
+    TrackerMeasurement,
 )
 from gyrostat.spacecraft.driven_gyrostat import DrivenGyrostat
 from gyrostat.spacecraft.environment import CircularOrbit, GravityGradient, HarmonicTorque
@@ -23,6 +24,7 @@ from gyrostat.spacecraft.gyrostat_state import (
     WheelTorqueCommand,
 )
 from gyrostat.spacecraft.imbalance import Imbalance, ImbalancedGyrostat
+from gyrostat.spacecraft.paddle_gyrostat import PaddleAngle, PaddleGyrostat
 from gyrostat.spacecraft.plant_changes import Change, ChangingPlant, PlantChange
 from gyrostat.spacecraft.rate_gyro import BodyMotion, RateGyro, integrated_rate
 from gyrostat.spacecraft.sensor_faults import FaultySensor, SensorFault
@@ -75,6 +77,8 @@ __all__ = [
     "ImbalancedGyrostat",
     "InstantSensor",
     "Magnetometer",
+    "PaddleAngle",
+    "PaddleGyrostat",
     "PlantChange",
     "PositionSensor",
     "RateGyro",
@@ -105,6 +109,7 @@ __all__ = [
     "TorqueRods",
     "TrackerGyroMeasurement",
     "TrackerGyroSensors",
+    "TrackerMeasurement",
     "TrueTurn",
     "Turn",
     "WheelFailures",

@@ -76,29 +76,47 @@ class TrackerGyroMeasurement(NamedTuple):
     wheel_measured: Bool[Array, " wheels"]
 
 
+class TrackerMeasurement(NamedTuple):
+    """Measurement of star tracker and tachometers, without a gyro.
+
+    Attributes:
+        attitude: Attitude from the star tracker, (4,), scalar first; use only if measured.
+        attitude_measured: Whether the attitude is measured at this sample.
+        wheel_speed: Wheel speeds relative to the body, (wheels,), rad/s; the last measured speed
+            if the tachometer is lost.
+        wheel_measured: Whether each tachometer works, (wheels,).
+    """
+
+    attitude: Annotated[Quaternion, "1"]
+    attitude_measured: Bool[Array, ""]
+    wheel_speed: Annotated[PerWheel, "rad/s"]
+    wheel_measured: Bool[Array, " wheels"]
+
+
 class _Memory(NamedTuple):
     truth: Any
     samples: Scalar
     period: Scalar
     motion: BodyMotion
-    bias: Vector3
+    bias: Vector3 | None
 
 
 class TrackerGyroSensors(Checked):
     """Star tracker, gyro and tachometers of a spacecraft.
 
-    The measurement is a `TrackerGyroMeasurement`. With `StarTrackerHeads`, it also has the field
-    `tracker_heads`, (heads,): whether each head has a sample. The attitude is measured if one has.
+    The measurement is a `TrackerGyroMeasurement`; without a gyro, it is a `TrackerMeasurement`.
+    With `StarTrackerHeads`, it also has the field `tracker_heads`, (heads,): whether each head has
+    a sample. The attitude is measured if one has.
 
     Attributes:
         truth: Source of the true state, with the tachometers.
         tracker: `StarTracker` or `StarTrackerHeads`.
-        gyro: Rate gyro.
+        gyro: Rate gyro; None for none.
     """
 
     truth: SpacecraftSensor
     tracker: Any
-    gyro: RateGyro
+    gyro: RateGyro | None = None
 
     def start(self, state: Any, period: Scalar) -> _Memory:
         """Memory before the first sample, for a constant body rate before the start."""
@@ -109,19 +127,21 @@ class TrackerGyroSensors(Checked):
             jnp.zeros(()),
             jnp.asarray(period, dtype=float),
             BodyMotion(turned, rate),
-            jnp.asarray(self.gyro.bias, dtype=float),
+            None if self.gyro is None else jnp.asarray(self.gyro.bias, dtype=float),
         )
 
     def __call__(self, memory: _Memory, state: Any, key: PRNGKeyArray) -> tuple[_Memory, Any]:
-        """Measure attitude, rate and wheel speeds."""
+        """Measure attitude, rate if there is a gyro, and wheel speeds."""
         first, second, third = jax.random.split(key, 3)
         truth, seen = self.truth(memory.truth, state, first)
         motion = BodyMotion(seen.attitude, self._rate(state))
         attitude, sees = self.tracker(motion, memory.samples, memory.period, second)
-        rate, bias = self.gyro(memory.motion, motion, memory.bias, memory.period, third)
-        measurement: Any = TrackerGyroMeasurement(
-            attitude, jnp.any(sees), rate, seen.wheel_speed, seen.wheel_measured
-        )
+        sampled, wheels = jnp.any(sees), (seen.wheel_speed, seen.wheel_measured)
+        measurement: Any = TrackerMeasurement(attitude, sampled, *wheels)
+        bias = memory.bias
+        if self.gyro is not None and bias is not None:
+            rate, bias = self.gyro(memory.motion, motion, bias, memory.period, third)
+            measurement = TrackerGyroMeasurement(attitude, sampled, rate, *wheels)
         if sees.ndim:
             measurement = with_fields("Heads", measurement, {"tracker_heads": sees}, {})
         after = _Memory(truth, memory.samples + 1.0, memory.period, motion, bias)

@@ -105,7 +105,7 @@ def with_list(scenario: Scenario, argument: str, found: list[Named]) -> Scenario
     for part in found:
         values |= {f"{section}.{part.name}.{key}": value for key, value in part.values.items()}
     if section == "sensor" and scenario.guard is not None:
-        limits = guard_keys(measured(new, scenario.sources))
+        limits = guard_keys(measured(scenario.sensors, new, scenario.sources))
         defaults = Table(Path(scenario.name), "guard.", {}).numbers(limits)
         values = {**defaults, **values}
     values = dict(sorted(values.items()))

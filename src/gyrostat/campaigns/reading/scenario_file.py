@@ -119,7 +119,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         values |= table.numbers(made.keys)
     parts = [(part, with_defaults(row, part.kind, values)) for part, row in parts]
     values |= part_values(parts, sources)
-    fields = measured([part for part, _ in parts], sources)
+    fields = measured(chosen["sensors"], [part for part, _ in parts], sources)
     guard = None
     if "guard" in top.row:
         keys = guard_keys(fields)

@@ -71,7 +71,7 @@ class OutputFeedback(Checked):
         estimate = self.filter.predict(memory.estimate, measurement.rate, memory.period)
         estimate = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))
         rate = measurement.rate - estimate.bias
-        known = _estimated_measurement(measurement, estimate.attitude, rate)
+        known = estimated_measurement(measurement, estimate.attitude, rate)
         later = predicted(self.controller, memory.controller, known, command)
         return OutputFeedbackMemory(estimate, later, memory.period)
 
@@ -91,7 +91,7 @@ class OutputFeedback(Checked):
             estimate, measurement.attitude, measurement.attitude_measured
         )
         rate = measurement.rate - estimate.bias
-        known = _estimated_measurement(measurement, estimate.attitude, rate)
+        known = estimated_measurement(measurement, estimate.attitude, rate)
         controller, command = self.controller(memory.controller, known)
         sigma = jnp.sqrt(jnp.diagonal(estimate.covariance)[:3])
         estimated = _Estimated(
@@ -101,7 +101,7 @@ class OutputFeedback(Checked):
         return after, recorded_with("Estimated", command, estimated)
 
 
-def _estimated_measurement(measurement: Any, attitude: Quaternion, rate: Vector3) -> Any:
+def estimated_measurement(measurement: Any, attitude: Quaternion, rate: Vector3) -> Any:
     """Measurement for a state-feedback controller, with estimated attitude and rate."""
     known = SpacecraftMeasurement(
         attitude, rate, measurement.wheel_speed, measurement.wheel_measured

@@ -2,7 +2,14 @@
 
 from gyrostat.control.underactuated.recovery.momentum import MomentumRecovery
 from gyrostat.control.underactuated.recovery.one_wheel import OneWheelRecovery
+from gyrostat.control.underactuated.recovery.paddle_recovery import PaddleRecovery
 from gyrostat.control.underactuated.recovery.two_wheel_sweeps import TwoWheelSweeps
 from gyrostat.control.underactuated.recovery.zero_momentum import ZeroMomentumRecovery
 
-__all__ = ["MomentumRecovery", "OneWheelRecovery", "TwoWheelSweeps", "ZeroMomentumRecovery"]
+__all__ = [
+    "MomentumRecovery",
+    "OneWheelRecovery",
+    "PaddleRecovery",
+    "TwoWheelSweeps",
+    "ZeroMomentumRecovery",
+]
