@@ -1,70 +1,54 @@
 """Coverage of the intervals of `gyrostat campaign --rare`, against known failure probabilities.
 
-python benchmarks/rare_failures.py analytic [SEEDS [RUNS]]
-    functions of normal numbers with a probability of 1e-6 in closed form
-python benchmarks/rare_failures.py truth FILE.npz RUNS
-    brute force: the largest metrics of independent runs of short flights
-python benchmarks/rare_failures.py scenario FILE.npz METRIC [SEEDS [RUNS]]
-    searches for the value of the metric that about one in 1e5 of these runs exceeds
+python benchmarks/rare_failures.py analytic [SEEDS [RUNS [PROBABILITY [FIRST]]]]
+    functions of normal numbers with a probability in closed form; FIRST: first seed
+python benchmarks/rare_failures.py flight FLIGHT TRUTH.npz FOUND.npz [SEEDS [RUNS]]
+    a failure of a short flight, against its share in TRUTH.npz of short_flights.py; the same
+    command continues from FOUND.npz
 """
 
 import os
 import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
 from scipy.special import ndtri
+from short_flights import short_flight
 
 from gyrostat.campaigns import Campaign
-from gyrostat.campaigns.draws import draw
-from gyrostat.campaigns.engine import fly_given, prepare
+from gyrostat.campaigns.engine import prepare
 from gyrostat.campaigns.executors import kept_open, threads
-from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.search.condition import Condition
 from gyrostat.campaigns.search.estimate import rarity
 from gyrostat.campaigns.search.flights import Flights, together
 from gyrostat.campaigns.search.moves import Answers
 from gyrostat.campaigns.search.noise import parts_of
-from gyrostat.campaigns.search.rare import REPLICATIONS, chains_of
-from gyrostat.campaigns.search.subset import subset_simulation
+from gyrostat.campaigns.search.rare import searches_of
 
-EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
-SHORT = {
-    'duration = "400 s"': 'duration = "10 s"',
-    'after = "60 s"': 'after = "2 s"',
-    'crossing_window = "20 s"': 'crossing_window = "2 s"',
-    'file = "cubesat.toml"': f'file = "{EXAMPLES / "cubesat.toml"}"',
+FAILURES = {
+    "slew": "error_max > 0.475 deg",
+    "worn": "error_end > 0.082 deg",
+    "failure": "error_max > 0.82 deg",
+    "crossing": "torque_peak > 61 uN*m",
 }
-METRICS = ("error_max", "momentum_peak", "torque_peak")
-TRUTH_SEED, AT_ONCE, KEPT = 987654, 4096, 3000
-SMALL = -ndtri(1e-6)
 PARTS = 160
-# name -> response of dispersions z and of the noise of each part w, number of dispersions, parts
-CASES = {
-    "one parameter of ten": (lambda z, w: z[:, 0] - SMALL, 10, 1),
-    "sum of five parameters": (lambda z, w: z.sum(axis=1) / np.sqrt(5.0) - SMALL, 5, 1),
-    "sum of noise": (lambda z, w: w.sum(axis=1) / np.sqrt(PARTS) - SMALL, 2, PARTS),
-    "parameters and noise": (
-        lambda z, w: (w.sum(axis=1) / np.sqrt(PARTS) + z[:, 0]) / np.sqrt(2.0) - SMALL,
-        3,
-        PARTS,
-    ),
-    "two sides": (lambda z, w: np.abs(z[:, 0]) + ndtri(5e-7), 3, 1),
-    "all around": (lambda z, w: np.sum(z**2, axis=1) + 2.0 * np.log(1e-6), 2, 1),
-}
 
 
-def short_scenario():
-    """The zero crossing of the examples, 10 s of it."""
-    text = (EXAMPLES / "zero_crossing.toml").read_text()
-    for old, new in SHORT.items():
-        assert old in text
-        text = text.replace(old, new)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "scenario.toml"
-        path.write_text(text)
-        return read_scenario(path)
+def cases(probability):
+    """Name -> response of dispersions z and noise w of each part, and the numbers of both."""
+    small = -ndtri(probability)
+    return {
+        "one parameter of ten": (lambda z, w: z[:, 0] - small, 10, 1),
+        "sum of five parameters": (lambda z, w: z.sum(axis=1) / np.sqrt(5.0) - small, 5, 1),
+        "sum of noise": (lambda z, w: w.sum(axis=1) / np.sqrt(PARTS) - small, 2, PARTS),
+        "parameters and noise": (
+            lambda z, w: (w.sum(axis=1) / np.sqrt(PARTS) + z[:, 0]) / np.sqrt(2.0) - small,
+            3,
+            PARTS,
+        ),
+        "two sides": (lambda z, w: np.abs(z[:, 0]) + ndtri(probability / 2.0), 3, 1),
+        "all around": (lambda z, w: np.sum(z**2, axis=1) + 2.0 * np.log(probability), 2, 1),
+    }
 
 
 class Functions:
@@ -92,76 +76,58 @@ class Functions:
 
 
 def searched(fly, runs, seed):
-    chains = chains_of(runs)
-    searches = [subset_simulation(chains, [seed, k]) for k in range(REPLICATIONS)]
-    return rarity(together(searches, fly))
+    """Probability, ends of its interval (NaN: no answer) and number of doubts."""
+    found = rarity(together(searches_of(runs, seed), fly))
+    values = (found.probability, found.low, found.high)
+    return [*(np.nan if each is None else each for each in values), len(found.doubts)]
 
 
-def report(name, truth, found, flown):
+def report(name, truth, found):
     """Print one row; `truth` is a probability, or the ends of its 95 % interval."""
     low, high = np.broadcast_to(truth, 2)
-    answered = [each for each in found if each.probability is not None]
-    covers = sum(each.low <= high and each.high >= low for each in answered)
-    fine = [each for each in answered if not each.doubts]
-    trusted = sum(each.low <= high and each.high >= low for each in fine)
-    values = np.array([each.probability for each in answered])
+    values, lower, upper, doubts, flown = np.array(found).T
+    covers, fine = (lower <= high) & (upper >= low), doubts == 0
+    strict = (lower <= np.mean([low, high])) & (upper >= np.mean([low, high]))
+    mean, count = np.nanmean(values), len(values)
     print(
-        f"{name} | {np.mean([low, high]):.2e} | {np.mean(values):.2e} | {np.mean(flown):.0f} | "
-        f"{100 * np.std(values) / np.mean(values):.0f} % | {covers} of {len(found)} | "
-        f"{len(found) - len(fine)} | {trusted} of {len(fine)}",
+        f"{name} | {np.mean([low, high]):.2e} | {mean:.2e} | {np.mean(flown):.0f} | "
+        f"{100 * np.nanstd(values) / mean:.0f} % | {np.sum(strict)} of {count} | "
+        f"{np.sum(covers)} of {count} | {count - np.sum(fine)} | "
+        f"{np.sum(strict & fine)} of {np.sum(fine)}",
         flush=True,
     )
 
 
-def analytic(seeds=100, runs=20_000):
-    for name, (response, size, parts) in CASES.items():
-        flights = [Functions(response, size, parts, seed) for seed in range(seeds)]
-        found = [searched(each.fly, runs, seed) for seed, each in enumerate(flights)]
-        report(name, 1e-6, found, [each.count for each in flights])
+def analytic(seeds=100, runs=20_000, probability=1e-6, first=0):
+    for name, (response, size, parts) in cases(probability).items():
+        found = []
+        for seed in range(int(first), int(first + seeds)):
+            flights = Functions(response, size, parts, seed)
+            found.append([*searched(flights.fly, int(runs), seed), flights.count])
+        report(name, probability, found)
 
 
-def truth(file, runs):
-    scenario, done = short_scenario(), 0
-    largest = {name: np.zeros(0) for name in METRICS}
-    while done < runs:
-        numbers = np.arange(done, done + AT_ONCE)
-        columns = fly_given(scenario, numbers, *draw(scenario, TRUTH_SEED, numbers)).columns
-        assert not np.any(columns["status"])
-        for name in METRICS:
-            largest[name] = np.sort(np.concatenate([largest[name], columns[name]]))[::-1][:KEPT]
-        done += AT_ONCE
-        if done % (64 * AT_ONCE) == 0:
-            np.savez(file, done=done, **largest)
-            print(f"{done} runs", flush=True)
-    np.savez(file, done=done, **largest)
-
-
-def scenario(file, metric, seeds=100, runs=20_000):
-    known = np.load(file)
-    short, done = short_scenario(), int(known["done"])
-    count = max(round(1e-5 * done), 1)
-    bound = float(np.mean(known[metric][count - 1 : count + 1]))
-    # 95 % interval of the truth itself
-    half = 1.96 * np.sqrt(count)
-    failure = Condition.parse(f"{metric} > {bound!r}", short, "benchmark")
-    prepare(short, parts=parts_of(short))
-    found, flown = [], []
+def flight(name, truth, file, seeds=100, runs=20_000):
+    scenario, seeds, runs = short_flight(name), int(seeds), int(runs)
+    failure = Condition.parse(FAILURES[name], scenario, "benchmark")
+    prepare(scenario, parts=parts_of(scenario))
+    found = np.load(file)["found"].tolist() if Path(file).exists() else []
     with kept_open(threads(len(os.sched_getaffinity(0)))) as pool:
-        for seed in range(seeds):
+        for seed in range(len(found), seeds):
             about = Campaign("", "", seed, runs, 1, {})
-            flights = Flights(short, about, failure.response, found=lambda _: None, opener=pool)
-            found.append(searched(flights.fly, runs, seed))
-            flown.append(flights.count)
-            if seed % 10 == 9:
-                report(
-                    f"{metric}, {seed + 1} seeds",
-                    (count + np.array([-half, half])) / done,
-                    found,
-                    flown,
-                )
+            flights = Flights(scenario, about, failure.response, found=lambda _: None, opener=pool)
+            found.append([*searched(flights.fly, runs, seed), flights.count])
+            np.savez(file, found=found)
+    known = np.load(truth)
+    assert str(known["flight"]) == name, f"{truth}: another flight"
+    count, done = np.sum(known[failure.metric] > failure.bound), int(known["done"])
+    # 95 % interval of the truth itself
+    ends = (count + 1.96 * np.sqrt(count) * np.array([-1.0, 1.0])) / done
+    print(f"{name}, {failure.text}: {count} of {done} runs, {ends[0]:.2e} to {ends[1]:.2e}")
+    report(name, ends, found)
 
 
 if __name__ == "__main__":
     mode, *given = sys.argv[1:]
-    numbers = [int(float(each)) if each[0].isdigit() else each for each in given]
-    {"analytic": analytic, "truth": truth, "scenario": scenario}[mode](*numbers)
+    numbers = [float(each) if each[0].isdigit() else each for each in given]
+    {"analytic": analytic, "flight": flight}[mode](*numbers)

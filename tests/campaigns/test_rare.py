@@ -146,7 +146,7 @@ def test_a_search_is_stored_resumed_and_replayed(scenario, fake_flights, tmp_pat
     def search(failure, **further):
         question = rare.RareFailure(Condition.parse(failure, scenario, "--rare"))
         execute.run_search(
-            scenario, tmp_path, question, execute.Options(4100, 2, worst=0), **further
+            scenario, tmp_path, question, execute.Options(4100, 3, worst=0), **further
         )
 
     search("error_max > 1 rad")
@@ -157,7 +157,7 @@ def test_a_search_is_stored_resumed_and_replayed(scenario, fake_flights, tmp_pat
     before = (tmp_path / "runs.parquet").read_bytes()
 
     # the first flights are runs of a campaign
-    drawn = draw(scenario, 2, np.arange(9))[0][:, scenario.dispersed.index(KEY)]
+    drawn = draw(scenario, 3, np.arange(9))[0][:, scenario.dispersed.index(KEY)]
     np.testing.assert_array_equal(found.columns[KEY][:9], drawn)
 
     store = Store(tmp_path)
@@ -193,7 +193,10 @@ def _kept(flown):
     return Flown(flown.columns, _Anything())
 
 
-def test_too_few_runs_are_refused():
-    assert rare.chains_of(4100) == 10
+def test_few_runs_are_spent_on_fewer_replications_and_too_few_are_refused():
+    assert len(rare.searches_of(20_000, 0)) == 10
+    few = rare.searches_of(4100, 0)
+    assert len(few) == 5
+    assert next(few[0]).size == 20 * 5  # 20 chains of five runs
     with pytest.raises(InputError, match="expected at least 4100"):
-        rare.chains_of(4099)
+        rare.searches_of(4099, 0)

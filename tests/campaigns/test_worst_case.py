@@ -114,13 +114,17 @@ def test_a_worst_case_in_a_folder(scenario, fake_flights, tmp_path):
 
 
 def test_a_rare_failure_in_a_folder(scenario, fake_flights, tmp_path):
-    found = gs.campaign(scenario, 4100, tmp_path, rare="error_max > 1", worst=0, seed=3)
+    said = []
+    found = gs.campaign(
+        scenario, 4100, tmp_path, rare="error_max > 1", worst=0, seed=3, say=said.append
+    )
+    assert "20000 of 1e-6" in said[0]
     assert found.low < 1e-4 < found.high
     content = json.loads((tmp_path / "report.json").read_text())
     assert content["doubts"] == [*found.doubts]
     assert content["shared"][0]["key"] == "wheel.a.speed"
     # half of the failing sum of 3.95 standard deviations is due to the speed; the failures of a
-    # replication of ten chains descend from one or two runs
+    # replication of 20 chains descend from one or two runs
     assert content["shared"][0]["shift"] == pytest.approx(3.95 / np.sqrt(2.0), abs=0.6)
     failing = [each["run"] for each in content["failures"]]
     assert np.all(found.error_max[failing] > 1.0)

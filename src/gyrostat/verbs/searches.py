@@ -58,8 +58,10 @@ class Search(NamedTuple):
         """Estimate the probability of a failure; see `gyrostat.campaign`."""
         self.check("--rare")
         from gyrostat.campaigns.search.condition import Condition
-        from gyrostat.campaigns.search.rare import RareFailure
+        from gyrostat.campaigns.search.rare import ENOUGH, FEW, RareFailure
 
+        if self.runs < ENOUGH:
+            self.say(f"--runs {self.runs}: {FEW}")
         made, found = self.run(RareFailure(Condition.parse(failure, self.scenario, "--rare")))
         about = {name: found[name] for name in ("probability", "low", "high")}
         return made.assign_attrs(about, doubts=tuple(found["doubts"]))
