@@ -5,6 +5,7 @@ from typing import Any
 
 from gyrostat.campaigns.actuators import ACTUATORS
 from gyrostat.campaigns.appendages import APPENDAGES
+from gyrostat.campaigns.array_controllers import ARRAY_CONTROLLERS
 from gyrostat.campaigns.compensators import COMPENSATORS
 from gyrostat.campaigns.components import (
     ESTIMATOR_OF,
@@ -41,7 +42,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.wheel.friction import WHEEL_FRICTION
 
 KINDS: Mapping[str, Mapping[str, Component]] = {
-    "controller": {**CONTROLLERS, **MAGNETIC_CONTROLLERS},
+    "controller": {**CONTROLLERS, **ARRAY_CONTROLLERS, **MAGNETIC_CONTROLLERS},
     "compensator": COMPENSATORS,
     "unloading": UNLOADINGS,
     "sensors": SENSORS,
