@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import inf
 from typing import Any
 
 import numpy as np
 
-from gyrostat.campaigns.components import Options
+from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.controllers import DETECTED, DesignCase, PlannedController
 from gyrostat.campaigns.schema import positive, size
 from gyrostat.control import (
@@ -17,6 +18,7 @@ from gyrostat.control import (
     PseudoInverse,
     WheelArrayControl,
     WheelFaultDetector,
+    WheelWear,
 )
 from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jnp
@@ -45,11 +47,22 @@ def _plan_array(allocation: Any) -> Callable[[DesignCase], WheelArrayControl]:
 
 def _array(plan: WheelArrayControl, options: Options, momentum: Vector3) -> WheelArrayControl:
     limit = options["external_torque_limit"] * jnp.ones(3)
-    null_space = plan.null_space
+    null_space, inertia = plan.null_space, jnp.asarray(plan.spacecraft.wheels.inertia)
     if null_space is not None:
-        null_space = replace(null_space, gain=options["null_space_gain"])
+        names = [key.removesuffix(".below") for key in options if key.endswith(".below")]
+        ends = [
+            [options[f"{name}.{end}"] * inertia for end in ("above", "below")] for name in names
+        ]
+        null_space = replace(
+            null_space,
+            gain=options["null_space_gain"],
+            bands=jnp.array(ends) if names else None,
+            clearance=options["clearance"] * jnp.max(inertia),
+            crossing_gain=options["crossing_gain"],
+        )
     return replace(
         plan,
+        wear=WheelWear(options.get("wear", 1.0) * jnp.ones(len(inertia)), options["wear_time"]),
         turn_gain=options["turn_gain"],
         rate_gain=options["rate_gain"],
         torque_time=options["torque_time"],
@@ -74,8 +87,25 @@ _ARRAY_KEYS = {
     "torque_time": positive("time", 20.0, "Time constant of the external torque estimate."),
     "largest_rate": positive("speed", 0.05, "Largest slew rate."),
     "drag_time": positive("time", 10.0, "Time constant of the wheel drag estimate."),
-    "null_space_gain": positive(
-        "1/s", 0.05, "Gain of the null-space control of wheel speeds, for four or more wheels."
+    "null_space_gain": size(
+        "1/s",
+        0.05,
+        "Gain of the null-space control of wheel speeds, for four or more wheels; 0: none.",
+    ),
+    "clearance": positive(
+        "speed",
+        inf,
+        "Distance of wheel speeds from zero and from `[[controller.band]]` that suffices; none: as "
+        "far as possible.",
+    ),
+    "crossing_gain": positive(
+        "1/s", 0.2, "Gain of the null-space control while wheels cross zero or a band."
+    ),
+    "wear_time": positive(
+        "time",
+        inf,
+        "Time constant of the estimate of wear, the friction of each wheel over that of its model; "
+        "none: no estimate.",
     ),
     "external_torque_limit": size(
         "torque",
@@ -85,6 +115,17 @@ _ARRAY_KEYS = {
     ),
     "momentum_gain": positive("1/s", 1e-3, "Gain of the momentum unloading."),
 }
+BANDS: dict[str, Component] = {
+    "speeds": Component(
+        "Wheel speeds of either sign that the null-space control of a `wheel_array` avoids.",
+        {
+            "above": size("speed", 0.0, "Lower end of the band."),
+            "below": positive("speed", None, "Upper end of the band."),
+        },
+        lambda options, **given: options,
+    ),
+}
+"""Kinds of [[controller.band]]; `_array` reads their numbers."""
 ARRAY_CONTROLLERS: dict[str, PlannedController] = {
     "wheel_array": PlannedController(
         "Control of any number of wheels (`gyrostat.control.WheelArrayControl`): minimax torque "
