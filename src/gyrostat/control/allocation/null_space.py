@@ -12,7 +12,7 @@ from gyrostat.control.allocation.allocation import Axes, Working, spread
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.checked import Checked, Rule, limit, positive, size
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix
 from gyrostat.wheel.array import listed
 
@@ -188,6 +188,22 @@ class NullSpaceControl(Checked):
         )
 
 
+class _Gap(NamedTuple):
+    """Gap of allowed values of z; see `NullSpaceControl`.
+
+    Attributes:
+        worth: Worth of the gap.
+        begin: Lower end.
+        end: Upper end.
+        middle: Middle of its slow part.
+    """
+
+    worth: Scalar
+    begin: Scalar
+    end: Scalar
+    middle: Scalar
+
+
 class _Place(NamedTuple):
     """Null-space momentum z of the wheels and its limits; see `NullSpaceControl`.
 
@@ -218,25 +234,29 @@ class _Place(NamedTuple):
         top = jnp.maximum(low, high)
         starts, ends = (jnp.clip(each, low, top).ravel() for each in (starts, ends))
         cost = jnp.tile(self.wear**2, starts.size // self.wear.size)
-        # a gap begins at the end of an interval and ends at the next start of another; if that
-        # other one has begun before, there is no gap
-        begin = jnp.append(ends, low)
-        after = jnp.where(ends > begin[:, None], starts, jnp.inf)
-        end = jnp.minimum(jnp.min(after, axis=1), top)
-        above = (ends > now) & (ends <= begin[:, None])
-        below = (starts < now) & (starts >= end[:, None])
-        crossings = jnp.sum(jnp.where(above | below, cost, 0.0), axis=1)
-        width = jnp.maximum(end - begin, 0.0)
         slow = self.reach / self.wear
-        first = jnp.clip(jnp.max(zero - slow), begin, end)
-        last = jnp.clip(jnp.min(zero + slow), begin, end)
-        overlap = jnp.maximum(last - first, 0.0)
-        here = (begin <= now) & (now <= end) & (width > clearance) & (overlap > 0.0)
-        worth = jnp.where(width > 0.0, overlap + BEYOND * width, 0.0)
-        best = jnp.argmax(jnp.where(here, jnp.inf, worth / (1.0 + crossings)))
-        begin, end, width = begin[best], end[best], width[best]
-        kept = jnp.minimum(clearance, 0.5 * (end - begin))
-        wanted = jnp.clip(0.5 * (first[best] + last[best]), begin + kept, end - kept)
-        crosses = (now < begin) | (now > end)
-        there = jnp.where(width > 0.0, wanted, jnp.clip(now, low, top))
-        return jnp.where(low < high, there, 0.5 * (low + high)), crosses & (width > 0.0)
+        slowest, fastest = jnp.max(zero - slow), jnp.min(zero + slow)
+
+        # one candidate after the other: all at once would be a square of operations in flight code
+        def compared(best: _Gap, begin: Scalar) -> tuple[_Gap, None]:
+            # a gap begins at the end of an interval and ends at the next start of another; if that
+            # other one has begun before, there is no gap
+            end = jnp.minimum(jnp.min(jnp.where(ends > begin, starts, jnp.inf)), top)
+            above = (ends > now) & (ends <= begin)
+            below = (starts < now) & (starts >= end)
+            crossings = jnp.sum(jnp.where(above | below, cost, 0.0))
+            width = jnp.maximum(end - begin, 0.0)
+            first, last = jnp.clip(slowest, begin, end), jnp.clip(fastest, begin, end)
+            overlap = jnp.maximum(last - first, 0.0)
+            here = (begin <= now) & (now <= end) & (width > clearance) & (overlap > 0.0)
+            worth = jnp.where(width > 0.0, overlap + BEYOND * width, 0.0) / (1.0 + crossings)
+            found = _Gap(jnp.where(here, jnp.inf, worth), begin, end, 0.5 * (first + last))
+            better = found.worth > best.worth
+            return _Gap(*(jnp.where(better, n, o) for n, o in zip(found, best, strict=True))), None
+
+        stays = jnp.clip(now, low, top)
+        gap = jax.lax.scan(compared, _Gap(0.0 * now, stays, stays, stays), jnp.append(ends, low))[0]
+        kept = jnp.minimum(clearance, 0.5 * (gap.end - gap.begin))
+        wanted = jnp.clip(gap.middle, gap.begin + kept, gap.end - kept)
+        crosses = jnp.asarray((gap.worth > 0.0) & ((now < gap.begin) | (now > gap.end)))
+        return jnp.where(low < high, wanted, 0.5 * (low + high)), crosses
