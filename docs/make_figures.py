@@ -4,13 +4,17 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.figure import Figure
 
+from gyrostat import simulate
+from gyrostat.campaigns import Scenario
+from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.core.units import RPM
 from gyrostat.failures import holdable
 from gyrostat.identification import identify
 from gyrostat.papers.carrara_kuga.dispersed import crossing_figure
 from gyrostat.reports import sky_figure
-from gyrostat.reports.drawing import STYLE
+from gyrostat.reports.drawing import BAND, MARK, MODEL, STYLE
 from gyrostat.reports.figures import friction_figure, record_figure
 from gyrostat.spacecraft import read_spacecraft
 from gyrostat.telemetry import read_record
@@ -18,14 +22,35 @@ from gyrostat.telemetry import read_record
 ROOT = Path(__file__).parents[1]
 
 
+def stiff_wheel_figure(scenario: Scenario) -> Figure:
+    """Wheel speeds over an orbit without and with null-space control; the forbidden bands."""
+    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    laws = {"constant bias": {"controller.null_space_gain": 0.0}, "bands and wear": {}}
+    for axes, (title, changes) in zip(
+        figure.subplots(1, 2, sharey=True), laws.items(), strict=True
+    ):
+        flown = simulate(scenario.replace(**changes))
+        for name, speed in zip(scenario.wheels, flown.wheel_speed.values.T / RPM, strict=True):
+            style = {"color": MARK, "lw": 1.6} if name == "b" else {"color": MODEL, "lw": 0.8}
+            axes.plot(flown.time / 60.0, speed, **style)
+        for band in ("zero", "resonance"):
+            low, high = (scenario.values[f"controller.band.{band}.{e}"] for e in ("above", "below"))
+            for ends in ((low, high), (-high, -low)):
+                axes.axhspan(*(end / RPM for end in ends), color=BAND, lw=0.0, zorder=0)
+        axes.set(title=title, xlabel="time (min)", xlim=(0.0, scenario.duration / 60.0))
+    figure.axes[0].set_ylabel("wheel speed (rpm)")
+    return figure
+
+
 def main():
-    """Draw an identification, a zero crossing and the sky map of a failure; save the figures."""
+    """Draw an identification, crossings, a sky map and an orbit with a stiff wheel; save them."""
     record = read_record(ROOT / "examples" / "wheel_profile2.csv")
     fit = identify(record, inertia=1.5e-3, speed_sigma=5.0 * RPM)
     craft = read_spacecraft(ROOT / "examples" / "three_wheels.toml").spacecraft
     answer = holdable(
         craft, (0.46, -0.04, 0.82), failed={0: 0.28}, boresight=((0.8, 0.0, 0.6), (0.2, -1.0, 0.1))
     )
+    stiff = read_scenario(ROOT / "examples" / "scenarios" / "stiff_wheel.toml")
     drawn = {
         "wheel_profile2": record_figure(
             record, fit.predicted[0], fit.predicted_sigma[0], fit.speed_sigma
@@ -35,6 +60,7 @@ def main():
         "feasible_sky": sky_figure(
             answer.sky, target=np.array([0.2, -1.0, 0.1]), nearest=answer.direction
         ),
+        "stiff_wheel": stiff_wheel_figure(stiff),
     }
     folder = ROOT / "docs" / "images"
     folder.mkdir(exist_ok=True)

@@ -202,6 +202,10 @@ READY = {
     "wheel_array": (
         "In orbit, with star tracker and gyro; wheels are kept away from zero speed and unloaded."
     ),
+    "stiff_wheel": (
+        "One orbit with a wheel that becomes stiff: the null space keeps wheels out of bands of "
+        "speeds and lets the stiff one turn slowly."
+    ),
     "nadir_and_slew": (
         "An Earth observation pass: sun, nadir, slew to a target and back, as a sequence of modes."
     ),
@@ -250,6 +254,13 @@ With `[orbit]`, `position_error = [x, y, z]` (m, GCRS; optional) is the error of
 which the controller computes the reference. The pointing error counts from the reference at the
 true position. Disperse its components for the error of a navigation solution; one value holds for a
 run."""
+BANDS_TEXT = """## [[controller.band]]
+
+Any number of bands of wheel speeds, such as resonances of the structure, for the controllers
+`wheel_array` and four or more wheels ([Bands and wear](wheel_arrays.md#bands-and-wear)). Zero speed
+is avoided without any. The optional `name` is used in keys such as `controller.band.zero.below`; by
+default it is `speeds`.
+"""
 TORQUES_TEXT = """## [[environment.torque]]
 
 Any number of further external torques, added to that of `[environment]`: one of the kinds below, or
@@ -450,7 +461,14 @@ def dispersed():
         f"| {parts} | | Keys of the chosen kinds; for a vector `.x`, `.y`, `.z` of the key. |"
     )
     rows.append("| `window.NAME.KEY` | | Numbers of a window of the metrics. |")
-    lists = ("environment.torque", "imbalance.harmonic", "star_tracker", "sensor", "actuator")
+    lists = (
+        "controller.band",
+        "environment.torque",
+        "imbalance.harmonic",
+        "star_tracker",
+        "sensor",
+        "actuator",
+    )
     lists += ("metric",)
     parts = ", ".join(f"`{name}.NAME.KEY`" for name in lists)
     rows.append(f"| {parts} | | Numbers of the part with this name. |")
@@ -514,6 +532,7 @@ def page():
     for name, components in (("reference.slew", SLEWS), ("reference.mode", MODES)):
         lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(components)]
     for text, section_name in (
+        (BANDS_TEXT, "controller.band"),
         (TORQUES_TEXT, "environment.torque"),
         (HARMONICS_TEXT, "imbalance.harmonic"),
         (HEADS_TEXT, "star_tracker"),

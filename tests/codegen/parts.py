@@ -148,7 +148,10 @@ def examples():
     array = control.WheelArrayControl(
         CRAFT,
         control.AttitudeTargets(jnp.array([0.0, 10.0]), jnp.stack([TARGET, TARGET])),
-        null_space=control.NullSpaceControl.plan(AXES, 1.5e-2),
+        null_space=control.NullSpaceControl.plan(
+            AXES, 1.5e-2, bands=[[0.0, 2e-4], [4e-3, 5e-3]], clearance=3e-4
+        ),
+        wear=control.WheelWear(np.full(4, 1.0), 100.0),
         unloading=control.MomentumUnloading(np.full(3, 2e-5), 0.02),
         detector=control.WheelFaultDetector(failure_torque=np.full(4, 5e-4)),
     )
@@ -321,7 +324,7 @@ def examples():
         ),
         "StateDependentRiccati": controller(euler, Sample(jnp.full(6, 0.1))),
         "WheelArrayControl, NullSpaceControl, MomentumUnloading, WheelFaultDetector, "
-        "AttitudeTargets, MinimaxAllocation": controller(array, SENSED),
+        "WheelWear, AttitudeTargets, MinimaxAllocation": controller(array, SENSED),
         "FrictionFeedForward, FrictionFilterFeedForward, OutputFeedback, PseudoInverse": (
             controller(compensated, tracked)
         ),

@@ -13,6 +13,7 @@ from gyrostat.control import (
     PseudoInverse,
     WheelArrayControl,
     WheelFaultDetector,
+    WheelWear,
 )
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -44,7 +45,9 @@ EARLY = AttitudeTargets(jnp.array([0.0, 10.0]), jnp.array([[1.0, 0, 0, 0], SLEW]
 CONTROL = WheelArrayControl(
     CRAFT,
     EARLY,
-    null_space=NullSpaceControl.plan(AXES, 1.5e-2),
+    # a band without width, so that all flights have one structure
+    null_space=NullSpaceControl.plan(AXES, 1.5e-2, bands=[[0.0, 1e-15]]),
+    wear=WheelWear(np.ones(4)),
     unloading=MomentumUnloading(np.full(3, 2e-5), 0.02),
     detector=WheelFaultDetector(
         failure_torque=np.full(4, 5e-4), failure_time=3.0, notified=np.full(4, np.inf)
@@ -104,7 +107,8 @@ def moving(rate):
 
 @pytest.fixture(scope="module")
 def flights():
-    """A slew of 120 degrees from 10 s on, alone and through two kinds of failure; moving targets.
+    """A slew of 120 degrees from 10 s on, alone and through two kinds of failure; moving targets;
+    the slew with frictionless wheels, with and without null-space control.
 
     One batch, so that it is compiled once.
     """
@@ -117,8 +121,14 @@ def flights():
     )
     told = dataclasses.replace(control.detector, notified=np.array([np.inf, np.inf, 42.0, np.inf]))
     failures = [none, none.torque_lost(0, 40.0), none.seizes(2, 40.0)]
-    plants = [eqx.tree_at(lambda p: p.failures, plant, f) for f in [*failures, none, none]]
+    plants = [eqx.tree_at(lambda p: p.failures, plant, f) for f in [*failures, *4 * [none]]]
+    smooth = ViscousCoulomb(np.zeros(4), np.zeros(4))
+    plants[5:] = [eqx.tree_at(lambda p: p.spacecraft.wheels.friction, plant, smooth)] * 2
+    banded = NullSpaceControl.plan(AXES, 1.5e-2, bands=[[4e-3, 6e-3]], clearance=1e-3)
+    still = dataclasses.replace(banded, gain=0.0)
+    worn = dataclasses.replace(control, wear=WheelWear(np.array([1.0, 3.0, 1.0, 1.0])))
     controls = [control, control, dataclasses.replace(control, detector=told), *follow]
+    controls += [dataclasses.replace(worn, null_space=null) for null in (banded, still)]
     data = simulate(
         stack(plants),
         stack(controls),
@@ -126,10 +136,10 @@ def flights():
         start=plant.start(wheel_speed=[200.0, -200.0, 200.0, -200.0]),
         duration=500.0,
         control_period=PERIOD,
-        runs=5,
+        runs=7,
     )
     assert np.all(data.status == Status.COMPLETE)
-    return [data.isel(run=k) for k in range(5)]
+    return [data.isel(run=k) for k in range(7)]
 
 
 @pytest.mark.parametrize(("number", "rate", "degrees"), [(3, ORBIT, 0.776), (4, AGILE, 8.75)])
@@ -240,3 +250,12 @@ def test_a_period_too_long_for_the_gain_is_refused():
     CONTROL.check_period(1.25)
     with pytest.raises(InputError, match=r"expected 1\.25 s or less"):
         CONTROL.check_period(1.26)
+
+
+def test_a_body_with_frictionless_wheels_does_not_feel_the_null_space(flights):
+    """The slew with bands and wear, and without null-space control: the same to rounding."""
+    with_it, without = flights[5], flights[6]
+    assert np.max(np.abs(with_it.wheel_speed.values - without.wheel_speed.values)) > 100.0
+    assert np.max(np.abs(with_it.attitude.values - without.attitude.values)) < 1e-11
+    assert np.max(np.abs(with_it.rate.values - without.rate.values)) < 1e-11
+    assert np.max(np.abs(without.rate.values)) > 0.02

@@ -17,6 +17,15 @@ on_bad = "zero"
 rate_upper = "1 deg/s"
 rate_lower = "-1 deg/s"
 """
+BANDS = """
+clearance = "150 rpm"
+wear_time = "20 s"
+[[controller.band]]
+name = "zero"
+below = "100 rpm"
+[wear]
+wear = [1.0, 3.0, 1.0, 1.0]
+"""
 
 
 @pytest.fixture(scope="module")
@@ -47,9 +56,13 @@ def test_an_own_controller_compiles_and_its_test_passes(guarded, tmp_path, tools
 
 
 def test_a_scenario_of_this_package_is_exported_too(run, tmp_path, tools):
-    """With its Kalman filter, whose covariances are rounding errors in part."""
-    out = tmp_path / "flight"
-    code, _, said = run("export", EXAMPLES / "wheel_array.toml", "--to", "c", "--out", out)
+    """With its Kalman filter, whose covariances are rounding errors in part, bands and wear."""
+    for path in EXAMPLES.glob("cubesat*.toml"):
+        (tmp_path / path.name).write_text(path.read_text(encoding="utf-8"), encoding="utf-8")
+    scenario, out = tmp_path / "wheel_array.toml", tmp_path / "flight"
+    text = (EXAMPLES / scenario.name).read_text(encoding="utf-8")
+    scenario.write_text(text.replace("[sensors]", f"{BANDS}[sensors]", 1), encoding="utf-8")
+    code, _, said = run("export", scenario, "--to", "c", "--out", out)
     assert code == 0, said
     tools.build(out, "controller.c", "controller_test.c", "-lm", "-o", "program")
     done = subprocess.run([out / "program"], capture_output=True, text=True)

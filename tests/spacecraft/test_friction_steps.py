@@ -21,11 +21,22 @@ def test_each_wheel_has_its_new_friction_from_its_time_on(now, done):
     np.testing.assert_array_equal(found.viscous, np.where(done, 3e-7, 1e-7))
 
 
+@pytest.mark.parametrize(("now", "share"), [(4.0, 0.0), (5.0, 0.0), (7.5, 0.25), (15.0, 1.0)])
+def test_friction_can_rise_linearly(now, share):
+    """Over 10 s from 5 s on; a wheel with a step and one without any are as they were."""
+    time, length = np.array([5.0, 5.0, 0.0, np.inf]), np.array([10.0, 10.0, 0.0, 10.0])
+    found = FrictionSteps(time, AFTER, length).at(now, BEFORE)
+    expected = np.array([share, share, 1.0, 0.0])
+    np.testing.assert_allclose(found.coulomb, 2e-5 + expected * 7e-5, rtol=1e-14)
+    np.testing.assert_allclose(found.viscous, 1e-7 + expected * 2e-7, rtol=1e-14)
+
+
 @pytest.mark.parametrize(
     ("steps", "message"),
     [
         (FrictionSteps(-TIME, AFTER), "found -inf s, expected 0 s"),
         (FrictionSteps(TIME + np.nan, AFTER), "found nan s, expected 0 s"),
+        (FrictionSteps(TIME, AFTER, -1.0), "duration of a friction step: found -1"),
         (FrictionSteps(TIME[:3], AFTER), r"shape \(3,\), expected \(4,\)"),
         (FrictionSteps(TIME, ViscousCoulomb(-1.0, 0.0)), "viscous: found -1"),
         (FrictionSteps(TIME, Stribeck(0.0, 0.0, 0.0, 1.0)), "found stribeck friction, expected"),

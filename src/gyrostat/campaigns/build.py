@@ -222,6 +222,8 @@ def _plant(structure: Structure, values: Values, options: Values, plans: Plans, 
 def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     """Build the parts of a run from its values; pure, for `jit` and `vmap` over the values."""
     options = options_of(values, "controller")
+    if has_section(structure, "wear"):
+        options["wear"] = of_wheels(structure, values, "wear")
     orbit = orbit_of_run(values, plans.orbit, structure.dispersed)
     plant, start, budget = _plant(structure, values, options, plans, orbit)
     law = chosen(structure, "controller")

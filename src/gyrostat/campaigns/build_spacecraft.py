@@ -82,14 +82,16 @@ def friction_steps_of(
     if not stepping:
         return None
     time, dimensions = jnp.full(len(structure.wheels), jnp.inf), before.dimensions()
+    length = jnp.zeros(time.shape)
     after = before.parameters()
     for event in stepping:
         own = options_of(values, f"event.{event.name}")
         index = jnp.arange(len(structure.wheels)) == event.wheel
         time = jnp.where(index, own["time"], time)
+        length = jnp.where(index, own["rise_time"], length)
         for name, dimension in dimensions.items():
             # the factor scales friction torques and drag, not the speeds of the friction curve
             factor = 1.0 if dimension == "speed" else own["factor"]
             value = own.get(name, factor * after[name])
             after[name] = jnp.where(index, value, after[name])
-    return FrictionSteps(time, type(before).of(**after))
+    return FrictionSteps(time, type(before).of(**after), length)

@@ -5,6 +5,7 @@ from typing import Any
 
 from gyrostat.campaigns.actuators import ACTUATORS
 from gyrostat.campaigns.appendages import APPENDAGES
+from gyrostat.campaigns.array_controllers import ARRAY_CONTROLLERS, BANDS
 from gyrostat.campaigns.compensators import COMPENSATORS
 from gyrostat.campaigns.components import (
     ESTIMATOR_OF,
@@ -43,7 +44,12 @@ from gyrostat.core.errors import InputError
 from gyrostat.wheel.friction import WHEEL_FRICTION
 
 KINDS: Mapping[str, Mapping[str, Component]] = {
-    "controller": {**CONTROLLERS, **TWO_WHEEL_CONTROLLERS, **MAGNETIC_CONTROLLERS},
+    "controller": {
+        **CONTROLLERS,
+        **ARRAY_CONTROLLERS,
+        **TWO_WHEEL_CONTROLLERS,
+        **MAGNETIC_CONTROLLERS,
+    },
     "compensator": COMPENSATORS,
     "unloading": UNLOADINGS,
     "sensors": SENSORS,
@@ -66,6 +72,7 @@ NEEDS = {
 }
 """What a component can need -> where a scenario has it."""
 PARTS: Mapping[str, Mapping[str, Component]] = {
+    "controller.band": BANDS,
     "environment.torque": TORQUES,
     "reference.mode": MODES,
     "reference.slew": SLEWS,
@@ -160,6 +167,7 @@ def check_needs(scenario: Scenario) -> None:
             "key environment.kind: found orbit beside [orbit], expected constant, with further "
             "torques such as gravity_gradient in [[environment.torque]]"
         )
+    _check_null_space(scenario)
     parts = {f"{part.section}.{part.name}": part.section for part in scenario.parts}
     for place, kind in components_of(scenario).items():
         section = parts.get(place, place if place in KINDS else "event")
@@ -171,6 +179,32 @@ def check_needs(scenario: Scenario) -> None:
                 )
         if made.keys.get("altitude") is EITHER_ORBIT["altitude"]:
             _check_altitude(f"{place}.altitude", scenario)
+
+
+def _check_null_space(scenario: Scenario) -> None:
+    """Check bands, and that a controller with bands or wear of the wheels has a null space."""
+    bands = [part.name for part in scenario.parts if part.section == "controller.band"]
+    worn = f"wheel.{scenario.wheels[0]}.wear" in scenario.values
+    if not bands and not worn:
+        return
+    place = "controller.band" if bands else "wear"
+    if "null_space_gain" not in chosen(scenario, "controller").keys:
+        raise InputError(
+            f"key {place}: found it with the controller {scenario.controller}, expected a "
+            "wheel_array, which has a null-space control"
+        )
+    if len(scenario.wheels) < 4:
+        raise InputError(
+            f"key {place}: found {len(scenario.wheels)} wheels, which have no null space, expected "
+            "four or more"
+        )
+    for name in bands:
+        low, high = (scenario.values[f"{place}.{name}.{end}"] for end in ("above", "below"))
+        if low >= high:
+            raise InputError(
+                f"key {place}[{name}].below: found {high:g} rad/s, expected more than above, "
+                f"{low:g} rad/s"
+            )
 
 
 def _check_altitude(key: str, scenario: Scenario) -> None:

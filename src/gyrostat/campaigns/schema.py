@@ -191,6 +191,9 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
             "factor": size(
                 "1", 1.0, "Factor on friction torques and viscous drag that are not given here."
             ),
+            "rise_time": size(
+                "time", 0.0, "Time over which the friction changes linearly; 0: a step."
+            ),
         },
     ),
     "tachometer_lost": (

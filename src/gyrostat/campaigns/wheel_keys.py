@@ -36,6 +36,13 @@ WHEEL_PARTS: dict[str, tuple[str, dict[str, Key]]] = {
             "inertia_ratio": size("1", 2.0, "Polar over transverse inertia of the rotor; disc: 2."),
         },
     ),
+    "wear": (
+        "Wear of the wheels, which the null-space control of a `wheel_array` lets turn the slower, "
+        "and lets cross zero and bands the less. Omit the section for wheels without wear.",
+        {
+            "wear": positive("1", 1.0, "Friction over that of a wheel without wear, or a weight."),
+        },
+    ),
     "driver": (
         "Motor electronics: current loop, current limit and bus voltage "
         "(`gyrostat.spacecraft.DrivenGyrostat`). Omit the section for motors without lag. For a "

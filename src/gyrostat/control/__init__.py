@@ -19,6 +19,7 @@ from gyrostat.control.allocation.allocation import MinimaxAllocation, PseudoInve
 from gyrostat.control.allocation.momentum_unloading import MomentumUnloading
 from gyrostat.control.allocation.null_space import NullSpaceControl
 from gyrostat.control.allocation.wheel_fault_detector import WheelFaultDetector
+from gyrostat.control.allocation.wheel_wear import WheelWear
 from gyrostat.control.attitude.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.attitude.attitude_regulator import AttitudeRegulator
 from gyrostat.control.attitude.attitude_targets import AttitudeTargets
@@ -129,6 +130,7 @@ __all__ = [
     "WheelMap",
     "WheelRateLoop",
     "WheelSpeedLoops",
+    "WheelWear",
     "ZeroMomentumRecovery",
     "ZeroingCommand",
     "governed",

@@ -1,8 +1,10 @@
-"""Fields of a measurement that come from further sensors."""
+"""Fields of a measurement that come from further sensors or from a friction compensator."""
 
 from typing import Any
 
+from gyrostat.core.arrays import PerWheel
 from gyrostat.core.errors import InputError
+from gyrostat.core.named_tuples import with_fields
 
 
 def measured(measurement: Any, name: str, controller: str) -> Any:
@@ -23,3 +25,17 @@ def measured(measurement: Any, name: str, controller: str) -> Any:
             f"further sensor of this name"
         )
     return getattr(measurement, name)
+
+
+def with_wheel_friction(measurement: Any, friction: PerWheel) -> Any:
+    """Measurement for the controller inside a friction compensator.
+
+    Args:
+        measurement: Measurement.
+        friction: Friction torque of each wheel that the compensator makes up for, (wheels,), N·m,
+            the field `wheel_friction`; that of a compensator further out is added.
+    """
+    if hasattr(measurement, "wheel_friction"):
+        return measurement._replace(wheel_friction=measurement.wheel_friction + friction)
+    unit = {"wheel_friction": "N·m"}
+    return with_fields("Compensated", measurement, {"wheel_friction": friction}, unit)

@@ -1,4 +1,4 @@
-"""Step changes of bearing friction during a run."""
+"""Changes of bearing friction during a run."""
 
 from typing import Annotated, Any
 
@@ -6,7 +6,7 @@ import equinox as eqx
 import numpy as np
 
 from gyrostat.core.arrays import PerWheel, Scalar
-from gyrostat.core.checked import Checked, from_start
+from gyrostat.core.checked import Checked, from_start, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel.array import listed
@@ -14,15 +14,20 @@ from gyrostat.wheel.friction import Friction, LuGre
 
 
 class FrictionSteps(Checked):
-    """Step change of the friction of each wheel, as by a loss of lubricant.
+    """Change of the friction of each wheel, as by a loss of lubricant: a step or a linear rise.
 
     Attributes:
         time: Times of the steps, (wheels,), s; infinite: no step.
         friction: Friction after the step, parameters (wheels,); the same model as before.
+        duration: Time over which the parameters change linearly, (wheels,) or one for all, s; 0: a
+            step. A rise is constant within an integration step.
     """
 
     time: Annotated[PerWheel, from_start("time of a friction step")] = eqx.field(converter=listed)
     friction: Friction | LuGre
+    duration: Annotated[PerWheel | float, size("duration of a friction step", "s")] = eqx.field(
+        converter=listed, default=0.0
+    )
 
     def check_wheels(self, wheels: Any) -> None:
         """Validate the number of wheels and the friction model; raises `InputError`."""
@@ -39,5 +44,11 @@ class FrictionSteps(Checked):
 
     def at(self, time: Scalar, before: Any) -> Any:
         """Friction at a time, s, from the friction `before` the steps."""
-        done = jnp.asarray(self.time) <= time
-        return jax.tree.map(lambda new, old: jnp.where(done, new, old), self.friction, before)
+        passed, length = time - jnp.asarray(self.time), jnp.asarray(self.duration)
+        done = passed >= length
+        share = jnp.clip(passed / jnp.where(length > 0.0, length, 1.0), 0.0, 1.0)
+        return jax.tree.map(
+            lambda new, old: jnp.where(done, new, old + share * (new - old)),
+            self.friction,
+            before,
+        )

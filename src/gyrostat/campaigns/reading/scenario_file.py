@@ -66,7 +66,7 @@ DEFAULTS = {
 }
 """Section -> default of its `kind`; that of the controller is required."""
 BESIDE = {
-    "controller": ("target",),
+    "controller": ("target", "band"),
     "environment": ("torque",),
     "reference": ("mode", "slew", "position_error"),
     "imbalance": ("harmonic",),

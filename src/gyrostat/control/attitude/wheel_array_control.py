@@ -9,6 +9,7 @@ from gyrostat.control.allocation.allocation import MinimaxAllocation, Working, s
 from gyrostat.control.allocation.momentum_unloading import MomentumUnloading
 from gyrostat.control.allocation.null_space import NullSpaceControl
 from gyrostat.control.allocation.wheel_fault_detector import WheelFaultDetector, WheelFaultMemory
+from gyrostat.control.allocation.wheel_wear import WheelWear
 from gyrostat.control.attitude.attitude_targets import AttitudeTargets
 from gyrostat.control.attitude.external_torque import ExternalTorqueMemory
 from gyrostat.control.guidance.guide import AT_REST, Guide
@@ -20,6 +21,7 @@ from gyrostat.core.delay_line import Sent, empty_line, pushed
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft
+from gyrostat.wheel.friction import static_curve
 
 BRAKING_SHARE = 0.5
 """Fraction of the wheels' torque that is used to stop a turn."""
@@ -56,12 +58,14 @@ class ArrayControlMemory(NamedTuple):
             (delay + 1, 3), N·m.
         unknown: Estimate of the other external torques.
         detector: Memory of the wheel fault detector.
+        wear: Wear of the wheels, (wheels,).
     """
 
     samples: Scalar
     given: Sent
     unknown: ExternalTorqueMemory
     detector: WheelFaultMemory
+    wear: PerWheel
 
 
 class WheelArrayControl(Checked):
@@ -111,8 +115,10 @@ class WheelArrayControl(Checked):
         torque_time: Time constant of the low-pass filter of D, s; infinite: D stays zero.
         largest_rate: Largest commanded rate, rad/s.
         allocation: Allocation of torque to wheels: `MinimaxAllocation` or `PseudoInverse`.
-        null_space: Null-space control, which keeps wheels from zero speed and saturation; None if
-            unused.
+        null_space: Null-space control, which keeps wheels from zero speed, bands and saturation;
+            None if unused.
+        wear: Wear of the wheels for the null-space control. Its estimate counts the drag of the
+            detector and, of a compensator, the field `wheel_friction` of the measurement.
         unloading: Momentum unloading by the external actuator; None without such an actuator.
         detector: Detector of drag and failures; it also has the command delay.
         guide: Reference at the sample, see `toward`; None for a target at rest.
@@ -126,6 +132,7 @@ class WheelArrayControl(Checked):
     largest_rate: Annotated[Scalar, positive("largest rate", "rad/s")] = 0.05
     allocation: Any = MinimaxAllocation()
     null_space: NullSpaceControl | None = None
+    wear: WheelWear = WheelWear()
     unloading: MomentumUnloading | None = None
     detector: WheelFaultDetector = WheelFaultDetector()
     guide: Guide | None = None
@@ -163,9 +170,8 @@ class WheelArrayControl(Checked):
         """Initial memory."""
         none, detector = jnp.zeros(3), self.detector.start(self.spacecraft.wheels.count)
         given = empty_line(none, self.detector.delay + 1)
-        return ArrayControlMemory(
-            jnp.zeros(()), given, ExternalTorqueMemory.start(period), detector
-        )
+        unknown, wear = ExternalTorqueMemory.start(period), self.wear.start(detector.works.size)
+        return ArrayControlMemory(jnp.zeros(()), given, unknown, detector, wear)
 
     def __call__(
         self, memory: ArrayControlMemory, measurement: Any
@@ -209,12 +215,22 @@ class WheelArrayControl(Checked):
             needed, target = needed + follows, self.guide.now.attitude
         left = limit - jnp.abs(detector.drag)
         torque = within_limits(self.allocation(axes, left, detector.works, needed), left)
+        wear = memory.wear
         if self.null_space is not None:
-            torque += self.null_space(axes, detector.works, relative, left - jnp.abs(torque))
+            wear = self.wear(
+                wear,
+                detector.drag + getattr(measurement, "wheel_friction", 0.0),
+                measurement.wheel_speed,
+                static_curve(wheels.friction),
+                detector.works & measurement.wheel_measured,
+                period,
+            )
+            room = left - jnp.abs(torque)
+            torque += self.null_space(axes, detector.works, relative, room, wear)
         torque = wheels.within_momentum_limit(torque + detector.drag, relative, period)
         detector = self.detector.commanded(detector, torque)
         given, _ = pushed(memory.given, external)
-        after = ArrayControlMemory(memory.samples + 1.0, given, unknown, detector)
+        after = ArrayControlMemory(memory.samples + 1.0, given, unknown, detector, wear)
         return after, ArrayCommand(torque, external, target, detector.works)
 
     def predicted(

@@ -5,6 +5,7 @@ from typing import Annotated, Any, NamedTuple, Self
 import equinox as eqx
 from jaxtyping import Array, Float
 
+from gyrostat.control.measured import with_wheel_friction
 from gyrostat.control.missing_sample import predicted
 from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import PerWheel, Scalar
@@ -68,7 +69,8 @@ class EstimatingFeedForward(Checked):
     (wheels,).
 
     Attributes:
-        controller: Controller that demands the torques u. It gets the measurement unchanged.
+        controller: Controller that demands the torques u. It gets the measurement with the field
+            `wheel_friction`, the estimated friction of each wheel, (wheels,), N·m.
         friction: Friction model of the wheels in the controller.
         filter: Filter of the momenta.
         torque_limit: Torque limits, (wheels,), N·m.
@@ -146,8 +148,10 @@ class EstimatingFeedForward(Checked):
         """
         period, rotor = memory.period, self.filter.rotor_inertia
         estimate = self.filter.correct(memory.estimate, measurement)
-        controller, command = self.controller(memory.controller, measurement)
-        demand, walk = command.torque, estimate.wheels
+        walk = estimate.wheels
+        seen = with_wheel_friction(measurement, memory.friction - walk.torque)
+        controller, command = self.controller(memory.controller, seen)
+        demand = command.torque
         # momentum at the time at which the command will act
         ahead = walk.momentum
         for k in range(self.delay):

@@ -2,6 +2,7 @@
 
 from typing import Annotated, Any
 
+from gyrostat.control.measured import with_wheel_friction
 from gyrostat.control.missing_sample import predicted
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.checked import Checked, positive, size
@@ -21,7 +22,8 @@ class FrictionFeedForward(Checked):
     compensated.
 
     Attributes:
-        controller: Controller that demands the torques u_i.
+        controller: Controller that demands the torques u_i. It gets the measurement with the field
+            `wheel_friction`, the friction of the model while a wheel turns, (wheels,), N·m.
         friction: Friction model of the wheels in the controller.
         torque_limit: Torque limits, (wheels,), N·m.
         band: Speed below which a wheel counts as at rest, rad/s.
@@ -56,10 +58,12 @@ class FrictionFeedForward(Checked):
             measurement: Measurement with `wheel_speed` (wheels,), relative to the body, rad/s, and
                 with the fields that the controller needs.
         """
-        memory, command = self.controller(memory, measurement)
-        demanded = command.torque
         speed = measurement.wheel_speed
         turns = jnp.abs(speed) > self.band
+        added = self.share * self.friction.torque(speed, jnp.where(speed < 0.0, -1.0, 1.0))
+        seen = with_wheel_friction(measurement, jnp.where(turns, added, 0.0))
+        memory, command = self.controller(memory, seen)
+        demanded = command.torque
         sense = jnp.where(jnp.where(turns, speed, demanded) < 0.0, -1.0, 1.0)
         resting = jnp.clip(
             demanded / (SOFTNESS * jnp.maximum(self.friction.breakaway_torque(sense), 1e-300)),

@@ -5,6 +5,7 @@ from typing import Annotated, Any, NamedTuple
 import equinox as eqx
 from jaxtyping import Array, Float
 
+from gyrostat.control.measured import with_wheel_friction
 from gyrostat.control.missing_sample import predicted
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.checked import Checked
@@ -37,7 +38,8 @@ class FrictionFilterFeedForward(Checked):
     not compensated. For a wheel without a tachometer measurement, the estimate is only predicted.
 
     Attributes:
-        controller: Controller that demands the torques u_i.
+        controller: Controller that demands the torques u_i. It gets the measurement with the field
+            `wheel_friction`, the estimates N_i, (wheels,), N·m.
         filter: Filter of one wheel.
         axes: Spin axes in body axes, (3, wheels).
         inertia: Spin inertia of the rotors assumed by the controller, (wheels,), kg·m².
@@ -96,7 +98,8 @@ class FrictionFilterFeedForward(Checked):
             return filter.correct(estimate, momentum)
 
         estimate = jax.vmap(learnt)(memory.estimate, memory.torque[0], momentum)
-        controller, command = self.controller(memory.controller, measurement)
+        seen = with_wheel_friction(measurement, jnp.asarray(estimate.friction))
+        controller, command = self.controller(memory.controller, seen)
         demanded = command.torque
         torque = demanded + jnp.where(demanded == 0.0, 0.0, estimate.friction)
         torque = jnp.clip(torque, -self.torque_limit, self.torque_limit)

@@ -1,0 +1,162 @@
+"""Controllers of wheel arrays that a scenario can name, one entry each."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from gyrostat.campaigns.components import Component, Options
+from gyrostat.campaigns.controllers import DETECTED, DesignCase, PlannedController
+from gyrostat.campaigns.schema import positive, size
+from gyrostat.control import (
+    AttitudeTargets,
+    MinimaxAllocation,
+    MomentumUnloading,
+    NullSpaceControl,
+    PseudoInverse,
+    WheelArrayControl,
+    WheelFaultDetector,
+    WheelWear,
+)
+from gyrostat.core.arrays import Vector3
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.validation import check_parts
+
+
+def _plan_array(allocation: Any) -> Callable[[DesignCase], WheelArrayControl]:
+    def plan(case: DesignCase) -> WheelArrayControl:
+        wheels, null_space = case.spacecraft.wheels, None
+        if wheels.count > 3:
+            null_space = NullSpaceControl.plan(wheels.axes, wheels.momentum_limit)
+        found = WheelArrayControl(
+            case.spacecraft,
+            AttitudeTargets.hold(case.target),
+            allocation=allocation,
+            null_space=null_space,
+            detector=WheelFaultDetector(
+                notified=np.where(case.working, np.inf, 0.0), delay=case.delay
+            ),
+        )
+        check_parts(found)
+        return found
+
+    return plan
+
+
+def _array(plan: WheelArrayControl, options: Options, momentum: Vector3) -> WheelArrayControl:
+    limit = options["external_torque_limit"] * jnp.ones(3)
+    null_space, inertia = plan.null_space, jnp.asarray(plan.spacecraft.wheels.inertia)
+    if null_space is not None:
+        names = [key.removesuffix(".below") for key in options if key.endswith(".below")]
+        ends = [
+            [options[f"{name}.{end}"] * inertia for end in ("above", "below")] for name in names
+        ]
+        null_space = replace(
+            null_space,
+            gain=options["null_space_gain"],
+            bands=jnp.array(ends) if names else None,
+            clearance=options["clearance"] * jnp.max(inertia),
+            crossing_gain=options["crossing_gain"],
+        )
+    return replace(
+        plan,
+        wear=WheelWear(options.get("wear", 1.0) * jnp.ones(len(inertia)), options["wear_time"]),
+        turn_gain=options["turn_gain"],
+        rate_gain=options["rate_gain"],
+        torque_time=options["torque_time"],
+        largest_rate=options["largest_rate"],
+        null_space=null_space,
+        unloading=MomentumUnloading(limit, options["momentum_gain"]),
+        detector=replace(plan.detector, drag_time=options["drag_time"]),
+    )
+
+
+def _detecting(plan: WheelArrayControl, options: Options, momentum: Vector3) -> WheelArrayControl:
+    found = _array(plan, options, momentum)
+    names = ("failure_torque", "failure_time")
+    return replace(
+        found, detector=replace(found.detector, **{name: options[name] for name in names})
+    )
+
+
+_ARRAY_KEYS = {
+    "turn_gain": positive("1/s", 0.1, "Commanded rate per attitude error near the target."),
+    "rate_gain": positive("1/s", 0.4, "Gain of the rate loop."),
+    "torque_time": positive("time", 20.0, "Time constant of the external torque estimate."),
+    "largest_rate": positive("speed", 0.05, "Largest slew rate."),
+    "drag_time": positive("time", 10.0, "Time constant of the wheel drag estimate."),
+    "null_space_gain": size(
+        "1/s",
+        0.05,
+        "Gain of the null-space control of wheel speeds, for four or more wheels; 0: none.",
+    ),
+    "clearance": positive(
+        "speed",
+        inf,
+        "Distance of wheel speeds from zero and from `[[controller.band]]` that suffices; none: as "
+        "far as possible.",
+    ),
+    "crossing_gain": positive(
+        "1/s", 0.2, "Gain of the null-space control while wheels cross zero or a band."
+    ),
+    "wear_time": positive(
+        "time",
+        inf,
+        "Time constant of the estimate of wear, the friction of each wheel over that of its model; "
+        "none: no estimate.",
+    ),
+    "external_torque_limit": size(
+        "torque",
+        0.0,
+        "Torque limit of the actuator that unloads the wheels, about each body axis; 0: no "
+        "actuator.",
+    ),
+    "momentum_gain": positive("1/s", 1e-3, "Gain of the momentum unloading."),
+}
+BANDS: dict[str, Component] = {
+    "speeds": Component(
+        "Wheel speeds of either sign that the null-space control of a `wheel_array` avoids.",
+        {
+            "above": size("speed", 0.0, "Lower end of the band."),
+            "below": positive("speed", None, "Upper end of the band."),
+        },
+        lambda options, **given: options,
+    ),
+}
+"""Kinds of [[controller.band]]; `_array` reads their numbers."""
+ARRAY_CONTROLLERS: dict[str, PlannedController] = {
+    "wheel_array": PlannedController(
+        "Control of any number of wheels (`gyrostat.control.WheelArrayControl`): minimax torque "
+        "allocation, null-space control away from zero speed and saturation, estimates of drag "
+        "and external torque, momentum unloading.",
+        _ARRAY_KEYS,
+        _array,
+        _plan_array(MinimaxAllocation()),
+    ),
+    "wheel_array_pseudo_inverse": PlannedController(
+        "As `wheel_array`, with torque allocation by the pseudo-inverse (least sum of squares).",
+        _ARRAY_KEYS,
+        _array,
+        _plan_array(PseudoInverse()),
+    ),
+    "wheel_array_detecting": PlannedController(
+        "As `wheel_array`, but the controller is not notified of wheel failures; it detects them. "
+        "If a wheel gives `failure_torque` less than commanded, it is declared failed for the rest "
+        "of the run. Choose `failure_torque` above the drag of the bearings and below half the "
+        "torque limit, up to which drag compensation raises the command to a failed motor.",
+        {
+            **_ARRAY_KEYS,
+            "failure_torque": positive(
+                "torque", None, "Lost torque above which a wheel is declared failed."
+            ),
+            "failure_time": positive(
+                "time", 5.0, "Time constant of the low-pass filter of the lost torque."
+            ),
+        },
+        _detecting,
+        _plan_array(MinimaxAllocation()),
+        DETECTED,
+    ),
+}
