@@ -3,9 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from gyrostat.core.types import Vector
 from gyrostat.identification.current_profiles import Limits, Shape
 from gyrostat.identification.design_text import table
+
+MOST_BREAKAWAYS = 10_000
+"""Largest number of breakaways that is stated; an estimate near zero asks for more."""
 
 
 @dataclass(frozen=True)
@@ -49,10 +54,13 @@ class Design:
             not within the record or without a target.
         history: Times, (k,), s, and standard deviation of the first combination that nine of ten
             wheels have then, (k,).
-        events: Median number of breakaways and zero crossings.
+        events: Median number of breakaways from rest.
+        angles: Median number of breakaways at independent angles of the rotor that are worth these.
         ripple: Torque ripple assumed, N·m rms.
         needed: Number of breakaways at different angles of the rotor at which the ripple alone
-            allows the target; None without a target or ripple.
+            allows the targets, or three standard deviations of the estimates; None without a
+            ripple.
+        at_rest: Whether a torque ripple affects what is wanted.
         limits: Limits of driver, wheel and record.
         speed_sigma: Standard deviation of the measured speed, rad/s.
         candidates: Number of profiles tried.
@@ -68,8 +76,10 @@ class Design:
     reached: float | None
     history: tuple[Vector, Vector]
     events: float
+    angles: float
     ripple: float
     needed: int | None
+    at_rest: bool
     limits: Limits
     speed_sigma: float
     candidates: int
@@ -82,3 +92,16 @@ class Design:
     def __repr__(self) -> str:
         """Table that the command line prints."""
         return "\n".join(table(self))
+
+
+def breakaways_needed(ripple: Vector, sigma: Vector) -> int | None:
+    """Number of breakaways at different angles of the rotor that average a torque ripple.
+
+    Args:
+        ripple: Standard deviation of each combination at one angle, (c,), SI.
+        sigma: Wanted standard deviation of each, (c,), SI.
+    """
+    if not np.any(ripple):
+        return None
+    ratio = np.abs(ripple) / np.maximum(sigma, np.finfo(float).tiny)
+    return int(min(np.ceil(np.max(ratio**2)), MOST_BREAKAWAYS))

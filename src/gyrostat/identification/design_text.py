@@ -59,12 +59,19 @@ def summary(design: "Design") -> list[str]:
     if design.ripple > 0.0:
         lines.append(
             f"torque ripple of {plain(design.ripple, 2)} N·m rms: each breakaway shows the static "
-            f"torque at one angle of the rotor; this record has {design.events:.0f} breakaways "
-            "and crossings"
+            f"torque at one angle of the rotor; the {design.events:.0f} breakaways of this "
+            f"record are worth {design.angles:.2g} at independent angles"
         )
     if design.needed is not None:
+        aim = "sigma of the target" if design.wanted[0].target else f"{CLEAR:g} sigma"
         lines.append(
-            f"the ripple alone takes at least {design.needed} breakaways at different angles"
+            f"{aim} takes at least {design.needed} breakaways at different angles, in several "
+            "records: turn the wheel between them, and give identify the same --ripple"
+        )
+    elif design.at_rest:
+        lines.append(
+            "no torque ripple is assumed: with one (--ripple), sigma is larger, and breakaways at "
+            "different angles reduce it"
         )
     return lines
 
@@ -89,6 +96,7 @@ def content(design: "Design") -> dict[str, object]:
             "sigma": design.history[1].tolist(),
         },
         "breakaways": design.events,
+        "independent_breakaways": design.angles,
         "breakaways_needed": design.needed,
         "ripple": design.ripple,
         "speed_sigma": design.speed_sigma,

@@ -14,7 +14,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.validation import check_seed, require
 from gyrostat.identification.current_profiles import COORDINATES, FAMILIES, Limits, Shape
-from gyrostat.identification.design import Combination, Design
+from gyrostat.identification.design import Combination, Design, breakaways_needed
 from gyrostat.identification.design_text import CLEAR
 from gyrostat.identification.known_wheel import KnownWheel
 from gyrostat.identification.prediction import build_wheel
@@ -101,7 +101,7 @@ class _Search:
         )
 
     def covariance(self, gained: Gained, columns: Matrix) -> Vector:
-        """Covariance of combinations, with the ripple averaged over the breakaways.
+        """Covariance of combinations, with the ripple averaged over independent angles.
 
         Args:
             gained: Uncertainty after b currents on d wheels, at k times.
@@ -111,7 +111,7 @@ class _Search:
             Covariance, (b, d, k, c, c), SI.
         """
         rippled = self.ripple * self.at_rest(columns)
-        each = np.outer(rippled, rippled) / np.maximum(gained.events, 1.0)[..., None, None]
+        each = np.outer(rippled, rippled) / np.maximum(gained.angles, 1.0)[..., None, None]
         return columns.T @ gained.covariance @ columns + each
 
     def scores(self, shapes: Sequence[Shape], wheels: Matrix) -> Vector:
@@ -273,10 +273,8 @@ def _concluded(
                 else None,
             )
         )
-    needed = None
     rippled = search.ripple * search.at_rest(search.wanted)
-    if goals is not None and np.any(rippled):
-        needed = int(np.ceil(np.max((rippled / goals) ** 2)))
+    goal = np.abs(values @ search.wanted) / CLEAR if goals is None else goals
     return Design(
         shape=shape,
         numbers=shape.numbers(search.limits, search.breakaway),
@@ -288,8 +286,10 @@ def _concluded(
         reached=reached,
         history=(times[: last + 1], reliable[: last + 1, 0]),
         events=float(np.median(gained.events[0, :, last])),
+        angles=float(np.median(gained.angles[0, :, last])),
         ripple=search.ripple,
-        needed=needed,
+        needed=breakaways_needed(rippled, goal),
+        at_rest=bool(np.any(search.at_rest(search.wanted))),
         limits=search.limits,
         speed_sigma=speed_sigma,
         candidates=tried,
