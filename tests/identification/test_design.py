@@ -136,6 +136,7 @@ def test_one_minute_shows_the_static_torque(known, short_search):
     assert rippled.events > 1.0
     assert rippled.reached is None
     assert "record longer" in repr(rippled)
+    assert f"the target takes at least {rippled.needed};" in repr(rippled)
 
 
 def test_the_record_ends_when_the_target_is_reached(known, short_search):
@@ -257,10 +258,7 @@ def test_without_a_ripple_the_text_says_what_one_would_cost(known, short_search)
     design = design_record(known, ["static-coulomb"], LIMITS, speed_sigma=NOISE, ripple=0.0)
     assert "no torque ripple is assumed" in repr(design)
     rippled = design_record(known, ["static-coulomb"], LIMITS, speed_sigma=NOISE, ripple=0.04)
-    size = 0.04 * known.dry_torque()
-    assert rippled.needed == int(np.ceil((3.0 * size / abs(rippled.wanted[0].value)) ** 2))
-    assert f"3 sigma takes at least {rippled.needed} breakaways" in repr(rippled)
-    assert rippled.wanted[0].after > 0.5 * size
+    assert "N·m/sqrt(n); turn the wheel" in repr(rippled)
+    assert rippled.wanted[0].after > 0.5 * 0.04 * known.dry_torque()
     viscous = design_record(known, ["viscous"], LIMITS, speed_sigma=NOISE, ripple=0.04)
-    assert viscous.needed is None
-    assert "torque ripple is assumed" not in repr(viscous)
+    assert "ripple" not in repr(viscous)

@@ -3,14 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from gyrostat.core.types import Vector
 from gyrostat.identification.current_profiles import Limits, Shape
 from gyrostat.identification.design_text import table
-
-MOST_BREAKAWAYS = 10_000
-"""Largest number of breakaways that is stated; an estimate near zero asks for more."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +53,7 @@ class Design:
         angles: Median number of breakaways at independent angles of the rotor that are worth these.
         ripple: Torque ripple assumed, N·m rms.
         needed: Number of breakaways at different angles of the rotor at which the ripple alone
-            allows the targets, or three standard deviations of the estimates; None without a
-            ripple.
+            allows the targets; None without a target or ripple.
         at_rest: Whether a torque ripple affects what is wanted.
         limits: Limits of driver, wheel and record.
         speed_sigma: Standard deviation of the measured speed, rad/s.
@@ -92,16 +86,3 @@ class Design:
     def __repr__(self) -> str:
         """Table that the command line prints."""
         return "\n".join(table(self))
-
-
-def breakaways_needed(ripple: Vector, sigma: Vector) -> int | None:
-    """Number of breakaways at different angles of the rotor that average a torque ripple.
-
-    Args:
-        ripple: Standard deviation of each combination at one angle, (c,), SI.
-        sigma: Wanted standard deviation of each, (c,), SI.
-    """
-    if not np.any(ripple):
-        return None
-    ratio = np.abs(ripple) / np.maximum(sigma, np.finfo(float).tiny)
-    return int(min(np.ceil(np.max(ratio**2)), MOST_BREAKAWAYS))

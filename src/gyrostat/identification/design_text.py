@@ -56,23 +56,25 @@ def summary(design: "Design") -> list[str]:
         for each in design.wanted
         if each.clear is not None
     ]
-    if design.ripple > 0.0:
-        lines.append(
-            f"torque ripple of {plain(design.ripple, 2)} N·m rms: each breakaway shows the static "
-            f"torque at one angle of the rotor; the {design.events:.0f} breakaways of this "
-            f"record are worth {design.angles:.2g} at independent angles"
-        )
-    if design.needed is not None:
-        aim = "sigma of the target" if design.wanted[0].target else f"{CLEAR:g} sigma"
-        lines.append(
-            f"{aim} takes at least {design.needed} breakaways at different angles, in several "
-            "records: turn the wheel between them, and give identify the same --ripple"
-        )
-    elif design.at_rest:
+    if not design.at_rest:
+        return lines
+    if design.ripple == 0.0:
         lines.append(
             "no torque ripple is assumed: with one (--ripple), sigma is larger, and breakaways at "
             "different angles reduce it"
         )
+        return lines
+    size = plain(design.ripple, 2)
+    lines.append(
+        f"torque ripple of {size} N·m rms: each breakaway shows the static torque at one angle of "
+        f"the rotor; the {design.events:.0f} breakaways of this record are worth "
+        f"{design.angles:.2g} at independent angles"
+    )
+    number = f": the target takes at least {design.needed}" if design.needed else ""
+    lines.append(
+        f"n breakaways at different angles leave {size} N·m/sqrt(n){number}; turn the wheel "
+        "between them, and state the same --ripple to identify"
+    )
     return lines
 
 

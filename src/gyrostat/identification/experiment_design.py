@@ -14,7 +14,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.validation import check_seed, require
 from gyrostat.identification.current_profiles import COORDINATES, FAMILIES, Limits, Shape
-from gyrostat.identification.design import Combination, Design, breakaways_needed
+from gyrostat.identification.design import Combination, Design
 from gyrostat.identification.design_text import CLEAR
 from gyrostat.identification.known_wheel import KnownWheel
 from gyrostat.identification.prediction import build_wheel
@@ -273,8 +273,9 @@ def _concluded(
                 else None,
             )
         )
-    rippled = search.ripple * search.at_rest(search.wanted)
-    goal = np.abs(values @ search.wanted) / CLEAR if goals is None else goals
+    needed, at_rest = None, search.at_rest(search.wanted)
+    if goals is not None and np.any(search.ripple * at_rest):
+        needed = int(np.ceil(np.max((search.ripple * at_rest / goals) ** 2)))
     return Design(
         shape=shape,
         numbers=shape.numbers(search.limits, search.breakaway),
@@ -288,8 +289,8 @@ def _concluded(
         events=float(np.median(gained.events[0, :, last])),
         angles=float(np.median(gained.angles[0, :, last])),
         ripple=search.ripple,
-        needed=breakaways_needed(rippled, goal),
-        at_rest=bool(np.any(search.at_rest(search.wanted))),
+        needed=needed,
+        at_rest=bool(np.any(at_rest)),
         limits=search.limits,
         speed_sigma=speed_sigma,
         candidates=tried,
