@@ -1,11 +1,13 @@
 """Static minus Coulomb torque after one record of profile 2 and one designed record.
 
     python benchmarks/next_record.py [--records 200] [--seed 80000] [--duration 60] [--ripple 0]
+        [--unknown]
 
 Wheels with dispersed parameters, flown by the integrator of `bench_wheels.py`; the static torque
 lies 1 to 30 % above the Coulomb torque (log-uniform), which covers the 3 % of Carrara and Kuga. For
 each wheel: profile 2 (300 s at 10 Hz, 5 rpm noise), identification, design of the next record from
-this fit alone, that record, and identification of both. Printed by excess of the static torque:
+this fit alone, that record, and identification of both. A ripple is stated to design and
+identification unless `--unknown` is given. Printed by excess of the static torque:
 share of wheels at 3 sigma, and the actual error against the predicted and the reported sigma.
 """
 
@@ -68,14 +70,17 @@ def contrast(fit) -> tuple[float, float]:
     )
 
 
-def one_wheel(seed: int, number: int, duration: float, ripple: float) -> list[float] | None:
+def one_wheel(
+    seed: int, number: int, duration: float, ripple: float, unknown: bool
+) -> list[float] | None:
     """Row of the table for one wheel; None if a step gives no valid result."""
     random = np.random.default_rng([seed, number])
     wheel = drawn(random, ripple)
     options = {"inertia": INERTIA, "hold": {"stribeck_speed": STRIBECK_SPEED}, "speed_sigma": NOISE}
     first = measured(wheel, profile_2(wheel, random), random)
+    stated = ripple * RMS if ripple > 0.0 and not unknown else None
     try:
-        before = identify(first, **options)
+        before = identify(first, ripple=stated, **options)
         limits = Limits(duration, RATE, float(np.abs(first.current).max()))
         started = time.perf_counter()
         design = design_record(
@@ -83,11 +88,12 @@ def one_wheel(seed: int, number: int, duration: float, ripple: float) -> list[fl
             [WANTED],
             limits,
             speed_sigma=NOISE,
-            ripple=ripple * RMS,
+            ripple=stated,
             seed=number,
         )
         seconds = time.perf_counter() - started
-        after = identify([first, measured(wheel, design.current, random)], **options)
+        second = measured(wheel, design.current, random)
+        after = identify([first, second], ripple=stated, **options)
     except InputError as error:
         print(f"wheel {number}: {error}", file=sys.stderr)
         return None
@@ -136,8 +142,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=80000)
     parser.add_argument("--duration", type=float, default=60.0)
     parser.add_argument("--ripple", type=float, default=0.0, help="amplitude over Coulomb torque")
+    parser.add_argument("--unknown", action="store_true", help="state no ripple")
     given = parser.parse_args()
-    rows = [one_wheel(given.seed, k, given.duration, given.ripple) for k in range(given.records)]
+    rows = [
+        one_wheel(given.seed, k, given.duration, given.ripple, given.unknown)
+        for k in range(given.records)
+    ]
     print(f"seed {given.seed}, {given.duration:g} s, ripple {given.ripple:g}")
     print(f"{sum(row is None for row in rows)} without a valid result")
     show(np.array([row for row in rows if row is not None]))

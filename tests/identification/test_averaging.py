@@ -33,6 +33,9 @@ def linear_record(count=40, seed=0):
         crossings=random.uniform(0.0, 4.0, count - 1),
         walk=random.uniform(0.0, 2.0, count - 1),
         first=3.0,
+        starts=random.uniform(-1.0, 1.0, count - 1),
+        kept=random.uniform(0.0, 1.0, count - 1),
+        ripple=2.0,
     )
     return linear, noise
 
@@ -40,14 +43,18 @@ def linear_record(count=40, seed=0):
 def dense_covariance(linear, noise, levels, variance):
     """Covariance of the residuals, from the equations of the state written out in full."""
     count = len(variance)
-    sources = 2 * (count - 1) + 1
-    x, u = np.zeros((count, sources)), np.zeros((count, sources))
+    sources = 3 * (count - 1) + 2
+    x, u, b = (np.zeros((count, sources)) for _ in range(3))
     u[0, -1] = levels[1] * np.sqrt(noise.first)
+    b[0, -2] = levels[0] * np.sqrt(noise.ripple)
     for k in range(count - 1):
-        x[k + 1] = linear.transition[k] * x[k] + noise.gain[k] * u[k]
+        x[k + 1] = linear.transition[k] * x[k] + noise.gain[k] * u[k] + noise.starts[k] * b[k]
         x[k + 1, k] += levels[0] * np.sqrt(noise.crossings[k])
         u[k + 1] = u[k]
         u[k + 1, count - 1 + k] += levels[1] * np.sqrt(noise.walk[k])
+        b[k + 1] = noise.kept[k] * b[k]
+        renewed = noise.ripple * (1.0 - noise.kept[k] ** 2)
+        b[k + 1, 2 * (count - 1) + k] += levels[0] * np.sqrt(renewed)
     return x @ x.T + np.diag(variance)
 
 

@@ -11,6 +11,7 @@ import gyrostat as gs
 from gyrostat.core.units import RPM
 from gyrostat.identification import experiment_design, identify
 from gyrostat.identification.current_profiles import FAMILIES, Limits, Shape
+from gyrostat.identification.effects import RETURN
 from gyrostat.identification.experiment_design import design_record
 from gyrostat.identification.known_wheel import KnownWheel
 from gyrostat.identification.prediction import SpeedPrediction
@@ -135,6 +136,7 @@ def test_one_minute_shows_the_static_torque(known, short_search):
     assert rippled.events > 1.0
     assert rippled.reached is None
     assert "record longer" in repr(rippled)
+    assert f"the target takes at least {rippled.needed};" in repr(rippled)
 
 
 def test_the_record_ends_when_the_target_is_reached(known, short_search):
@@ -202,3 +204,61 @@ def test_wheels_drawn_can_exist_and_spread_as_the_estimates(known):
     assert np.std(drawn["motor_constant"]) == pytest.approx(
         np.sqrt(known.covariance[place, place]), rel=0.1
     )
+
+
+def test_breakaways_at_the_same_angles_do_not_average_a_ripple():
+    """Against generalised least squares of the mean of a torque with an exponential correlation."""
+    time = np.arange(1801) / 10.0
+    level = 0.88e-3 / 0.0228 * np.repeat([1.5, 0.0, -3.0, 0.0, 2.5, 0.0], 300)
+    wheel = np.array([[0.0228, INERTIA, 4.83e-6, 0.88e-3, 0.9e-3, 0.42, 0.0]])
+    gained = information_gained(
+        Stribeck,
+        wheel,
+        np.append(level, 0.0)[None],
+        time,
+        places=[0],
+        root=np.array([[1e-4]]),
+        speed_sigma=NOISE,
+    )
+    speed = gained.speed[0, 0]
+    turned = np.cumsum(0.5 * np.abs(speed[1:] + speed[:-1])) / 10.0
+    starts = np.flatnonzero((speed[:-1] == 0.0) & (speed[1:] != 0.0))
+    assert len(starts) == gained.events[0, 0, -1] >= 2
+    angle = turned[starts]
+    correlation = np.exp(-np.abs(angle[:, None] - angle) / RETURN)
+    expected = np.sum(np.linalg.inv(correlation))
+    assert 1.0 < expected < len(starts)
+    assert gained.angles[0, 0, -1] == pytest.approx(expected, rel=1e-2)
+
+
+def test_a_stated_ripple_of_slow_breakaways_is_in_the_sigma(record):
+    """Ramps to and fro show the static torque at one angle, however many they are."""
+    time = np.arange(1201) / 10.0
+    period = np.floor(time / 10.0 + 1e-9)
+    share = time / 10.0 - period
+    current = (-1.0) ** period * (0.8 + 0.4 * share) * 0.9055e-3 / 0.0228
+    friction = Stribeck(viscous=4.83e-6, coulomb=0.8795e-3, static=0.9055e-3, stribeck_speed=0.419)
+    wheel = gs.Wheel(inertia=INERTIA, motor_constant=0.0228, friction=friction)
+    speed = np.asarray(speed_response(wheel, time, current, 0.0)[0])
+    noise = NOISE * np.random.default_rng(1).standard_normal(len(time))
+    ramps = Record("ramps", time, current, speed + noise, time >= 0.0)
+    sigma = {}
+    for ripple in (0.0, 0.04):
+        fit = identify([record(), ramps], inertia=INERTIA, speed_sigma=NOISE, ripple=ripple)
+        sigma[ripple] = fit.sigma[fit.names.index("static")]
+        effect = next(e for e in fit.effects if e.name == "crossing_ripple")
+        assert effect.probability == pytest.approx(float(ripple > 0.0))
+        assert effect.value == pytest.approx(ripple)
+    torque = 0.04 * KnownWheel.from_fit(fit).dry_torque()
+    assert sigma[0.0] < 0.3 * torque
+    assert 0.7 * torque < sigma[0.04] < 1.5 * torque
+
+
+def test_without_a_ripple_the_text_says_what_one_would_cost(known, short_search):
+    design = design_record(known, ["static-coulomb"], LIMITS, speed_sigma=NOISE, ripple=0.0)
+    assert "no torque ripple is assumed" in repr(design)
+    rippled = design_record(known, ["static-coulomb"], LIMITS, speed_sigma=NOISE, ripple=0.04)
+    assert "N·m/sqrt(n); turn the wheel" in repr(rippled)
+    assert rippled.wanted[0].after > 0.5 * 0.04 * known.dry_torque()
+    viscous = design_record(known, ["viscous"], LIMITS, speed_sigma=NOISE, ripple=0.04)
+    assert "ripple" not in repr(viscous)

@@ -45,7 +45,8 @@ def problem(size, seed=0, count=300):
     free = own - rows @ np.linalg.lstsq(rows, own, rcond=None)[0]
     residual = random.standard_normal(count) + size / np.linalg.norm(free) * own[:, 0]
     linear = Linearisation(np.zeros(count), rows, np.zeros(count - 1), np.zeros((count - 1, 2)))
-    noise = TorqueNoise(*(np.zeros(count - 1) for _ in range(3)), 0.0)
+    still = np.zeros(count - 1)
+    noise = TorqueNoise(still, still, still, 0.0, still, still, 0.0)
     segment = Segment(residual, rows, linear, noise, 1.0, np.ones(count))
     levels = grid((0.1,))
     scale = np.ones(2)

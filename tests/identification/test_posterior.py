@@ -62,18 +62,22 @@ def test_random_torques_and_effects_enter_as_a_dense_covariance(problem):
     count = len(prediction.records[0].time)
     random = np.random.default_rng(0)
     transition, gain = random.uniform(0.9, 1.0, count - 1), random.uniform(50.0, 70.0, count - 1)
-    noise = TorqueNoise(gain, np.full(count - 1, 0.04), np.full(count - 1, 1e-7), 1e-6)
+    walk, kept = np.full(count - 1, 1e-7), np.full(count - 1, 0.9)
+    noise = TorqueNoise(gain, np.full(count - 1, 0.04), walk, 1e-6, -0.5 * gain, kept, 4e-6)
     column = random.standard_normal((count, 1))
     made = record_data(prediction, 0, NOISE, noise, (0.5, 2.0), transition, column)
     data = posed(prediction, NAMES, values, covariance, Prior.unknown(5), [made])
-    sources = np.zeros((count, 2 * count))  # speed error by ripple and by steps of the torque
-    torque = np.zeros((count, 2 * count))
+    # speed error by ripple, by steps of the torque and by the ripple at starts
+    sources, torque, start = (np.zeros((count, 3 * count)) for _ in range(3))
     torque[0, count] = 2.0 * np.sqrt(noise.first)
+    start[0, 2 * count] = 0.5 * np.sqrt(noise.ripple)
     for k in range(count - 1):
-        sources[k + 1] = transition[k] * sources[k] + gain[k] * torque[k]
+        sources[k + 1] = transition[k] * sources[k] + gain[k] * (torque[k] - 0.5 * start[k])
         sources[k + 1, k] = 0.5 * np.sqrt(noise.crossings[k])
         torque[k + 1] = torque[k]
         torque[k + 1, count + 1 + k] = 2.0 * np.sqrt(noise.walk[k])
+        start[k + 1] = 0.9 * start[k]
+        start[k + 1, 2 * count + 1 + k] = 0.5 * np.sqrt(noise.ripple * (1.0 - 0.9**2))
     dense = NOISE**2 * np.eye(count) + sources @ sources.T + column @ column.T
     u = jnp.array([0.3, -0.2, 0.1, 0.5, -0.1])
     x, determinant = data.coordinates.values(u)

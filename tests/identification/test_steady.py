@@ -1,9 +1,8 @@
-"""Friction curves from steady speeds, of wheels that are known and motors that are published."""
+"""Friction curves from steady speeds of known wheels."""
 
 import functools
 import itertools
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,12 +12,10 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.identification.lines import LINE_PARAMETERS, _cuts
 from gyrostat.identification.plateaus import find_plateaus
 from gyrostat.identification.steady import identify_steady
-from gyrostat.telemetry import Record, read_record
+from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel, advance, speed_response
 from gyrostat.wheel.friction import DirectionalStribeck, Stribeck, ViscousCoulomb
 
-ROOT = Path(__file__).resolve().parents[2]
-ROBOTINO = Path("shared", "data", "robotino_dc_motor")
 MOTOR = {"motor_constant": 0.0228}
 LINE = ViscousCoulomb(viscous=4.83e-6, coulomb=8.795e-4)
 FALL = Stribeck(viscous=4.83e-6, coulomb=8.795e-4, static=1.4e-3, stribeck_speed=4.0)
@@ -121,36 +118,6 @@ def distances(fit, friction):
             for name, value, sigma in zip(fit.names, fit.values, fit.sigma, strict=True)
         ]
     )
-
-
-@pytest.fixture
-def robotino():
-    for parent in (ROOT, *ROOT.parents):
-        if (parent / ROBOTINO).is_dir():
-            return parent / ROBOTINO
-    pytest.skip(f"the real records are not here: no {ROBOTINO} in or above the repository")
-
-
-@pytest.mark.parametrize("setpoint", [True, False], ids=["setpoint", "speed alone"])
-@pytest.mark.parametrize(
-    ("motor", "viscous", "coulomb"),
-    [(1, 2.37e-5, 8.13e-3), (2, 2.03e-5, 6.97e-3), (3, 2.36e-5, 8.09e-3)],
-)
-def test_real_motors_have_their_published_friction(robotino, motor, viscous, coulomb, setpoint):
-    columns = {"time": "t", "current": f"m{motor}cur", "speed": f"m{motor}vel"}
-    if setpoint:
-        columns["setpoint"] = f"m{motor}setvel"
-    record = read_record(
-        robotino / "data_for_identification_with_integral.csv",
-        columns=columns,
-        unsigned_current=True,
-    )
-    fit = identify_steady(record, hold={"motor_constant": 0.0514})
-    assert fit.model is ViscousCoulomb
-    assert fit.parameters["coulomb"] == pytest.approx(coulomb, rel=0.05)
-    assert fit.parameters["viscous"] == pytest.approx(viscous, rel=0.10)
-    assert 14 <= len(fit.friction_points.speed) <= 20
-    assert fit.warnings == ()
 
 
 @pytest.mark.parametrize("setpoint", [True, False])

@@ -61,6 +61,9 @@ def identify(
     ] = None,
     speed_scale: Annotated[str | None, typer.Option(help="True divided by measured speed.")] = None,
     clock: Annotated[str | None, typer.Option(help="True divided by recorded time.")] = None,
+    ripple: Annotated[
+        float | None, typer.Option(help="Torque ripple, rms over the dry friction torque.")
+    ] = None,
     model: Annotated[
         str | None, typer.Option(help="Friction model; auto: by diagnosis [default: stribeck].")
     ] = None,

@@ -92,6 +92,7 @@ def average(
     stated: bool,
     beside: Sequence[Nuisance] = (),
     names: Sequence[str] = (),
+    ripple: float | None = None,
 ) -> Average:
     """Average estimates over all hypotheses, and diagnose the residuals.
 
@@ -105,6 +106,7 @@ def average(
             residuals clearly exceed it.
         beside: Further candidates, which are diagnosed but not averaged.
         names: Names of the estimated parameters; without them there is no diagnosis.
+        ripple: Level of the ripple at zero crossings; None: averaged over.
     """
     rows = prior.rows() * scale
     known = (rows.T @ rows, -rows.T @ prior.residual(x))
@@ -115,12 +117,13 @@ def average(
     def mixture(levels: Matrix) -> tuple[list[Innovations], Posteriors, Vector]:
         found = whitened(segments, every, scale, levels)
         seen = posteriors([f.leading(own) for f in found], effects, known, levels, stated)
-        return found, seen, _weights(seen)
+        return found, seen, _weights(seen, ripple)
 
-    levels = grid(RIPPLES)
+    levels = grid(RIPPLES, ripple)
     found, seen, weight = mixture(levels)
-    if weight[np.max(seen.levels, axis=1) == RIPPLES[-1]].sum() > AT_THE_EDGE:
-        levels = grid((*RIPPLES, *STRONG_RIPPLES))
+    free = seen.levels if ripple is None else seen.levels[:, 1:]
+    if weight[np.max(free, axis=1) == RIPPLES[-1]].sum() > AT_THE_EDGE:
+        levels = grid((*RIPPLES, *STRONG_RIPPLES), ripple)
         found, seen, weight = mixture(levels)
     findings, scores = (), ()
     if names:
@@ -139,8 +142,12 @@ def average(
     )
 
 
-def _weights(seen: Posteriors) -> Vector:
-    weight = np.exp(seen.log_weight - seen.log_weight.max())
+def _weights(seen: Posteriors, ripple: float | None = None) -> Vector:
+    """Normalised weights of all hypotheses; only those with a stated ripple count."""
+    log_weight = seen.log_weight
+    if ripple is not None:
+        log_weight = np.where(seen.levels[:, 0] == ripple, log_weight, -np.inf)
+    weight = np.exp(log_weight - log_weight.max())
     return weight / weight.sum()
 
 

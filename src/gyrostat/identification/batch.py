@@ -129,6 +129,7 @@ def identify(
     tolerance: Mapping[str, float] | None = None,
     white_noise: bool = False,
     include: Collection[str] = (),
+    ripple: float | None = None,
     posterior: bool = False,
     on_draws: Callable[[int], None] = lambda count: None,
 ) -> Fit:
@@ -165,6 +166,8 @@ def identify(
         white_noise: Whether to assume that the friction model with white noise is exact (plain
             least squares). The resulting uncertainty is too small for real wheels.
         include: Names of further effects to average over, as the diagnosis names them.
+        ripple: Torque ripple at breakaways and zero crossings, rms over the dry friction torque. By
+            default it is averaged over with the other effects; few crossings hardly tell it.
         posterior: Whether to sample the posterior too (`gyrostat.identification.posterior`).
         on_draws: Called with the number of draws of the posterior so far.
 
@@ -198,6 +201,7 @@ def identify(
             on_progress=on_progress,
             tolerance=tolerance,
             white_noise=white_noise,
+            ripple=ripple,
         )
     pooled = [pool(cut(record)) for record in records]
     records = tuple(record for record, _ in pooled)
@@ -256,6 +260,7 @@ def identify(
         white_noise=white_noise,
         tolerances=tolerances,
         include=include,
+        ripple=ripple,
     )
     if not (posterior and fit.converged):
         return fit

@@ -63,6 +63,7 @@ def _averaged(
     sigmas: Sequence[float],
     stated: bool,
     include: Collection[str],
+    ripple: float | None,
 ) -> _Estimate:
     """Average over effects outside the model; `plain` if the averaged estimate is not valid."""
     index = selection.index(prediction)
@@ -96,6 +97,7 @@ def _averaged(
             stated=stated,
             beside=beside,
             names=selection.free,
+            ripple=ripple,
         )
     except np.linalg.LinAlgError:
         return plain
@@ -147,6 +149,7 @@ def conclude(
     white_noise: bool = False,
     tolerances: Mapping[str, float] | None = None,
     include: Collection[str] = (),
+    ripple: float | None = None,
 ) -> Fit:
     """Build the result from the end of a batch iteration.
 
@@ -162,6 +165,7 @@ def conclude(
         white_noise: Whether the friction model in white noise is taken as complete.
         tolerances: Name of a given quantity -> relative tolerance, one sigma.
         include: Names of further effects to average over.
+        ripple: Level of the ripple at zero crossings; None: averaged over.
     """
     records, solution = prediction.records, outcome.solution
     linear = prediction.linearise(outcome.values)
@@ -178,7 +182,16 @@ def conclude(
         smallest = NUMERICAL_NOISE * deterministic.speed_level
         sigmas = speed_sigmas if sigma_given else [max(n, smallest) for n in noise]
         best = _averaged(
-            prediction, selection, outcome, loss, linear, plain, sigmas, sigma_given, include
+            prediction,
+            selection,
+            outcome,
+            loss,
+            linear,
+            plain,
+            sigmas,
+            sigma_given,
+            include,
+            ripple,
         )
     own = widened(best.covariance, np.sqrt(np.diag(formal)))
     counts = [int(r.valid.sum()) for r in records]

@@ -49,10 +49,12 @@ class Design:
             not within the record or without a target.
         history: Times, (k,), s, and standard deviation of the first combination that nine of ten
             wheels have then, (k,).
-        events: Median number of breakaways and zero crossings.
+        events: Median number of breakaways from rest.
+        angles: Median number of breakaways at independent angles of the rotor that are worth these.
         ripple: Torque ripple assumed, N·m rms.
         needed: Number of breakaways at different angles of the rotor at which the ripple alone
-            allows the target; None without a target or ripple.
+            allows the targets; None without a target or ripple.
+        at_rest: Whether a torque ripple affects what is wanted.
         limits: Limits of driver, wheel and record.
         speed_sigma: Standard deviation of the measured speed, rad/s.
         candidates: Number of profiles tried.
@@ -68,8 +70,10 @@ class Design:
     reached: float | None
     history: tuple[Vector, Vector]
     events: float
+    angles: float
     ripple: float
     needed: int | None
+    at_rest: bool
     limits: Limits
     speed_sigma: float
     candidates: int

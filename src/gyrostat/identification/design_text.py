@@ -56,16 +56,25 @@ def summary(design: "Design") -> list[str]:
         for each in design.wanted
         if each.clear is not None
     ]
-    if design.ripple > 0.0:
+    if not design.at_rest:
+        return lines
+    if design.ripple == 0.0:
         lines.append(
-            f"torque ripple of {plain(design.ripple, 2)} N·m rms: each breakaway shows the static "
-            f"torque at one angle of the rotor; this record has {design.events:.0f} breakaways "
-            "and crossings"
+            "no torque ripple is assumed: with one (--ripple), sigma is larger, and breakaways at "
+            "different angles reduce it"
         )
-    if design.needed is not None:
-        lines.append(
-            f"the ripple alone takes at least {design.needed} breakaways at different angles"
-        )
+        return lines
+    size = plain(design.ripple, 2)
+    lines.append(
+        f"torque ripple of {size} N·m rms: each breakaway shows the static torque at one angle of "
+        f"the rotor; the {design.events:.0f} breakaways of this record are worth "
+        f"{design.angles:.2g} at independent angles"
+    )
+    number = f": the target takes at least {design.needed}" if design.needed else ""
+    lines.append(
+        f"n breakaways at different angles leave {size} N·m/sqrt(n){number}; turn the wheel "
+        "between them, and state the same --ripple to identify"
+    )
     return lines
 
 
@@ -89,6 +98,7 @@ def content(design: "Design") -> dict[str, object]:
             "sigma": design.history[1].tolist(),
         },
         "breakaways": design.events,
+        "independent_breakaways": design.angles,
         "breakaways_needed": design.needed,
         "ripple": design.ripple,
         "speed_sigma": design.speed_sigma,

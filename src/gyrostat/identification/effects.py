@@ -39,6 +39,10 @@ STRONG_RIPPLES = (0.3, 1.0, 3.0)
 """Further levels, for records that these do not explain."""
 COHERENCE = 1.0
 """Angle over which the ripple at a zero crossing is constant, rad."""
+RETURN = 32.0 * np.pi
+"""Angle turned after which a wheel stops at another phase of the ripple, rad. A wheel that only
+moves to and fro breaks away at the same angles again, and after a few turns it stops nearly where
+it did before."""
 WIDTH = 8
 """The number of columns is rounded up to a multiple of this."""
 FIRST_WALK = 0.5
@@ -76,12 +80,32 @@ class TorqueNoise:
             (N - 1,), (rad/s)².
         walk: Variance by which a random-walk torque grows in each interval, (N - 1,), (N·m)².
         first: Variance of the random-walk torque at the first sample, (N·m)².
+        starts: Change of the speed at the end of each interval per ripple torque, against the
+            motion, at the last start from rest or zero crossing, (N - 1,), rad/s per N·m; zero
+            where the wheel has turned on.
+        kept: Correlation of this torque at the end of each interval with that at its start,
+            (N - 1,).
+        ripple: Variance of this torque, (N·m)².
     """
 
     gain: Vector
     crossings: Vector
     walk: Vector
     first: float
+    starts: Vector
+    kept: Vector
+    ripple: float
+
+    def intervals(self, transition: Vector) -> Matrix:
+        """Rows of `gyrostat.identification.speed_error`, (N - 1, 7).
+
+        Args:
+            transition: Derivative of the speed at the end of each interval by that at its start,
+                (N - 1,).
+        """
+        renewed = self.ripple * (1.0 - self.kept**2)
+        gains = (transition, self.gain, self.starts, self.kept)
+        return np.column_stack([*gains, self.crossings, self.walk, renewed])
 
 
 @stored_function
@@ -180,6 +204,11 @@ def torque_noise(
     speed it averages out. Within a band of speeds that the wheel leaves after about `COHERENCE`,
     the ripple is a white torque noise with the time in this band as its correlation time.
 
+    A wheel that starts from rest or passes zero shows the ripple at its angle: a constant torque,
+    added to the friction until it has turned by `COHERENCE`. Later starts show the same torque, the
+    less the more the wheel turns in between (`RETURN`): many breakaways at the same angles do not
+    average it.
+
     Args:
         prediction: Records and friction model.
         record: One of its records.
@@ -202,11 +231,27 @@ def torque_noise(
         change > 0.0, inside / np.where(change > 0.0, change, 1.0), np.abs(high) < band
     )
     correlation = band / acceleration if acceleration > 0.0 else 0.0
+    turned = 0.5 * np.abs(linear.speed[1:] + linear.speed[:-1]) * duration
+    starting = _since_zero(linear.speed, turned) < COHERENCE
     # a wheel at rest does not respond
-    moved = (gain != 0.0) / values["inertia"] ** 2
+    moved = ((gain != 0.0) & ~starting) / values["inertia"] ** 2
     return TorqueNoise(
         gain=gain,
         crossings=level**2 * correlation * duration * share * moved,
         walk=level**2 * duration / np.ptp(record.time),
         first=(FIRST_WALK * level) ** 2,
+        starts=-gain * starting * np.sign(linear.speed[1:]),
+        kept=np.exp(-turned / RETURN),
+        ripple=level**2,
     )
+
+
+def _since_zero(speed: Vector, turned: Vector) -> Vector:
+    """Angle turned since the speed was last zero, at the start of each interval, (N - 1,), rad.
+
+    Args:
+        speed: Speed at the samples, (N,), rad/s.
+        turned: Angle turned in each interval, (N - 1,), rad.
+    """
+    angle = np.cumsum(turned) - turned
+    return angle - np.maximum.accumulate(np.where(speed[:-1] * speed[1:] <= 0.0, angle, -np.inf))

@@ -101,7 +101,7 @@ class _Search:
         )
 
     def covariance(self, gained: Gained, columns: Matrix) -> Vector:
-        """Covariance of combinations, with the ripple averaged over the breakaways.
+        """Covariance of combinations, with the ripple averaged over independent angles.
 
         Args:
             gained: Uncertainty after b currents on d wheels, at k times.
@@ -111,7 +111,7 @@ class _Search:
             Covariance, (b, d, k, c, c), SI.
         """
         rippled = self.ripple * self.at_rest(columns)
-        each = np.outer(rippled, rippled) / np.maximum(gained.events, 1.0)[..., None, None]
+        each = np.outer(rippled, rippled) / np.maximum(gained.angles, 1.0)[..., None, None]
         return columns.T @ gained.covariance @ columns + each
 
     def scores(self, shapes: Sequence[Shape], wheels: Matrix) -> Vector:
@@ -273,10 +273,9 @@ def _concluded(
                 else None,
             )
         )
-    needed = None
-    rippled = search.ripple * search.at_rest(search.wanted)
-    if goals is not None and np.any(rippled):
-        needed = int(np.ceil(np.max((rippled / goals) ** 2)))
+    needed, at_rest = None, search.at_rest(search.wanted)
+    if goals is not None and np.any(search.ripple * at_rest):
+        needed = int(np.ceil(np.max((search.ripple * at_rest / goals) ** 2)))
     return Design(
         shape=shape,
         numbers=shape.numbers(search.limits, search.breakaway),
@@ -288,8 +287,10 @@ def _concluded(
         reached=reached,
         history=(times[: last + 1], reliable[: last + 1, 0]),
         events=float(np.median(gained.events[0, :, last])),
+        angles=float(np.median(gained.angles[0, :, last])),
         ripple=search.ripple,
         needed=needed,
+        at_rest=bool(np.any(at_rest)),
         limits=search.limits,
         speed_sigma=speed_sigma,
         candidates=tried,

@@ -183,7 +183,13 @@ def _presence(present: NDArray[np.bool_]) -> Vector:
     return np.array(table)[present.sum(axis=1)]
 
 
-def grid(ripples: Sequence[float]) -> Matrix:
-    """Pairs of levels of the ripple at crossings and of the random-walk torque."""
+def grid(ripples: Sequence[float], stated: float | None = None) -> Matrix:
+    """Pairs of levels of the ripple at crossings and of the random-walk torque.
+
+    Args:
+        ripples: Levels above zero.
+        stated: Further level of the ripple.
+    """
     every = (0.0, *ripples)
-    return np.array(list(product(every, every)))
+    own = every if stated is None else sorted({*every, stated})
+    return np.array(list(product(own, every)))

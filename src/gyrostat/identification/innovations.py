@@ -1,12 +1,10 @@
 """Prediction errors of a linearised record under random torques: a Kalman filter in O(N).
 
-The speed error x of a wheel and a random-walk torque u obey, from sample to sample,
-    x' = f x + g u + v,   u' = u + w,   r = S theta + x + e,
-with the transition f and the gain g of each interval of the exact prediction. One filter serves
-all columns of [r, S] (its gains do not depend on the data), and many noise levels at once. The sums
-of squares and products of the whitened columns are sufficient for a linear regression: they give
-the likelihood of every hypothesis in closed form (Harvey 1989, "Forecasting, structural time series
-models and the Kalman filter", sections 3.4 and 3.7).
+The residual is r = S theta + x + e with the speed error x of `gyrostat.identification.speed_error`.
+One filter serves all columns of [r, S] (its gains do not depend on the data), and many noise levels
+at once. The sums of squares and products of the whitened columns are sufficient for a linear
+regression: they give the likelihood of every hypothesis in closed form (Harvey 1989, "Forecasting,
+structural time series models and the Kalman filter", sections 3.4 and 3.7).
 """
 
 from typing import NamedTuple
@@ -18,6 +16,7 @@ from gyrostat.core.stored_function import stored_function
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.effects import TorqueNoise, spare
 from gyrostat.identification.prediction import padded
+from gyrostat.identification.speed_error import corrected, first_covariance, predicted
 
 
 class Innovations(NamedTuple):
@@ -39,37 +38,32 @@ class Innovations(NamedTuple):
 
 
 @stored_function
-def _filter(columns, variance, transition, gain, crossing, walk, first, squared):
+def _filter(columns, variance, intervals, first, squared):
     """Whiten columns (N, c) for g noise levels; `squared` holds the squared levels, (g, 2)."""
     levels, count = squared.shape[0], columns.shape[1]
 
     def sample(carry, entry):
-        state, xx, xu, uu, products, logs = carry
-        row, noise, f, g, v, w = entry
-        error = row - state[:, 0]
-        total = xx + noise
+        state, covariance, products, logs = carry
+        row, noise, interval = entry
+        error = row - state[0]
+        total = covariance[0] + noise
         used = jnp.isfinite(noise)
         weight = jnp.where(used, 1.0 / total, 0.0)
         products = products + error[:, :, None] * (error * weight[:, None])[:, None, :]
         logs = logs + jnp.where(used, jnp.log(total), 0.0)
-        kx, ku = xx * weight, xu * weight
-        x, u = state[:, 0] + kx[:, None] * error, state[:, 1] + ku[:, None] * error
-        xx, xu, uu = xx - kx * xx, xu - kx * xu, uu - ku * xu
-        state = jnp.stack([f * x + g * u, u], axis=1)
-        ahead = f * f * xx + 2.0 * f * g * xu + g * g * uu + v * squared[:, 0]
-        return (state, ahead, f * xu + g * uu, uu + w * squared[:, 1], products, logs), None
+        gains, covariance = corrected(covariance, weight)
+        state = [each + k[:, None] * error for each, k in zip(state, gains, strict=True)]
+        ahead = predicted(tuple(state), covariance, interval, squared.T)
+        return (*ahead, products, logs), None
 
-    nothing = jnp.zeros(levels)
     start = (
-        jnp.zeros((levels, 2, count)),
-        nothing,
-        nothing,
-        first * squared[:, 1],
+        (jnp.zeros((levels, count)),) * 3,
+        first_covariance(first, squared.T),
         jnp.zeros((levels, count, count)),
-        nothing,
+        jnp.zeros(levels),
     )
-    last, _ = jax.lax.scan(sample, start, (columns, variance, transition, gain, crossing, walk))
-    return last[4], last[5]
+    last, _ = jax.lax.scan(sample, start, (columns, variance, intervals))
+    return last[2], last[3]
 
 
 def innovations(
@@ -95,11 +89,8 @@ def innovations(
     products, logs = _filter(
         np.pad(columns, ((0, fill), (0, spare(width)))),
         np.pad(variance, (0, fill), constant_values=np.inf),
-        padded(np.append(transition, 0.0)),
-        padded(np.append(noise.gain, 0.0)),
-        padded(np.append(noise.crossings, 0.0)),
-        padded(np.append(noise.walk, 0.0)),
-        noise.first,
+        np.pad(noise.intervals(transition), ((0, fill + 1), (0, 0))),
+        np.array([noise.first, noise.ripple]),
         levels**2,
     )
     products = np.asarray(products)[:, :width, :width]

@@ -11,6 +11,8 @@ STATED = (0.8, 1.25)
 """Range of the ratio of scatter to stated noise in which the two agree."""
 UNEXPLAINED = 1.5
 """Ratio of scatter to the noise estimated from the record, above which a warning is given."""
+UNRELIABLE = 0.25
+"""Random-walk torque, fraction of the dry friction, above which it hides the friction."""
 
 
 MOVED, MOST_MOVED = 0.5, 3
@@ -116,6 +118,18 @@ def _correlation_warning(fit: Fit) -> str:
     return f"{text}; {cause}"
 
 
+def _unexplained(fit: Fit) -> list[str]:
+    """Warning about an unknown torque that hides the friction."""
+    walk = next((e for e in fit.effects if e.name == "torque_walk"), None)
+    if walk is None or walk.probability < 0.5 or walk.value < UNRELIABLE:
+        return []
+    return [
+        f"an unknown torque of {100.0 * walk.value:.0f} % of the dry friction remains: values and "
+        "sigma are not reliable; the current at the samples does not explain the motion (does it "
+        "change between them, or is it clipped?); --method steady uses held speeds alone"
+    ]
+
+
 def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]:
     """List the warnings about a fit, most serious first.
 
@@ -129,6 +143,7 @@ def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]
         text = f"did not converge in {fit.iterations} iterations ({reason})"
         warnings.append(f"{text}: not a valid result")
     warnings += [_sentence(fit, finding) for finding in fit.findings]
+    warnings += _unexplained(fit)
     warnings += impossible(fit)
     if "current_bias" in fit.names:
         bias = fit.parameters["current_bias"]

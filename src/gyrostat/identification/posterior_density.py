@@ -25,6 +25,7 @@ from gyrostat.identification.prediction import (
     build_wheel,
     wheel_dimensions,
 )
+from gyrostat.identification.speed_error import corrected, first_covariance, predicted
 from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.response import advance, sample_intervals
 
@@ -42,8 +43,8 @@ class RecordData(NamedTuple):
         averaged: Weight of the sample before each one in its mean, (P,): 0 or 1/2.
         speed: Measured speed, (P,), rad/s; 0 where missing.
         variance: Variance of the measured speed, (P,); infinite where missing.
-        noise: Transition, gain, ripple variance and walk variance of each interval, (P, 4), and the
-            variance of the first wandering torque, at the levels of the fit.
+        noise: Rows of `TorqueNoise.intervals`, (P, 7), the variances of the first random torques,
+            (2,), and the squared levels of the fit, (2,).
         columns: Derivatives of the speed with respect to m coefficients in units of their prior
             sigma, (P, m).
     """
@@ -166,12 +167,9 @@ def record_data(
         fill = [(0, size - len(values)), *[(0, 0)] * (values.ndim - 1)]
         return np.pad(values, fill, constant_values=rest)
 
-    still = np.zeros(count - 1)
-    parts = (still, still, still, still)
+    intervals, first = np.zeros((count - 1, 7)), np.zeros(2)
     if noise is not None and transition is not None:
-        crossings, walk = levels[0] ** 2 * noise.crossings, levels[1] ** 2 * noise.walk
-        parts = (transition, noise.gain, crossings, walk)
-    first = 0.0 if noise is None else levels[1] ** 2 * noise.first
+        intervals, first = noise.intervals(transition), np.array([noise.first, noise.ripple])
     return RecordData(
         inputs=inputs,
         place=place,
@@ -179,7 +177,7 @@ def record_data(
         averaged=weight,
         speed=pad(np.where(record.valid, np.nan_to_num(record.speed), 0.0)),
         variance=pad(np.where(record.valid, sigma**2, np.inf), np.inf),
-        noise=(np.column_stack([pad(part) for part in parts]), first),
+        noise=(pad(intervals), first, np.square(levels)),
         columns=pad(np.zeros((count, 0)) if columns is None else columns),
     )
 
@@ -205,36 +203,32 @@ def density(model: type[Friction], hold: CurrentHold, shared: int):
         # the motion in a gap is unknown
         duration = jnp.append(jnp.where(restart[1:], 0.0, duration), 0.0)
         slope = jnp.append(slope, 0.0)
-        noise, walk = data.noise
+        intervals, random, squared = (jnp.asarray(part) for part in data.noise)
 
         def sample(carry, entry):
-            (speed, before, resolved), (x, u, xx, xu, uu), total = carry
-            start, change, length, anew, initial, weight, measured, variance, beside, parts = entry
-            f, g, v, w = parts
+            (speed, before, resolved), (state, spread), total = carry
+            start, change, length, anew, initial, weight, measured, variance, beside, own = entry
             speed = jnp.where(anew, initial, speed)
             mean = (1.0 - weight) * speed + weight * before
             # a missing sample has no residual, and the padding none either
             known = jnp.isfinite(variance)
-            error = jnp.where(known, jnp.append(measured - mean, beside), 0.0) - x
-            share = jnp.where(known, 1.0 / (xx + variance), 0.0)
+            error = jnp.where(known, jnp.append(measured - mean, beside), 0.0) - state[0]
+            share = jnp.where(known, 1.0 / (spread[0] + variance), 0.0)
             total = total + share * error[:, None] * error
-            kx, ku = xx * share, xu * share
-            x, u = x + kx * error, u + ku * error
-            xx, xu, uu = xx - kx * xx, xu - kx * xu, uu - ku * xu
-            ahead = f * f * xx + 2.0 * f * g * xu + g * g * uu + v
+            gains, spread = corrected(spread, share)
+            x, u, b = (each + k * error for each, k in zip(state, gains, strict=True))
             step = advance(wheel, speed, start + bias, change, length)
             moved = step.speed, speed, resolved & step.resolved
-            return (moved, (f * x + g * u, u, ahead, f * xu + g * uu, uu + w), total), None
+            return (moved, predicted((x, u, b), spread, own, squared), total), None
 
         nothing = jnp.zeros(1 + data.columns.shape[1])
-        zero = jnp.zeros(())
         entries = (
             *(current, slope, duration, jnp.asarray(restart).at[0].set(True), first),
-            *(data.averaged, data.speed, data.variance, data.columns, noise),
+            *(data.averaged, data.speed, data.variance, data.columns, intervals),
         )
         begin = (
             (first[0], first[0], jnp.array(True)),
-            (nothing, nothing, zero, zero, jnp.asarray(walk, dtype=float)),
+            ((nothing,) * 3, first_covariance(random, squared)),
             jnp.outer(nothing, nothing),
         )
         ((_, _, resolved), _, total), _ = jax.lax.scan(sample, begin, entries)

@@ -12,6 +12,7 @@ import numpy as np
 
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.effects import RETURN
 from gyrostat.identification.prediction import compiled_response
 from gyrostat.wheel.friction import Friction
 
@@ -28,13 +29,16 @@ class Gained(NamedTuple):
 
     Attributes:
         covariance: Covariance of the n uncertain parameters, (b, d, k, n, n), SI.
-        events: Number of breakaways and zero crossings so far, (b, d, k).
+        events: Number of breakaways from rest so far, (b, d, k).
+        angles: Number of breakaways at independent angles that determine the mean of the torque
+            ripple as well as these do, (b, d, k).
         speed: Speed at the samples, (b, d, N), rad/s.
         resolved: Whether the motion was resolved and all numbers are finite, (b, d).
     """
 
     covariance: Vector
     events: Vector
+    angles: Vector
     speed: Vector
     resolved: Vector
 
@@ -53,10 +57,16 @@ def _program(model: type[Friction], places: tuple[int, ...]):
         added = jax.ops.segment_sum(rows[:, :, None] * rows[:, None, :], part, CHECKPOINTS)
         information = jnp.eye(len(root)) + jnp.cumsum(added, axis=0)
         covariance = (root @ jnp.linalg.inv(information) @ root.T)[:, :-1, :-1]
-        starts = (speed[:-1] == 0.0) & (speed[1:] != 0.0) | (speed[:-1] * speed[1:] < 0.0)
-        events = jax.ops.segment_sum(starts.astype(float), part[1:], CHECKPOINTS)
+        starts = (speed[:-1] == 0.0) & (speed[1:] != 0.0)
+        # information of the mean of a torque with the correlation exp(-turned / RETURN)
+        turned = jnp.cumsum(0.5 * jnp.abs(speed[1:] + speed[:-1]) * jnp.diff(time))
+        last = jax.lax.cummax(jnp.where(starts, turned, -jnp.inf))
+        apart = turned - jnp.append(-jnp.inf, last[:-1])
+        alone = jnp.where(starts, jnp.tanh(0.5 * apart / RETURN), 0.0)
+        counts = jnp.column_stack([starts, alone])
+        events, angles = jax.ops.segment_sum(counts, part[1:], CHECKPOINTS).T
         sound = resolved & jnp.all(jnp.isfinite(covariance))
-        return covariance, jnp.cumsum(events), speed, sound
+        return covariance, jnp.cumsum(events), jnp.cumsum(angles), speed, sound
 
     return jax.jit(jax.vmap(lane, (0, 0, None, None, None, None)))
 

@@ -41,6 +41,7 @@ def identify(
     current_scale: Quantity | None = None,
     speed_scale: Quantity | None = None,
     clock: Quantity | None = None,
+    ripple: float | None = None,
     model: str | None = None,
     method: str = "batch",
     hold: Named = None,
@@ -74,6 +75,8 @@ def identify(
         current_scale: True divided by measured current: "+- 1 %" or "1.01 +- 0.5 %".
         speed_scale: True divided by measured speed, in the same form.
         clock: True divided by recorded time, in the same form.
+        ripple: Torque ripple, rms over the dry friction torque; by default it is estimated, but few
+            zero crossings hardly tell it.
         model: Friction model, by default "stribeck"; "auto": the simplest one, with the effects
             that the diagnosis finds.
         method: "batch", "steady", "torque-step" or "coast".
@@ -110,6 +113,7 @@ def identify(
     """
     from gyrostat import identification as stage
     from gyrostat.core.outputs import check_outputs
+    from gyrostat.core.validation import require
     from gyrostat.reports.write import FILES, write_fit
     from gyrostat.wheel.friction import FRICTION_MODELS
 
@@ -138,6 +142,8 @@ def identify(
         "edges": edges,
         "pulses": pulses,
     }
+    if ripple is not None:
+        require("--ripple", ripple)
     measured = [record.scaled(**factors) for record in load_records(records, say, **reading)]
     if method == "batch":
         one_of(name, ("auto", *FRICTION_MODELS), "--model")
@@ -155,6 +161,7 @@ def identify(
             measured,
             model=name,
             tolerance=tolerance,
+            ripple=ripple,
             posterior=posterior,
             on_draws=lambda count: say(f"  posterior: {count} draws of each chain"),
             on_progress=lambda stage, count, cost: say(
@@ -175,6 +182,7 @@ def identify(
     else:
         batch_only = {
             "--free": free,
+            "--ripple": ripple,
             "--prior": prior,
             "--start": start,
             "--loss": loss,
