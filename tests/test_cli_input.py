@@ -67,6 +67,7 @@ BENCH = ("bench", "model.toml", "--out", "out/r.csv")
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
+        ((*IDENTIFY, "--ripple", "4"), "--ripple: found 4, expected 0 to 1"),
         ((*IDENTIFY, "--hold", "coulomb=-1"), "held coulomb: found -1, expected 0 N·m or more"),
         ((*IDENTIFY, "--start", "static=-1e-3"), "start of static: found -0.001, expected 0"),
         ((*IDENTIFY, "--prior", "viscous=-1:1"), "a-priori mean of viscous: found -1, expected 0"),

@@ -75,8 +75,8 @@ def identify(
         current_scale: True divided by measured current: "+- 1 %" or "1.01 +- 0.5 %".
         speed_scale: True divided by measured speed, in the same form.
         clock: True divided by recorded time, in the same form.
-        ripple: Torque ripple, rms over the dry friction torque; by default it is estimated, but few
-            zero crossings hardly tell it.
+        ripple: Torque ripple, rms over the dry friction torque, 0 to 1; by default it is estimated,
+            but few zero crossings hardly tell it.
         model: Friction model, by default "stribeck"; "auto": the simplest one, with the effects
             that the diagnosis finds.
         method: "batch", "steady", "torque-step" or "coast".
@@ -112,8 +112,8 @@ def identify(
         InputError: A record or option cannot be used, or existing files would be replaced.
     """
     from gyrostat import identification as stage
+    from gyrostat.core.errors import InputError
     from gyrostat.core.outputs import check_outputs
-    from gyrostat.core.validation import require
     from gyrostat.reports.write import FILES, write_fit
     from gyrostat.wheel.friction import FRICTION_MODELS
 
@@ -142,8 +142,10 @@ def identify(
         "edges": edges,
         "pulses": pulses,
     }
-    if ripple is not None:
-        require("--ripple", ripple)
+    if ripple is not None and not 0.0 <= ripple <= 1.0:
+        raise InputError(
+            f"--ripple: found {ripple:g}, expected 0 to 1, the rms over the dry friction torque"
+        )
     measured = [record.scaled(**factors) for record in load_records(records, say, **reading)]
     if method == "batch":
         one_of(name, ("auto", *FRICTION_MODELS), "--model")
