@@ -1,6 +1,6 @@
 """Friction added to commanded wheel torques, against the friction law by hand."""
 
-from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -12,6 +12,12 @@ from gyrostat.wheel.friction import Stribeck
 
 VISCOUS, COULOMB, STATIC, SPEED = 1e-7, 2e-5, 3e-5, 2.0
 INERTIA = np.full(4, 2e-5)
+
+
+class Speeds(NamedTuple):
+    """Measurement."""
+
+    wheel_speed: Any
 
 
 class Demands:
@@ -33,7 +39,7 @@ def told(demanded, speed, **options):
         Demands(demanded), Stribeck(VISCOUS, COULOMB, STATIC, SPEED), 1e-3, **values
     )
     part.check()
-    measured = SimpleNamespace(wheel_speed=np.array(speed))
+    measured = Speeds(np.array(speed))
     memory, command = part(part.start(0.25), measured)
     assert memory == 0.25
     return np.asarray(command.torque)
