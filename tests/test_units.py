@@ -262,3 +262,11 @@ def test_a_text_with_any_unit_is_converted_by_it(text, value):
         return
     with pytest.raises(InputError, match=r"key kp: found '.*', expected a"):
         parse_any(text, "key kp")
+
+
+@pytest.mark.parametrize("dimension", SI_UNIT)
+def test_a_message_names_each_unit_once(dimension):
+    with pytest.raises(InputError) as refused:
+        parse_quantity("fast", dimension, "here")
+    named = str(refused.value).partition("with a unit: ")[2].split(", ")
+    assert len(named) == len(set(named))

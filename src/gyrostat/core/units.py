@@ -131,9 +131,10 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
     """
     match = QUANTITY.fullmatch(text)
     if match is None:
+        symbols = dict.fromkeys(row[0].symbol for row in TABLE[dimension])
         raise InputError(
             f"{where}: found {text[:40]!r}, expected a number in {SI_UNIT[dimension]} "
-            f"or with a unit: {', '.join(row[0].symbol for row in TABLE[dimension])}"
+            f"or with a unit: {', '.join(symbols)}"
         )
     unit = match[2].strip() or SI_UNIT[dimension]
     value = find_unit(unit, dimension, f"{where} {text[:40]!r}").to_si(float(match[1]))
