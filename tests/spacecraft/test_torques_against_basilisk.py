@@ -192,3 +192,40 @@ def test_sunlight_and_its_torque_are_those_of_basilisk(case, theirs, monkeypatch
     torque = ours(case, SolarPressureTorque(orbit, BASILISK_FLUX / 1361.0))
     assert difference(share, theirs["share"]) < AGREEMENT
     assert difference(torque, theirs["light"]) < AGREEMENT
+
+
+def test_a_ground_target_is_where_basilisk_has_it(case):
+    """Position, and distance from the spacecraft; geodetic coordinates by pyerfa.
+
+    Basilisk's own conversion is for a sphere.
+    """
+    erfa = pytest.importorskip("erfa", reason="the libraries of the extra orbit are not installed")
+    from Basilisk.architecture import messaging
+    from Basilisk.simulation import groundLocation
+    from Basilisk.utilities import SimulationBaseClass
+
+    orbit, times, _ = case
+    latitude, longitude, height = np.radians(48.1), np.radians(11.6), 519.0
+    for time in times:
+        simulation = SimulationBaseClass.SimBaseClass()
+        simulation.CreateNewProcess("process").addTask(simulation.CreateNewTask("task", 1))
+        turned = Rotation.from_quat(np.asarray(orbit.earth(time)), scalar_first=True)
+        planet = messaging.SpicePlanetStateMsg().write(
+            messaging.SpicePlanetStateMsgPayload(J20002Pfix=turned.as_matrix().T.tolist())
+        )
+        place = np.asarray(orbit.position(time))
+        craft = messaging.SCStatesMsg().write(
+            messaging.SCStatesMsgPayload(r_BN_N=place.tolist(), v_BN_N=[0.0] * 3)
+        )
+        location = groundLocation.GroundLocation()
+        location.specifyLocationPCPF(column(erfa.gd2gc(1, longitude, latitude, height)))
+        location.planetInMsg.subscribeTo(planet)
+        location.addSpacecraftToModel(craft)
+        simulation.AddModelToTask("task", location)
+        simulation.InitializeSimulation()
+        simulation.TotalSim.SingleStepProcesses()
+        ground = np.asarray(orbit.ground(latitude, longitude, height, time))
+        theirs = np.ravel(location.currentGroundStateOutMsg.read().r_LN_N)
+        np.testing.assert_allclose(ground, theirs, rtol=0.0, atol=1e-2)
+        distance = location.accessOutMsgs[0].read().slantRange
+        assert np.linalg.norm(ground - place) == pytest.approx(distance, rel=1e-9)
