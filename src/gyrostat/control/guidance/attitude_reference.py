@@ -28,7 +28,7 @@ class AttitudeReference(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Quaternion with its first and second time derivative at one time.
+    """Unit quaternion with its first and second time derivative at one time.
 
     Attributes:
         attitude: Quaternion, (4,).
@@ -57,6 +57,12 @@ class Motion(NamedTuple):
         (attitude, slope), (_, bend) = jax.jvp(first, (time,), (one,))
         return cls(attitude, slope, bend)
 
+    @property
+    def reference(self) -> AttitudeReference:
+        """Attitude, rate and acceleration; q*' q' has no vector part and |q| does not change."""
+        rate, acceleration = (rate_of(self.attitude, each) for each in (self.slope, self.bend))
+        return AttitudeReference(self.attitude, rate, acceleration)
+
     def after(self, time: Scalar) -> Quaternion:
         """Quaternion a short time later, s, to second order."""
         return self.attitude + time * (self.slope + 0.5 * time * self.bend)
@@ -75,14 +81,6 @@ def rate_of(quaternion: Quaternion, slope: Quaternion) -> Vector3:
     return 2.0 * turned / (quaternion @ quaternion)
 
 
-def _with_rate(profile: Profile, time: Scalar) -> tuple[Vector3, Quaternion]:
-    """Rate and unit quaternion of a profile."""
-    found, slope = jax.jvp(
-        lambda t: jnp.asarray(profile(t), dtype=float), (time,), (jnp.ones_like(time),)
-    )
-    return rate_of(found, slope), rotations.normalised(found)
-
-
 def reference_at(profile: Profile, time: Scalar) -> AttitudeReference:
     """Attitude, rate and acceleration of a profile at a time.
 
@@ -90,8 +88,4 @@ def reference_at(profile: Profile, time: Scalar) -> AttitudeReference:
         profile: Attitude over time.
         time: Time, s.
     """
-    time = jnp.asarray(time, dtype=float)
-    rate, acceleration, attitude = jax.jvp(
-        lambda t: _with_rate(profile, t), (time,), (jnp.ones_like(time),), has_aux=True
-    )
-    return AttitudeReference(attitude, rate, acceleration)
+    return Motion.of(profile, time).reference

@@ -256,6 +256,4 @@ class BoundReference(eqx.Module):
         def turned(later: Scalar) -> Quaternion:
             return transition(since + later, before.after(later), after.after(later))
 
-        return jax.lax.cond(
-            turning, lambda: reference_at(turned, 0.0), lambda: reference_at(after.after, 0.0)
-        )
+        return jax.lax.cond(turning, lambda: reference_at(turned, 0.0), lambda: after.reference)
