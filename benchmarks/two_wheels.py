@@ -20,7 +20,7 @@ from itertools import pairwise
 import equinox as eqx
 import numpy as np
 
-from gyrostat.control import GyrolessFeedback, TwoWheelPointing
+from gyrostat.control import OutputFeedback, TwoWheelPointing
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.estimation import MomentumAttitudeFilter
@@ -106,7 +106,7 @@ def flown(cases: list[Case], given: argparse.Namespace) -> Outcome:
         sigma = np.deg2rad(given.arcsec / 3600.0)
         cases = [without_gyro(case, sigma, given.periods) for case in cases]
         filter = MomentumAttitudeFilter(AS_KNOWN, sigma, float(given.periods), TACHOMETER)
-        controller = GyrolessFeedback(filter, controller)
+        controller = OutputFeedback(filter, controller)
     name = "two-wheel pointing"
     candidate = Candidate(name, name, lambda: controller, DURATION, JUDGED)
     return evaluate(

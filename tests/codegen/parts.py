@@ -356,8 +356,8 @@ def examples():
         "TwoWheelPointing, BoresightLaw, SafeFrit, FirstOrderLags, RotorScaleFilter": controller(
             pointing, SENSED_TWO
         ),
-        "GyrolessFeedback, MomentumAttitudeFilter": controller(
-            control.GyrolessFeedback(
+        "MomentumAttitudeFilter": controller(
+            control.OutputFeedback(
                 estimation.MomentumAttitudeFilter(TWO, 5e-5), control.TwoWheelPointing(TWO)
             ),
             spacecraft.TrackerMeasurement(

@@ -59,7 +59,7 @@ def filtered(own, attitude, wheel_speed, measured):
     def step(estimate, row):
         q, s, sees = row
         estimate = own.correct(own.predict(estimate, s, PERIOD), q, sees)
-        return estimate, (estimate, own.rate(estimate))
+        return estimate, (estimate, own.rate(estimate, s))
 
     return jax.lax.scan(step, own.start(), (attitude, wheel_speed, measured))[1]
 
@@ -79,6 +79,20 @@ def test_exact_measurements_give_rate_momentum_and_the_true_rotors(truth):
     assert np.all(np.asarray(found.innovation)[~sees] == 0.0)
 
 
+def test_nothing_moves_before_the_first_sample_of_the_star_tracker():
+    """Turning wheels alone do not tell the body rate."""
+    own, turning = MomentumAttitudeFilter(CRAFT, SIGMA), jnp.array([100.0, -50.0])
+    estimate = own.start()
+    for _ in range(2):
+        estimate = own.predict(estimate, turning, PERIOD)
+        estimate = own.correct(estimate, jnp.array([0.6, 0.8, 0.0, 0.0]), jnp.array(False))
+        np.testing.assert_array_equal(own.rate(estimate, turning), 0.0)
+        np.testing.assert_array_equal(estimate.attitude, own.start().attitude)
+    estimate = own.correct(estimate, jnp.array([0.6, 0.8, 0.0, 0.0]), jnp.array(True))
+    np.testing.assert_allclose(own.rate(estimate, turning), 0.0, atol=1e-12)
+    np.testing.assert_allclose(own.rate(estimate, 2.0 * turning), -own.rate(estimate, 0.0), 1e-9)
+
+
 def test_the_covariance_is_carried_by_the_derivative_of_the_motion():
     """The linear error equations against central differences of the filter's own prediction."""
     own = MomentumAttitudeFilter(CRAFT, jnp.asarray(SIGMA), bandwidth=jnp.asarray(1e-9))
@@ -88,6 +102,7 @@ def test_the_covariance_is_carried_by_the_derivative_of_the_motion():
         momentum=jnp.asarray(20.0 * MOMENTUM),
         scale=jnp.asarray(SCALE),
         wheel_speed=jnp.array([3.0, -5.0]),
+        started=jnp.array(True),
     )
 
     def moved(offset):

@@ -9,7 +9,7 @@ from math import inf
 from typing import Any
 
 from gyrostat.campaigns.schema import GYROLESS, Key, positive, size, vector
-from gyrostat.control import GyrolessFeedback, OutputFeedback
+from gyrostat.control import OutputFeedback
 from gyrostat.core.arrays import PerWheel, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.estimation import AttitudeFilter, MomentumAttitudeFilter
@@ -105,7 +105,7 @@ def _kalman(
 
 def _momentum(
     options: Options, controller: Any, known: Spacecraft, sensors: Options
-) -> GyrolessFeedback:
+) -> OutputFeedback:
     filter = MomentumAttitudeFilter(
         known,
         sensors["attitude_sigma"],
@@ -113,7 +113,7 @@ def _momentum(
         _speed_sigma(sensors, known),
         **options,
     )
-    return GyrolessFeedback(filter, controller)
+    return OutputFeedback(filter, controller)
 
 
 _TRACKER = {

@@ -24,7 +24,6 @@ from gyrostat.control.attitude.attitude_pid import AttitudePID, CurrentMode
 from gyrostat.control.attitude.attitude_regulator import AttitudeRegulator
 from gyrostat.control.attitude.attitude_targets import AttitudeTargets
 from gyrostat.control.attitude.command import CurrentCommand
-from gyrostat.control.attitude.gyroless_feedback import GyrolessFeedback
 from gyrostat.control.attitude.output_feedback import OutputFeedback
 from gyrostat.control.attitude.sun_pointing import SunPointing
 from gyrostat.control.attitude.three_axis_law import ThreeAxisLaw
@@ -89,7 +88,6 @@ __all__ = [
     "FrictionScaleControl",
     "FrictionTorqueControl",
     "Guarded",
-    "GyrolessFeedback",
     "Integrators",
     "Law",
     "LeastSquares",

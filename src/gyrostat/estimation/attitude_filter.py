@@ -1,6 +1,6 @@
 """Multiplicative extended Kalman filter for attitude and gyro bias, from star tracker and gyro."""
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Bool, Float
@@ -36,6 +36,15 @@ class AttitudeEstimate(NamedTuple):
     surprise: Scalar
     started: Bool[Array, ""]
     turn: Vector3
+
+
+class _Signals(NamedTuple):
+    estimated_attitude: Annotated[Quaternion, "1"]
+    estimated_rate: Annotated[Vector3, "rad/s"]
+    estimated_bias: Annotated[Vector3, "rad/s"]
+    attitude_sigma: Annotated[Vector3, "rad"]
+    innovation: Annotated[Vector3, "rad"]
+    surprise: Scalar
 
 
 class AttitudeFilter(Checked):
@@ -91,6 +100,21 @@ class AttitudeFilter(Checked):
             surprise=jnp.zeros(()),
             started=jnp.array(False),
             turn=jnp.zeros(3),
+        )
+
+    def sample(self, measurement: Any) -> Vector3:
+        """Gyro rate that `predict` takes, (3,), rad/s."""
+        return measurement.rate
+
+    def rate(self, estimate: AttitudeEstimate, sample: Vector3) -> Vector3:
+        """Body rate without the estimated bias, (3,), rad/s."""
+        return sample - estimate.bias
+
+    def signals(self, estimate: AttitudeEstimate, rate: Vector3) -> _Signals:
+        """Signals to record, with the body rate, (3,), rad/s."""
+        sigma = jnp.sqrt(jnp.diagonal(estimate.covariance)[:3])
+        return _Signals(
+            estimate.attitude, rate, estimate.bias, sigma, estimate.innovation, estimate.surprise
         )
 
     def predict(

@@ -1,6 +1,6 @@
 """Attitude and body rate without a gyro, from star tracker, tachometers and momentum."""
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from jaxtyping import Array, Bool, Float
 
@@ -38,6 +38,16 @@ class MomentumAttitudeEstimate(NamedTuple):
     innovation: Vector3
     surprise: Scalar
     started: Bool[Array, ""]
+
+
+class _Signals(NamedTuple):
+    estimated_attitude: Annotated[Quaternion, "1"]
+    estimated_rate: Annotated[Vector3, "rad/s"]
+    estimated_momentum: Annotated[Vector3, "N·m·s"]
+    rotor_scale: Annotated[PerWheel, "1"]
+    attitude_sigma: Annotated[Vector3, "rad"]
+    innovation: Annotated[Vector3, "rad"]
+    surprise: Scalar
 
 
 class MomentumAttitudeFilter(Checked):
@@ -92,11 +102,28 @@ class MomentumAttitudeFilter(Checked):
             started=jnp.array(False),
         )
 
-    def rate(self, estimate: MomentumAttitudeEstimate) -> Vector3:
-        """Body rate at the last sample, (3,), rad/s."""
+    def sample(self, measurement: Any) -> PerWheel:
+        """Wheel speeds that `predict` takes, (wheels,), rad/s; a measured rate is not used."""
+        return measurement.wheel_speed
+
+    def rate(self, estimate: MomentumAttitudeEstimate, sample: PerWheel) -> Vector3:
+        """Body rate with these wheel speeds, (3,), rad/s; zero before the first attitude."""
         inverse = inverse_definite(self.spacecraft.inertia_locked())
-        held = self._rotors(estimate.wheel_speed) @ estimate.scale
-        return inverse @ (rotations.to_body(estimate.attitude, estimate.momentum) - held)
+        held = self._rotors(sample) @ estimate.scale
+        rate = inverse @ (rotations.to_body(estimate.attitude, estimate.momentum) - held)
+        return jnp.where(estimate.started, rate, 0.0)
+
+    def signals(self, estimate: MomentumAttitudeEstimate, rate: Vector3) -> _Signals:
+        """Signals to record, with the body rate, (3,), rad/s."""
+        return _Signals(
+            estimate.attitude,
+            rate,
+            estimate.momentum,
+            estimate.scale,
+            jnp.sqrt(jnp.diagonal(estimate.covariance)[:3]),
+            estimate.innovation,
+            estimate.surprise,
+        )
 
     def _rotors(self, wheel_speed: PerWheel) -> Float[Array, "3 wheels"]:
         """Momentum of each rotor of the model in body axes, (3, wheels), N·m·s."""
@@ -144,7 +171,7 @@ class MomentumAttitudeFilter(Checked):
         covariance = forward @ (estimate.covariance + noise) @ forward.T
         turned = rotations.product(estimate.attitude, rotations.from_rotation_vector(period * rate))
         return estimate._replace(
-            attitude=rotations.normalised(turned),
+            attitude=jnp.where(estimate.started, rotations.normalised(turned), estimate.attitude),
             covariance=symmetric(covariance.at[:3, :3].add(seen @ seen.T)),
             wheel_speed=wheel_speed,
         )

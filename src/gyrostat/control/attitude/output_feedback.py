@@ -1,6 +1,6 @@
 """Output feedback: a state-feedback controller with an attitude filter."""
 
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from gyrostat.control.missing_sample import predicted
 from gyrostat.control.recorded import recorded_with
@@ -8,17 +8,8 @@ from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, declared_units
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.named_tuples import with_fields
-from gyrostat.estimation import AttitudeEstimate, AttitudeFilter
+from gyrostat.estimation import AttitudeFilter, MomentumAttitudeFilter
 from gyrostat.spacecraft import SpacecraftMeasurement, TrackerGyroMeasurement
-
-
-class _Estimated(NamedTuple):
-    estimated_attitude: Annotated[Quaternion, "1"]
-    estimated_rate: Annotated[Vector3, "rad/s"]
-    estimated_bias: Annotated[Vector3, "rad/s"]
-    attitude_sigma: Annotated[Vector3, "rad"]
-    innovation: Annotated[Vector3, "rad"]
-    surprise: Scalar
 
 
 class OutputFeedbackMemory(NamedTuple):
@@ -30,26 +21,27 @@ class OutputFeedbackMemory(NamedTuple):
         period: Control period, s.
     """
 
-    estimate: AttitudeEstimate
+    estimate: Any
     controller: Any
     period: Scalar
 
 
 class OutputFeedback(Checked):
-    """State-feedback controller with an attitude filter for star tracker and gyro.
+    """State-feedback controller with an attitude filter for star tracker and gyro, or no gyro.
 
-    The following signals are recorded with the command: `estimated_attitude` (4,), `estimated_rate`
-    and `estimated_bias` (3,), rad/s, `attitude_sigma` (3,), the standard deviation of the attitude
-    error about each body axis as estimated by the filter, rad, `innovation` (3,), rad, and
-    `surprise`, see `AttitudeEstimate`.
+    The `signals` of the filter are recorded with the command: `estimated_attitude` (4,),
+    `estimated_rate` (3,), rad/s, `attitude_sigma` (3,), the standard deviation of the attitude
+    error about each body axis as estimated by the filter, rad, `innovation` (3,), rad, `surprise`,
+    see `AttitudeEstimate`, and what the filter estimates besides.
 
     Attributes:
-        filter: Filter of attitude and gyro bias.
+        filter: `AttitudeFilter` with a gyro, `MomentumAttitudeFilter` without, or another filter
+            with these methods.
         controller: Any controller that takes a `SpacecraftMeasurement`. It also gets the fields of
             the measurement that are not in `TrackerGyroMeasurement`, unchanged.
     """
 
-    filter: AttitudeFilter
+    filter: AttitudeFilter | MomentumAttitudeFilter
     controller: Any
 
     def start(self, period: Scalar) -> OutputFeedbackMemory:
@@ -61,16 +53,17 @@ class OutputFeedback(Checked):
     def predicted(
         self, memory: OutputFeedbackMemory, measurement: Any, command: Any
     ) -> OutputFeedbackMemory:
-        """Memory after a period without a sample; the attitude continues at the last rate.
+        """Memory after a period without a sample, propagated by the last one.
 
         Args:
             memory: Memory from the last sample.
             measurement: Last accepted measurement.
             command: Safe command that is sent.
         """
-        estimate = self.filter.predict(memory.estimate, measurement.rate, memory.period)
+        sample = self.filter.sample(measurement)
+        estimate = self.filter.predict(memory.estimate, sample, memory.period)
         estimate = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))
-        rate = measurement.rate - estimate.bias
+        rate = self.filter.rate(estimate, sample)
         known = estimated_measurement(measurement, estimate.attitude, rate)
         later = predicted(self.controller, memory.controller, known, command)
         return OutputFeedbackMemory(estimate, later, memory.period)
@@ -82,23 +75,20 @@ class OutputFeedback(Checked):
 
         Args:
             memory: Memory from the last sample.
-            measurement: Measurement with `attitude` (4,), `attitude_measured`, `rate` (3,),
-                averaged over the last control period, rad/s, `wheel_speed` (wheels,), rad/s, and
-                `wheel_measured` (wheels,).
+            measurement: Measurement with `attitude` (4,), `attitude_measured`, `wheel_speed`
+                (wheels,), rad/s, `wheel_measured` (wheels,) and, for a filter that reads a gyro,
+                `rate` (3,), averaged over the last control period, rad/s.
         """
-        estimate = self.filter.predict(memory.estimate, measurement.rate, memory.period)
+        sample = self.filter.sample(measurement)
+        estimate = self.filter.predict(memory.estimate, sample, memory.period)
         estimate = self.filter.correct(
             estimate, measurement.attitude, measurement.attitude_measured
         )
-        rate = measurement.rate - estimate.bias
+        rate = self.filter.rate(estimate, sample)
         known = estimated_measurement(measurement, estimate.attitude, rate)
         controller, command = self.controller(memory.controller, known)
-        sigma = jnp.sqrt(jnp.diagonal(estimate.covariance)[:3])
-        estimated = _Estimated(
-            estimate.attitude, rate, estimate.bias, sigma, estimate.innovation, estimate.surprise
-        )
         after = OutputFeedbackMemory(estimate, controller, memory.period)
-        return after, recorded_with("Estimated", command, estimated)
+        return after, recorded_with("Estimated", command, self.filter.signals(estimate, rate))
 
 
 def estimated_measurement(measurement: Any, attitude: Quaternion, rate: Vector3) -> Any:
