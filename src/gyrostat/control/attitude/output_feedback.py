@@ -8,7 +8,6 @@ from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, declared_units
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.named_tuples import with_fields
-from gyrostat.estimation import AttitudeFilter, MomentumAttitudeFilter
 from gyrostat.spacecraft import SpacecraftMeasurement, TrackerGyroMeasurement
 
 
@@ -35,13 +34,13 @@ class OutputFeedback(Checked):
     see `AttitudeEstimate`, and what the filter estimates besides.
 
     Attributes:
-        filter: `AttitudeFilter` with a gyro, `MomentumAttitudeFilter` without, or another filter
-            with these methods.
+        filter: `gyrostat.estimation.AttitudeFilter` with a gyro, `MomentumAttitudeFilter` without,
+            or another filter with these methods.
         controller: Any controller that takes a `SpacecraftMeasurement`. It also gets the fields of
             the measurement that are not in `TrackerGyroMeasurement`, unchanged.
     """
 
-    filter: AttitudeFilter | MomentumAttitudeFilter
+    filter: Any
     controller: Any
 
     def start(self, period: Scalar) -> OutputFeedbackMemory:
