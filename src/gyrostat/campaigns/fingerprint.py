@@ -8,8 +8,9 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Literal
 
 from gyrostat.codegen.simd import FLAGS as COMPILER_FLAGS
-from gyrostat.codegen.simd import compiler_version, instructions
+from gyrostat.codegen.simd import compiler_version
 from gyrostat.core.errors import InputError
+from gyrostat.core.instructions import instructions, recorded, set_before, xla_flags
 from gyrostat.core.source_digest import source_digest
 
 Device = Literal["cpu", "gpu"]
@@ -51,7 +52,7 @@ def use_engine(record: Record) -> None:
     Raises:
         InputError: The process has other versions or instructions, or no such device.
     """
-    os.environ["XLA_FLAGS"] = record["flags"]
+    os.environ["XLA_FLAGS"] = " ".join([record["flags"], *xla_flags()])
     os.environ["JAX_PLATFORMS"] = _PLATFORM[record["device"]]
     if "jax" in sys.modules:
         sys.modules["jax"].config.update("jax_platforms", _PLATFORM[record["device"]])
@@ -80,7 +81,9 @@ def refuse_other(record: Record, where: str) -> None:
     found = engine_record(record["device"], record["flags"], record.get("engine", "jax"))
     for name, value in found.items():
         if record.get(name) != value:
+            common = recorded(record) if name == "instructions" else None
+            how = f" (--instructions {common}, or {set_before(common)})" if common else ""
             raise InputError(
-                f"{where}: found {name} {value}, expected {record.get(name)}, as recorded: "
+                f"{where}: found {name} {value}, expected {record.get(name)}{how}, as recorded: "
                 "otherwise the last digits of the results would differ"
             )

@@ -2,6 +2,7 @@
 
 import functools
 import gc
+import os
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -18,6 +19,7 @@ from gyrostat.cli.paper import reproduce
 from gyrostat.cli.recovery import recover
 from gyrostat.cli.wheel import bench, identify, validate
 from gyrostat.core.errors import InputError, one_line
+from gyrostat.core.instructions import NAME, limit_process
 from gyrostat.core.jax_cache import keep_programs
 
 __all__ = ["app", "main"]
@@ -59,6 +61,7 @@ def main() -> None:
     # a tenth of the time of a short command
     gc.set_threshold(200_000)
     try:
+        limit_process(os.environ.get(NAME))
         code = app(standalone_mode=False)
     except _WrongUsage as error:
         if len(sys.argv) == 1:

@@ -10,6 +10,7 @@ import typer
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json, say
 from gyrostat.cli.options import ForceModel, Json, Out
+from gyrostat.core.instructions import limit_process, recorded
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -92,6 +93,13 @@ def campaign(
     scheduler: Scheduler = None,
     device: Device = "cpu",
     engine: Engine = "auto",
+    instructions: Annotated[
+        str | None,
+        typer.Option(
+            help="Instruction set that all processors of a cluster have: x86-64-v3 (AVX2) or "
+            "x86-64-v4 (AVX-512) [default: that of this processor]."
+        ),
+    ] = None,
     block: Annotated[
         int, typer.Option(min=1, max=2**32, help="Runs in a block; a multiple of 64 is fastest.")
     ] = 64,
@@ -126,6 +134,7 @@ def campaign(
 ) -> None:
     """Simulate a scenario many times with dispersed values; run again to resume after a stop."""
     options = locals()
+    limit_process(instructions)
     with _Progress() as told:
         made = call(verbs.campaign, options, on_progress=told, command=command_line())
     if made.attrs.get("doubts"):
@@ -164,7 +173,16 @@ def replay(
     run: Annotated[int, typer.Argument(min=0, help="Number of the run.")],
 ) -> None:
     """Repeat one run of a campaign, bit for bit, and write its history and its report."""
+    limit_process(_recorded_instructions(folder))
     call(verbs.replay, locals(), command=command_line())
+
+
+def _recorded_instructions(folder: Path) -> str | None:
+    """Common instruction set of a campaign, before anything is imported that depends on it."""
+    try:
+        return recorded(json.loads((folder / "campaign.json").read_bytes())["engine"])
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return None  # what is wrong is told later
 
 
 def report(

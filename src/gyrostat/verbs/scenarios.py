@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
+from gyrostat.core.instructions import check_instructions
 from gyrostat.verbs.arguments import (
     Say,
     check_device,
@@ -108,6 +109,7 @@ def campaign(
     scheduler: str | None = None,
     device: str = "cpu",
     engine: str = "auto",
+    instructions: str | None = None,
     block: int = BLOCK,
     keep: str | Iterable[int] = (),
     worst: int = 3,
@@ -135,6 +137,10 @@ def campaign(
         scheduler: Address of a Dask scheduler, which replaces the local processes.
         device: "cpu", or "gpu" if JAX finds one.
         engine: "native" (compiled C), "jax", or "auto": native if there is a C compiler.
+        instructions: Name of an instruction set that all processors of a cluster have, "x86-64-v3"
+            (AVX2) or "x86-64-v4" (AVX-512), for results with the same bits on each; None: that of
+            this process. It must be in the environment before Python imports NumPy; the error names
+            the variables.
         block: Runs in a block; results do not depend on it.
         keep: Numbers of runs whose histories are kept.
         worst: Number of worst runs whose histories are kept too.
@@ -173,6 +179,7 @@ def campaign(
     if worst < 0:
         raise InputError(f"--worst: found {worst}, expected 0 or more")
     check_device(device)
+    check_instructions(instructions)
     engine = engine_named(engine, say, "--engine")
     found = scenario_of(scenario, force=force, changes=changes)
     if not found.dispersions:

@@ -8,8 +8,7 @@ from gyrostat.codegen.simd.compiler import (
     FLAGS,
     compiler,
     compiler_version,
-    instructions,
     run_compiler,
 )
 
-__all__ = ["FLAGS", "compiler", "compiler_version", "instructions", "run_compiler"]
+__all__ = ["FLAGS", "compiler", "compiler_version", "run_compiler"]

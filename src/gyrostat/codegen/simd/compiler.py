@@ -3,8 +3,6 @@
 import ctypes
 import hashlib
 import os
-import platform
-import re
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -15,11 +13,12 @@ from subprocess import CompletedProcess
 
 from gyrostat.core.cache import Cache, private_cache, temporary_cache
 from gyrostat.core.errors import InputError
+from gyrostat.core.instructions import compiler_flags, instructions
 
 # All lanes run the same instructions, so that a product and a sum may be fused into one. Values may
 # be infinite or NaN, and sums are not reordered.
 FLAGS = (
-    *("-std=gnu11", "-O2", "-march=native", "-fPIC", "-shared"),
+    *("-std=gnu11", "-O2", "-fPIC", "-shared"),
     *("-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-Wno-psabi"),
 )
 FAST = ("-ffast-math",)
@@ -70,19 +69,6 @@ def compiler_version() -> str:
 def _version(command: tuple[str, ...]) -> str:
     said = next(iter(_run([*command, "--version"]).splitlines()), "")
     return " ".join([said, *command[1:]])
-
-
-def instructions() -> str:
-    """Vector instruction set that code is compiled for."""
-    try:
-        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return platform.machine()
-    words = re.search(r"^(?:flags|Features)\s*:(.*)$", text, re.MULTILINE)
-    known = sorted(
-        w for w in (words[1].split() if words else ()) if re.match("avx|fma|sve|asimd", w)
-    )
-    return " ".join([platform.machine(), *known])
 
 
 def header() -> str:
@@ -220,7 +206,7 @@ def _entry(text: str, more: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:
     # the last of contradicting flags counts
     named = [*found, "-"]
     count = next(k for k, word in enumerate(named) if word.startswith("-"))
-    command = (*found[:count], *FLAGS, *more, *found[count:])
+    command = (*found[:count], *FLAGS, *compiler_flags(), *more, *found[count:])
     parts = (header(), text, compiler_version(), *command[1:], instructions())
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
     return f"lanes-{digest}", command
