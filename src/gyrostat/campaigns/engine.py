@@ -39,7 +39,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LANES = 64
-"""Number of runs that JAX simulates together; more are not faster."""
+"""Number of runs that JAX simulates together; 128 take 10 % less time for each run, but as long for
+fewer runs."""
 
 
 class Flown(NamedTuple):
