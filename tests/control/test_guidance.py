@@ -1,5 +1,7 @@
 """References: kinematics against an integrator, slews against their closed form, modes by hand."""
 
+from typing import ClassVar
+
 import equinox as eqx
 import numpy as np
 import pytest
@@ -337,3 +339,47 @@ def test_references_that_cannot_work_are_refused():
         Reference.sequence((Fixed(REST), Condition(momentum_above=1.0)))
     with pytest.raises(InputError, match="neither acceleration nor jerk"):
         SlewLimits(0.01).check()
+
+
+class Turning:
+    """Rotation about the first axis at a rate that may be changed."""
+
+    def __init__(self, rate):
+        self.rate = rate
+        self.calls = 0
+
+    def __eq__(self, other):  # so that the object cannot be hashed
+        return self is other
+
+    def __call__(self, time):
+        self.calls += 1
+        return from_rotation_vector(self.rate * time * jnp.array([1.0, 0.0, 0.0]))
+
+
+def test_a_profile_that_changes_is_noticed():
+    profile = Turning(0.1)
+    reference = Reference.of(profile)
+    for profile.rate in (0.1, 0.3):
+        assert reference.bound(reference.start())(2.0).rate[0] == pytest.approx(profile.rate)
+
+
+class Counted(eqx.Module):
+    """Profile of numbers only that counts how often it is traced."""
+
+    rate: jax.Array
+    calls: ClassVar[list] = []
+
+    def __call__(self, time):
+        self.calls.append(time)
+        return from_rotation_vector(self.rate * time * jnp.array([1.0, 0.0, 0.0]))
+
+
+def test_a_profile_of_numbers_is_traced_once_in_a_program():
+    def rates(rate):
+        reference = Reference.of(Counted(rate))
+        bound = reference.bound(reference.start())
+        return jnp.stack([bound(time).rate[0] for time in jnp.arange(4.0)])
+
+    jax.make_jaxpr(rates)(0.1)
+    assert len(Counted.calls) == 1
+    np.testing.assert_allclose(rates(0.2), 0.2, rtol=1e-12)

@@ -1,5 +1,6 @@
 """Lower a jaxpr to a program of scalars: arrays become scalars, functions and loops remain."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import count
@@ -156,16 +157,17 @@ class Lowering:
         is_kept = (long and np.isfinite(scope.longest)) or _stays_data(equation, given)
         free = [isinstance(array, Data) for array in given] + [is_kept] * len(equation.outvars)
         for atom, any_size in zip((*equation.invars, *equation.outvars), free, strict=True):
-            size, dtype = int(np.prod(atom.aval.shape)), atom.aval.dtype
+            size, dtype = math.prod(atom.aval.shape), atom.aval.dtype
             if size > scope.largest and not any_size:
                 found = "×".join(map(str, atom.aval.shape))
                 expected = f"at most {scope.largest} elements"
                 raise refused(equation, where, f"an array of {found}", expected)
-            if scope.kind_of(dtype) is None and str(dtype).startswith("key<"):
+            if scope.kind_of(dtype) is not None:
+                continue
+            if str(dtype).startswith("key<"):
                 raise refused(equation, where, "random numbers", "none: flight code draws no noise")
-            if scope.kind_of(dtype) is None:
-                expected = "float64, int32, int64 or logical ones"
-                raise refused(equation, where, f"numbers of type {dtype}", expected)
+            expected = "float64, int32, int64 or logical ones"
+            raise refused(equation, where, f"numbers of type {dtype}", expected)
 
 
 def _stays_data(equation: Any, given: Sequence[Scalars | Data | None]) -> bool:

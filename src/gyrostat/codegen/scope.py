@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ LARGEST = 1024
 """Largest number of elements of an array in flight code."""
 
 
+@lru_cache
 def kind_of(dtype: Any) -> Kind | None:
     """Kind of number of an array type; None if flight code does not support it."""
     if dtype == np.float64:

@@ -1,5 +1,6 @@
 """Primitives allowed in batches beyond flight code: random numbers, more types, any loop."""
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ NARROW = {np.dtype(np.uint32): "to_word", np.dtype(np.int32): "to_half"}
 """Operations that keep 32-bit numbers within their range."""
 
 
+@lru_cache
 def batch_kind(dtype: Any) -> Kind | None:
     """Kind of number of an array type; a random key of Threefry is 64 bits."""
     if dtype in (np.uint32, np.uint64) or str(dtype) == "key<fry>":

@@ -1,6 +1,7 @@
 """Reference of one or several modes, which follow each other by conditions."""
 
 from collections.abc import Callable
+from functools import wraps
 from typing import Any, NamedTuple, Self
 
 import equinox as eqx
@@ -54,6 +55,23 @@ class Condition(NamedTuple):
 
 NEVER = Condition(after=np.inf)
 """Condition that never holds."""
+
+
+def _traced_once(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Method that a program traces only where it calls it first.
+
+    A reference is evaluated in many places of a program; this halves the time that a program with a
+    sequence of modes takes to be made. A profile that is not made of numbers only may change
+    without notice, and is traced in each place.
+    """
+    traced: Any = eqx.filter_jit(method, inline=True)
+
+    @wraps(method)
+    def call(self: Any, *arguments: Any) -> Any:
+        of_numbers = all(map(eqx.is_array_like, jax.tree.leaves(self)))
+        return (traced if of_numbers else method)(self, *arguments)
+
+    return call
 
 
 class Reference(Checked):
@@ -206,6 +224,7 @@ class Reference(Checked):
         assert self.limits is not None
         return Transition.of(*self.motions(number, start, True), start, self.limits)
 
+    @_traced_once
     def motions(
         self, number: Int[Array, ""], time: Scalar, turning: Bool[Array, ""] | bool
     ) -> tuple[Motion, Motion]:
@@ -244,6 +263,7 @@ class BoundReference(eqx.Module):
     reference: Reference
     mode: Mode
 
+    @_traced_once
     def __call__(self, time: Scalar) -> AttitudeReference:
         """Attitude, rate and acceleration at a time, s, if the mode does not end before."""
         reference, (number, start, transition) = self.reference, self.mode
