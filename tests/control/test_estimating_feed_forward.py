@@ -119,6 +119,14 @@ def test_constant_friction_is_found_exactly():
     np.testing.assert_allclose(added[-1, :2], expected, rtol=1e-9)
 
 
+@pytest.mark.parametrize(("largest", "compensated"), [(3.0, 6e-5), (6.0, 1e-4)])
+def test_friction_is_compensated_up_to_the_stated_multiple_of_the_model(largest, compensated):
+    """The wheels have five times the friction of the model."""
+    worn = ViscousCoulomb(np.zeros(4), np.full(4, 1e-4))
+    _, _, found, *_ = flown(compensator(KNOWN, gain=0.0, largest=largest), worn, factor=500.0)
+    np.testing.assert_allclose(np.abs(found[-1, USED]), compensated, rtol=1e-6)
+
+
 def test_the_momentum_lost_to_friction_is_returned():
     """Friction that is larger than expected: each wheel gets the momentum that was demanded."""
     demanded = 30.0 * STARTS[USED] + Demands.size[USED] / ROTORS[USED] * PERIOD * (COUNT - 1)
@@ -246,6 +254,7 @@ def test_both_engines_agree():
         ({"delay": -1}, "command delay: found -1"),
         ({"band": 0.0}, "speed band of the compensator: found 0"),
         ({"doubt": -0.1}, "doubt of the compensator: found -0.1"),
+        ({"largest": 0.0}, "largest compensated friction: found 0"),
     ],
 )
 def test_wrong_parameters_are_refused(changes, message):

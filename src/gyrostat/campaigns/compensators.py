@@ -73,7 +73,8 @@ def _estimating(
         bandwidth=options["bandwidth"],
         delay=delay,
     )
-    return replace(made, **{n: options[n] for n in ("gain", "band", "softness", "doubt")})
+    own_numbers = ("gain", "band", "softness", "doubt", "largest")
+    return replace(made, **{name: options[name] for name in own_numbers})
 
 
 COMPENSATORS: dict[str, Component] = {
@@ -142,6 +143,9 @@ COMPENSATORS: dict[str, Component] = {
                 0.5,
                 "Standard deviation of the friction of a wheel whose direction is not known, over "
                 "the breakaway torque.",
+            ),
+            "largest": positive(
+                "1", 3.0, "Largest compensated friction torque over that of the model."
             ),
         },
         _estimating,

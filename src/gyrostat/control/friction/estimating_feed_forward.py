@@ -16,9 +16,6 @@ from gyrostat.estimation import WheelArrayEstimate, WheelArrayFilter
 from gyrostat.spacecraft import Spacecraft
 from gyrostat.wheel.friction import Friction, static_curve
 
-LARGEST = 3.0
-"""Largest compensated friction torque over that of the model."""
-
 
 class EstimatingFeedForwardMemory(NamedTuple):
     """State of the compensator between two samples.
@@ -53,7 +50,7 @@ class EstimatingFeedForward(Checked):
     It makes a wheel with friction follow the demanded torque u as a wheel without friction would:
 
     - F is the torque of the friction model. `WheelArrayFilter` estimates the momentum h of each
-      rotor and the friction d that the model does not explain. Their sum is within `LARGEST` times
+      rotor and the friction d that the model does not explain. Their sum is within `largest` times
       the friction of the model.
     - Until d has been found, the wheel loses momentum. The last term returns it: h_u is the
       momentum that u alone would have given the rotor. Its torque is at most the jump of friction
@@ -81,6 +78,8 @@ class EstimatingFeedForward(Checked):
             complete.
         doubt: Standard deviation of d of a wheel whose direction is not known, over the breakaway
             torque.
+        largest: Largest compensated friction torque over that of the model. It keeps a wrong
+            estimate, from a sensor that fails, from taking the whole torque of the motor.
         delay: Number of control periods from a sample to the start of its command.
     """
 
@@ -92,6 +91,7 @@ class EstimatingFeedForward(Checked):
     band: Annotated[Scalar, positive("speed band of the compensator")] = 3.0
     softness: Annotated[Scalar, positive("softness of the compensator")] = 0.6
     doubt: Annotated[Scalar, size("doubt of the compensator")] = 0.5
+    largest: Annotated[Scalar, positive("largest compensated friction")] = 3.0
     delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
 
     @classmethod
@@ -171,7 +171,7 @@ class EstimatingFeedForward(Checked):
         direction = jnp.where(drive < 0.0, -1.0, 1.0)
         model = self.friction.torque(direction * jnp.abs(speed), direction)
         friction = jnp.minimum(jnp.abs(drive), 1.0) * model
-        most = LARGEST * jnp.maximum(jnp.abs(model), breakaway)
+        most = self.largest * jnp.maximum(jnp.abs(model), breakaway)
         found = jnp.clip(friction - walk.torque, -most, most)
         added = found + self.gain * lost
         torque = jnp.clip(demand + added, -self.torque_limit, self.torque_limit)
