@@ -232,7 +232,11 @@ def test_an_impossible_level_is_answered_with_none(interpretation):
     assert np.isnan([found.size.value, found.size.high, found.margin.low]).all()
     # that it is missed can be seen
     metric = np.full(100, 0.5 if interpretation == "mixed" else 2.0)
-    assert judged(required, metric, np.zeros(100), np.zeros(len(SHARES))).verdict == "fail"
+    found = judged(required, metric, np.zeros(100), np.zeros(len(SHARES)))
+    assert found.verdict == "fail"
+    # an interval without a number is no reason
+    assert np.isnan(found.size.low) == ("met in at most" in found.why)
+    assert np.isnan(found.size.low) == (interpretation == "mixed")
 
 
 def test_runs_that_did_not_end_count_against_the_requirement():
