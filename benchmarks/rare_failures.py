@@ -2,9 +2,9 @@
 
 python benchmarks/rare_failures.py analytic [SEEDS [RUNS [PROBABILITY [FIRST]]]]
     functions of normal numbers with a probability in closed form; FIRST: first seed
-python benchmarks/rare_failures.py flight FLIGHT TRUTH.npz FOUND.npz [SEEDS [RUNS]]
-    a failure of a short flight, against its share in TRUTH.npz of short_flights.py; the same
-    command continues from FOUND.npz
+python benchmarks/rare_failures.py flight FLIGHT TRUTHS FOUND.npz [SEEDS [RUNS [FIRST]]]
+    a failure of a short flight, against its share in the files of short_flights.py, separated by
+    commas; the same command continues from FOUND.npz
 """
 
 import os
@@ -107,20 +107,23 @@ def analytic(seeds=100, runs=20_000, probability=1e-6, first=0):
         report(name, probability, found)
 
 
-def flight(name, truth, file, seeds=100, runs=20_000):
-    scenario, seeds, runs = short_flight(name), int(seeds), int(runs)
+def flight(name, truths, file, seeds=100, runs=20_000, first=0):
+    scenario, seeds, runs, first = short_flight(name), int(seeds), int(runs), int(first)
     failure = Condition.parse(FAILURES[name], scenario, "benchmark")
     prepare(scenario, parts=parts_of(scenario))
     found = np.load(file)["found"].tolist() if Path(file).exists() else []
     with kept_open(threads(len(os.sched_getaffinity(0)))) as pool:
-        for seed in range(len(found), seeds):
+        for seed in range(first + len(found), first + seeds):
             about = Campaign("", "", seed, runs, 1, {})
             flights = Flights(scenario, about, failure.response, found=lambda _: None, opener=pool)
             found.append([*searched(flights.fly, runs, seed), flights.count])
             np.savez(file, found=found)
-    known = np.load(truth)
-    assert str(known["flight"]) == name, f"{truth}: another flight"
-    count, done = np.sum(known[failure.metric] > failure.bound), int(known["done"])
+    count = done = 0
+    for truth in truths.split(","):
+        known = np.load(truth)
+        assert str(known["flight"]) == name, f"{truth}: another flight"
+        count += np.sum(known[failure.metric] > failure.bound)
+        done += int(known["done"])
     # 95 % interval of the truth itself
     ends = (count + 1.96 * np.sqrt(count) * np.array([-1.0, 1.0])) / done
     print(f"{name}, {failure.text}: {count} of {done} runs, {ends[0]:.2e} to {ends[1]:.2e}")

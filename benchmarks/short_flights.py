@@ -3,7 +3,7 @@
 Events and dispersed times are moved into the shorter flights, and one slew is left out; everything
 else is as in the examples.
 
-python benchmarks/short_flights.py FLIGHT FILE.npz RUNS
+python benchmarks/short_flights.py FLIGHT FILE.npz RUNS [SEED]
     brute force on one core; the same command with more runs continues from the file
 
 The file has for each metric its largest values in all runs, and for the first 2^20 runs the largest
@@ -121,20 +121,23 @@ def short_flight(name):
         return read_scenario(path)
 
 
-def brute_force(name, file, runs):
+def brute_force(name, file, runs, seed=SEED):
     """Simulate runs that are not yet in a file, and store their largest metrics."""
     flight = short_flight(name)
     bounds = WorstCase.of(flight, METRICS[0], "3sigma").bounds
-    known = dict(np.load(file)) if Path(file).exists() else {"flight": name, "done": 0, "within": 0}
+    known = {"flight": name, "seed": seed, "done": 0, "within": 0}
+    if Path(file).exists():
+        known = dict(np.load(file))
     assert str(known["flight"]) == name, f"{file}: another flight"
+    assert known["seed"] == seed, f"{file}: another seed"
     done = int(known["done"])
     while done < runs:
         numbers = np.arange(done, done + AT_ONCE)
-        columns = fly_given(flight, numbers, *draw(flight, SEED, numbers)).columns
+        columns = fly_given(flight, numbers, *draw(flight, seed, numbers)).columns
         assert not np.any(columns["status"])
         first = done < FIRST
         if first:
-            place = bounds.coordinates(ndtri(shares(flight, SEED, numbers)))
+            place = bounds.coordinates(ndtri(shares(flight, seed, numbers)))
             inside = np.all(np.abs(place) <= 1.0, axis=1)
             known["within"] += np.sum(inside)
         for metric in METRICS:
@@ -153,4 +156,4 @@ def brute_force(name, file, runs):
 
 
 if __name__ == "__main__":
-    brute_force(sys.argv[1], sys.argv[2], int(float(sys.argv[3])))
+    brute_force(*sys.argv[1:3], *(int(float(each)) for each in sys.argv[3:]))

@@ -25,7 +25,7 @@ KEY = "wheel.a.speed"  # the dispersed value that matters to `fake_flights`
 MILLIONTH = -ndtri(1e-6)
 
 
-def searched(response, size=2, chains=60, count=10, seed=0):
+def searched(response, size=2, chains=97, count=rare.REPLICATIONS, seed=0):
     """Replications of a search whose response is a function of standard normal numbers."""
     found = []
     for number in range(count):
@@ -73,6 +73,28 @@ def test_an_interval_of_equal_estimates_is_a_point_and_covers_the_mean_of_skewed
     skewed = np.exp(0.6 * random.standard_normal((2000, 10)) - 0.18) * 1e-6  # mean 1e-6
     ends = np.array([interval(row) for row in skewed])
     assert np.mean((ends[:, 0] < 1e-6) & (ends[:, 1] > 1e-6)) == pytest.approx(0.95, abs=0.02)
+
+
+def test_an_interval_of_estimates_that_agree_by_chance_has_the_width_that_their_chains_explain():
+    logs = np.array([-0.5, -0.3, 0.0, 0.2, 0.6])
+    explained, middle = np.var(logs, ddof=1), np.exp(np.mean(logs))
+    wide = interval(np.exp(logs))
+    np.testing.assert_allclose(interval(np.full(5, middle), explained), wide, rtol=1e-9)
+    np.testing.assert_allclose(interval(np.exp(logs), 0.1 * explained), wide, rtol=1e-9)
+
+
+def test_failures_in_a_narrow_band_of_one_number_have_doubts_and_an_interval_that_covers():
+    # few independent flights are in the band; the second number announces the failure anywhere
+    def band(z):
+        return z[:, 1] + 2.5 * (np.abs(z[:, 0] + 2.2) < 0.05) - 5.4
+
+    inside = ndtr(-2.15) - ndtr(-2.25)
+    truth = inside * ndtr(-2.9) + (1.0 - inside) * ndtr(-5.4)
+    found = [rarity(searched(band, seed=seed)) for seed in range(6)]
+    assert all(each.doubts for each in found)
+    answers = [each for each in found if each.probability is not None]
+    assert len(answers) >= 3  # twice the replications with half the chains: none
+    assert all(each.low < truth < each.high for each in answers)
 
 
 def test_a_missed_failure_region_raises_doubts():
@@ -193,10 +215,18 @@ def _kept(flown):
     return Flown(flown.columns, _Anything())
 
 
-def test_few_runs_are_spent_on_fewer_replications_and_too_few_are_refused():
-    assert len(rare.searches_of(20_000, 0)) == 10
-    few = rare.searches_of(4100, 0)
-    assert len(few) == 5
-    assert next(few[0]).size == 20 * 5  # 20 chains of five runs
+def test_runs_are_spent_on_few_replications_with_many_chains_and_too_few_are_refused():
+    for runs, chains in ((4100, 20), (20_000, 97)):
+        searches = rare.searches_of(runs, 0)
+        assert len(searches) == 5
+        assert next(searches[0]).size == chains * 5  # five runs of a chain
     with pytest.raises(InputError, match="expected at least 4100"):
         rare.searches_of(4099, 0)
+
+
+def test_advice_on_the_number_of_runs_is_given_for_a_possible_search_only(scenario, tmp_path):
+    for runs, failure in ((100, "error_max > 1 deg"), (4100, "error_most > 1 deg")):
+        said = []
+        with pytest.raises(InputError):
+            gs.campaign(scenario, runs, tmp_path, rare=failure, say=said.append)
+        assert not said

@@ -69,6 +69,8 @@ PRE = 'index = "PRE"\nlevel = 0.9\nvalue = "1 deg"\nwindow = "1 s"\n'
         ([APE.replace("APE", "JPE")], "index: found 'JPE', expected one of APE, MPE"),
         ([APE.replace("0.9", "1.0")], "level: found 1.0, expected a probability below 1"),
         ([APE.replace("0.9", "99.7")], "level: found 99.7, expected above 0, at most 1"),
+        ([APE.replace("0.9", '"100 %"')], "level: found '100 %', expected a probability below 1"),
+        ([APE.replace("0.9", '"much %"')], "level: found 'much %', expected a percentage"),
         ([APE.replace("1 deg", "-1 deg")], "value: found '-1 deg', expected above 0"),
         ([APE.replace("1 deg", "1 s")], "found unit 's', expected a unit of angle"),
         ([APE, APE], "name: found 'ape', expected a unique name"),
@@ -98,6 +100,12 @@ def test_what_cannot_be_is_refused(write, rows, found):
         read_scenario(write(*rows))
     assert found in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_levels_and_shares_may_be_percentages(write):
+    row = APE.replace("0.9", '"99.7 %"') + 'interpretation = "temporal"\nshare = "90 %"'
+    (requirement,) = read_scenario(write(row)).requirements
+    assert (requirement.level, requirement.share) == (0.997, 0.9)
 
 
 def test_other_windows_may_not_take_those_of_a_requirement(scenario):
@@ -224,7 +232,11 @@ def test_an_impossible_level_is_answered_with_none(interpretation):
     assert np.isnan([found.size.value, found.size.high, found.margin.low]).all()
     # that it is missed can be seen
     metric = np.full(100, 0.5 if interpretation == "mixed" else 2.0)
-    assert judged(required, metric, np.zeros(100), np.zeros(len(SHARES))).verdict == "fail"
+    found = judged(required, metric, np.zeros(100), np.zeros(len(SHARES)))
+    assert found.verdict == "fail"
+    # an interval without a number is no reason
+    assert np.isnan(found.size.low) == ("met in at most" in found.why)
+    assert np.isnan(found.size.low) == (interpretation == "mixed")
 
 
 def test_runs_that_did_not_end_count_against_the_requirement():

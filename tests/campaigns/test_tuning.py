@@ -10,9 +10,9 @@ from gyrostat.campaigns.engine import Flown
 from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.search import flights
 from gyrostat.campaigns.search.tune import fewest_flights
-from gyrostat.campaigns.search.tuning import Tuning
+from gyrostat.campaigns.search.tuning import Tuning, found_tuning
 from gyrostat.core.errors import InputError
-from gyrostat.reports.tuning import front
+from gyrostat.reports.tuning import front, front_figure
 
 pytest.importorskip("cma", reason="the library of the extra search is not installed")
 KEY = "controller.turn_gain"  # 0.4 in the scenario
@@ -57,6 +57,14 @@ def test_a_limit_holds_for_most_runs(scenario, gains, tmp_path):
     assert 0.5 < torque < 0.66  # at the limit on 64 common runs
     assert found["values"][KEY] < 0.6
     assert found["metrics"][1]["metric"] == "torque_rms"
+
+    # the figure shows the tuned values, however far they are from most candidates
+    stored = found_tuning(tmp_path)
+    values = stored.tuned.values.copy()
+    values[np.argmin(np.sum(np.abs(stored.tuned.tried - stored.tuned.best), axis=1))] = 2.0, 50.0
+    shown = front_figure(stored._replace(tuned=stored.tuned._replace(values=values))).axes[0]
+    assert shown.get_xlim()[0] < 0.6 < 50.0 < shown.get_xlim()[1]
+    assert np.degrees(2.0) < shown.get_ylim()[1]
 
 
 def test_given_values_may_be_the_best(scenario, gains, tmp_path):

@@ -144,6 +144,8 @@ def front_figure(found: FoundTuning) -> Figure:
         second = len(question.metrics) > 1
         fine = np.all(np.isfinite(values), axis=1)
         vertical, label = _shown(values[:, 0], question.minimise, known)
+        tuned = int(np.flatnonzero(np.all(found.tuned.tried == found.tuned.best, axis=1))[0])
+        marked = [0, tuned]
         if not second:
             axes.plot(np.flatnonzero(fine), vertical[fine], ".", ms=3, color=MEASURED)
             axes.plot(np.fmin.accumulate(np.where(fine, vertical, np.nan)), color=MODEL)
@@ -157,12 +159,13 @@ def front_figure(found: FoundTuning) -> Figure:
             best = best[np.argsort(across[best])]
             axes.plot(across[best], vertical[best], ".-", color=MODEL)
             axes.plot(across[0], vertical[0], "o", color=MARK, mfc="none")
+            axes.plot(across[tuned], vertical[tuned], "o", color=MARK)
             bound, _ = _shown(np.array([limit.bound]), limit.metric, known)
             axes.axvline(bound[0], color=MARK, lw=0.9, ls="--")
             axes.set_xlabel(name)
-            axes.set_xlim(*_range(np.append(across[fine], bound)))
+            axes.set_xlim(*_range(across[fine], np.append(across[marked], bound)))
         axes.set_ylabel(label)
-        axes.set_ylim(*_range(vertical[fine]))
+        axes.set_ylim(*_range(vertical[fine], vertical[marked]))
         figure.tight_layout()
     return figure
 
@@ -175,10 +178,12 @@ def _shown(values: Vector, name: str, known: Any) -> tuple[Vector, str]:
     return values, literal(name if unit == "1" else f"{name} ({unit})")
 
 
-def _range(values: Vector) -> tuple[float, float]:
-    """Range of an axis that leaves out a few far candidates."""
-    if len(values) == 0:
+def _range(values: Vector, marked: Vector) -> tuple[float, float]:
+    """Range of an axis with the marked values that leaves out a few far candidates."""
+    marked = marked[np.isfinite(marked)]
+    if len(values) == 0 and len(marked) == 0:
         return 0.0, 1.0
-    low, high = float(np.min(values)), float(np.quantile(values, 0.9))
+    high = float(np.quantile(values, 0.9)) if len(values) else -np.inf
+    low, high = float(np.min([*values, *marked])), float(np.max([high, *marked]))
     margin = 0.08 * (high - low) or 0.1 * abs(high) or 1.0
     return low - margin, high + margin

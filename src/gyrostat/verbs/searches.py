@@ -60,9 +60,11 @@ class Search(NamedTuple):
         from gyrostat.campaigns.search.condition import Condition
         from gyrostat.campaigns.search.rare import ENOUGH, FEW, RareFailure
 
+        question = RareFailure(Condition.parse(failure, self.scenario, "--rare"))
+        question.searches(self.runs, self.seed)  # too few runs are an error
         if self.runs < ENOUGH:
             self.say(f"--runs {self.runs}: {FEW}")
-        made, found = self.run(RareFailure(Condition.parse(failure, self.scenario, "--rare")))
+        made, found = self.run(question)
         about = {name: found[name] for name in ("probability", "low", "high")}
         return made.assign_attrs(about, doubts=tuple(found["doubts"]))
 

@@ -33,7 +33,14 @@ WINDOW: dict[str, Key] = {
 """Keys of a window; those without default are optional, and each adds a metric."""
 REQUIREMENT: dict[str, Key] = {
     "value": positive("angle", None, "Required value of the index."),
-    "level": Key("1", None, "Probability that it is not exceeded.", 0.0, 1.0, positive=True),
+    "level": Key(
+        "1",
+        None,
+        'Probability that it is not exceeded, such as 0.997 or "99.7 %".',
+        0.0,
+        1.0,
+        positive=True,
+    ),
     "window": positive("time", None, "Window of the mean; a whole number of control periods."),
     "stability": positive(
         "time",

@@ -104,6 +104,9 @@ def judged(
         verdict, why = PASS, "the upper limit of the confidence interval is within the requirement"
     elif share.high < level:
         verdict, why = FAIL, "the confidence interval is above the required value"
+        if np.isnan(size.low):  # further above than sizes are known
+            within = f"{100.0 * share.high:.3g} % ({100.0 * level:.12g} % are required)"
+            why = f"with 95 % confidence it is met in at most {within}"
     elif runs < needed:
         why = f"{runs} runs cannot show {100.0 * level:.12g} %: at least {needed} are needed"
     if without > 0:

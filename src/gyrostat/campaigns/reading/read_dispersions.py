@@ -69,7 +69,7 @@ def _alone(row: Table, kind: str, key: str, entry: Key, nominal: float) -> Dispe
     if not math.isfinite(nominal):
         raise row.refuse("key", key, "a key whose value is finite")
     if kind == "log_normal":
-        sigma = _share(row, "sigma")
+        sigma = row.percentage("sigma")
         if sigma is None:
             sigma = row.quantity("sigma", "1", positive=False)
         if not 0.0 < sigma <= 10.0:
@@ -82,7 +82,7 @@ def _alone(row: Table, kind: str, key: str, entry: Key, nominal: float) -> Dispe
         return Dispersion((key,), kind, ((sigma,),))
     bounds = []
     for name in ("low", "high"):
-        own = _share(row, name)
+        own = row.percentage(name)
         value = nominal + own * abs(nominal) if own is not None else _amount(row, name, entry, 0.0)
         if not entry.allows(value):
             raise row.refuse(name, row.row[name], f"{key} {entry.range(value)}")
@@ -92,22 +92,8 @@ def _alone(row: Table, kind: str, key: str, entry: Key, nominal: float) -> Dispe
     return Dispersion((key,), kind, (tuple(bounds),))
 
 
-def _share(row: Table, name: str) -> float | None:
-    """Fraction of the nominal value, from a text such as "20 %"; None for any other value."""
-    found = row.row.get(name)
-    if not isinstance(found, str) or not found.rstrip().endswith("%"):
-        return None
-    try:
-        share = float(found.rstrip().removesuffix("%")) / 100.0
-    except ValueError:
-        share = math.nan
-    if not math.isfinite(share):
-        raise row.refuse(name, found, "a percentage such as '20 %'")
-    return share
-
-
 def _amount(row: Table, name: str, entry: Key, nominal: float) -> float:
-    share = _share(row, name)
+    share = row.percentage(name)
     if share is not None:
         return share * abs(nominal)
     return row.quantity(name, entry.dimension, positive=False)

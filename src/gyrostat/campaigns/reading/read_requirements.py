@@ -165,8 +165,12 @@ def _numbers(row: Table, operation: str) -> dict[str, float]:
     required += ["window"] if operation != "absolute" else []
     required += ["stability"] if operation == "drift" else []
     keys |= {key: REQUIREMENT[key] for key in required}
-    found = row.numbers(keys, "")
-    for key in ("level", "share"):
+    shares = {key: row.percentage(key) for key in ("level", "share")}
+    found = {}
+    for key, entry in keys.items():
+        share = shares.get(key)
+        found |= row.number(key, entry, row.row.get(key) if share is None else share, key)
+    for key in shares:
         if found.get(key) == 1.0:
             raise row.refuse(
                 key, row.row[key], "a probability below 1: no number of runs can show certainty"

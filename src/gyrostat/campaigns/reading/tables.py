@@ -168,6 +168,19 @@ class Table:
             found |= self.number(key, entry, value, f"wheel.{wheel}.{name}")
         return found
 
+    def percentage(self, key: str) -> float | None:
+        """Read a text such as "20 %" as a fraction; None for any other value."""
+        found = self.row.get(key)
+        if not isinstance(found, str) or not found.rstrip().endswith("%"):
+            return None
+        try:
+            share = float(found.rstrip().removesuffix("%")) / 100.0
+        except ValueError:
+            share = math.nan
+        if not math.isfinite(share):
+            raise self.refuse(key, found, "a percentage such as '20 %'")
+        return share
+
     def unit(self, key: str, size: int, default: tuple[float, ...] | None) -> tuple[float, ...]:
         """Read a unit quaternion (size 4), or normalise a direction of any length (size 3)."""
         found = self.row.get(key, default)

@@ -2,7 +2,8 @@
 
 The interval is that of the mean of a log-normal distribution, U. Olsson, "Confidence intervals for
 the mean of a log-normal distribution", Journal of Statistics Education 13, 2005 (modified Cox
-method): the estimates of replications are positive and skewed.
+method): the estimates of replications are positive and skewed. Few replications may agree by
+chance; their variance is therefore taken to be at least the one that the chains of each explain.
 """
 
 from collections.abc import Sequence
@@ -51,7 +52,7 @@ def rarity(replications: Sequence[Replication]) -> Rarity:
     reached = found[np.isfinite(found)]
     if len(reached) < len(found):
         return Rarity(None, None, None, None, tuple(doubts))
-    low, high = interval(reached)
+    low, high = interval(reached, _explained(replications))
     mean = float(np.mean(reached))
     variation = float(np.std(reached, ddof=1) / np.sqrt(len(reached)) / mean)
     doubts += _disagreement(replications, low, high)
@@ -60,14 +61,24 @@ def rarity(replications: Sequence[Replication]) -> Rarity:
     return Rarity(mean, low, high, variation, tuple(doubts))
 
 
-def interval(found: Vector) -> tuple[float, float]:
-    """95 % confidence interval of the mean of positive estimates, (replications,)."""
+def interval(found: Vector, least: float = 0.0) -> tuple[float, float]:
+    """95 % confidence interval of the mean of positive estimates.
+
+    Args:
+        found: Estimates, (replications,).
+        least: Least variance of the logarithm of an estimate.
+    """
     logs, count = np.log(found), len(found)
-    square = float(np.var(logs, ddof=1))
+    square = max(float(np.var(logs, ddof=1)), least)
     middle = float(np.mean(logs)) + 0.5 * square
     half = stdtrit(count - 1, 0.5 * (1.0 + CONFIDENCE))
     half *= np.sqrt(square / count + 0.5 * square**2 / (count - 1))
     return float(np.exp(middle - half)), float(min(np.exp(middle + half), 1.0))
+
+
+def _explained(replications: Sequence[Replication]) -> float:
+    """Variance of the logarithm of an estimate that the chains of the replications explain."""
+    return float(np.mean([np.log1p(each.variation**2) for each in replications]))
 
 
 def _unfinished(replications: Sequence[Replication]) -> list[str]:
@@ -93,8 +104,7 @@ def _unfinished(replications: Sequence[Replication]) -> list[str]:
 def _disagreement(replications: Sequence[Replication], low: float, high: float) -> list[str]:
     """Whether the replications disagree more than their own chains explain."""
     logs = np.log([each.probability for each in replications])
-    own = np.mean([np.log1p(each.variation**2) for each in replications])
-    count = len(logs)
+    own, count = _explained(replications), len(logs)
     limit = chdtri(count - 1, DOUBT) / (count - 1)
     if high / low > WIDEST:
         return [

@@ -14,8 +14,12 @@ from gyrostat.campaigns.search.subset import Replication, flights_of, subset_sim
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
 
-REPLICATIONS, FEW_REPLICATIONS = 10, 5
-"""Number of independent replications with at least `ENOUGH` runs, and with fewer."""
+REPLICATIONS = 5
+"""Number of independent replications.
+
+A replication with few chains misses failures that few of its independent runs come close to. Few
+replications with many chains each are therefore better than many.
+"""
 ENOUGH = 20_000
 """Number of runs that suits probabilities down to 1e-6."""
 FEW = (
@@ -71,17 +75,12 @@ class Found(NamedTuple):
 
 
 def searches_of(runs: int, seed: int) -> list[Generator[Moves, Answers, Replication]]:
-    """Independent replications for a largest number of runs; raises `InputError`.
-
-    A replication with few chains often does not reach the failure. With few runs, fewer
-    replications with more chains each are better.
-    """
-    count = REPLICATIONS if runs >= ENOUGH else FEW_REPLICATIONS
-    chains = runs // (count * flights_of(1))
+    """Independent replications for a largest number of runs; raises `InputError`."""
+    chains = runs // (REPLICATIONS * flights_of(1))
     if chains < FEWEST_CHAINS:
-        least = FEWEST_CHAINS * count * flights_of(1)
+        least = FEWEST_CHAINS * REPLICATIONS * flights_of(1)
         raise InputError(f"--runs: found {runs}, expected at least {least} with --rare")
-    return [subset_simulation(chains, [seed, k]) for k in range(count)]
+    return [subset_simulation(chains, [seed, k]) for k in range(REPLICATIONS)]
 
 
 def found_failures(folder: Path) -> Found:
