@@ -4,7 +4,7 @@ from gyrostat.failures.braking import BrakeGain, earliest_settling
 from gyrostat.failures.certificate import Certificate
 from gyrostat.failures.controllability import controllability_matrix
 from gyrostat.failures.feasibility import Holdable, holdable, holdable_sky
-from gyrostat.failures.recovery import Recovery, recover, settling_time
+from gyrostat.failures.recovery import Recovery, recover, settling_time, state_of
 from gyrostat.failures.recovery_plan import Loss, RecoveryPlan, plan_recovery
 from gyrostat.failures.sky_map import SkyMap
 
@@ -23,4 +23,5 @@ __all__ = [
     "plan_recovery",
     "recover",
     "settling_time",
+    "state_of",
 ]
