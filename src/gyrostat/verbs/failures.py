@@ -223,8 +223,6 @@ def _source(spacecraft: object) -> str:
 
 def _turned(attitude: "Vector | None", body: "Vector") -> "Vector | None":
     """Direction in inertial axes, from body axes."""
-    from scipy.spatial.transform import Rotation
+    from gyrostat.failures.attitudes import matrix_of
 
-    if attitude is None:
-        return None
-    return Rotation.from_quat(attitude, scalar_first=True).apply(body)
+    return None if attitude is None else matrix_of(attitude) @ body
