@@ -13,7 +13,7 @@ from gyrostat.core.units import RPM
 from gyrostat.failures import holdable
 from gyrostat.identification import identify
 from gyrostat.papers.carrara_kuga.dispersed import crossing_figure
-from gyrostat.reports import sky_figure
+from gyrostat.reports import sky_chart
 from gyrostat.reports.drawing import BAND, MARK, MODEL, STYLE
 from gyrostat.reports.figures import friction_figure, record_figure
 from gyrostat.spacecraft import read_spacecraft
@@ -57,13 +57,13 @@ def main():
         ),
         "wheel_friction": friction_figure(fit),
         "crossing_zero": crossing_figure(),
-        "feasible_sky": sky_figure(
-            answer.sky, target=np.array([0.2, -1.0, 0.1]), nearest=answer.direction
-        ),
         "stiff_wheel": stiff_wheel_figure(stiff),
     }
     folder = ROOT / "docs" / "images"
     folder.mkdir(exist_ok=True)
+    star = np.array([0.2, -1.0, 0.1])
+    sky = sky_chart(answer.sky, target=star, nearest=answer.direction)
+    (folder / "feasible_sky.svg").write_text(f"{sky}\n", encoding="utf-8")
     with mpl.rc_context(STYLE):
         for name, figure in drawn.items():
             figure.savefig(folder / f"{name}.png", dpi=110, metadata={"Software": None})

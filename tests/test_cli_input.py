@@ -133,8 +133,7 @@ def test_help_keeps_its_brackets(run):
 
 @pytest.mark.parametrize("name", ["$\\frac$", "$x$", "a$b", "_hidden", "{x}_^", "☃"])
 def test_a_wheel_may_have_any_name_in_a_figure(name):
-    from gyrostat.reports.drawing import svg
-    from gyrostat.reports.recovery import recovery_figure
+    from gyrostat.reports.recovery import recovery_charts
     from gyrostat.reports.run_charts import run_charts
 
     time = np.linspace(0.0, 1.0, 5)
@@ -155,12 +154,8 @@ def test_a_wheel_may_have_any_name_in_a_figure(name):
     charts = run_charts(scenario, {}, history)
     assert f'data-name="{escape(name)}"' in charts[2]
     assert f">{escape(name)}</text>" in charts[0]
-    figure = recovery_figure(history, (name,), None)
-    svg(figure)
-    legend = figure.axes[2].get_legend().get_texts()
-    texts = [text.get_text() for text in (*figure.axes[2].texts, *legend)]
-    shown = {text.replace("\\$", "$").strip() for text in texts}
-    assert name in shown
+    charts = recovery_charts(history, (name,), None)
+    assert all(f'data-name="{escape(name)}"' in chart for chart in charts[2:])
 
 
 def test_a_file_of_devices_is_not_opened(tmp_path):

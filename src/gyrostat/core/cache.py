@@ -27,7 +27,7 @@ _HEADER = len(_MARK) + 32
 _LARGEST = 2**30
 _LOCK = "lock"
 _UNFINISHED = "making-"
-_PATTERNS = (_LOCK, f"{_UNFINISHED}*", "lanes-*", "jax-*", "scenario-*", "jax")
+_PATTERNS = (_LOCK, f"{_UNFINISHED}*", "lanes-*", "jax-*", "scenario-*", "texts-*", "jax")
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,12 @@ from gyrostat.core.errors import InputError
 
 __all__ = ["KINDS", "Entry", "clear", "entries", "evict", "limit"]
 
-KINDS: Mapping[str, str] = {"lanes-": "native engine", "jax-": "JAX", "scenario-": "designs"}
-"""Prefix of an entry's name -> its origin: the engine that compiled it, or designs of scenarios."""
+KINDS: Mapping[str, str] = {
+    **{"lanes-": "native engine", "jax-": "JAX", "scenario-": "designs"},
+    "texts-": "exported code",
+}
+"""Prefix of an entry's name -> its origin: the engine that compiled it, designs of scenarios, or
+exported code."""
 _DEFAULT = 10**9
 _FACTORS = {"": 1, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
 _FREE_SHARE = 0.1

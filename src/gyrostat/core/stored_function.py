@@ -58,7 +58,7 @@ def _executable(compiled: Any, given: list[Any], name: str) -> Callable[..., Any
     cache = private_cache() if jax.default_backend() == "cpu" else None
     if cache is None:
         return compiled
-    entry = f"jax-function-{hashlib.sha256(f'{name} {_machine()}'.encode()).hexdigest()}"
+    entry = f"jax-function-{hashlib.sha256(f'{name} {surroundings()}'.encode()).hexdigest()}"
     content = cache.read(entry)
     if content is not None:
         return deserialize_and_load(*pickle.loads(content))
@@ -75,14 +75,22 @@ def _same(one: Any, other: Any) -> bool:
     return np.asarray(one).tobytes() == np.asarray(other).tobytes()
 
 
+def surroundings() -> str:
+    """Everything beside a function that determines its machine code: settings, code, processor."""
+    # of the environment or made since; JAX's cache has no part in a program
+    settings = sorted((k, v) for k, v in jax.config.values.items() if "cache" not in k)
+    return f"{settings} {_machine()}"
+
+
 @lru_cache
 def _machine() -> str:
-    """Everything beside the function that determines its machine code."""
-    options = {k: v for k, v in os.environ.items() if k.startswith(("JAX_", "XLA_"))}
+    """Versions, processor and flags of XLA."""
+    options = {k: v for k, v in os.environ.items() if k.startswith("XLA_")}
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:
         text = ""
     lines = {line for line in text.splitlines() if line.startswith(("flags", "Features", "model"))}
-    versions = (jax.__version__, version("jaxlib"), np.__version__, source_digest())
-    return repr((sorted(options.items()), platform.platform(), sorted(lines), versions))
+    versions = [version(name) for name in ("jax", "jaxlib", "equinox", "numpy")]
+    about = (sorted(options.items()), platform.platform(), sorted(lines))
+    return repr((*about, *versions, source_digest()))

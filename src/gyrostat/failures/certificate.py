@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from scipy.optimize import brentq
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.failures.momentum_envelope import TOLERANCE, MomentumSet, box_least_squares, largest
@@ -88,6 +87,8 @@ def certificate_for_ever(held: MomentumSet, inertia: Matrix, radius: float) -> C
         return NOTHING
     root = span[1]
     if beyond(root) < 0.0:
+        from scipy.optimize import brentq  # slow to import
+
         root = float(cast(float, brentq(beyond, *span, xtol=1e-10)))
     return _certificate(held, inertia, inverse @ closest(root)[1], radius)
 

@@ -6,7 +6,6 @@ from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog, lsq_linear
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
@@ -106,6 +105,8 @@ class MomentumSet:
         limited = np.isfinite(self.limits)
         if count == self.rank or not np.any(limited):
             return inverse @ wanted
+        from scipy.optimize import linprog  # slow to import
+
         span = np.linalg.svd(self.axes)[0][:, : self.rank].T
         share = np.where(limited, self.limits, 0.0)[limited]
         rows = np.eye(count)[limited]
@@ -205,6 +206,11 @@ def box_least_squares(
         return np.zeros(0)
     rows = np.vstack([matrix, SMALL * (size or np.linalg.norm(matrix)) * np.eye(count)])
     aims = np.concatenate([wanted, np.zeros(count)])
+    free = np.asarray(np.linalg.lstsq(rows, aims, rcond=-1)[0], dtype=np.float64)
+    if np.all(np.abs(free) <= limits):
+        return free
+    from scipy.optimize import lsq_linear  # slow to import
+
     return lsq_linear(rows, aims, (-limits, limits), method="bvls", tol=1e-14).x
 
 

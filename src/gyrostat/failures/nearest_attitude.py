@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
-from scipy.spatial.transform import Rotation
 
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.failures.attitudes import matrix_of, turned
 from gyrostat.failures.certificate import Certificate, certificate_at
 from gyrostat.failures.momentum_envelope import TOLERANCE
 from gyrostat.failures.query import Case
@@ -35,7 +34,7 @@ class Rest:
 
 def momentum_at(case: Case, attitude: Vector) -> Vector:
     """Total momentum in body axes, (3,), N·m·s, at an attitude (4,)."""
-    return _rotation(attitude).as_matrix().T @ case.momentum if case.radius else np.zeros(3)
+    return matrix_of(attitude).T @ case.momentum if case.radius else np.zeros(3)
 
 
 def nearest_attitude(case: Case, target: Vector) -> Rest | None:
@@ -51,8 +50,7 @@ def nearest_attitude(case: Case, target: Vector) -> Rest | None:
     axis = np.cross(point, wanted)
     if np.linalg.norm(axis) <= TOLERANCE * case.radius**2:
         axis = _across(wanted)
-    turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
-    return Rest(point, angle, _quaternion(_rotation(target) * turn))
+    return Rest(point, angle, turned(target, axis / np.linalg.norm(axis), angle))
 
 
 def nearest_direction(case: Case, body: Vector, wanted: Vector) -> Rest | None:
@@ -106,6 +104,8 @@ def certificate_of_roll(case: Case, body: Vector, wanted: Vector) -> Certificate
     def rate(roll: float) -> float:
         return certificate(roll).rate
 
+    from scipy.optimize import minimize_scalar  # slow to import
+
     step = 2.0 * np.pi / ROLLS
     best = step * int(np.argmin([rate(step * k) for k in range(ROLLS)]))
     refined = minimize_scalar(rate, bounds=(best - step, best + step), method="bounded")
@@ -138,7 +138,10 @@ def _triad(body: Vector, body_other: Vector, inertial: Vector, inertial_other: V
             normal = _across(first)
         normal = normal / np.linalg.norm(normal)
         frames.append(np.stack([first, np.cross(normal, first), normal], axis=1))
-    return _quaternion(Rotation.from_matrix(frames[1] @ frames[0].T))
+    from scipy.spatial.transform import Rotation  # slow to import
+
+    rotation = Rotation.from_matrix(frames[1] @ frames[0].T)
+    return np.asarray(rotation.as_quat(canonical=True, scalar_first=True), dtype=float)
 
 
 def _across(direction: Vector) -> Vector:
@@ -147,12 +150,3 @@ def _across(direction: Vector) -> Vector:
     normal = np.asarray(np.cross(direction, other), dtype=float)
     length = float(np.linalg.norm(normal))
     return normal / length if length else np.eye(3)[0]
-
-
-# SciPy's rotations instead of gyrostat.core.rotations: one query must not wait for compilation
-def _rotation(quaternion: Vector) -> Rotation:
-    return Rotation.from_quat(quaternion, scalar_first=True)
-
-
-def _quaternion(rotation: Rotation) -> Vector:
-    return np.asarray(rotation.as_quat(canonical=True, scalar_first=True), dtype=float)

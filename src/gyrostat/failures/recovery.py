@@ -5,11 +5,15 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
+from gyrostat.core.arrays import Quaternion, Vector3
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import jax
 from gyrostat.core.rotations import error_angle
+from gyrostat.core.stored_trees import stored_tree_function
+from gyrostat.core.types import Vector
 from gyrostat.failures.braking import BrakeGain, earliest_settling, with_brakes, without_brakes
 from gyrostat.failures.feasibility import Holdable, holdable
 from gyrostat.failures.recovery_plan import Loss, RecoveryPlan, plan_recovery
@@ -72,6 +76,42 @@ class Recovery:
         }
 
 
+def state_of(
+    spacecraft: Spacecraft, attitude: Vector, rate: Vector, wheel_speed: Vector
+) -> GyrostatState:
+    """State of a spacecraft, by a stored program; see `gyrostat.spacecraft.Gyrostat.start`.
+
+    Args:
+        spacecraft: Spacecraft.
+        attitude: Attitude quaternion, (4,), scalar first; it is normalised.
+        rate: Body rate in body axes, (3,), rad/s.
+        wheel_speed: Wheel speeds relative to the body, (wheels,), rad/s.
+    """
+    return _started(_as_data(spacecraft), attitude, rate, wheel_speed)
+
+
+def _as_data(spacecraft: Spacecraft) -> Spacecraft:
+    """Spacecraft without Python numbers, each of which would be part of a program."""
+    return jax.tree.map(np.asarray, spacecraft)
+
+
+@stored_tree_function
+def _started(spacecraft: Spacecraft, attitude: Any, rate: Any, wheel_speed: Any) -> GyrostatState:
+    start = Gyrostat(spacecraft).start
+    return start(attitude=attitude, rate=rate, wheel_speed=wheel_speed)
+
+
+@stored_tree_function
+def _rate(spacecraft: Spacecraft, state: GyrostatState) -> Vector3:
+    return Gyrostat(spacecraft).rate(state)
+
+
+@stored_tree_function
+def _errors(attitudes: Float[Array, "samples 4"], target: Quaternion) -> Any:
+    """Angles between attitudes and the target, (samples,), rad."""
+    return jax.vmap(error_angle, in_axes=(0, None))(attitudes, target)
+
+
 def recover(
     spacecraft: Spacecraft,
     start: GyrostatState,
@@ -101,22 +141,16 @@ def recover(
     spacecraft.check()
     Gyrostat(spacecraft).check_state(start)
     count, model = spacecraft.wheels.count, known or spacecraft
-    failures, kept = WheelFailures.none(count), {}
+    kept: dict[int, float] = {}
     inertia = np.broadcast_to(np.asarray(spacecraft.wheels.inertia), (count,))
-    rate = np.asarray(Gyrostat(spacecraft).rate(start))
+    rate = np.asarray(_rate(_as_data(spacecraft), start))
     axes = np.asarray(spacecraft.wheels.axes)
     momentum = inertia * (np.asarray(start.wheel_speed) + rate @ axes)
     for wheel, loss in losses.items():
         if wheel not in range(count):
             raise InputError(f"failed wheel: found {wheel}, expected 0 to {count - 1}")
-        kept[wheel] = 0.0
-        if loss.kind == "seized":
-            failures = failures.seizes(wheel, 0.0)
-            continue
-        drag = inertia[wheel] * loss.decay_rate
-        failures = failures.torque_lost(wheel, 0.0, added_viscous=drag)
-        if not loss.slows_down:
-            kept[wheel] = float(momentum[wheel])
+        keeps = loss.kind != "seized" and not loss.slows_down
+        kept[wheel] = float(momentum[wheel]) if keeps else 0.0
     plan = plan_recovery(
         model,
         start.momentum,
@@ -144,7 +178,7 @@ def recover(
             gains[wheel] = BrakeGain(
                 torque, None if stopped.attitude is None else stopped.angle, time
             )
-    plant = Gyrostat(with_brakes(spacecraft, losses), failures)
+    plant = Gyrostat(with_brakes(spacecraft, losses), _failures(losses, inertia))
     timing: Any = {"duration": duration, "control_period": control_period}
     other = None
     if any(loss.is_braked for loss in losses.values()):
@@ -152,14 +186,31 @@ def recover(
         other = recover(spacecraft, start, unbraked, target=target, known=known, **timing)
     if plan.controller is None or plan.answer.attitude is None:
         return Recovery(plan, None, None, plan.reason, earliest, other, gains)
-    flight = simulate(plant, plan.controller, SpacecraftSensor(plant), start=start, **timing)
-    aim = jnp.asarray(plan.answer.attitude)
-    errors = jax.vmap(error_angle, in_axes=(0, None))(jnp.asarray(flight.attitude.values), aim)
+    timing |= {"start": start, "stored": True}
+    flight = simulate(plant, plan.controller, SpacecraftSensor(plant), **timing)
+    errors = _errors(flight.attitude.values, plan.answer.attitude)
     about = {"units": "rad", "long_name": "angle to the feasible attitude"}
     flight["error"] = ("time", np.asarray(errors), about)
     settle = settling_time(flight)
     reason = "" if settle is not None else _why_not(flight)
     return Recovery(plan, flight, settle, reason, earliest, other, gains)
+
+
+def _failures(losses: Mapping[int, Loss], inertia: Vector) -> WheelFailures:
+    """Failures of wheels at the start; `inertia` is that of every rotor, (wheels,), kg·m²."""
+    zero, seized = np.zeros(len(inertia)), np.zeros(len(inertia), dtype=bool)
+    drag, failed = zero.copy(), seized.copy()
+    for wheel, loss in losses.items():
+        failed[wheel], seized[wheel] = True, loss.kind == "seized"
+        drag[wheel] = 0.0 if seized[wheel] else inertia[wheel] * loss.decay_rate
+    return WheelFailures(
+        time=np.where(failed, 0.0, np.inf),
+        torque_share=np.where(failed, 0.0, 1.0),
+        stuck_torque=zero,
+        seized=seized,
+        added_viscous=drag,
+        sensor_lost=np.zeros(len(inertia), dtype=bool),
+    )
 
 
 def settling_time(flight: "xr.Dataset") -> float | None:

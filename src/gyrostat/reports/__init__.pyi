@@ -9,8 +9,8 @@ from gyrostat.reports.figures import record_figure as record_figure
 from gyrostat.reports.figures import residual_figure as residual_figure
 from gyrostat.reports.page import fit_page as fit_page
 from gyrostat.reports.page import validation_page as validation_page
-from gyrostat.reports.recovery import recovery_figure as recovery_figure
+from gyrostat.reports.recovery import recovery_charts as recovery_charts
 from gyrostat.reports.recovery import write_recovery as write_recovery
-from gyrostat.reports.sky_map import sky_figure as sky_figure
+from gyrostat.reports.sky_map import sky_chart as sky_chart
 from gyrostat.reports.template import render as render
 from gyrostat.reports.write import write_fit as write_fit

@@ -14,11 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from markupsafe import Markup
 
-from gyrostat.core.types import Vector
+from gyrostat.core.types import Matrix, Vector
 
 WIDTH, HEIGHT = 440, 236
 """Size of a chart in its own units, which are pixels on a page of common width."""
 LEFT, RIGHT, TOP, BOTTOM = 52, 10, 24, 38
+COLOURS = 8
+"""Number of classes of colours for curves."""
 _SCALES = {3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
 """Power of ten -> SI prefix."""
 
@@ -257,6 +259,23 @@ def thinned(x: Vector, y: Vector, most: int) -> tuple[Vector, Vector]:
         if len(fine):
             kept += sorted({int(fine[np.argmin(y[fine])]), int(fine[np.argmax(y[fine])])})
     return x[kept], y[kept]
+
+
+def time_chart(
+    time: Vector,
+    values: Matrix,
+    title: str,
+    names: Sequence[str],
+    most: int,
+    *,
+    is_log: bool = False,
+) -> Chart:
+    """Chart of some curves, (samples, curves), over time, s, with at most `most` points each."""
+    x = Axis(float(time[0]), float(time[-1]), "time (s)")
+    chart = Chart(title, x, axis_of(values.ravel(), "", is_log=is_log))
+    for k, name in enumerate(names):
+        chart.line(*thinned(time, values[:, k], most), name, f"s{k % COLOURS}")
+    return chart
 
 
 def _path(x: Vector, y: Vector) -> str:

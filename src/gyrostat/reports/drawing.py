@@ -7,7 +7,10 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-MEASURED, MODEL, BAND, MARK = "#8a8f98", "#1f5fa8", "#9cc3ea", "#c8461e"
+from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
+
+__all__ = ["BAND", "MARK", "MEASURED", "MODEL", "STYLE", "literal", "svg"]
+
 STYLE: dict[Any, Any] = {
     "font.size": 9.0,
     "axes.grid": True,

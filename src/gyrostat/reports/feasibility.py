@@ -12,8 +12,7 @@ from gyrostat.core.outputs import new_files
 from gyrostat.core.text import plain
 from gyrostat.core.types import Vector
 from gyrostat.failures import Holdable, SkyMap
-from gyrostat.reports.drawing import svg
-from gyrostat.reports.sky_map import sky_figure
+from gyrostat.reports.sky_map import sky_chart
 from gyrostat.reports.template import render
 from gyrostat.spacecraft import SpacecraftFile
 
@@ -93,7 +92,7 @@ def write_holdable(
         maps=[
             (
                 triple(drawn.sky.boresight),
-                svg(sky_figure(drawn.sky, target=drawn.target, nearest=drawn.nearest)),
+                sky_chart(drawn.sky, target=drawn.target, nearest=drawn.nearest),
                 share(drawn.sky.fraction),
             )
             for drawn in maps

@@ -1,18 +1,17 @@
 """Files and text of a recovery."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
+from markupsafe import Markup
 
 from gyrostat.core.outputs import new_files
 from gyrostat.failures import BrakeGain, Loss, Recovery
 from gyrostat.failures.recovery import ANGLE, RATE
-from gyrostat.reports.drawing import MARK, STYLE, literal, svg
+from gyrostat.reports.chart import time_chart
 from gyrostat.reports.feasibility import degrees, triple
 from gyrostat.reports.template import render
 from gyrostat.spacecraft import SpacecraftFile
@@ -23,6 +22,8 @@ if TYPE_CHECKING:
 FILES = ("recover.json", "report.html", "run.nc")
 LEAST_SHOWN = 1e-7
 """Smallest value drawn, deg or deg/s."""
+MOST_POINTS = 1200
+"""Largest number of points of a curve."""
 
 
 def write_recovery(
@@ -61,14 +62,14 @@ def write_recovery(
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     verdict, rows = verdict_of(found), rows_of(file, found, losses)
     flight = found.flight
-    figure = None if flight is None else svg(recovery_figure(flight, names, found.settle))
+    charts = [] if flight is None else recovery_charts(flight, names, found.settle)
     page = render(
         "recovery.html",
         file=file,
         found=found,
         verdict=verdict,
         rows=rows,
-        figure=figure,
+        charts=charts,
         command=command,
     )
     with new_files(out, by="recover", force=force) as folder:
@@ -156,37 +157,31 @@ def _without(other: Recovery) -> str:
     return f"{settled}; {_nearest(None if answer.attitude is None else answer.angle)}"
 
 
-def recovery_figure(flight: "xr.Dataset", names: tuple[str, ...], settle: float | None) -> Figure:
-    """Plot error, body rate, wheel momenta and torques over the time since the failure.
+def recovery_charts(
+    flight: "xr.Dataset", names: Sequence[str], settle: float | None
+) -> list[Markup]:
+    """Error, body rate, wheel momenta and torques over the time since the failure.
 
     Args:
         flight: Histories from `gyrostat.failures.recover`.
         names: Names of the wheels.
         settle: Settling time, s, or None.
     """
-    time = flight.time.values
-    rate = np.degrees(np.linalg.norm(flight.rate.values, axis=1))
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 7.0))
-        figure.subplots_adjust(left=0.09, right=0.98, bottom=0.07, top=0.985, hspace=0.14)
-        rows = figure.subplots(4, 1, sharex=True, height_ratios=[1.5, 1.0, 1.3, 1.0])
-        error = np.degrees(flight.error.values)
-        for axes, values, limit, label in (
-            (rows[0], error, np.degrees(ANGLE), "error (deg)"),
-            (rows[1], rate, np.degrees(RATE), "body rate (deg/s)"),
-        ):
-            axes.semilogy(time, np.maximum(values, LEAST_SHOWN), lw=1.3)
-            axes.axhline(limit, color=MARK, lw=0.9, ls="--", label="settled below")
-            axes.set_ylabel(label)
-        rows[0].legend(loc="upper right")
-        for wheel, name in enumerate(map(literal, names)):
-            rows[2].plot(time, flight.wheel_momentum.values[:, wheel], lw=1.2, label=name)
-            rows[3].step(time, flight.torque.values[:, wheel], where="post", lw=0.9, label=name)
-        rows[2].legend(loc="upper right", ncols=len(names), title="wheel")
-        rows[2].set_ylabel("momentum (N·m·s)")
-        rows[3].set_ylabel("torque command (N·m)")
-        rows[3].set_xlabel("time since the failure (s)")
+    time, momentum = flight.time.values, flight.wheel_momentum.values
+    sizes = flight.error.values, np.linalg.norm(flight.rate.values, axis=1)
+    error, rate = (np.maximum(np.degrees(each), LEAST_SHOWN)[:, None] for each in sizes)
+    # a command is held until the next one
+    held, torque = np.repeat(time, 2)[1:], np.repeat(flight.torque.values, 2, axis=0)[:-1]
+    charts = [
+        time_chart(time, error, "error (deg)", ["error"], MOST_POINTS, is_log=True),
+        time_chart(time, rate, "body rate (deg/s)", ["rate"], MOST_POINTS, is_log=True),
+        time_chart(time, momentum, "wheel momentum (N·m·s)", names, MOST_POINTS),
+        time_chart(held, torque, "torque command (N·m)", names, MOST_POINTS),
+    ]
+    for chart, limit in zip(charts, (ANGLE, RATE), strict=False):
+        chart.level(float(np.degrees(limit)), "settled below", "required")
+    for k, chart in enumerate(charts):
+        chart.attributes["group"] = "recovery"
         if settle is not None:
-            for axes in rows:
-                axes.axvline(settle, color="#6b7077", lw=0.9, ls=":")
-    return figure
+            chart.level(settle, "settled" if k == 0 else "", "event", across=False)
+    return [chart.svg() for chart in charts]

@@ -1,6 +1,6 @@
 """Charts of a run over time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,19 +9,15 @@ from markupsafe import Markup
 from gyrostat.campaigns.pointing.text import angle_text, is_of_error
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.units import RPM
-from gyrostat.reports.chart import Axis, Chart, axis_of, scaled_unit, thinned
+from gyrostat.reports.chart import scaled_unit, time_chart
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from gyrostat.core.types import Matrix, Vector
 
 LEAST_SHOWN = 1e-5
 """Smallest error and rate drawn, deg and deg/s; smaller ones are rounding errors."""
 MOST_POINTS = 4000
 """Largest number of points of a curve in the page of a run."""
-COLOURS = 8
-"""Number of classes of colours for curves."""
 
 
 def run_charts(
@@ -48,11 +44,11 @@ def run_charts(
     speed = history.wheel_speed.values / RPM
     time = history.time.values
     charts = [
-        _chart(time, sizes[0], "pointing error (deg)", ["error"], most, is_log=True),
-        _chart(time, sizes[1], "body rate (deg/s)", ["rate"], most, is_log=True),
-        _chart(time, speed, "wheel speed (rpm)", scenario.wheels, most),
+        time_chart(time, sizes[0], "pointing error (deg)", ["error"], most, is_log=True),
+        time_chart(time, sizes[1], "body rate (deg/s)", ["rate"], most, is_log=True),
+        time_chart(time, speed, "wheel speed (rpm)", scenario.wheels, most),
         # a command is held until the next one
-        _chart(
+        time_chart(
             np.repeat(time, 2)[1:],
             factor * np.repeat(torque, 2, axis=0)[:-1],
             f"motor torque ({unit})",
@@ -71,20 +67,3 @@ def run_charts(
             at = values.get(key, scenario.values[key])
             chart.level(at, event.name if k == 0 else "", "event", across=False)
     return [chart.svg() for chart in charts]
-
-
-def _chart(
-    time: "Vector",
-    values: "Matrix",
-    title: str,
-    names: Sequence[str],
-    most: int,
-    *,
-    is_log: bool = False,
-) -> Chart:
-    """Chart of some curves."""
-    x = Axis(float(time[0]), float(time[-1]), "time (s)")
-    chart = Chart(title, x, axis_of(values.ravel(), "", is_log=is_log))
-    for k, name in enumerate(names):
-        chart.line(*thinned(time, values[:, k], most), name, f"s{k % COLOURS}")
-    return chart

@@ -1,65 +1,76 @@
-"""Figures of sky maps."""
+"""Sky maps as SVG."""
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
+from markupsafe import Markup
 from numpy.typing import NDArray
 
-from gyrostat.core.types import Vector
+from gyrostat.core.types import Matrix, Vector
 from gyrostat.failures import SkyMap
-from gyrostat.reports.drawing import BAND, MARK, MODEL, STYLE
+from gyrostat.reports.colours import BAND, MARK, MODEL
 
 ROWS = 360
-"""Number of cells of a drawn map from pole to pole."""
+"""Number of rows of a drawn map from pole to pole, each with twice as many cells."""
 THIN = np.radians(1.0)
 """Width below which a band is drawn as a line, rad."""
-INK, PAPER = "#22262b", "#f3f4f6"
+INK, PAPER, QUIET = "#22262b", "#f3f4f6", "#6b7077"
+WIDTH, HEIGHT, ACROSS, UP = 760, 440, 346.0, 173.0
+"""Size of the drawing, and semi-axes of the map in it, pixels."""
+_MIDDLE = (WIDTH / 2, UP + 24.0)
+_STAR = "M0-8L1.8-2.5H7.6L2.9 .9L4.7 6.5L0 3.1L-4.7 6.5L-2.9 .9L-7.6-2.5H-1.8Z"
 
 
-def sky_figure(
+def sky_chart(
     sky: SkyMap, *, target: Vector | None = None, nearest: Vector | None = None
-) -> Figure:
-    """Plot the inertial directions at which a boresight can be held (Mollweide projection).
+) -> Markup:
+    """Draw the inertial directions at which a boresight can be held (Mollweide projection).
+
+    J. P. Snyder, "Map projections: a working manual", 1987, section 31.
 
     Args:
         sky: The map.
         target: Inertial direction to point the boresight at, (3,).
         nearest: Inertial direction of the boresight at the nearest feasible attitude, (3,).
+
+    Returns:
+        SVG element.
     """
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.6, 4.6))
-        figure.subplots_adjust(left=0.04, right=0.96, bottom=0.1, top=0.99)
-        axes = figure.add_subplot(projection="mollweide")
-        longitude, latitude, cells = sky.grid(ROWS)
-        axes.pcolormesh(
-            longitude,
-            latitude,
-            cells.astype(float),
-            cmap=ListedColormap([PAPER, BAND]),
-            vmin=0.0,
-            vmax=1.0,
-            shading="nearest",
-            rasterized=True,
-        )
-        axes.plot([], [], "s", ms=8, color=BAND, label="can be held")
-        for low, high in sky.bands:
-            if high - low < THIN:
-                _circle(axes, sky.momentum_direction, 0.5 * (low + high))
-        if np.any(sky.momentum_direction):
-            _mark(axes, sky.momentum_direction, "total momentum", "*", INK)
-            _mark(axes, -sky.momentum_direction, "opposite direction", "$-$", INK)
-        if target is not None:
-            _mark(axes, target, "target", "x", MARK)
-        if nearest is not None:
-            _mark(axes, nearest, "nearest", "o", MODEL)
-        axes.set_xticks(np.radians(np.arange(-120, 180, 60)))
-        axes.tick_params(labelsize=7, colors="#6b7077")
-        axes.set_axisbelow(False)
-        axes.grid(color="#6b7077", lw=0.5, alpha=0.3)
-        figure.legend(loc="lower center", ncols=5, handletextpad=0.4)
-    return figure
+    outline = f'cx="{_MIDDLE[0]:g}" cy="{_MIDDLE[1]:g}" rx="{ACROSS:g}" ry="{UP:g}"'
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" '
+        'font-family="sans-serif" font-size="11" role="img" aria-label="sky map">',
+        f'<ellipse {outline} fill="{PAPER}"/>',
+        f'<path fill="{BAND}" d="{_areas(sky)}"/>',
+    ]
+    for low, high in sky.bands:
+        if high - low < THIN:
+            path = _circle(sky.momentum_direction, 0.5 * (low + high))
+            parts.append(f'<path fill="none" stroke="{BAND}" stroke-width="3" d="{path}"/>')
+    parts += [_grid(), f'<ellipse {outline} fill="none" stroke="{QUIET}"/>']
+    square = f'<path fill="{BAND}" d="M-5-5H5V5H-5Z"/>'
+    marks: list[tuple[str, str, Vector | None]] = [("can be held", square, None)]
+    if np.any(sky.momentum_direction):
+        opposite = f'<path stroke="{INK}" stroke-width="2" d="M-5 0H5"/>'
+        star = f'<path fill="{INK}" d="{_STAR}"/>'
+        marks.append(("total momentum", star, sky.momentum_direction))
+        marks.append(("opposite direction", opposite, -sky.momentum_direction))
+    if target is not None:
+        cross = f'<path stroke="{MARK}" stroke-width="1.8" d="M-5-5L5 5M5-5L-5 5"/>'
+        marks.append(("target", cross, target))
+    if nearest is not None:
+        ring = f'<circle r="6.5" fill="none" stroke="{MODEL}" stroke-width="2.2"/>'
+        marks.append(("nearest", ring, nearest))
+    left = WIDTH / 2 - 66.0 * len(marks)
+    for number, (label, mark, direction) in enumerate(marks):
+        if direction is not None:
+            parts.append(_moved(mark, *_pixels(*_place(direction))[0]))
+        at = left + 132.0 * number
+        text = f'<text x="12" y="4" fill="{INK}">{label}</text>'
+        parts.append(_moved(mark + text, at, HEIGHT - 16.0))
+    return Markup("".join([*parts, "</svg>"]))
+
+
+def _moved(mark: str, x: float, y: float) -> str:
+    return f'<g transform="translate({x:.1f} {y:.1f})">{mark}</g>'
 
 
 def _place(direction: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -68,20 +79,79 @@ def _place(direction: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray
     return np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
 
 
-def _mark(axes: Axes, direction: Vector, label: str, marker: str, color: str) -> None:
-    longitude, latitude = _place(direction)
-    hollow = {"fillstyle": "none", "ms": 11, "mew": 1.8} if marker == "o" else {"ms": 9, "mew": 1.2}
-    axes.plot([longitude], [latitude], ls="none", marker=marker, color=color, label=label, **hollow)
+def _pixels(longitude: NDArray[np.float64], latitude: NDArray[np.float64]) -> Matrix:
+    """Places in the drawing, (N, 2), of longitudes and latitudes, rad; (N,) or scalars."""
+    longitude, latitude = np.atleast_1d(*np.broadcast_arrays(longitude, latitude))
+    wanted = np.pi * np.sin(latitude)
+    # 2 t + sin 2t = pi sin(latitude), by bisection: Newton's method fails at the poles
+    low, high = np.full(wanted.shape, -0.5 * np.pi), np.full(wanted.shape, 0.5 * np.pi)
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        below = 2.0 * middle + np.sin(2.0 * middle) < wanted
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    x = ACROSS * longitude / np.pi * np.cos(low)
+    return np.stack([_MIDDLE[0] + x, _MIDDLE[1] - UP * np.sin(low)], axis=-1)
 
 
-def _circle(axes: Axes, pole: Vector, angle: float) -> None:
-    """Draw the directions at a given angle, rad, from a pole."""
+def _line(points: Matrix) -> str:
+    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points.tolist())
+
+
+def _areas(sky: SkyMap) -> str:
+    """Path around the feasible cells: one closed curve for each area that widens steadily."""
+    _, latitude, cells = sky.grid(ROWS)
+    half = 0.5 * np.pi / ROWS
+    areas: list[list[tuple[float, float, float]]] = []
+    open_areas: list[list[tuple[float, float, float]]] = []
+    for middle, row in zip(latitude, cells, strict=True):
+        edges = np.flatnonzero(np.diff(np.r_[False, row, False])) * np.pi / ROWS - np.pi
+        runs = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+        fits = len(runs) == len(open_areas) and all(
+            a < area[-1][1] and b > area[-1][0]
+            for (a, b), area in zip(runs, open_areas, strict=True)
+        )
+        if not fits:
+            for area in open_areas:
+                area.append((*area[-1][:2], middle - half))
+            open_areas = [[(a, b, middle - half)] for a, b in runs]
+            areas += open_areas
+        for (a, b), area in zip(runs, open_areas, strict=True):
+            area.append((a, b, middle))
+    for area in open_areas:
+        area.append((*area[-1][:2], 0.5 * np.pi))
+    paths = []
+    for area in areas:
+        left, right, height = np.array(area).T
+        around = np.concatenate([left, right[::-1]]), np.concatenate([height, height[::-1]])
+        paths.append(f"{_line(_pixels(*around))}Z")
+    return "".join(paths)
+
+
+def _circle(pole: Vector, angle: float) -> str:
+    """Path through the directions at a given angle, rad, from a pole."""
     first = np.cross(pole, np.eye(3)[int(np.argmin(np.abs(pole)))])
     first = first / np.linalg.norm(first)
-    around = np.linspace(0.0, 2.0 * np.pi, 721)
+    around = np.linspace(0.0, 2.0 * np.pi, 361)
     ring = np.outer(np.cos(around), first) + np.outer(np.sin(around), np.cross(pole, first))
     longitude, latitude = _place(np.cos(angle) * pole + np.sin(angle) * ring)
     # no line across the map where the circle crosses its edge
     jumps = np.flatnonzero(np.abs(np.diff(longitude)) > np.pi) + 1
-    for place in zip(np.split(longitude, jumps), np.split(latitude, jumps), strict=True):
-        axes.plot(*place, color=BAND, lw=2.5)
+    pieces = zip(np.split(longitude, jumps), np.split(latitude, jumps), strict=True)
+    return "".join(_line(_pixels(*piece)) for piece in pieces)
+
+
+def _grid() -> str:
+    """Meridians and parallels with their degrees."""
+    latitude = np.radians(np.arange(-90, 91, 5))
+    paths, texts = [], []
+    for degrees in range(-120, 121, 60):
+        paths.append(_line(_pixels(np.radians(degrees), latitude)))
+        ((x, y),) = _pixels(np.radians(degrees), np.zeros(()))
+        texts.append(f'<text x="{x + 3:.1f}" y="{y - 3:.1f}">{degrees}°</text>')
+    for degrees in range(-60, 61, 30):
+        ends = _pixels(np.array([-np.pi, np.pi]), np.radians(degrees))
+        paths.append(_line(ends))
+        x, y = ends[0]
+        texts.append(f'<text x="{x - 5:.1f}" y="{y + 3:.1f}" text-anchor="end">{degrees}°</text>')
+    lines = f'fill="none" stroke="{QUIET}" stroke-width="0.5" opacity="0.4" d="{"".join(paths)}"'
+    return f'<path {lines}/><g fill="{QUIET}" font-size="9">{"".join(texts)}</g>'

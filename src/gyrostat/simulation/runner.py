@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gyrostat.codegen.simd.batch import Lanes, lanes
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.stored_trees import stored_tree_function
 from gyrostat.simulation.loop import Loop
 
 LANES = 64
@@ -56,6 +57,7 @@ class Runner:
         longest: Most samples in a chunk; None for a single chunk.
         on_demand: Flags in the tree structure of the loop's records, or a prefix of it: whether
             records are returned only for requested runs. Needs chunks of more than 64 samples.
+        stored: Whether the program of JAX is kept in the private cache.
 
     Attributes:
         starts: Index of the first sample of each chunk.
@@ -71,11 +73,12 @@ class Runner:
         engine: str = "jax",
         longest: int | None = None,
         on_demand: Any = False,
+        stored: bool = False,
     ) -> None:
         if engine not in ("jax", "native"):
             raise InputError(f"engine: found {engine!r}, expected jax or native")
         self._make, self._own, self._engine, self._on_demand = make, tuple(own), engine, on_demand
-        self._samples = count + 1
+        self._samples, self._stored = count + 1, stored
         # the smallest number of chunks of equal length
         chunks = 1 if longest is None else -(-self._samples // longest)
         self.length = -(-self._samples // chunks)
@@ -106,10 +109,11 @@ class Runner:
                 carry, rows = chunk(carry, first, *arrays, asked=asked)
                 yield carry, rows
             return
+        run = _stored_chunk if self._stored else _compiled_chunk
         for first in self.starts:
-            carry, rows = _chunk(
+            carry, rows = run(
                 *(self._make, self._own, self.length),
-                *(carry, jnp.asarray(first), arguments),
+                *(carry, np.asarray(first), arguments),
             )
             yield carry, self._picked(rows, asked)
 
@@ -226,7 +230,6 @@ def _is_number(leaf: Any) -> bool:
     return isinstance(leaf, float) or hasattr(leaf, "dtype")
 
 
-@eqx.filter_jit
 def _chunk(make, own, length, carry, first, arguments):
     """Run a chunk by JAX; without a carry, the first chunk including the initialisation."""
 
@@ -240,3 +243,6 @@ def _chunk(make, own, length, carry, first, arguments):
         return chunk(carry, *arguments)
     axes = tuple(eqx.if_array(0) if each else None for each in (True, *own))
     return eqx.filter_vmap(chunk, in_axes=axes)(carry, *arguments)
+
+
+_compiled_chunk, _stored_chunk = eqx.filter_jit(_chunk), stored_tree_function(_chunk)

@@ -63,7 +63,7 @@ def stack(items: Sequence[Any]) -> Batch:
 
 def _as_array(leaf: Any) -> Any:
     # an array from a Python number has a weak type, which would cause another compilation
-    array = jnp.asarray(leaf)
+    array = jnp.asarray(np.asarray(leaf) if isinstance(leaf, float) else leaf)
     return jax.lax.convert_element_type(array, array.dtype) if array.weak_type else array
 
 
@@ -136,6 +136,7 @@ def simulate(
     seed: int = 0,
     runs: int | None = None,
     engine: str = "jax",
+    stored: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> "xr.Dataset":
     """Simulate a plant in closed loop.
@@ -160,6 +161,8 @@ def simulate(
             common to all runs, or a `Batch` from `stack` with one for each run.
         engine: "jax"; "native", compiled C with one run in each SIMD lane, which is faster for long
             runs and for many runs and agrees with JAX to rounding; or "auto", native if possible.
+        stored: Whether the program of JAX is kept in the private cache, so that another process
+            neither traces nor compiles it. Programs with parts of your own are never kept.
         on_progress: Called with the number of completed runs and the total number of runs.
 
     Returns:
@@ -203,7 +206,8 @@ def simulate(
         keys = keys[None] if native and runs is None else keys
         own = (*(isinstance(item, Batch) for item in items), False, False, keys.ndim > 0)
         plain = (item.items if isinstance(item, Batch) else item for item in items)
-        runner = Runner(_loop, own, count, engine=engine, longest=LONGEST if native else None)
+        longest = LONGEST if native else None
+        runner = Runner(_loop, own, count, engine=engine, longest=longest, stored=stored)
         number = 1 if native and runs is None else runs
         found = runner.records(
             *plain,

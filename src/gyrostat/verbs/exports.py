@@ -1,6 +1,5 @@
 """Verb `export`: flight C, FMU, Basilisk module or data sheet."""
 
-import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,13 +9,11 @@ from gyrostat.verbs.arguments import (
     Named,
     Quantity,
     Say,
-    in_si,
-    numbers,
     one_of,
     refuse_given,
     silent,
 )
-from gyrostat.verbs.measurement_limits import measurement_limits
+from gyrostat.verbs.exported_parts import Choice, c_files, flight_target, name_of
 from gyrostat.verbs.wheel_arguments import wheel_model
 
 if TYPE_CHECKING:
@@ -28,20 +25,6 @@ if TYPE_CHECKING:
 LONGEST_DELAY = 1000
 """Control periods."""
 FORMATS = ("c", "fmu", "basilisk", "json")
-NEEDED = {
-    "compensated-wheel": ("--gains", "--table-inertia", "--speed-sigma"),
-    "compensator": ("--gains", "--table-inertia", "--speed-sigma"),
-    "controller": ("--gains",),
-    "estimator": ("--speed-sigma", "--scale-drift"),
-    "wheel": (),
-}
-"""Part to design -> required options."""
-TAKEN = {
-    "compensated-wheel": ("--current-limit", "--delay"),
-    "compensator": ("--current-limit", "--delay"),
-    "controller": ("--current-limit",),
-}
-"""Part to design -> optional options."""
 
 
 def export(
@@ -106,7 +89,6 @@ def export(
     """
     from gyrostat.core.files import check_writable
     from gyrostat.core.outputs import new_files
-    from gyrostat.exports import basilisk, files, part_kind, scenario_controller, sheet, write_fmu
 
     folder = Path(out)
     check_writable(folder)
@@ -124,14 +106,16 @@ def export(
         "--scale-drift": scale_drift,
     }
     scenario = _scenario_of(model, force=force)
-    kind = part_kind(model) if scenario is None else "controller"
-    target, texts = None, {}
+    kind = _kind_of(model) if scenario is None else "controller"
+    target, texts, origin = None, {}, f"Made by `{command}`."
     content = None if kind is not None else wheel_model(model, force=force)  # pyright: ignore[reportArgumentType]
     if to != "c":
         refuse_given({"--precision": precision == "float"}, f"--to {to}", "--to c")
     if scenario is not None:
         if to != "c":
-            raise InputError(f"--to {to}: found {_name(scenario)}, expected --to c")
+            raise InputError(f"--to {to}: found {name_of(scenario)}, expected --to c")
+        from gyrostat.exports import files, scenario_controller
+
         _what(model, kind, what)
         limits = {"--range": range_, "--rate-limit": rate_limit}
         fixed = {"--on-bad": on_bad == "zero" and scenario.guard is not None}
@@ -140,11 +124,12 @@ def export(
             "a scenario",
             "a part or model.toml, and the scenario's values",
         )
-        target = scenario_controller(scenario, on_bad)
-        texts = files(target, precision, f"Made by `{command}`.")  # pyright: ignore[reportArgumentType]
+        texts = files(scenario_controller(scenario, on_bad), precision, origin)  # pyright: ignore[reportArgumentType]
     elif to in ("json", "basilisk"):
+        from gyrostat.exports import basilisk, sheet
+
         if content is None:
-            raise InputError(f"--to {to}: found {_name(model)}, expected a wheel or its model")
+            raise InputError(f"--to {to}: found {name_of(model)}, expected a wheel or its model")
         guard = {"--range": range_, "--rate-limit": rate_limit, "--on-bad": on_bad == "zero"}
         design = {"--what": what, "--period": period, **given}
         refuse_given({**design, **guard}, f"--to {to}", "--to c or fmu")
@@ -157,18 +142,20 @@ def export(
             raise InputError(
                 f"--to {to}: found no {missing}, expected the part and its control period"
             )
-        limits = measurement_limits(one_of(what, NEEDED, "--what"), range_, rate_limit)
-        if what == "wheel":
-            refuse_given({"--on-bad": on_bad == "zero"}, f"--what {what}", "another --what")
-        target = _target(model, content, what, period, given, limits, on_bad)
+        choice = Choice(what, period, given, range_, rate_limit, on_bad)
         if to == "c":
-            texts = files(target, precision, f"Made by `{command}`.")  # pyright: ignore[reportArgumentType]
-    names = [*texts] if target is None or to == "c" else [f"{target.name}.fmu"]
+            texts = c_files(model, content, choice, precision, origin)
+        else:
+            target = flight_target(model, content, choice)
+    names = [*texts] if target is None else [f"{target.name}.fmu"]
     with new_files(folder, by="export", force=force) as scratch:
         for name, text in texts.items():
             (scratch / name).write_text(text, encoding="utf-8")
-        if target is not None and to == "fmu" and write_fmu(target, scratch / names[0]) is None:
-            say("found no C compiler: the unit contains its sources only")
+        if target is not None:
+            from gyrostat.exports import write_fmu
+
+            if write_fmu(target, scratch / names[0]) is None:
+                say("found no C compiler: the unit contains its sources only")
     written = tuple(folder / name for name in names)
     say(f"written: {', '.join(map(str, written))}")
     return written
@@ -192,83 +179,17 @@ def _scenario_of(model: Any, *, force: bool) -> "Scenario | None":
     return read_scenario(path, force=force)
 
 
-def _name(model: Any) -> str:
-    return f"an object of {type(model).__name__}"
+def _kind_of(model: Any) -> str | None:
+    """Kind of a part; None for a wheel, its model or a path."""
+    if isinstance(model, str | Path):
+        return None
+    from gyrostat.exports import part_kind
+
+    return part_kind(model)
 
 
 def _what(model: Any, kind: str | None, what: str | None) -> str | None:
     """Kind of part to export: that of the part, or the option."""
     if kind is not None and what not in (None, kind):
-        raise InputError(f"--what {what}: found {_name(model)}, expected {kind}, or no --what")
+        raise InputError(f"--what {what}: found {name_of(model)}, expected {kind}, or no --what")
     return kind or what
-
-
-def _target(
-    part: Any,
-    model: "WheelModel | None",
-    what: str,
-    period_given: Quantity,
-    given: dict[str, Any],
-    limits: Any,
-    on_bad: str,
-) -> Any:
-    """Flight module of a part, or of one designed from a wheel model and the options."""
-    from gyrostat.core.validation import check_parts, require_period
-    from gyrostat.exports import TARGETS
-
-    if model is None:
-        refuse_given(given, _name(part), "a wheel or its model")
-    else:
-        known = (*NEEDED[what], *TAKEN.get(what, ()))
-        for option in NEEDED[what]:
-            if given[option] is None:
-                raise InputError(f"--what {what}: found no {option}, expected its value")
-        others = {option: value for option, value in given.items() if option not in known}
-        refuse_given(others, f"--what {what}", "another --what")
-    period = in_si(period_given, "time", "--period")
-    require_period("--period", period)
-    if model is not None:
-        part = _designed(model.wheel(), what, period, given)
-    if what == "wheel":
-        return TARGETS[what](part, period)
-    check_parts(part)
-    return TARGETS[what](part, period, limits, on_bad)
-
-
-def _designed(wheel: "Wheel", what: str, period: float, given: dict[str, Any]) -> Any:
-    """Part designed from the options: option -> value, or None if it is not given."""
-    from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
-    from gyrostat.core.validation import LARGEST, check_parts, require
-    from gyrostat.estimation import FrictionScaleFilter
-    from gyrostat.exports import CompensatedWheel
-
-    def si(option: str, dimension: str) -> float:
-        return in_si(given[option], dimension, option)
-
-    limit = math.inf
-    if given["--current-limit"] is not None:
-        limit = si("--current-limit", "current")
-        require("--current-limit", limit, "A", positive=True)
-    if what == "wheel":
-        return wheel
-    if what == "estimator":
-        drift = float(numbers(given["--scale-drift"], 1, None, "--scale-drift")[0])
-        return FrictionScaleFilter(wheel, si("--speed-sigma", "speed"), drift)
-    law = AttitudePID(*map(float, numbers(given["--gains"], 3, None, "--gains")))
-    if not all(abs(g) <= LARGEST for g in (law.proportional, law.integral, law.derivative)):
-        raise InputError(
-            f"--gains: found {given['--gains']}, expected finite numbers of size below {LARGEST:g}"
-        )
-    if what == "controller":
-        return CurrentMode(law, wheel.motor_constant, limit)
-    compensator = EstimatingCompensator.tuned(
-        law,
-        wheel,
-        si("--table-inertia", "inertia"),
-        si("--speed-sigma", "speed"),
-        period,
-        current_limit=limit,
-        delay=int(given["--delay"] or 0),
-    )
-    check_parts(compensator)
-    return compensator if what == "compensator" else CompensatedWheel(compensator, wheel)

@@ -21,12 +21,13 @@ def momenta_of(failed: Named, file: "SpacecraftFile") -> dict[int, float]:
 
     wheels = file.spacecraft.wheels
     limits = np.broadcast_to(wheels.momentum_limit, wheels.count)
+    inertia = np.broadcast_to(np.asarray(wheels.inertia), wheels.count)
     found: dict[int, float] = {}
     for name, value in named(failed, "--failed", bare=True).items():
         number, where = file.wheel_number(name, "--failed"), f"--failed {name}"
         momentum = 0.0
         if value is not None and value != "seized":
-            momentum = _momentum(value, where, float(wheels.inertia[number]))
+            momentum = _momentum(value, where, float(inertia[number]))
         most = float(limits[number])
         if abs(momentum) > most * (1.0 + LIMIT_TOLERANCE):
             raise InputError(

@@ -163,11 +163,10 @@ def recover(
     """
     import numpy as np
 
-    from gyrostat.core.jax64 import jnp
     from gyrostat.core.outputs import check_outputs
     from gyrostat.failures import recover as simulate
+    from gyrostat.failures import state_of
     from gyrostat.reports.recovery import FILES, write_recovery
-    from gyrostat.spacecraft import Gyrostat
 
     if out is not None:
         check_outputs(Path(out), FILES, by="recover", force=force)
@@ -178,8 +177,11 @@ def recover(
     now = one_attitude(
         "attitude at the failure", {"--attitude": attitude, "--attitude-euler": attitude_euler}
     )
-    start = Gyrostat(file.spacecraft).start(
-        attitude=now, rate=numbers(rate, 3, "speed", "--rate"), wheel_speed=speeds_of(wheels, file)
+    start = state_of(
+        file.spacecraft,
+        np.asarray(now),
+        numbers(rate, 3, "speed", "--rate"),
+        speeds_of(wheels, file),
     )
     if not all(np.all(np.isfinite(part)) for part in start if part is not None):
         raise InputError(
@@ -191,7 +193,7 @@ def recover(
         file.spacecraft,
         start,
         losses,
-        target=jnp.asarray(wanted),
+        target=np.asarray(wanted),
         duration=in_si(duration, "time", "--duration"),
         control_period=in_si(period, "time", "--period"),
     )
@@ -221,8 +223,6 @@ def _source(spacecraft: object) -> str:
 
 def _turned(attitude: "Vector | None", body: "Vector") -> "Vector | None":
     """Direction in inertial axes, from body axes."""
-    from scipy.spatial.transform import Rotation
+    from gyrostat.failures.attitudes import matrix_of
 
-    if attitude is None:
-        return None
-    return Rotation.from_quat(attitude, scalar_first=True).apply(body)
+    return None if attitude is None else matrix_of(attitude) @ body

@@ -81,12 +81,15 @@ def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
         InputError: The file cannot be read, the identification gives no wheel, or the wheel has
             bristle friction.
     """
-    from gyrostat.identification import Fit
     from gyrostat.wheel import Wheel, WheelModel, read_model
     from gyrostat.wheel.friction import Friction
 
     if isinstance(model, str | Path):
         model = read_model(Path(model), force=force)
+        model.static_friction()
+        return model
+    from gyrostat.identification import Fit
+
     if isinstance(model, Fit):
         model.wheel()
         found = model.wheel_model()

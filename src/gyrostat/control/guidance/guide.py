@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.control.guidance.attitude_reference import AttitudeReference
@@ -10,7 +11,7 @@ from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 
-AT_REST = jnp.array([1.0, 0.0, 0.0, 0.0])
+AT_REST = np.array([1.0, 0.0, 0.0, 0.0])
 """Attitude of a body that agrees with its target, in axes of the target."""
 
 

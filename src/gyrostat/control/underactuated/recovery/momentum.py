@@ -15,10 +15,11 @@ from gyrostat.control.guidance.guide import AT_REST, Guide
 from gyrostat.control.underactuated.momentum_angles import momentum_frame
 from gyrostat.control.underactuated.two_wheel_law import NO_WAY, TwoWheelLaw, Way
 from gyrostat.core import rotations
-from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, limit
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.stored_trees import stored_tree_function
 from gyrostat.spacecraft import Spacecraft, WheelTorqueCommand
 
 LEAST_AUTHORITY = 1e-3
@@ -183,30 +184,43 @@ class MomentumRecovery(Checked):
         left = WorkingWheels.of(spacecraft, working, seized)
         fixed = np.zeros(wheels.count) if seized is None else np.asarray(seized, dtype=float)
         failed = jnp.asarray(np.asarray(wheels.axes) * (~left.works & (fixed == 0.0)))
-        own = jnp.asarray(left.rotor_inertia)
-        attitude = rotations.normalised(jnp.asarray(target, dtype=float))
-        momentum = jnp.asarray(total_momentum, dtype=float)
+        own, normal = jnp.asarray(left.rotor_inertia), jnp.asarray(left.directions[:, 2])
+        momentum = jnp.asarray(np.asarray(total_momentum, dtype=float))
+        wanted = jnp.asarray(np.asarray(target, dtype=float))
+        attitude, across = _at_target(wanted, momentum, normal)
         loop = WheelRateLoop(
             inertia=jnp.asarray(left.inertia),
             axes=jnp.asarray(left.axes),
             allocation=jnp.asarray(np.linalg.pinv(left.axes, rcond=SPAN)),
-            rotor_inertia=own * left.works,
-            torque_limit=jnp.ones(wheels.count) * wheels.torque_limit,
-            momentum_limit=jnp.ones(wheels.count) * wheels.momentum_limit,
+            rotor_inertia=jnp.asarray(left.rotor_inertia * left.works),
+            torque_limit=_of_each(wheels.torque_limit, wheels.count),
+            momentum_limit=_of_each(wheels.momentum_limit, wheels.count),
         )
         if left.rank == 3:
-            return cls(ThreeAxisLaw(loop, attitude, momentum), jnp.zeros(3), failed, own)
+            still = jnp.asarray(np.zeros(3))
+            return cls(ThreeAxisLaw(loop, attitude, momentum), still, failed, own)
         if left.rank < 2:
             raise InputError(
                 f"working wheels: found axes that span {left.rank} directions, expected 2 or 3"
             )
-        normal = jnp.asarray(left.directions[:, 2])
-        frame = momentum_frame(normal, rotations.to_body(attitude, momentum))
-        if not frame.across > LEAST_AUTHORITY * jnp.linalg.norm(momentum):
+        if not across > LEAST_AUTHORITY * np.linalg.norm(total_momentum):
             raise InputError(
-                f"total momentum: found {frame.across:.2g} N·m·s across the normal of the working "
+                f"total momentum: found {across:.2g} N·m·s across the normal of the working "
                 "wheels at the target, expected more: it alone can turn the spacecraft about the "
                 "normal"
             )
         law = TwoWheelLaw(loop, normal, attitude, momentum)
         return cls(law, normal, failed, own)
+
+
+@stored_tree_function
+def _at_target(
+    target: Quaternion, total_momentum: Vector3, normal: Vector3
+) -> tuple[Quaternion, Scalar]:
+    """Target of unit length, and the momentum across the normal there, N·m·s."""
+    attitude = rotations.normalised(target)
+    return attitude, momentum_frame(normal, rotations.to_body(attitude, total_momentum)).across
+
+
+def _of_each(limits: Any, count: int) -> PerWheel:
+    return jnp.asarray(np.ones(count) * np.asarray(limits))

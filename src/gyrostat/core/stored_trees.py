@@ -1,0 +1,134 @@
+"""Compiled functions of trees of parts, whose machine code is kept in the private cache."""
+
+import dataclasses
+import sys
+from collections.abc import Callable
+from enum import Enum
+from functools import wraps
+from operator import attrgetter
+from types import FunctionType
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.stored_function import stored_function
+
+_MOST = 32
+"""Largest number of programs of a function that a process keeps."""
+
+
+def stored_tree_function(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function of trees, as `eqx.filter_jit` does; its machine code outlives the process.
+
+    Arrays are arguments of the program. Everything else determines it: classes and names of fields,
+    numbers of Python, texts, functions. It is part of the name of the entry. With an object, class
+    or function that is not of this package, whose code the name does not cover, the program is
+    compiled by `eqx.filter_jit` and not kept.
+
+    Args:
+        function: Function of a module of this package; returns a tree of arrays.
+    """
+    compiled = eqx.filter_jit(function)
+    name = f"{function.__module__}.{function.__qualname__}"
+    programs: dict[str, Callable[..., Any]] = {}
+
+    @wraps(function)
+    def call(*trees: Any) -> Any:
+        about = structure_text(trees)
+        if about is None:
+            return compiled(*trees)
+        leaves, tree = jax.tree.flatten(trees)
+        if about not in programs:
+            if len(programs) >= _MOST:
+                del programs[next(iter(programs))]
+            static = [None if _is_array(leaf) else leaf for leaf in leaves]
+            kinds = [jax.random.key_impl(leaf) if _is_key(leaf) else None for leaf in leaves]
+
+            def flat(*arrays: Any) -> Any:
+                given, found = iter(arrays), []
+                for leaf, kind in zip(static, kinds, strict=True):
+                    found.append(next(given) if leaf is None else leaf)
+                    if kind is not None:
+                        found[-1] = jax.random.wrap_key_data(found[-1], impl=kind)
+                return function(*jax.tree.unflatten(tree, found))
+
+            programs[about] = stored_function(flat, name, about)
+        arrays = (leaf for leaf in leaves if _is_array(leaf))
+        return programs[about](*(jax.random.key_data(a) if _is_key(a) else a for a in arrays))
+
+    return call
+
+
+def structure_text(value: Any, *, is_data: bool = True) -> str | None:
+    """Describe everything in a tree but the values of its arrays.
+
+    Two trees with the same text have the same program for arrays of the same shapes and types.
+
+    Args:
+        value: The tree.
+        is_data: Whether arrays are data; in a field that JAX takes as static they are not.
+
+    Returns:
+        The text; None if an object, class or function in the tree is not of this package.
+    """
+    try:
+        return _described(value, is_data)
+    except _OwnCodeError:
+        return None
+
+
+class _OwnCodeError(Exception):
+    """The tree contains something that is not of this package."""
+
+
+def _described(value: Any, is_data: bool) -> str:
+    kind = type(value)
+    if value is None or kind in (bool, int, float, str):
+        return f"{kind.__name__} {value!r}"
+    if is_data and _is_array(value):
+        return f"key {jax.random.key_impl(value)}" if _is_key(value) else "array"
+    if kind in (tuple, list):
+        return f"{kind.__name__} [{', '.join(_described(each, is_data) for each in value)}]"
+    if kind is dict:
+        parts = (f"{_described(k, False)}: {_described(v, is_data)}" for k, v in value.items())
+        return f"dict {{{', '.join(parts)}}}"
+    if isinstance(value, type | FunctionType):
+        return f"object {_named(value)}"
+    if isinstance(value, Enum):
+        return f"{_named(kind)} {value.name}"
+    if isinstance(value, eqx.Module):
+        parts = (
+            f"{each.name}="
+            + _described(
+                getattr(value, each.name), is_data and not each.metadata.get("static", False)
+            )
+            for each in dataclasses.fields(value)
+        )
+        return f"{_named(kind)}({', '.join(parts)})"
+    if isinstance(value, tuple) and hasattr(kind, "_fields"):
+        return f"{_named(kind)}({', '.join(_described(each, is_data) for each in value)})"
+    raise _OwnCodeError
+
+
+def _named(value: Any) -> str:
+    """Module and name of a class or function of this package."""
+    home, name = value.__module__, value.__qualname__
+    if not home.startswith("gyrostat.") or "<" in name:
+        raise _OwnCodeError
+    try:
+        found = attrgetter(name)(sys.modules[home])
+    except (AttributeError, KeyError):
+        found = None
+    if found is not value:
+        raise _OwnCodeError
+    return f"{home}.{name}"
+
+
+def _is_array(leaf: Any) -> bool:
+    return isinstance(leaf, jax.Array | np.ndarray | np.generic)
+
+
+def _is_key(leaf: Any) -> bool:
+    return isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)

@@ -1,0 +1,159 @@
+"""Parts that are exported: designed from a wheel model and options, or given, as flight modules."""
+
+import math
+import shutil
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from gyrostat.core.errors import InputError
+from gyrostat.verbs.arguments import Named, Quantity, in_si, numbers, one_of, refuse_given
+from gyrostat.verbs.measurement_limits import measurement_limits
+
+if TYPE_CHECKING:
+    from gyrostat.wheel import Wheel, WheelModel
+
+NEEDED = {
+    "compensated-wheel": ("--gains", "--table-inertia", "--speed-sigma"),
+    "compensator": ("--gains", "--table-inertia", "--speed-sigma"),
+    "controller": ("--gains",),
+    "estimator": ("--speed-sigma", "--scale-drift"),
+    "wheel": (),
+}
+"""Part to design -> required options."""
+TAKEN = {
+    "compensated-wheel": ("--current-limit", "--delay"),
+    "compensator": ("--current-limit", "--delay"),
+    "controller": ("--current-limit",),
+}
+"""Part to design -> optional options."""
+
+
+class Choice(NamedTuple):
+    """Options of an exported part, as given.
+
+    Attributes:
+        what: Part to design, or kind of the part.
+        period: Control period, s.
+        design: Option -> value, or None if it is not given.
+        ranges: Accepted values of inputs.
+        rate_limits: Largest accepted change of inputs.
+        on_bad: Command after a rejected sample: "hold" or "zero".
+    """
+
+    what: str
+    period: Quantity
+    design: dict[str, Any]
+    ranges: Named
+    rate_limits: Named
+    on_bad: str
+
+
+def c_files(
+    part: Any, model: "WheelModel | None", choice: Choice, precision: str, origin: str
+) -> dict[str, str]:
+    """Files of flight code: name -> text.
+
+    Those of a part that is designed from a wheel model are kept in the private cache. A given part
+    is always traced.
+
+    Args:
+        part: Part to export, unless it is designed.
+        model: Wheel model to design a part from; None to export `part`.
+        choice: Options.
+        precision: Precision of real numbers: "double" or "float".
+        origin: Origin of the parameters, for the README.
+
+    Raises:
+        InputError: A part or option cannot be used.
+    """
+    from gyrostat.codegen.simd import compiler, compiler_version
+    from gyrostat.core.stored_texts import stored_texts
+
+    def make() -> dict[str, str]:
+        from gyrostat.exports import files
+
+        return files(flight_target(part, model, choice), precision, origin)  # pyright: ignore[reportArgumentType]
+
+    if model is None:
+        return make()
+    try:
+        tools = compiler(), compiler_version(), shutil.which("size")
+    except InputError:  # nothing is measured by a compiler that does not run
+        return make()
+    values = {name: float(value) for name, value in model.values.items()}
+    return stored_texts((model.friction, values, choice, precision, origin, tools), make)
+
+
+def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> Any:
+    """Flight module of a part, or of one designed from a wheel model and the options.
+
+    Raises:
+        InputError: A part or option cannot be used.
+    """
+    from gyrostat.core.validation import check_parts, require_period
+    from gyrostat.exports import TARGETS
+
+    what, given = choice.what, choice.design
+    limits = measurement_limits(one_of(what, NEEDED, "--what"), choice.ranges, choice.rate_limits)
+    if what == "wheel":
+        refuse_given({"--on-bad": choice.on_bad == "zero"}, f"--what {what}", "another --what")
+    if model is None:
+        refuse_given(given, name_of(part), "a wheel or its model")
+    else:
+        known = (*NEEDED[what], *TAKEN.get(what, ()))
+        for option in NEEDED[what]:
+            if given[option] is None:
+                raise InputError(f"--what {what}: found no {option}, expected its value")
+        others = {option: value for option, value in given.items() if option not in known}
+        refuse_given(others, f"--what {what}", "another --what")
+    period = in_si(choice.period, "time", "--period")
+    require_period("--period", period)
+    if model is not None:
+        part = _designed(model.wheel(), what, period, given)
+    if what == "wheel":
+        return TARGETS[what](part, period)
+    check_parts(part)
+    return TARGETS[what](part, period, limits, choice.on_bad)
+
+
+def _designed(wheel: "Wheel", what: str, period: float, given: dict[str, Any]) -> Any:
+    """Part designed from the options: option -> value, or None if it is not given."""
+    from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
+    from gyrostat.core.validation import LARGEST, check_parts, require
+    from gyrostat.estimation import FrictionScaleFilter
+    from gyrostat.exports import CompensatedWheel
+
+    def si(option: str, dimension: str) -> float:
+        return in_si(given[option], dimension, option)
+
+    limit = math.inf
+    if given["--current-limit"] is not None:
+        limit = si("--current-limit", "current")
+        require("--current-limit", limit, "A", positive=True)
+    if what == "wheel":
+        return wheel
+    if what == "estimator":
+        drift = float(numbers(given["--scale-drift"], 1, None, "--scale-drift")[0])
+        return FrictionScaleFilter(wheel, si("--speed-sigma", "speed"), drift)
+    law = AttitudePID(*map(float, numbers(given["--gains"], 3, None, "--gains")))
+    if not all(abs(g) <= LARGEST for g in (law.proportional, law.integral, law.derivative)):
+        raise InputError(
+            f"--gains: found {given['--gains']}, expected finite numbers of size below {LARGEST:g}"
+        )
+    if what == "controller":
+        return CurrentMode(law, wheel.motor_constant, limit)
+    compensator = EstimatingCompensator.tuned(
+        law,
+        wheel,
+        si("--table-inertia", "inertia"),
+        si("--speed-sigma", "speed"),
+        period,
+        current_limit=limit,
+        delay=int(given["--delay"] or 0),
+    )
+    check_parts(compensator)
+    return compensator if what == "compensator" else CompensatedWheel(compensator, wheel)
+
+
+def name_of(model: Any) -> str:
+    """Name of a given object, for a message."""
+    return f"an object of {type(model).__name__}"
