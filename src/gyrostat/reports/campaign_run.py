@@ -16,8 +16,6 @@ from gyrostat.reports.template import render
 from gyrostat.simulation import Status
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gyrostat.campaigns.engine import Flown
 
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
@@ -61,14 +59,18 @@ def write_run(
 
 
 def run_page(
-    scenario: Scenario, values: Mapping[str, Any], history: "xr.Dataset", title: str, command: str
+    scenario: Scenario,
+    values: Mapping[str, Any],
+    history: Mapping[Any, Any],
+    title: str,
+    command: str,
 ) -> str:
     """HTML page of a run.
 
     Args:
         scenario: Scenario of the run.
         values: Row of the run in the table of runs.
-        history: Histories of the run.
+        history: Histories of the run: name -> array, or what can be converted to one.
         title: Title of the page.
         command: Command line that produced the run.
     """

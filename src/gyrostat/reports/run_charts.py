@@ -12,8 +12,6 @@ from gyrostat.core.units import RPM
 from gyrostat.reports.chart import Axis, Chart, axis_of, scaled_unit, thinned
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gyrostat.core.types import Matrix, Vector
 
 LEAST_SHOWN = 1e-5
@@ -27,7 +25,7 @@ COLOURS = 8
 def run_charts(
     scenario: Scenario,
     values: Mapping[str, Any],
-    history: "xr.Dataset",
+    history: Mapping[Any, Any],
     group: str = "run",
     most: int = MOST_POINTS,
 ) -> list[Markup]:
@@ -36,17 +34,17 @@ def run_charts(
     Args:
         scenario: Scenario of the run.
         values: Row of the run in the table of runs, whose events may have times of their own.
-        history: Histories of the run.
+        history: Histories of the run: name -> array, or what can be converted to one.
         group: Name of the group of charts that are zoomed together.
         most: Largest number of points of a curve.
     """
-    error = np.degrees(history.error.values)
-    rate = np.degrees(np.linalg.norm(history.rate.values, axis=1))
-    torque = history.torque.values
+    error = np.degrees(np.asarray(history["error"]))
+    rate = np.degrees(np.linalg.norm(np.asarray(history["rate"]), axis=1))
+    torque = np.asarray(history["torque"])
     factor, unit = scaled_unit(float(np.nanmax(np.abs(torque), initial=0.0)), "N·m")
     sizes = [np.maximum(each, LEAST_SHOWN)[:, None] for each in (error, rate)]
-    speed = history.wheel_speed.values / RPM
-    time = history.time.values
+    speed = np.asarray(history["wheel_speed"]) / RPM
+    time = np.asarray(history["time"])
     charts = [
         _chart(time, sizes[0], "pointing error (deg)", ["error"], most, is_log=True),
         _chart(time, sizes[1], "body rate (deg/s)", ["rate"], most, is_log=True),
