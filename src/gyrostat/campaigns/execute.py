@@ -232,7 +232,7 @@ def replay(
                         f"run {run}: found {name} {values[place]!r} in the replay, expected "
                         f"{recorded!r} of the table: software or hardware has changed"
                     )
-            paths.append(store.write_history(campaign, run, flown.histories.sel(run=run)))
+            paths.append(store.write_history(campaign, run, flown.histories.of_run(run)))
 
     parts = [tuple(runs[k : k + AT_ONCE]) for k in range(0, len(runs), AT_ONCE)]
     jobs = [Job(campaign, part, part, -1, _given(campaign, table, part)) for part in parts]

@@ -46,11 +46,11 @@ def write_run(
     """
     values = {name: column[0].item() for name, column in flown.columns.items()}
     assert flown.histories is not None
-    history = flown.histories.isel(run=0)
+    history = flown.histories.of_run(values["run"])
     page = out.with_suffix(".html")
-    text = run_page(scenario, values, history, scenario.name, command)
+    text = run_page(scenario, values, history.arrays(), scenario.name, command)
     with new_files(out.parent, by="simulate", force=force) as folder:
-        history.to_netcdf(folder / out.name, engine="h5netcdf")
+        history.write(folder / out.name)
         (folder / page.name).write_text(text, encoding="utf-8")
     say(run_verdict(values))
     for name, entry in metric_rows(scenario, values):
