@@ -92,6 +92,8 @@ def once(function, key):
 
 def work_once(put=setattr):
     """Keep each figure, and each history as a file: the same numbers come a thousand times."""
+    import numpy as np
+
     from gyrostat.reports import campaign, campaign_run
     from gyrostat.simulation.labelled import Labelled
 
