@@ -84,6 +84,14 @@ def text_with(row=None, line=None, header=None):
     return "\n".join([header or first, *rows]) + "\n"
 
 
+def test_a_command_ends_without_a_last_scan_for_garbage():
+    code = "import atexit, gc; atexit.register(lambda: print(gc.get_freeze_count() > 0)); "
+    code += "from gyrostat.cli import main; main()"
+    words = [sys.executable, "-c", code, "--help"]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "True"
+
+
 def test_help_names_every_verb(run):
     code, out, _ = run("--help")
     assert code == 0

@@ -226,5 +226,11 @@ def test_import_is_light(module):
     assert loaded_by(module) & heavy == set()
 
 
+@pytest.mark.parametrize("module", ["gyrostat.campaigns.engine", "gyrostat.reports.campaign"])
+def test_a_scenario_and_a_report_import_no_more_than_they_need(module):
+    heavy = {"scipy", "pandas", "xarray", "matplotlib", "pyarrow", "h5py"}
+    assert loaded_by(module) & heavy == set()
+
+
 def test_a_heavy_import_is_seen():
     assert "scipy" in loaded_by("scipy")

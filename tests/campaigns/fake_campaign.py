@@ -55,11 +55,11 @@ class History:
     def __init__(self, run=None):
         self.run = run
 
-    def sel(self, run):
+    def of_run(self, run):
         return History(run)
 
-    def to_netcdf(self, path, engine):
-        Path(path).write_text(f"{engine} {self.run}")
+    def write(self, path):
+        Path(path).write_text(f"history {self.run}")
 
 
 def fly(job):

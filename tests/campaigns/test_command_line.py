@@ -4,6 +4,8 @@ import dataclasses
 import json
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +31,16 @@ def test_a_finished_campaign_flies_nothing_and_reports(run, small, folder):
     assert "From 1 s to 6.9 s after worn; boresight 0, 1, 0 in body axes." in page
     assert "diverged after" in page
     assert not re.findall(r"""(?:src|href)=["']?(?:http|//)|url\(http|@import""", page)
+
+
+def test_a_report_is_made_without_pandas_and_xarray(small):
+    code = (
+        "import sys; from gyrostat.cli import main; main(); "
+        "print(*{'pandas', 'xarray'} & {*sys.modules})"
+    )
+    words = [sys.executable, "-c", code, "report", str(small.out)]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert done.stdout == "\n"
 
 
 @pytest.mark.parametrize(

@@ -113,12 +113,12 @@ def test_an_own_metric_is_a_column_of_the_table(mission):
     assert metrics_of(scenario)["blur"].meaning == "Weighted sum of the errors in the window."
     engine = "native" if compiler() else "jax"
     flown = fly(scenario, 3, [0, 1, 2], keep=[1], engine=engine)
-    error = flown.histories.error.sel(run=1, time=slice(12.0, 20.0)).values
+    error = flown.histories.dataset().error.sel(run=1, time=slice(12.0, 20.0)).values
     weight = flown.columns["metric.blur.weight"]
     np.testing.assert_allclose(flown.columns["blur"][1], weight[1] * error.sum(), rtol=1e-12)
     np.testing.assert_array_equal(flown.columns["samples"], 81.0)
     # the second mode starts at 5 s and turns at 0.1 deg/s about z before 5.25 s
-    turning = flown.histories.sel(run=1, time=slice(5.25, 6.0))
+    turning = flown.histories.dataset().sel(run=1, time=slice(5.25, 6.0))
     body = Rotation.from_quat(np.roll(turning.attitude.values, -1, axis=1))
     reference = body.inv().apply(np.radians([0.0, 0.0, 0.1]))
     error = np.linalg.norm(turning.rate.values - reference, axis=1)

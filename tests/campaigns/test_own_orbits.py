@@ -118,7 +118,7 @@ def test_the_tables_of_a_run_are_those_of_its_elements(scenario):
 
 
 def test_the_replay_shows_the_orbit_of_the_run(scenario, flown):
-    history = flown.histories.isel(run=0)
+    history = flown.histories.dataset().isel(run=0)
     own = of_run(scenario, 3)
     frames = np.array([0, 10])
     seen = world_data(scenario, own, history, frames, planned_orbit(scenario))

@@ -207,7 +207,7 @@ def test_a_search_is_stored_resumed_and_replayed(scenario, fake_flights, tmp_pat
 
 
 class _Anything:
-    def sel(self, run):
+    def of_run(self, run):
         return run
 
 

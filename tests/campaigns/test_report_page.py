@@ -16,7 +16,7 @@ from gyrostat.campaigns.blocks import columns_of
 from gyrostat.reports.campaign import _campaign_page
 from gyrostat.reports.campaign_charts import histograms
 from gyrostat.reports.campaign_content import campaign_lines, driver_rows
-from gyrostat.reports.chart import Axis, Chart, axis_of, scaled_unit, thinned
+from gyrostat.reports.chart import Axis, Chart, axis_of, scaled_unit
 from gyrostat.reports.requirements import required_in
 from gyrostat.reports.run_charts import run_charts
 from gyrostat.reports.run_table import packed, rounded, run_table
@@ -143,16 +143,6 @@ def test_drivers_have_rank_correlations_and_shares_of_the_variance(made):
     content = {**made.content, "metrics": {**made.content["metrics"], "torque_rms": own}}
     lines = campaign_lines(SimpleNamespace(name="x"), content)
     assert "  variance of torque_rms: a + b 70 % (72 %); Q² 0.90" in lines
-
-
-def test_a_curve_is_thinned_without_losing_its_extremes():
-    time = np.linspace(0.0, 1.0, 100_000)
-    values = np.sin(50.0 * time)
-    values[777], values[99_000], values[5000:9000] = 3.0, -3.0, np.nan
-    x, y = thinned(time, values, 500)
-    assert len(x) <= 500
-    assert np.all(np.diff(x) > 0.0)
-    assert (np.max(y), np.min(y)) == (3.0, -3.0)
 
 
 def test_events_of_a_run_are_at_its_own_times(small, scenario):

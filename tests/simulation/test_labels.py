@@ -1,12 +1,16 @@
 """Dimensions, coordinates and attributes of histories."""
 
 from collections import namedtuple
+from dataclasses import replace
 
+import h5py
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from gyrostat.simulation import Histories, labelled
+from gyrostat.simulation.labelled import Signal, joined
 from gyrostat.spacecraft import GyrostatRecord, GyrostatState, SpacecraftMeasurement
 
 RUNS, TIMES, PERIOD = 2, 5, 0.5
@@ -41,7 +45,7 @@ def random_signals(wheels):
 @pytest.mark.parametrize("wheels", [1, 3, 4])
 def test_every_number_is_found_by_name(wheels):
     signals = random_signals(wheels)
-    data = labelled(signals, PERIOD)
+    data = labelled(signals, PERIOD).dataset()
     assert data.attitude.dims == ("run", "time", "quaternion")
     for name in ("momentum", "rate", "measured_rate"):
         assert data[name].dims == ("run", "time", "axis")
@@ -55,7 +59,7 @@ def test_every_number_is_found_by_name(wheels):
 
 
 def test_signals_have_units_and_long_names():
-    data = labelled(random_signals(3), PERIOD)
+    data = labelled(random_signals(3), PERIOD).dataset()
     assert data.wheel_speed.attrs == {"long_name": "wheel speed", "units": "rad/s"}
     assert data.measured_rate.attrs["long_name"] == "measured body rate, body axes"
     assert data.own.attrs == {"long_name": "own"}
@@ -65,7 +69,7 @@ def test_signals_have_units_and_long_names():
 
 def test_the_error_is_the_angle_to_the_target():
     signals = random_signals(3)
-    data = labelled(signals, PERIOD)
+    data = labelled(signals, PERIOD).dataset()
     first, second = (
         Rotation.from_quat(q.reshape(-1, 4), scalar_first=True)
         for q in (signals.state.attitude, signals.command.target)
@@ -81,14 +85,42 @@ def test_the_error_is_the_angle_to_the_target():
 def test_a_target_that_is_no_attitude_is_left_alone():
     signals = random_signals(3)
     other = signals.command._replace(target=np.zeros((RUNS, TIMES)))
-    assert "error" not in labelled(signals._replace(command=other), PERIOD)
+    assert "error" not in labelled(signals._replace(command=other), PERIOD).variables
 
 
-def test_a_file_keeps_the_coordinates(tmp_path):
-    import xarray as xr
+def named_runs():
+    """Histories of the runs 4 and 7, whose wheels have names."""
+    data = labelled(random_signals(2), PERIOD)
+    own = {"run": np.array([4, 7]), "wheel": np.array(["a", "bö"])}
+    named = {name: Signal((name,), values) for name, values in own.items()}
+    return replace(data, coordinates={**data.coordinates, **named}, attributes={"about": "runs"})
 
-    data = labelled(random_signals(2), PERIOD).assign_coords(wheel=["a", "bö"])
-    data.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
+
+def test_one_run_and_joined_runs_are_those_of_xarray():
+    data = named_runs()
+    assert data.of_run(7).dataset().identical(data.dataset().sel(run=7))
+    other = replace(data, coordinates={**data.coordinates, "run": Signal(("run",), np.arange(2))})
+    both = [data, other]
+    assert joined(both).dataset().identical(xr.concat([each.dataset() for each in both], "run"))
+
+
+def test_a_file_is_that_of_xarray(tmp_path):
+    data = named_runs().of_run(4)
+    data.write(tmp_path / "run.nc")
+    data.dataset().to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as found:
-        assert found.load().identical(data)
-        assert found.wheel_speed.sel(wheel="bö").dims == ("run", "time")
+        assert found.load().identical(data.dataset())
+        assert found.wheel_speed.sel(wheel="bö").dims == ("time",)
+    files = h5py.File(tmp_path / "run.nc"), h5py.File(tmp_path / "other.nc")
+    with files[0] as ours, files[1] as theirs:
+        assert set(ours) == set(theirs)
+        assert texts(ours) == texts(theirs)
+        for name in theirs:
+            assert ours[name].dtype == theirs[name].dtype
+            assert texts(ours[name]) == texts(theirs[name])
+
+
+def texts(item):
+    """Attributes of a file or of an array in it; the links between arrays depend on their order."""
+    links = {"DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates"}
+    return {name: repr(value) for name, value in item.attrs.items() if name not in links}

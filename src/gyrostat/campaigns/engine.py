@@ -11,7 +11,7 @@ whether its history is kept or not. In compiled C all SIMD lanes give the same b
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,9 +34,8 @@ from gyrostat.core.threefry import Words
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.validation import check_seed
 from gyrostat.simulation import Runner, Status, labelled
-
-if TYPE_CHECKING:
-    import xarray as xr
+from gyrostat.simulation.labelled import Labelled, Signal, joined
+from gyrostat.simulation.labels import ERROR
 
 LANES = 64
 """Number of runs that JAX simulates together; 128 take 10 % less time for each run, but as long for
@@ -54,7 +53,7 @@ class Flown(NamedTuple):
     """
 
     columns: dict[str, Vector]
-    histories: "xr.Dataset | None"
+    histories: Labelled | None
 
 
 @dataclass(frozen=True)
@@ -153,7 +152,7 @@ def fly(
     histories = [block.histories for block in flown if block.histories is not None]
     return Flown(
         {name: np.concatenate([b.columns[name] for b in flown]) for name in flown[0].columns},
-        _joined(histories) if histories else None,
+        joined(histories) if histories else None,
     )
 
 
@@ -257,15 +256,12 @@ def _flown(
     rows, error = jax.tree.map(
         lambda *leaves: np.concatenate(leaves, axis=1)[:, : scenario.count + 1], *kept
     )
-    names = [*scenario.wheels]
-    histories = labelled(rows, period).assign_coords(run=runs[is_kept], wheel=names)
+    histories = labelled(rows, period)
+    own = {"run": runs[is_kept], "wheel": np.array(scenario.wheels)}
+    named = {name: Signal((name,), values) for name, values in own.items()}
     fine = rows.status == Status.COMPLETE
-    about = {"units": "rad", "long_name": "pointing error"}
-    histories["error"] = (("run", "time"), np.where(fine, error, np.nan), about)
-    return Flown(columns, histories)
-
-
-def _joined(histories: "list[xr.Dataset]") -> "xr.Dataset":
-    import xarray as xr
-
-    return xr.concat(histories, dim="run")
+    shown = Signal(("run", "time"), np.where(fine, error, np.nan), ERROR)
+    return Flown(
+        columns,
+        Labelled({**histories.variables, "error": shown}, {**histories.coordinates, **named}),
+    )

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from gyrostat.campaigns.blocks import columns_of
 from gyrostat.campaigns.description import Campaign, DamagedError
 from gyrostat.campaigns.executors import Opener, carry_out, kept_open
 from gyrostat.campaigns.fingerprint import FLAGS, engine_record, refuse_other
@@ -193,15 +194,15 @@ def worst_runs(store: Store, count: int, metric: str) -> list[int]:
     """
     import numpy as np
 
-    table = store.read_table()
-    value = table[metric].to_numpy()
+    columns = columns_of(store.read_table())
+    run, status, value = columns["run"], columns["status"], columns[metric]
     none = np.inf if metric.split(".")[-1] == "settling" else -np.inf
     value = np.where(np.isnan(value), none, value)
-    value = np.where(table["status"].to_numpy() != 0, np.inf, value)
-    ended = np.where(table["status"].to_numpy() != 0, -table["ended"].to_numpy(), 0.0)
-    largest = np.nan_to_num(table["error_max"].to_numpy())
-    order = np.lexsort((table["run"].to_numpy(), -largest, -ended, -value))
-    return table["run"].to_numpy()[order][:count].tolist()
+    value = np.where(status != 0, np.inf, value)
+    ended = np.where(status != 0, -columns["ended"], 0.0)
+    largest = np.nan_to_num(columns["error_max"])
+    order = np.lexsort((run, -largest, -ended, -value))
+    return run[order][:count].tolist()
 
 
 def replay(
@@ -231,7 +232,7 @@ def replay(
                         f"run {run}: found {name} {values[place]!r} in the replay, expected "
                         f"{recorded!r} of the table: software or hardware has changed"
                     )
-            paths.append(store.write_history(campaign, run, flown.histories.sel(run=run)))
+            paths.append(store.write_history(campaign, run, flown.histories.of_run(run)))
 
     parts = [tuple(runs[k : k + AT_ONCE]) for k in range(0, len(runs), AT_ONCE)]
     jobs = [Job(campaign, part, part, -1, _given(campaign, table, part)) for part in parts]

@@ -1,6 +1,8 @@
 """Executors: threads, local processes or a Dask cluster behind one interface."""
 
+import atexit
 import contextlib
+import gc
 import multiprocessing
 import multiprocessing.spawn
 import os
@@ -73,6 +75,7 @@ class _WorkerContext(SpawnContext):
 
 def _begin_worker() -> None:
     """Initialise a worker: it ignores Ctrl-C and exits when its parent process ends."""
+    atexit.register(gc.freeze)  # the interpreter's last scan for garbage takes half a second
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     if parent is not None:

@@ -15,7 +15,7 @@ import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from gyrostat.campaigns.blocks import name_of, number_of, packed, scalar_columns
 from gyrostat.campaigns.description import Campaign, DamagedError, read_campaign, refuse_different
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     import pyarrow.parquet as pq
 
     from gyrostat.core.types import Vector
+    from gyrostat.simulation.labelled import Labelled
 
 GROUP = 64
 """Number of blocks in one row group of the table; they are in memory together."""
@@ -278,7 +279,7 @@ class Store:
             if match and match[2] == "nc" and manifest.is_own(match[0], campaign.by)
         }
 
-    def write_history(self, campaign: Campaign, run: int, dataset: Any) -> Path:
+    def write_history(self, campaign: Campaign, run: int, history: "Labelled") -> Path:
         """Write the history of a run.
 
         Raises:
@@ -286,5 +287,5 @@ class Store:
         """
         path = self.history(run)
         with self.results(campaign) as scratch:
-            dataset.to_netcdf(scratch / "runs" / path.name, engine="h5netcdf")
+            history.write(scratch / "runs" / path.name)
         return path

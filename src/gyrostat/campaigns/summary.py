@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import bdtr, bdtrik
 
 from gyrostat.campaigns.metrics.percentiles import rank
 from gyrostat.core.types import Vector
@@ -55,6 +54,8 @@ def percentile_of(values: Vector, percent: float) -> Percentile:
 
 def _binomial_quantile(level: float, count: int, share: float) -> int:
     """Smallest number of successes whose cumulative probability is at least `level`."""
+    from scipy.special import bdtr, bdtrik  # slow to import
+
     most = int(np.ceil(bdtrik(level, count, share)))
     # the inverse of the continuous function may be rounded up
     return most - 1 if most > 0 and bdtr(most - 1.0, count, share) >= level else most

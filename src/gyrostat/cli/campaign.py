@@ -11,11 +11,12 @@ from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json, say
 from gyrostat.cli.options import ForceModel, Json, Out
 from gyrostat.core.instructions import limit_process, recorded
+from gyrostat.verbs.scenarios import replayed, simulated
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import xarray as xr
+    from gyrostat.simulation.labelled import Labelled
 
 Device = Annotated[str, typer.Option(help="cpu, or gpu if JAX finds one.")]
 Engine = Annotated[
@@ -48,26 +49,26 @@ def simulate(
     json_output: Json = False,
 ) -> None:
     """Simulate a scenario once, with its nominal values: RUN.nc and RUN.html."""
-    run = call(verbs.simulate, locals(), command=command_line())
+    run = call(simulated, locals(), command=command_line())
     if json_output:
         print(_run_json(run))
-    if int(run.status) != 0:
+    if int(run.variables["status"].values) != 0:
         raise typer.Exit(1)
 
 
-def _run_json(run: "xr.Dataset") -> str:
+def _run_json(run: "Labelled") -> str:
     """JSON text with status, end time and metrics of a run."""
     from gyrostat.simulation import Status
 
     metrics = {
         name: value if math.isfinite(value) else None
-        for name, value in run.attrs.items()
+        for name, value in run.attributes.items()
         if name not in ("scenario", "ended")
     }
     told = {
-        "scenario": run.attrs["scenario"],
-        "status": Status(int(run.status)).name.lower(),
-        "ended": run.attrs["ended"],
+        "scenario": run.attributes["scenario"],
+        "status": Status(int(run.variables["status"].values)).name.lower(),
+        "ended": run.attributes["ended"],
         "metrics": metrics,
     }
     return json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False)
@@ -174,7 +175,7 @@ def replay(
 ) -> None:
     """Repeat one run of a campaign, bit for bit, and write its history and its report."""
     limit_process(_recorded_instructions(folder))
-    call(verbs.replay, locals(), command=command_line())
+    call(replayed, locals(), command=command_line())
 
 
 def _recorded_instructions(folder: Path) -> str | None:

@@ -162,13 +162,13 @@ def write_replay(
     Raises:
         InputError: The page cannot be written.
     """
-    import xarray as xr
+    import h5netcdf
 
     scenario = Scenario.from_text(known.scenario)
     store = Store(path.parents[1], say)
     table = store.read_table()
     values = {name: table[name][run].as_py() for name in table.column_names}
-    with xr.open_dataset(path, engine="h5netcdf") as history:
+    with h5netcdf.File(path) as history:
         page = run_page(scenario, values, history, f"{scenario.name}, run {run}", command)
     with store.locked(), store.results(known) as scratch:
         (scratch / "runs" / path.with_suffix(".html").name).write_text(page, encoding="utf-8")

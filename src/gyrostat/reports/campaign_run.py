@@ -16,8 +16,6 @@ from gyrostat.reports.template import render
 from gyrostat.simulation import Status
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gyrostat.campaigns.engine import Flown
 
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
@@ -48,11 +46,11 @@ def write_run(
     """
     values = {name: column[0].item() for name, column in flown.columns.items()}
     assert flown.histories is not None
-    history = flown.histories.isel(run=0)
+    history = flown.histories.of_run(values["run"])
     page = out.with_suffix(".html")
-    text = run_page(scenario, values, history, scenario.name, command)
+    text = run_page(scenario, values, history.arrays(), scenario.name, command)
     with new_files(out.parent, by="simulate", force=force) as folder:
-        history.to_netcdf(folder / out.name, engine="h5netcdf")
+        history.write(folder / out.name)
         (folder / page.name).write_text(text, encoding="utf-8")
     say(run_verdict(values))
     for name, entry in metric_rows(scenario, values):
@@ -61,14 +59,18 @@ def write_run(
 
 
 def run_page(
-    scenario: Scenario, values: Mapping[str, Any], history: "xr.Dataset", title: str, command: str
+    scenario: Scenario,
+    values: Mapping[str, Any],
+    history: Mapping[Any, Any],
+    title: str,
+    command: str,
 ) -> str:
     """HTML page of a run.
 
     Args:
         scenario: Scenario of the run.
         values: Row of the run in the table of runs.
-        history: Histories of the run.
+        history: Histories of the run: name -> array, or what can be converted to one.
         title: Title of the page.
         command: Command line that produced the run.
     """

@@ -36,12 +36,12 @@ def kept_runs(
         wanted: Numbers of runs whose histories are kept, the most important first.
         ranked: Metric that ranks them.
     """
-    import xarray as xr
+    import h5netcdf  # at most one of two packages that are slow to import
 
     made, orbit = [], planned_orbit(scenario) if wanted else None
     for run in wanted[:MOST_RUNS]:
         values = {name: column[run].item() for name, column in columns.items()}
-        with xr.open_dataset(store.history(run), engine="h5netcdf") as history:
+        with h5netcdf.File(store.history(run)) as history:
             made.append(
                 {
                     "run": run,

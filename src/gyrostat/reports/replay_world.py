@@ -1,7 +1,7 @@
 """Surroundings of a run along an orbit, for its 3D replay: Earth, Sun, velocity, ground target."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import equinox as eqx
 import numpy as np
@@ -15,9 +15,6 @@ from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.torques.eclipse import sunlight
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 GROUND = "ground_target"
 """Kind of a reference or mode that tracks a ground target."""
 
@@ -25,7 +22,7 @@ GROUND = "ground_target"
 def world_data(
     scenario: Scenario,
     values: Mapping[str, float],
-    history: "xr.Dataset",
+    history: Mapping[Any, Any],
     frames: NDArray[np.intp],
     planned: OrbitEnvironment | None,
 ) -> dict[str, Any] | None:
@@ -39,18 +36,18 @@ def world_data(
     Args:
         scenario: Scenario of the run.
         values: Key -> value of the run.
-        history: Histories of the run.
+        history: Histories of the run: name -> array, or what can be converted to one.
         frames: Indices of the samples.
         planned: Orbit of the scenario, as from `planned_orbit`; None without an orbit.
     """
     orbit = orbit_of(scenario, values, planned)
     if orbit is None:
         return None
-    time = history.time.values[frames]
+    time = np.asarray(history["time"])[frames]
     position, velocity, sun, earth, light = map(np.asarray, _surroundings(orbit, time))
     modes = [part for part in scenario.parts if part.section == "reference.mode"]
     if modes:
-        number = np.nan_to_num(history["mode"].values[frames]).astype(int)
+        number = np.nan_to_num(np.asarray(history["mode"])[frames]).astype(int)
         names = [modes[k].name for k in number]
         targets = {k: f"reference.mode.{p.name}" for k, p in enumerate(modes) if p.kind == GROUND}
     else:

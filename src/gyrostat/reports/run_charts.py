@@ -1,7 +1,7 @@
 """Charts of a run over time."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -10,9 +10,6 @@ from gyrostat.campaigns.pointing.text import angle_text, is_of_error
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.units import RPM
 from gyrostat.reports.chart import scaled_unit, time_chart
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 LEAST_SHOWN = 1e-5
 """Smallest error and rate drawn, deg and deg/s; smaller ones are rounding errors."""
@@ -23,7 +20,7 @@ MOST_POINTS = 4000
 def run_charts(
     scenario: Scenario,
     values: Mapping[str, Any],
-    history: "xr.Dataset",
+    history: Mapping[Any, Any],
     group: str = "run",
     most: int = MOST_POINTS,
 ) -> list[Markup]:
@@ -32,17 +29,17 @@ def run_charts(
     Args:
         scenario: Scenario of the run.
         values: Row of the run in the table of runs, whose events may have times of their own.
-        history: Histories of the run.
+        history: Histories of the run: name -> array, or what can be converted to one.
         group: Name of the group of charts that are zoomed together.
         most: Largest number of points of a curve.
     """
-    error = np.degrees(history.error.values)
-    rate = np.degrees(np.linalg.norm(history.rate.values, axis=1))
-    torque = history.torque.values
+    error = np.degrees(np.asarray(history["error"]))
+    rate = np.degrees(np.linalg.norm(np.asarray(history["rate"]), axis=1))
+    torque = np.asarray(history["torque"])
     factor, unit = scaled_unit(float(np.nanmax(np.abs(torque), initial=0.0)), "N·m")
     sizes = [np.maximum(each, LEAST_SHOWN)[:, None] for each in (error, rate)]
-    speed = history.wheel_speed.values / RPM
-    time = history.time.values
+    speed = np.asarray(history["wheel_speed"]) / RPM
+    time = np.asarray(history["time"])
     charts = [
         time_chart(time, sizes[0], "pointing error (deg)", ["error"], most, is_log=True),
         time_chart(time, sizes[1], "body rate (deg/s)", ["rate"], most, is_log=True),

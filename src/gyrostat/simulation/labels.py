@@ -1,18 +1,18 @@
 """Dimensions, coordinates and attributes of histories."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from gyrostat.simulation.labelled import RUN, Labelled, Signal
 from gyrostat.simulation.loop import Status
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 COMPONENTS = {"quaternion": ("w", "x", "y", "z"), "axis": ("x", "y", "z")}
 """Dimension -> its coordinates."""
 OWN_NAMES = (*COMPONENTS, "wheel", "modal", "run", "time", "status", "valid_until", "error")
 """Names that histories have in addition to the signals."""
+ERROR = {"units": "rad", "long_name": "pointing error"}
+"""Attributes of the signal `error`."""
 _QUATERNIONS = ("attitude", "target", "estimated_attitude")
 _VECTORS = (
     *("momentum", "rate", "jitter", "external_torque"),
@@ -79,28 +79,28 @@ def status_attributes() -> dict[str, Any]:
     }
 
 
-def with_coordinates(dataset: "xr.Dataset") -> "xr.Dataset":
+def with_coordinates(variables: dict[str, Signal], coordinates: dict[str, Signal]) -> Labelled:
     """Add the coordinates of named dimensions, and `error` if there is a target.
 
     Args:
-        dataset: Histories; wheels and modes are numbered from 0.
+        variables: Signals by name.
+        coordinates: Coordinates by name; wheels and modes are numbered from 0.
     """
-    sizes = dataset.sizes
-    known: dict[str, Any] = {name: [*parts] for name, parts in COMPONENTS.items() if name in sizes}
+    pairs = (zip(s.dimensions, np.shape(s.values), strict=True) for s in variables.values())
+    sizes = dict(pair for each in pairs for pair in each)
+    known = {
+        name: Signal((name,), np.array(parts))
+        for name, parts in COMPONENTS.items()
+        if name in sizes
+    }
     for name in ("wheel", "modal"):
         if name in sizes:
-            known[name] = np.arange(sizes[name])
-    dataset = dataset.assign_coords(known)
-    pair = [dataset[name] for name in ("attitude", "target") if name in dataset]
-    if len(pair) == 2 and all("quaternion" in signal.dims for signal in pair):
-        first, second = pair
+            known[name] = Signal((name,), np.arange(sizes[name]))
+    pair = [variables[name] for name in ("attitude", "target") if name in variables]
+    if len(pair) == 2 and all("quaternion" in signal.dimensions for signal in pair):
+        first, second = (signal.values for signal in pair)
         # q and -q are the same attitude; the chord of an angle a is 2 sin(a / 4)
-        chord = np.sqrt(
-            np.minimum(
-                ((first - second) ** 2).sum("quaternion", skipna=False),
-                ((first + second) ** 2).sum("quaternion", skipna=False),
-            )
-        )
-        angle: Any = 4.0 * np.arcsin(np.minimum(0.5 * chord, 1.0))
-        dataset["error"] = angle.assign_attrs(units="rad", long_name="pointing error")
-    return dataset
+        squares = (np.sum((first - turned) ** 2, axis=-1) for turned in (second, -second))
+        angle = 4.0 * np.arcsin(np.minimum(0.5 * np.sqrt(np.minimum(*squares)), 1.0))
+        variables = {**variables, "error": Signal((RUN, "time"), angle, ERROR)}
+    return Labelled(variables, {**coordinates, **known})

@@ -12,6 +12,7 @@ from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.validation import MOST_PERIODS, check_parts, check_period, require_period
+from gyrostat.simulation.labelled import RUN, Labelled, Signal
 from gyrostat.simulation.labels import (
     OWN_NAMES,
     attributes,
@@ -219,7 +220,7 @@ def simulate(
 
     histories = by_engine(engine, flown)
     _refuse_bad_commands(histories, controller, control_period, runs)
-    dataset = labelled(histories, control_period)
+    dataset = labelled(histories, control_period).dataset()
     return dataset if runs is not None else dataset.isel(run=0)
 
 
@@ -236,18 +237,16 @@ def _refuse_bad_commands(histories: Histories, controller: Any, period: float, r
     )
 
 
-def labelled(histories: Histories, period: float) -> "xr.Dataset":
-    """Convert histories to a labelled data set, the result of `simulate`.
+def labelled(histories: Histories, period: float) -> Labelled:
+    """Label the axes of histories, and give them units; see `simulate`.
 
     Args:
         histories: Signals, each with axes (run, time).
         period: Control period, s.
     """
-    import xarray as xr
-
     count = histories.status.shape[1]
     fine = histories.status == Status.COMPLETE
-    variables: dict[str, Any] = {}
+    variables: dict[str, Signal] = {}
     every = (histories.state, histories.measurement)
     speeds = [signals.wheel_speed for signals in every if hasattr(signals, "wheel_speed")]
     wheels = speeds[0].shape[-1] if speeds else None
@@ -266,14 +265,15 @@ def labelled(histories: Histories, period: float) -> "xr.Dataset":
             extra = dimensions(name, label, values.shape[2:], wheels)
             mask = fine.reshape(*fine.shape, *(1,) * len(extra))
             values = values & mask if values.dtype == bool else np.where(mask, values, np.nan)
-            variables[label] = (("run", "time", *extra), values, attributes(name, before, units))
+            about = attributes(name, before, units)
+            variables[label] = Signal((RUN, "time", *extra), values, about)
     last = np.where(fine.all(axis=1), count, np.argmin(fine, axis=1)) - 1
     ended = histories.status.max(axis=1).astype(np.int8)
-    variables["status"] = ("run", ended, status_attributes())
+    variables["status"] = Signal((RUN,), ended, status_attributes())
     # a run that has diverged at the start has no valid sample
     until = np.where(last >= 0, last * period, np.nan)
     lasts = {"units": "s", "long_name": "time of the last valid sample"}
-    variables["valid_until"] = ("run", until, lasts)
-    time = ("time", np.arange(count) * period, {"units": "s", "long_name": "time"})
-    coordinates = {"time": time, "run": np.arange(len(fine))}
-    return with_coordinates(xr.Dataset(variables, coords=coordinates))
+    variables["valid_until"] = Signal((RUN,), until, lasts)
+    time = Signal(("time",), np.arange(count) * period, {"units": "s", "long_name": "time"})
+    coordinates = {"time": time, RUN: Signal((RUN,), np.arange(len(fine)))}
+    return with_coordinates(variables, coordinates)

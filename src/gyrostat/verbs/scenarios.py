@@ -1,6 +1,7 @@
 """Verbs on scenarios: simulate, campaign, replay."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gyrostat.campaigns import Scenario
+    from gyrostat.simulation.labelled import Labelled
 
 BLOCK = 64
 """Default number of runs in a block of a campaign."""
@@ -65,6 +67,25 @@ def simulate(
         InputError: A scenario, device or engine cannot be used, or existing files would be
             replaced.
     """
+    options = {"seed": seed, "device": device, "engine": engine, "force": force, "verify": verify}
+    made = simulated(scenario, out, **options, say=say, command=command, changes=changes)
+    return made.dataset()
+
+
+def simulated(
+    scenario: "Scenario | str | Path",
+    out: "str | Path | None",
+    *,
+    seed: int,
+    device: str,
+    engine: str,
+    force: bool,
+    verify: bool,
+    say: Say,
+    command: str,
+    changes: Mapping[str, Any] | None = None,
+) -> "Labelled":
+    """Labelled histories of `simulate`, which has the same arguments, without xarray."""
     from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
     from gyrostat.campaigns.metrics.results import metrics_of
     from gyrostat.core.outputs import check_outputs
@@ -84,7 +105,7 @@ def simulate(
     from gyrostat.campaigns.execute import chosen_engine
     from gyrostat.campaigns.own.trial import say_bad_commands
 
-    found = scenario_of(scenario, force=force, changes=changes)
+    found = scenario_of(scenario, force=force, changes=changes or {})
     say(f"simulating {found.name}: {found.duration:g} s")
     engine = chosen_engine(engine, found, device, say, verify=verify)
     flown = fly(found, seed, None, keep=[0], engine=engine)
@@ -96,7 +117,7 @@ def simulate(
     assert flown.histories is not None
     names = ("ended", *metrics_of(found))
     values = {name: flown.columns[name][0].item() for name in names}
-    return flown.histories.isel(run=0).assign_attrs(scenario=found.name, **values)
+    return replace(flown.histories.of_run(0), attributes={"scenario": found.name, **values})
 
 
 def campaign(
@@ -258,6 +279,13 @@ def replay(
     """
     import xarray as xr
 
+    written = replayed(folder, run, say=say, command=command)
+    with xr.open_dataset(written, engine="h5netcdf") as history:
+        return history.load()
+
+
+def replayed(folder: "str | Path | xr.Dataset", run: int, *, say: Say, command: str) -> Path:
+    """Path of the history that `replay` writes, which has the same arguments, without xarray."""
     from gyrostat.campaigns import Store
     from gyrostat.campaigns import replay as simulate_again
     from gyrostat.campaigns.fingerprint import refuse_other
@@ -276,5 +304,4 @@ def replay(
         opener, _, fly_job = executor_for(known, 1)
         written = simulate_again(store, known, [run], opener, fly_job)[0]
     write_replay(known, written, run, command=command, say=say)
-    with xr.open_dataset(written, engine="h5netcdf") as history:
-        return history.load()
+    return written

@@ -21,9 +21,6 @@ from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import quad
-from scipy.optimize import brentq
-from scipy.special import erf, ive
 
 from gyrostat.campaigns.requirement import AXES_OF_ERROR, Requirement
 from gyrostat.core.errors import InputError
@@ -100,6 +97,8 @@ def size_from_spectrum(
     if largest == 0.0:
         return 0.0
 
+    from scipy.optimize import brentq  # slow to import
+
     def beyond(size: float) -> float:
         shares = [_share_within(size, *own.tolist()) for own in sigmas / largest]
         return float(weights @ shares) - requirement.level
@@ -115,6 +114,9 @@ def _share_within(size: float, first: float, second: float = 0.0) -> float:
     R. S. Hoyt, "Probability functions for the modulus and angle of the normal complex variate",
     1947. One component: a normal distribution.
     """
+    from scipy.integrate import quad  # slow to import
+    from scipy.special import erf, ive
+
     large, small = max(first, second), min(first, second)
     if small < 1e-9 * large or large == 0.0:
         return float(erf(size / large / np.sqrt(2.0))) if large > 0.0 else 1.0

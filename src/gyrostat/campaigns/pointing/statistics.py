@@ -10,7 +10,6 @@ from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from gyrostat.campaigns.summary import CONFIDENCE
 from gyrostat.core.types import Vector
@@ -54,6 +53,8 @@ def mean_bounds(mean: float, count: int) -> tuple[float, float]:
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    from scipy.optimize import brentq  # slow to import
+
     return float(cast(float, brentq(function, low, high, xtol=1e-15)))
 
 

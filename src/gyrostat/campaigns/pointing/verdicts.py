@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betaincinv
 
 from gyrostat.campaigns.pointing.collected import SHARES
 from gyrostat.campaigns.pointing.statistics import least_runs, mean_bounds, size_at, sizes_around
@@ -127,6 +126,8 @@ def _of_runs(level: float, worst: Vector, value: float) -> tuple[Estimate, Estim
 
 def _binomial(inside: int, count: int) -> tuple[float, float]:
     """Interval of C. J. Clopper and E. S. Pearson, 1934, for a share of the runs."""
+    from scipy.special import betaincinv  # slow to import
+
     tail = 0.5 * (1.0 - CONFIDENCE)
     low = betaincinv(inside, count - inside + 1, tail) if inside > 0 else 0.0
     high = betaincinv(inside + 1, count - inside, 1.0 - tail) if inside < count else 1.0
