@@ -154,3 +154,31 @@ def test_plain_least_squares_is_at_hand(record):
     np.testing.assert_array_equal(fit.values, fit.least_squares)
     np.testing.assert_allclose(fit.sigma, fit.noise_sigma, rtol=1e-12)
     assert fit.effects == ()
+
+
+def test_a_record_that_the_current_does_not_explain_gives_no_valid_result(record, changed):
+    """A torque that the recorded current does not contain, of up to 80 % of the dry friction."""
+    steps = record("viscous-coulomb", seed=8)
+    unseen = 0.03 * np.sin(2.0 * np.pi * steps.time / 37.0)
+    fit = identify(
+        changed(steps, current=steps.current + unseen), inertia=INERTIA, model="viscous-coulomb"
+    )
+    assert any("unknown torque" in reason for reason in fit.impossible)
+    assert set(fit.impossible) <= set(fit.warnings)
+    assert "no valid result; model.toml is marked" in repr(fit)
+    model = fit.wheel_model()
+    assert model is not None
+    assert "unknown torque" in model.impossible
+    assert identify(steps, inertia=INERTIA, model="viscous-coulomb").impossible == ()
+
+
+def test_an_average_that_does_not_follow_the_record_gives_no_valid_result(record, monkeypatch):
+    """Sigma is then that of white noise alone."""
+
+    def astray(*_, **__):
+        raise np.linalg.LinAlgError
+
+    monkeypatch.setattr("gyrostat.identification.conclude.average", astray)
+    fit = identify(record(), inertia=INERTIA)
+    np.testing.assert_array_equal(fit.sigma, fit.noise_sigma)
+    assert any("white noise alone" in reason for reason in fit.impossible)

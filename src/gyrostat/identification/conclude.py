@@ -26,7 +26,7 @@ from gyrostat.identification.uncertainty import covariance, residual_levels, wid
 
 UNJUDGED = (
     "effects outside the friction model could not be estimated (the wheel corrected for them does "
-    "not follow the record): sigma is that of white noise alone"
+    "not follow the record): sigma is that of white noise alone and may be far too small"
 )
 
 
@@ -256,8 +256,8 @@ def conclude(
     faults = [
         f for record, own in zip(records, left, strict=True) for f in found_in(record, own, loss)
     ]
-    warnings = () if silent else (UNJUDGED,)
-    return judged(fit, solution.reason, scatter, faults=faults, warnings=warnings)
+    refused = () if silent else (UNJUDGED,)
+    return judged(fit, solution.reason, scatter, faults=faults, refused=refused)
 
 
 def with_tolerances(fit: Fit, errors: Propagated, tolerances: Mapping[str, float]) -> Fit:
