@@ -65,7 +65,7 @@ def test_prediction_errors_are_those_of_the_dense_covariance():
     variance = random.uniform(0.5, 2.0, 40)
     variance[7] = np.inf
     levels = np.array([[0.0, 0.0], [0.3, 0.0], [0.1, 0.2]])
-    found = innovations(columns, variance, linear.transition, noise, levels)
+    found = innovations([columns], variance, linear.transition, noise, levels)
     seen = np.isfinite(variance)
     assert found.samples == 39
     for level, products, logs in zip(levels, *found[:2], strict=True):
@@ -75,6 +75,25 @@ def test_prediction_errors_are_those_of_the_dense_covariance():
             products, columns[seen].T @ np.linalg.solve(full, columns[seen]), rtol=1e-10, atol=1e-10
         )
         assert logs == pytest.approx(np.linalg.slogdet(full)[1], rel=1e-10)
+
+
+def test_a_long_record_in_parts_gives_the_same(monkeypatch):
+    linear, noise = linear_record(count=300, seed=5)
+    random = np.random.default_rng(6)
+    columns = [random.standard_normal((300, 2)), random.standard_normal((300, 9))]
+    variance = random.uniform(0.5, 2.0, 300)
+    levels = np.array([[0.0, 0.0], [0.1, 0.2]])
+    given = (variance, linear.transition, noise, levels)
+    whole, rows = innovations(columns, *given), accumulated(linear, linear.local)
+    first = innovations(columns, *given[:-1], levels[:1])
+    joined = first.with_levels(innovations(columns, *given[:-1], levels[1:]))
+    monkeypatch.setattr("gyrostat.identification.innovations.LONGEST", 128)
+    monkeypatch.setattr("gyrostat.identification.effects.LONGEST", 128)
+    for found in (joined, innovations(columns, *given)):
+        np.testing.assert_allclose(found.products, whole.products, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(found.log_variance, whole.log_variance, rtol=1e-12)
+        assert found.samples == 300
+    np.testing.assert_allclose(accumulated(linear, linear.local), rows, rtol=1e-12, atol=1e-15)
 
 
 def test_the_average_is_the_mixture_of_all_hypotheses_computed_densely():

@@ -114,17 +114,21 @@ def average(
     count = len(x)
     own = 1 + count + sum(effect.columns[0].shape[1] for effect in effects)
 
-    def mixture(levels: Matrix) -> tuple[list[Innovations], Posteriors, Vector]:
-        found = whitened(segments, every, scale, levels)
+    def mixture() -> tuple[Posteriors, Vector]:
         seen = posteriors([f.leading(own) for f in found], effects, known, levels, stated)
-        return found, seen, _weights(seen, ripple)
+        return seen, _weights(seen, ripple)
 
     levels = grid(RIPPLES, ripple)
-    found, seen, weight = mixture(levels)
+    found = whitened(segments, every, scale, levels)
+    seen, weight = mixture()
     free = seen.levels if ripple is None else seen.levels[:, 1:]
     if weight[np.max(free, axis=1) == RIPPLES[-1]].sum() > AT_THE_EDGE:
-        levels = grid((*RIPPLES, *STRONG_RIPPLES), ripple)
-        found, seen, weight = mixture(levels)
+        wider = grid((*RIPPLES, *STRONG_RIPPLES), ripple)
+        further = wider[~np.any(np.all(wider[:, None] == levels, axis=2), axis=1)]
+        more = whitened(segments, every, scale, further)
+        levels = np.vstack([levels, further])
+        found = [a.with_levels(b) for a, b in zip(found, more, strict=True)]
+        seen, weight = mixture()
     findings, scores = (), ()
     if names:
         findings, scores = diagnose(found, levels, every, known, names, scale, stated=stated)

@@ -43,6 +43,9 @@ RETURN = 32.0 * np.pi
 """Angle turned after which a wheel stops at another phase of the ripple, rad. A wheel that only
 moves to and fro breaks away at the same angles again, and after a few turns it stops nearly where
 it did before."""
+LONGEST = 65_536
+"""Largest number of samples that are processed at once; longer records go in parts, which bounds
+the memory."""
 WIDTH = 8
 """The number of columns is rounded up to a multiple of this."""
 FIRST_WALK = 0.5
@@ -109,14 +112,14 @@ class TorqueNoise:
 
 
 @stored_function
-def _chain(transition, inputs):
-    """Accumulate local changes of the speed, (N - 1, k), over a record, (N - 1, k)."""
+def _chain(transition, inputs, start):
+    """Accumulate local changes of the speed, (N - 1, k), over a record from a start, (k,)."""
 
     def interval(state, sample):
         state = sample[0] * state + sample[1]
         return state, state
 
-    return jax.lax.scan(interval, jnp.zeros(inputs.shape[1]), (transition, inputs))[1]
+    return jax.lax.scan(interval, start, (transition, inputs))[1]
 
 
 def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
@@ -127,9 +130,18 @@ def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
         inputs: Change that arises within each interval, at its end, (N - 1, k), rad/s.
     """
     count, width = inputs.shape
-    size = len(padded(linear.transition)) - count
-    rows = _chain(padded(linear.transition), np.pad(inputs, ((0, size), (0, spare(width)))))
-    found = np.vstack([np.zeros((1, width)), np.asarray(rows)[:count, :width]])
+    size = min(len(padded(linear.transition)), LONGEST)
+    found, last = np.zeros((count + 1, width)), np.zeros(width + spare(width))
+    for start in range(0, count, size):
+        own = slice(start, start + size)
+        fill = max(0, start + size - count)
+        rows = _chain(
+            np.pad(linear.transition[own], (0, fill)),
+            np.pad(inputs[own], ((0, fill), (0, spare(width)))),
+            last,
+        )
+        rows = np.asarray(rows)
+        found[start + 1 : start + 1 + size], last = rows[: size - fill, :width], rows[-1]
     return over_intervals(found) if linear.averaged else found
 
 
