@@ -136,6 +136,14 @@ def test_the_average_is_the_mixture_of_all_hypotheses_computed_densely():
     covariance += np.einsum("h,hi,hj->ij", weight, apart, apart)
     np.testing.assert_allclose(found.shift, mean, rtol=1e-8)
     np.testing.assert_allclose(found.covariance, covariance, rtol=1e-8)
+    # in a fine record the odds of a wheel without ripple fall as the square of the resolution
+    still = np.repeat([True, False, False, False], len(weight) // 4)
+    fine = average([segment], [effect], prior, x, scale, stated=True, resolution=0.004)
+    less = np.where(still, 0.04, 1.0) * weight
+    np.testing.assert_allclose(fine.shift, less @ np.array(means) / less.sum(), rtol=1e-8)
+    ripple = next(e for e in fine.effects if e.name == "crossing_ripple")
+    assert ripple.probability == pytest.approx(1.0 - less[still].sum() / less.sum(), rel=1e-8)
+
     absent = np.tile([True, False, False], len(weight) // 3)
     assert found.effects[0].probability == pytest.approx(weight[~absent].sum(), rel=1e-8)
 
@@ -201,3 +209,14 @@ def test_an_average_that_does_not_follow_the_record_gives_no_valid_result(record
     fit = identify(record(), inertia=INERTIA)
     np.testing.assert_array_equal(fit.sigma, fit.noise_sigma)
     assert any("white noise alone" in reason for reason in fit.impossible)
+
+
+def test_slow_ramps_allow_for_a_ripple_until_one_is_stated(record):
+    """Ramps of 1 rpm noise break away at few angles and resolve the static torque finely."""
+    ramps = record("stribeck", profile="ramps", seed=3, sigma_rpm=0.5, period=60.0)
+    fit, smooth = (identify(ramps, inertia=INERTIA, ripple=level) for level in (None, 0.0))
+    advised = [w for w in fit.warnings if "--ripple states it" in w]
+    assert len(advised) == 1
+    assert advised[0].startswith("static: sigma allows for a torque ripple")
+    assert fit.sigma["static"] > 1.5 * smooth.sigma["static"]
+    assert not any("--ripple" in w for w in smooth.warnings)

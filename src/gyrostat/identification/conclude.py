@@ -8,7 +8,7 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.averaging import Effect, average
 from gyrostat.identification.candidates import candidates
-from gyrostat.identification.effects import nuisances, torque_noise
+from gyrostat.identification.effects import nuisances, resolution, torque_noise
 from gyrostat.identification.faults import found_in
 from gyrostat.identification.findings import Finding, Score
 from gyrostat.identification.fit import Fit
@@ -98,6 +98,7 @@ def _averaged(
             beside=beside,
             names=selection.free,
             ripple=ripple,
+            resolution=resolution(prediction, everything, formal),
         )
     except np.linalg.LinAlgError:
         return plain

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import jax
 from gyrostat.core.stored_function import stored_function
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.prediction import (
@@ -35,6 +35,11 @@ LARGEST_RIPPLE_ODDS = 4.0
 """Prior odds of the largest of these levels, for the ripple at zero crossings. The few crossings of
 a record hardly tell the level, on which the sigma of the static torque depends; the odds are chosen
 by measured coverage (`benchmarks/coverage.py`)."""
+RESOLVED = 0.02
+"""Standard deviation of a torque at rest in white noise, fraction of the dry friction, below which
+the prior odds of a wheel without ripple fall, as its square. Absence stands for every ripple that
+the record does not show, of which fewer are left in a finer record; a few breakaways that agree by
+chance do not show it. Chosen by measured coverage (`benchmarks/next_record.py`)."""
 STRONG_RIPPLES = (0.3, 1.0, 3.0)
 """Further levels, for records that these do not explain."""
 COHERENCE = 1.0
@@ -207,6 +212,27 @@ def nuisances(
     return [_lag(prediction.records, linear), *([] if drift is None else [drift])]
 
 
+def dry_friction(prediction: SpeedPrediction, values: Mapping[str, float]) -> float:
+    """Mean size of the dry friction torques of a wheel, N·m; 0 without any."""
+    names = [n for n, d in prediction.model.dimensions().items() if d == "torque"]
+    return float(np.mean([abs(values[n]) for n in names])) if names else 0.0
+
+
+def resolution(
+    prediction: SpeedPrediction, values: Mapping[str, float], sigma: Mapping[str, float]
+) -> float:
+    """Smallest standard deviation of a torque at rest over the dry friction; infinite without one.
+
+    Args:
+        prediction: Records and friction model.
+        values: Name -> value of all parameters, SI.
+        sigma: Name -> standard deviation of the estimated parameters in white noise, SI.
+    """
+    finest = min((sigma[n] for n in prediction.model.vanishing_at if n in sigma), default=np.inf)
+    friction = dry_friction(prediction, values)
+    return finest / friction if friction > 0.0 else np.inf
+
+
 def torque_noise(
     prediction: SpeedPrediction, record: Record, linear: Linearisation, values: Mapping[str, float]
 ) -> TorqueNoise:
@@ -227,8 +253,7 @@ def torque_noise(
         linear: Linearisation of this record at the fit.
         values: Name -> value of all parameters, SI.
     """
-    names = [n for n, d in prediction.model.dimensions().items() if d == "torque"]
-    friction = float(np.mean([abs(values[n]) for n in names])) if names else 0.0
+    friction = dry_friction(prediction, values)
     motor = abs(values["motor_constant"]) * float(np.sqrt(np.mean(record.current**2)))
     level = friction or motor
     duration = np.diff(record.time)

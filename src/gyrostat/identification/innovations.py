@@ -73,9 +73,7 @@ def _filter(columns, variance, intervals, squared, state, covariance, products, 
         return (state, covariance, products, logs), None
 
     start = (tuple(state), tuple(covariance), products, logs)
-    entries = [
-        each.reshape(-1, BLOCK, *each.shape[1:]) for each in (columns, variance, intervals)
-    ]
+    entries = [each.reshape(-1, BLOCK, *each.shape[1:]) for each in (columns, variance, intervals)]
     last, _ = jax.lax.scan(block, start, tuple(entries))
     return jnp.stack(last[0]), jnp.stack(last[1]), last[2], last[3]
 

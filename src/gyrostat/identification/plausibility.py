@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from gyrostat.identification.effects import RESOLVED
 from gyrostat.identification.faults import opposed_signs, wrong_units
 from gyrostat.identification.findings import Finding, by_evidence
 from gyrostat.identification.fit import Fit
@@ -13,6 +16,8 @@ UNEXPLAINED = 1.5
 """Ratio of scatter to the noise estimated from the record, above which a warning is given."""
 UNRELIABLE = 0.25
 """Random-walk torque, fraction of the dry friction, above which it hides the friction."""
+CERTAIN = 1e-6
+"""Probability below which the ripple is known to be absent, or present."""
 MOVED, MOST_MOVED = 0.5, 3
 """Smallest change of an estimate that is reported, in standard deviations by noise, and how many
 are reported."""
@@ -131,6 +136,21 @@ def _unexplained(fit: Fit) -> list[str]:
     ]
 
 
+def _ripple(fit: Fit) -> list[str]:
+    """Advice to state a torque ripple where sigma depends on one that the record hardly tells."""
+    sigma = dict(zip(fit.names, fit.noise_sigma.tolist(), strict=True))
+    fine = [
+        n for n in fit.model.vanishing_at if sigma.get(n, np.inf) < RESOLVED * fit.parameters[n]
+    ]
+    chance = next((e.probability for e in fit.effects if e.name == "crossing_ripple"), 0.0)
+    if not fine or not CERTAIN < chance < 1.0 - CERTAIN:
+        return []
+    return [
+        f"{', '.join(fine)}: sigma allows for a torque ripple, which the few breakaways of the "
+        "records hardly tell: --ripple states it (rms over the dry friction; 0: none)"
+    ]
+
+
 def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]:
     """List the warnings about a fit, most serious first.
 
@@ -145,6 +165,7 @@ def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]
         warnings.append(f"{text}: not a valid result")
     warnings += [_sentence(fit, finding) for finding in fit.findings]
     warnings += impossible(fit)
+    warnings += _ripple(fit)
     if "current_bias" in fit.names:
         bias = fit.parameters["current_bias"]
         warnings.append(
