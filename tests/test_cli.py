@@ -346,6 +346,27 @@ def test_a_wheel_that_cannot_exist_exits_1_and_is_refused_without_force(run, tmp
     assert "motor constant" in err.replace("_", " ")
 
 
+@pytest.mark.parametrize("verb", ["simulate", "campaign"])
+def test_a_flight_with_a_wheel_marked_as_impossible_needs_force(run, tmp_path, verb):
+    for name in ("zero_crossing.toml", "cubesat.toml", "cubesat_wheel.toml"):
+        text = (EXAMPLE.parent / "scenarios" / name).read_text(encoding="utf-8")
+        (tmp_path / name).write_text(text.replace("coulomb = 2.0e-05", "coulomb = -2.0e-05"))
+    wheel = tmp_path / "cubesat_wheel.toml"
+    wheel.write_text(wheel.read_text() + '\n[validity]\nimpossible = "coulomb is negative"\n')
+    words = (verb, tmp_path / "zero_crossing.toml", "--out", tmp_path / "out.nc")
+    words += ("--runs", "2", "--seed", "1") if verb == "campaign" else ()
+    code, _, err = run(*words)
+    assert code == 2
+    assert "cubesat_wheel.toml: key validity.impossible" in err
+    assert "coulomb is negative" in err
+    assert "--force" in err
+    code, _, err = run(*words, "--force")
+    assert code == 2, "friction that drives the wheel cannot be simulated"
+    assert "cubesat.toml: key wheel[" in err
+    assert "coulomb: found -2e-05" in err
+    assert not (tmp_path / "out.nc").exists()
+
+
 def test_tolerances_on_the_command_line(run, fitted, tmp_path):
     """One per cent of inertia is one per cent of the Coulomb torque, and all of it is given."""
     words = ("identify", EXAMPLE, "--speed-sigma", "5rpm", "--json")

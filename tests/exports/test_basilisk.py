@@ -55,6 +55,10 @@ def test_it_says_what_is_lost():
     uneven = module_of(DirectionalStribeck, **values)
     assert uneven["FRICTION"]["fCoulomb"] == pytest.approx(8.5e-4, rel=1e-15)
     assert "wrong by 5e-05 N·m in each" in uneven["__doc__"]
+    assert "not valid" not in told
+    marked = WheelModel(Stribeck, {**WHEEL, **CURVE}, impossible='"""b < 0')
+    exec(basilisk(marked), found := {})
+    assert "the wheel is not valid" in found["__doc__"]
 
 
 def test_a_wheel_without_inertia_is_refused():

@@ -10,6 +10,9 @@ from gyrostat.codegen.flight.measure import measure
 from gyrostat.codegen.simd import compiler
 from gyrostat.core.units import SI_UNIT
 from gyrostat.exports import files
+from gyrostat.exports.sheet import sheet
+from gyrostat.wheel import WheelModel
+from gyrostat.wheel.friction import ViscousCoulomb
 
 MODEL = """
 [wheel]
@@ -149,6 +152,9 @@ def test_a_data_sheet_has_every_number_with_its_unit(exported):
     assert parameters["coulomb"] == {"value": 0.8795e-3, "sigma": 2e-06, "unit": SI_UNIT["torque"]}
     assert parameters["inertia"] == {"value": 0.0015, "sigma": None, "unit": "kg·m²"}
     assert len(parameters) == 6
+    assert "impossible" not in content
+    marked = WheelModel(ViscousCoulomb, {"viscous": -1e-6, "coulomb": 1e-3}, impossible="b < 0")
+    assert json.loads(sheet(marked))["impossible"] == "b < 0"
 
 
 def test_a_module_for_basilisk_is_written(exported):

@@ -65,7 +65,7 @@ def test_prediction_errors_are_those_of_the_dense_covariance():
     variance = random.uniform(0.5, 2.0, 40)
     variance[7] = np.inf
     levels = np.array([[0.0, 0.0], [0.3, 0.0], [0.1, 0.2]])
-    found = innovations(columns, variance, linear.transition, noise, levels)
+    found = innovations([columns], variance, linear.transition, noise, levels)
     seen = np.isfinite(variance)
     assert found.samples == 39
     for level, products, logs in zip(levels, *found[:2], strict=True):
@@ -75,6 +75,25 @@ def test_prediction_errors_are_those_of_the_dense_covariance():
             products, columns[seen].T @ np.linalg.solve(full, columns[seen]), rtol=1e-10, atol=1e-10
         )
         assert logs == pytest.approx(np.linalg.slogdet(full)[1], rel=1e-10)
+
+
+def test_a_long_record_in_parts_gives_the_same(monkeypatch):
+    linear, noise = linear_record(count=300, seed=5)
+    random = np.random.default_rng(6)
+    columns = [random.standard_normal((300, 2)), random.standard_normal((300, 9))]
+    variance = random.uniform(0.5, 2.0, 300)
+    levels = np.array([[0.0, 0.0], [0.1, 0.2]])
+    given = (variance, linear.transition, noise, levels)
+    whole, rows = innovations(columns, *given), accumulated(linear, linear.local)
+    first = innovations(columns, *given[:-1], levels[:1])
+    joined = first.with_levels(innovations(columns, *given[:-1], levels[1:]))
+    monkeypatch.setattr("gyrostat.identification.innovations.LONGEST", 128)
+    monkeypatch.setattr("gyrostat.identification.effects.LONGEST", 128)
+    for found in (joined, innovations(columns, *given)):
+        np.testing.assert_allclose(found.products, whole.products, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(found.log_variance, whole.log_variance, rtol=1e-12)
+        assert found.samples == 300
+    np.testing.assert_allclose(accumulated(linear, linear.local), rows, rtol=1e-12, atol=1e-15)
 
 
 def test_the_average_is_the_mixture_of_all_hypotheses_computed_densely():
@@ -117,6 +136,14 @@ def test_the_average_is_the_mixture_of_all_hypotheses_computed_densely():
     covariance += np.einsum("h,hi,hj->ij", weight, apart, apart)
     np.testing.assert_allclose(found.shift, mean, rtol=1e-8)
     np.testing.assert_allclose(found.covariance, covariance, rtol=1e-8)
+    # in a fine record the odds of a wheel without ripple fall as the square of the resolution
+    still = np.repeat([True, False, False, False], len(weight) // 4)
+    fine = average([segment], [effect], prior, x, scale, stated=True, resolution=0.004)
+    less = np.where(still, 0.04, 1.0) * weight
+    np.testing.assert_allclose(fine.shift, less @ np.array(means) / less.sum(), rtol=1e-8)
+    ripple = next(e for e in fine.effects if e.name == "crossing_ripple")
+    assert ripple.probability == pytest.approx(1.0 - less[still].sum() / less.sum(), rel=1e-8)
+
     absent = np.tile([True, False, False], len(weight) // 3)
     assert found.effects[0].probability == pytest.approx(weight[~absent].sum(), rel=1e-8)
 
@@ -154,3 +181,42 @@ def test_plain_least_squares_is_at_hand(record):
     np.testing.assert_array_equal(fit.values, fit.least_squares)
     np.testing.assert_allclose(fit.sigma, fit.noise_sigma, rtol=1e-12)
     assert fit.effects == ()
+
+
+def test_a_record_that_the_current_does_not_explain_gives_no_valid_result(record, changed):
+    """A torque that the recorded current does not contain, of up to 80 % of the dry friction."""
+    steps = record("viscous-coulomb", seed=8)
+    unseen = 0.03 * np.sin(2.0 * np.pi * steps.time / 37.0)
+    fit = identify(
+        changed(steps, current=steps.current + unseen), inertia=INERTIA, model="viscous-coulomb"
+    )
+    assert any("unknown torque" in reason for reason in fit.impossible)
+    assert set(fit.impossible) <= set(fit.warnings)
+    assert "no valid result; model.toml is marked" in repr(fit)
+    model = fit.wheel_model()
+    assert model is not None
+    assert "unknown torque" in model.impossible
+    assert identify(steps, inertia=INERTIA, model="viscous-coulomb").impossible == ()
+
+
+def test_an_average_that_does_not_follow_the_record_gives_no_valid_result(record, monkeypatch):
+    """Sigma is then that of white noise alone."""
+
+    def astray(*_, **__):
+        raise np.linalg.LinAlgError
+
+    monkeypatch.setattr("gyrostat.identification.conclude.average", astray)
+    fit = identify(record(), inertia=INERTIA)
+    np.testing.assert_array_equal(fit.sigma, fit.noise_sigma)
+    assert any("white noise alone" in reason for reason in fit.impossible)
+
+
+def test_slow_ramps_allow_for_a_ripple_until_one_is_stated(record):
+    """Ramps of 1 rpm noise break away at few angles and resolve the static torque finely."""
+    ramps = record("stribeck", profile="ramps", seed=3, sigma_rpm=0.5, period=60.0)
+    fit, smooth = (identify(ramps, inertia=INERTIA, ripple=level) for level in (None, 0.0))
+    advised = [w for w in fit.warnings if "--ripple states it" in w]
+    assert len(advised) == 1
+    assert advised[0].startswith("static: sigma allows for a torque ripple")
+    assert fit.sigma["static"] > 1.5 * smooth.sigma["static"]
+    assert not any("--ripple" in w for w in smooth.warnings)

@@ -244,7 +244,7 @@ def test_the_command_compares_files(run, files, tmp_path):
         (lambda c: c.pop("correlation"), (), "key 'correlation': found none"),
         (lambda c: c.update(parameters=[]), (), "its content: found none or another type"),
         (lambda c: c.update(converged=False), (), "did not converge"),
-        (lambda c: c.update(impossible=["x"]), (), "cannot exist (x)"),
+        (lambda c: c.update(impossible=["x"]), (), "not valid (x)"),
         (lambda c: c.update(metadata=[]), (), "found no serial number"),
         (lambda c: c.update(metadata=[{"serial": "a"}, {"serial": "b"}]), (), "several wheels"),
         (lambda c: c["parameters"]["coulomb"].update(sigma=0.0), (), "impossible covariance"),

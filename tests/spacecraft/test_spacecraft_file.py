@@ -8,7 +8,7 @@ import pytest
 import gyrostat.wheel
 from gyrostat.core.errors import InputError
 from gyrostat.spacecraft import read_spacecraft
-from gyrostat.wheel import WheelModel, write_model
+from gyrostat.wheel import WheelModel, read_model, write_model
 from gyrostat.wheel.friction import FRICTION_MODELS
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "three_wheels.toml"
@@ -138,6 +138,27 @@ def test_models_that_do_not_fit_together(tmp_path):
         InputError, match=r"found 0.0015 kg·m², expected the 0.015 kg·m² of 0/model"
     ):
         read_spacecraft(written(tmp_path, text))
+
+
+def test_wheels_marked_as_impossible(tmp_path):
+    """Refused; with force those are accepted that can be simulated, and the others are named."""
+    path = written(tmp_path, with_models(tmp_path, "stribeck", "stribeck"))
+    model = tmp_path / "1" / "model.toml"
+    good = read_model(model)
+    for changes, named in (
+        ({"static": 1e-4}, ""),
+        ({"motor_constant": -0.02}, ""),
+        ({"coulomb": -1e-4}, r"key wheel\[w1\]\.model: coulomb: found -0\.0001, expected"),
+    ):
+        bad = WheelModel(good.friction, {**good.values, **changes}, impossible="no wheel has this")
+        write_model(model, bad)
+        with pytest.raises(InputError, match=r"1/model\.toml: key validity\.impossible: .*--force"):
+            read_spacecraft(path)
+        if named:
+            with pytest.raises(InputError, match=named):
+                read_spacecraft(path, force=True)
+        else:
+            assert read_spacecraft(path, force=True).spacecraft.wheels.count == 2
 
 
 SHEETS = """

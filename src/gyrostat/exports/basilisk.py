@@ -26,6 +26,8 @@ def basilisk(model: WheelModel) -> str:
         "it has no sticking: below omegaLimitCycle the friction is a straight line through zero, "
         "and a wheel that should rest creeps",
     ]
+    if model.impossible:
+        lost.insert(0, "the wheel is not valid: key validity.impossible of its model file says why")
     if isinstance(curve, DirectionalStribeck):
         lost.append(_senses(curve))
         curve = Stribeck(

@@ -14,7 +14,8 @@ def sheet(model: WheelModel) -> str:
 
     Returns:
         {"friction": {"model", "title", "equation"}, "parameters": {NAME: {"value", "sigma",
-        "unit"}}, "origin"}; sigma is null if it is unknown.
+        "unit"}}, "origin"}; sigma is null if it is unknown. A wheel that its identification marked
+        has "impossible", the reason, in addition.
     """
     dimensions = {
         "inertia": "inertia",
@@ -37,5 +38,6 @@ def sheet(model: WheelModel) -> str:
             if name in model.values
         },
         "origin": dict(model.origin),
+        **({"impossible": model.impossible} if model.impossible else {}),
     }
     return json.dumps(content, indent=2, ensure_ascii=False) + "\n"

@@ -7,7 +7,7 @@ closed-form evidence. The result is the mixture of all of them, weighted by evid
 itself unknown and common to all. A record that shows one effect thus makes the others more likely,
 and a record without effects makes them less likely (Scott and Berger 2010, Annals of Statistics
 38). The prior of a present candidate is uniform over its scales, which are decades apart, but for
-the ripple at zero crossings (`LARGEST_RIPPLE_ODDS`).
+the ripple at zero crossings (`LARGEST_RIPPLE_ODDS`, `RESOLVED`).
 """
 
 from collections.abc import Sequence
@@ -17,10 +17,9 @@ import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.diagnosis import TORQUES, diagnose
-from gyrostat.identification.effects import RIPPLES, STRONG_RIPPLES, Nuisance
+from gyrostat.identification.effects import RESOLVED, RIPPLES, STRONG_RIPPLES, Nuisance
 from gyrostat.identification.findings import Finding, Score
 from gyrostat.identification.hypotheses import Posteriors, Segment, grid, posteriors, whitened
-from gyrostat.identification.innovations import Innovations
 from gyrostat.identification.least_squares import Prior
 
 AT_THE_EDGE = 0.73
@@ -35,7 +34,8 @@ class Effect:
     Attributes:
         name: Identifier in fit.json.
         title: Title in reports.
-        probability: Posterior probability of its presence; 2/3 a priori.
+        probability: Posterior probability of its presence; 2/3 a priori, more for the ripple in a
+            record that resolves torques at rest finely.
         value: Posterior mean of its size if it is present, in `unit`; the largest in size of
             several coefficients.
         sigma: Standard deviation of that coefficient; None for a random torque.
@@ -93,6 +93,7 @@ def average(
     beside: Sequence[Nuisance] = (),
     names: Sequence[str] = (),
     ripple: float | None = None,
+    resolution: float = np.inf,
 ) -> Average:
     """Average estimates over all hypotheses, and diagnose the residuals.
 
@@ -107,6 +108,8 @@ def average(
         beside: Further candidates, which are diagnosed but not averaged.
         names: Names of the estimated parameters; without them there is no diagnosis.
         ripple: Level of the ripple at zero crossings; None: averaged over.
+        resolution: Standard deviation of a torque at rest in white noise, fraction of the dry
+            friction (`RESOLVED`).
     """
     rows = prior.rows() * scale
     known = (rows.T @ rows, -rows.T @ prior.residual(x))
@@ -114,17 +117,21 @@ def average(
     count = len(x)
     own = 1 + count + sum(effect.columns[0].shape[1] for effect in effects)
 
-    def mixture(levels: Matrix) -> tuple[list[Innovations], Posteriors, Vector]:
-        found = whitened(segments, every, scale, levels)
+    def mixture() -> tuple[Posteriors, Vector]:
         seen = posteriors([f.leading(own) for f in found], effects, known, levels, stated)
-        return found, seen, _weights(seen, ripple)
+        return seen, _weights(seen, ripple, resolution)
 
     levels = grid(RIPPLES, ripple)
-    found, seen, weight = mixture(levels)
+    found = whitened(segments, every, scale, levels)
+    seen, weight = mixture()
     free = seen.levels if ripple is None else seen.levels[:, 1:]
     if weight[np.max(free, axis=1) == RIPPLES[-1]].sum() > AT_THE_EDGE:
-        levels = grid((*RIPPLES, *STRONG_RIPPLES), ripple)
-        found, seen, weight = mixture(levels)
+        wider = grid((*RIPPLES, *STRONG_RIPPLES), ripple)
+        further = wider[~np.any(np.all(wider[:, None] == levels, axis=2), axis=1)]
+        more = whitened(segments, every, scale, further)
+        levels = np.vstack([levels, further])
+        found = [a.with_levels(b) for a, b in zip(found, more, strict=True)]
+        seen, weight = mixture()
     findings, scores = (), ()
     if names:
         findings, scores = diagnose(found, levels, every, known, names, scale, stated=stated)
@@ -142,9 +149,10 @@ def average(
     )
 
 
-def _weights(seen: Posteriors, ripple: float | None = None) -> Vector:
+def _weights(seen: Posteriors, ripple: float | None, resolution: float) -> Vector:
     """Normalised weights of all hypotheses; only those with a stated ripple count."""
-    log_weight = seen.log_weight
+    odds = min(1.0, resolution / RESOLVED) ** 2
+    log_weight = seen.log_weight + np.where(seen.levels[:, 0] > 0.0, 0.0, np.log(odds))
     if ripple is not None:
         log_weight = np.where(seen.levels[:, 0] == ripple, log_weight, -np.inf)
     weight = np.exp(log_weight - log_weight.max())

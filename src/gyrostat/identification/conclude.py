@@ -8,7 +8,7 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.averaging import Effect, average
 from gyrostat.identification.candidates import candidates
-from gyrostat.identification.effects import nuisances, torque_noise
+from gyrostat.identification.effects import nuisances, resolution, torque_noise
 from gyrostat.identification.faults import found_in
 from gyrostat.identification.findings import Finding, Score
 from gyrostat.identification.fit import Fit
@@ -26,7 +26,7 @@ from gyrostat.identification.uncertainty import covariance, residual_levels, wid
 
 UNJUDGED = (
     "effects outside the friction model could not be estimated (the wheel corrected for them does "
-    "not follow the record): sigma is that of white noise alone"
+    "not follow the record): sigma is that of white noise alone and may be far too small"
 )
 
 
@@ -98,6 +98,7 @@ def _averaged(
             beside=beside,
             names=selection.free,
             ripple=ripple,
+            resolution=resolution(prediction, everything, formal),
         )
     except np.linalg.LinAlgError:
         return plain
@@ -256,8 +257,8 @@ def conclude(
     faults = [
         f for record, own in zip(records, left, strict=True) for f in found_in(record, own, loss)
     ]
-    warnings = () if silent else (UNJUDGED,)
-    return judged(fit, solution.reason, scatter, faults=faults, warnings=warnings)
+    refused = () if silent else (UNJUDGED,)
+    return judged(fit, solution.reason, scatter, faults=faults, refused=refused)
 
 
 def with_tolerances(fit: Fit, errors: Propagated, tolerances: Mapping[str, float]) -> Fit:

@@ -61,7 +61,7 @@ def summary(design: "Design") -> list[str]:
     if design.ripple == 0.0:
         lines.append(
             "no torque ripple is assumed: with one (--ripple), sigma is larger, and breakaways at "
-            "different angles reduce it"
+            "different angles reduce it; identify allows for one unless --ripple states it"
         )
         return lines
     size = plain(design.ripple, 2)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import jax
 from gyrostat.core.stored_function import stored_function
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.prediction import (
@@ -35,6 +35,11 @@ LARGEST_RIPPLE_ODDS = 4.0
 """Prior odds of the largest of these levels, for the ripple at zero crossings. The few crossings of
 a record hardly tell the level, on which the sigma of the static torque depends; the odds are chosen
 by measured coverage (`benchmarks/coverage.py`)."""
+RESOLVED = 0.02
+"""Standard deviation of a torque at rest in white noise, fraction of the dry friction, below which
+the prior odds of a wheel without ripple fall, as its square. Absence stands for every ripple that
+the record does not show, of which fewer are left in a finer record; a few breakaways that agree by
+chance do not show it. Chosen by measured coverage (`benchmarks/next_record.py`)."""
 STRONG_RIPPLES = (0.3, 1.0, 3.0)
 """Further levels, for records that these do not explain."""
 COHERENCE = 1.0
@@ -43,6 +48,9 @@ RETURN = 32.0 * np.pi
 """Angle turned after which a wheel stops at another phase of the ripple, rad. A wheel that only
 moves to and fro breaks away at the same angles again, and after a few turns it stops nearly where
 it did before."""
+LONGEST = 65_536
+"""Largest number of samples that are processed at once; longer records go in parts, which bounds
+the memory."""
 WIDTH = 8
 """The number of columns is rounded up to a multiple of this."""
 FIRST_WALK = 0.5
@@ -109,14 +117,14 @@ class TorqueNoise:
 
 
 @stored_function
-def _chain(transition, inputs):
-    """Accumulate local changes of the speed, (N - 1, k), over a record, (N - 1, k)."""
+def _chain(transition, inputs, start):
+    """Accumulate local changes of the speed, (N - 1, k), over a record from a start, (k,)."""
 
     def interval(state, sample):
         state = sample[0] * state + sample[1]
         return state, state
 
-    return jax.lax.scan(interval, jnp.zeros(inputs.shape[1]), (transition, inputs))[1]
+    return jax.lax.scan(interval, start, (transition, inputs))[1]
 
 
 def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
@@ -127,9 +135,18 @@ def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
         inputs: Change that arises within each interval, at its end, (N - 1, k), rad/s.
     """
     count, width = inputs.shape
-    size = len(padded(linear.transition)) - count
-    rows = _chain(padded(linear.transition), np.pad(inputs, ((0, size), (0, spare(width)))))
-    found = np.vstack([np.zeros((1, width)), np.asarray(rows)[:count, :width]])
+    size = min(len(padded(linear.transition)), LONGEST)
+    found, last = np.zeros((count + 1, width)), np.zeros(width + spare(width))
+    for start in range(0, count, size):
+        own = slice(start, start + size)
+        fill = max(0, start + size - count)
+        rows = _chain(
+            np.pad(linear.transition[own], (0, fill)),
+            np.pad(inputs[own], ((0, fill), (0, spare(width)))),
+            last,
+        )
+        rows = np.asarray(rows)
+        found[start + 1 : start + 1 + size], last = rows[: size - fill, :width], rows[-1]
     return over_intervals(found) if linear.averaged else found
 
 
@@ -195,6 +212,27 @@ def nuisances(
     return [_lag(prediction.records, linear), *([] if drift is None else [drift])]
 
 
+def dry_friction(prediction: SpeedPrediction, values: Mapping[str, float]) -> float:
+    """Mean size of the dry friction torques of a wheel, N·m; 0 without any."""
+    names = [n for n, d in prediction.model.dimensions().items() if d == "torque"]
+    return float(np.mean([abs(values[n]) for n in names])) if names else 0.0
+
+
+def resolution(
+    prediction: SpeedPrediction, values: Mapping[str, float], sigma: Mapping[str, float]
+) -> float:
+    """Smallest standard deviation of a torque at rest over the dry friction; infinite without one.
+
+    Args:
+        prediction: Records and friction model.
+        values: Name -> value of all parameters, SI.
+        sigma: Name -> standard deviation of the estimated parameters in white noise, SI.
+    """
+    finest = min((sigma[n] for n in prediction.model.vanishing_at if n in sigma), default=np.inf)
+    friction = dry_friction(prediction, values)
+    return finest / friction if friction > 0.0 else np.inf
+
+
 def torque_noise(
     prediction: SpeedPrediction, record: Record, linear: Linearisation, values: Mapping[str, float]
 ) -> TorqueNoise:
@@ -215,8 +253,7 @@ def torque_noise(
         linear: Linearisation of this record at the fit.
         values: Name -> value of all parameters, SI.
     """
-    names = [n for n, d in prediction.model.dimensions().items() if d == "torque"]
-    friction = float(np.mean([abs(values[n]) for n in names])) if names else 0.0
+    friction = dry_friction(prediction, values)
     motor = abs(values["motor_constant"]) * float(np.sqrt(np.mean(record.current**2)))
     level = friction or motor
     duration = np.diff(record.time)

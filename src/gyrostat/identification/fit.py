@@ -81,7 +81,8 @@ class Fit:
         findings: Effects that explain the least-squares residuals, best first.
         scores: Score test of each deterministic candidate effect.
         tolerances: Contribution of stated tolerances to `covariance`; None without any.
-        impossible: Values that no wheel can have, one sentence each.
+        impossible: Reasons why the estimates are not valid, one sentence each: values that no wheel
+            can have, or a record that the model does not explain.
         choices: Choices of an automatic model selection; empty without one.
         comparison: Ranking of the friction models, best first, if requested.
         temperatures: Trends of parameters over temperature, if the records show any.

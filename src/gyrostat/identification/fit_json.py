@@ -148,7 +148,7 @@ def parsed(
         raise InputError(f"{name}: found a fit that did not converge, expected one that did")
     if impossible and not force:
         raise InputError(
-            f"{name}: found a wheel that cannot exist ({'; '.join(impossible)}), expected one that "
-            "can, or --force"
+            f"{name}: found a wheel that is not valid ({'; '.join(impossible)}), expected a valid "
+            "one, or --force"
         )
     return found

@@ -46,8 +46,8 @@ def table(fit: "Fit") -> list[str]:
     lines += [f"warning: {warning}" for warning in fit.warnings]
     if fit.impossible:
         lines += [
-            "no valid result: no wheel has these values; model.toml is marked and accepted only",
-            f"with --force: {'; '.join(fit.impossible)}",
+            "no valid result; model.toml is marked and accepted only with --force: "
+            + "; ".join(fit.impossible),
         ]
     return lines
 

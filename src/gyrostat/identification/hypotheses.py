@@ -79,7 +79,7 @@ def whitened(
         variance = segment.sigma**2 / np.maximum(segment.weight, np.finfo(float).tiny)
         found.append(
             innovations(
-                np.column_stack(columns),
+                columns,
                 np.where(seen, variance, np.inf),
                 segment.linear.transition,
                 segment.noise,

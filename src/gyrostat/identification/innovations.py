@@ -7,6 +7,7 @@ regression: they give the likelihood of every hypothesis in closed form (Harvey 
 structural time series models and the Kalman filter", sections 3.4 and 3.7).
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,9 +15,12 @@ import numpy as np
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.stored_function import stored_function
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.effects import TorqueNoise, spare
+from gyrostat.identification.effects import LONGEST, TorqueNoise, spare
 from gyrostat.identification.prediction import padded
 from gyrostat.identification.speed_error import corrected, first_covariance, predicted
+
+BLOCK = 64
+"""Samples over which products of whitened columns are summed at once."""
 
 
 class Innovations(NamedTuple):
@@ -36,38 +40,46 @@ class Innovations(NamedTuple):
         """Innovations of the first columns only."""
         return self._replace(products=self.products[:, :count, :count])
 
+    def with_levels(self, other: "Innovations") -> "Innovations":
+        """Innovations for the levels of both, of the same columns."""
+        return self._replace(
+            products=np.concatenate([self.products, other.products]),
+            log_variance=np.concatenate([self.log_variance, other.log_variance]),
+        )
+
 
 @stored_function
-def _filter(columns, variance, intervals, first, squared):
-    """Whiten columns (N, c) for g noise levels; `squared` holds the squared levels, (g, 2)."""
-    levels, count = squared.shape[0], columns.shape[1]
+def _filter(columns, variance, intervals, squared, state, covariance, products, logs):
+    """Whiten columns (N, c) for g noise levels, from the results for earlier samples."""
 
     def sample(carry, entry):
-        state, covariance, products, logs = carry
+        state, covariance, logs = carry
         row, noise, interval = entry
         error = row - state[0]
         total = covariance[0] + noise
         used = jnp.isfinite(noise)
         weight = jnp.where(used, 1.0 / total, 0.0)
-        products = products + error[:, :, None] * (error * weight[:, None])[:, None, :]
         logs = logs + jnp.where(used, jnp.log(total), 0.0)
         gains, covariance = corrected(covariance, weight)
         state = [each + k[:, None] * error for each, k in zip(state, gains, strict=True)]
         ahead = predicted(tuple(state), covariance, interval, squared.T)
-        return (*ahead, products, logs), None
+        return (*ahead, logs), error * jnp.sqrt(weight)[:, None]
 
-    start = (
-        (jnp.zeros((levels, count)),) * 3,
-        first_covariance(first, squared.T),
-        jnp.zeros((levels, count, count)),
-        jnp.zeros(levels),
-    )
-    last, _ = jax.lax.scan(sample, start, (columns, variance, intervals))
-    return last[2], last[3]
+    def block(carry, entries):
+        state, covariance, products, logs = carry
+        (state, covariance, logs), white = jax.lax.scan(sample, (state, covariance, logs), entries)
+        # a sum over a block costs far less memory traffic than one over each sample
+        products = products + jnp.einsum("tgi,tgj->gij", white, white)
+        return (state, covariance, products, logs), None
+
+    start = (tuple(state), tuple(covariance), products, logs)
+    entries = [each.reshape(-1, BLOCK, *each.shape[1:]) for each in (columns, variance, intervals)]
+    last, _ = jax.lax.scan(block, start, tuple(entries))
+    return jnp.stack(last[0]), jnp.stack(last[1]), last[2], last[3]
 
 
 def innovations(
-    columns: Matrix,
+    columns: Sequence[Matrix],
     variance: Vector,
     transition: Vector,
     noise: TorqueNoise,
@@ -76,8 +88,8 @@ def innovations(
     """Whiten the columns of a record under random torques of several levels.
 
     Args:
-        columns: Residuals and derivatives of the speed, (N, c); any finite value where a sample is
-            missing.
+        columns: Residuals and derivatives of the speed, parts of (N, k) with c columns together;
+            any finite value where a sample is missing.
         variance: Variance of the measured speed, (N,), in the squared unit of the columns;
             infinite where a sample is missing.
         transition: Derivative of the speed at the end of each interval by that at its start,
@@ -85,13 +97,27 @@ def innovations(
         noise: Random torque at level one, SI.
         levels: Levels of the ripple at crossings and of the random-walk torque, (g, 2).
     """
-    fill, width = len(padded(variance)) - len(variance), columns.shape[1]
-    products, logs = _filter(
-        np.pad(columns, ((0, fill), (0, spare(width)))),
-        np.pad(variance, (0, fill), constant_values=np.inf),
-        np.pad(noise.intervals(transition), ((0, fill + 1), (0, 0))),
-        np.array([noise.first, noise.ripple]),
-        levels**2,
+    count, width = len(variance), sum(part.shape[1] for part in columns)
+    size = min(len(padded(variance)), LONGEST)
+    size += -size % BLOCK
+    intervals = np.pad(noise.intervals(transition), ((0, 1), (0, 0)))
+    squared, full = levels**2, width + spare(width)
+    first = first_covariance(np.array([noise.first, noise.ripple]), squared.T)
+    found = (
+        np.zeros((3, len(levels), full)),
+        np.stack(first),
+        np.zeros((len(levels), full, full)),
+        np.zeros(len(levels)),
     )
-    products = np.asarray(products)[:, :width, :width]
-    return Innovations(products, np.asarray(logs), int(np.isfinite(variance).sum()))
+    for start in range(0, count, size):
+        own = slice(start, start + size)
+        fill = max(0, start + size - count)
+        found = _filter(
+            np.pad(np.hstack([part[own] for part in columns]), ((0, fill), (0, full - width))),
+            np.pad(variance[own], (0, fill), constant_values=np.inf),
+            np.pad(intervals[own], ((0, fill), (0, 0))),
+            squared,
+            *found,
+        )
+    products = np.asarray(found[2])[:, :width, :width]
+    return Innovations(products, np.asarray(found[3]), int(np.isfinite(variance).sum()))

@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from gyrostat.identification.effects import RESOLVED
 from gyrostat.identification.faults import opposed_signs, wrong_units
 from gyrostat.identification.findings import Finding, by_evidence
 from gyrostat.identification.fit import Fit
@@ -13,8 +16,8 @@ UNEXPLAINED = 1.5
 """Ratio of scatter to the noise estimated from the record, above which a warning is given."""
 UNRELIABLE = 0.25
 """Random-walk torque, fraction of the dry friction, above which it hides the friction."""
-
-
+CERTAIN = 1e-6
+"""Probability below which the ripple is known to be absent, or present."""
 MOVED, MOST_MOVED = 0.5, 3
 """Smallest change of an estimate that is reported, in standard deviations by noise, and how many
 are reported."""
@@ -39,12 +42,15 @@ class Scatter:
 
 
 def impossible(fit: Fit) -> list[str]:
-    """Messages about estimates that no wheel can have, beyond the uncertainty.
+    """Messages about estimates that are not valid whatever their uncertainty.
+
+    No wheel can have them, or the model does not explain the record, so that its linearisation,
+    from which the uncertainty follows, does not hold.
 
     Args:
         fit: Result of the identification.
     """
-    found = []
+    found = _unexplained(fit)
     for name, value, sigma in zip(fit.names, fit.values, fit.sigma, strict=True):
         wheel = fit.dimensions[name] in ("motor_constant", "torque", "viscous")
         if wheel and value < -2.0 * sigma:
@@ -119,7 +125,7 @@ def _correlation_warning(fit: Fit) -> str:
 
 
 def _unexplained(fit: Fit) -> list[str]:
-    """Warning about an unknown torque that hides the friction."""
+    """Message about an unknown torque that hides the friction."""
     walk = next((e for e in fit.effects if e.name == "torque_walk"), None)
     if walk is None or walk.probability < 0.5 or walk.value < UNRELIABLE:
         return []
@@ -127,6 +133,21 @@ def _unexplained(fit: Fit) -> list[str]:
         f"an unknown torque of {100.0 * walk.value:.0f} % of the dry friction remains: values and "
         "sigma are not reliable; the current at the samples does not explain the motion (does it "
         "change between them, or is it clipped?); --method steady uses held speeds alone"
+    ]
+
+
+def _ripple(fit: Fit) -> list[str]:
+    """Advice to state a torque ripple where sigma depends on one that the record hardly tells."""
+    sigma = dict(zip(fit.names, fit.noise_sigma.tolist(), strict=True))
+    fine = [
+        n for n in fit.model.vanishing_at if sigma.get(n, np.inf) < RESOLVED * fit.parameters[n]
+    ]
+    chance = next((e.probability for e in fit.effects if e.name == "crossing_ripple"), 0.0)
+    if not fine or not CERTAIN < chance < 1.0 - CERTAIN:
+        return []
+    return [
+        f"{', '.join(fine)}: sigma allows for a torque ripple, which the few breakaways of the "
+        "records hardly tell: --ripple states it (rms over the dry friction; 0: none)"
     ]
 
 
@@ -143,8 +164,8 @@ def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]
         text = f"did not converge in {fit.iterations} iterations ({reason})"
         warnings.append(f"{text}: not a valid result")
     warnings += [_sentence(fit, finding) for finding in fit.findings]
-    warnings += _unexplained(fit)
     warnings += impossible(fit)
+    warnings += _ripple(fit)
     if "current_bias" in fit.names:
         bias = fit.parameters["current_bias"]
         warnings.append(
@@ -166,6 +187,7 @@ def judged(
     *,
     faults: Sequence[Finding] = (),
     warnings: Sequence[str] = (),
+    refused: Sequence[str] = (),
 ) -> Fit:
     """Fit with its diagnosis, warnings and impossible values added.
 
@@ -175,6 +197,7 @@ def judged(
         scatter: Scatter of each record about the fit.
         faults: Measurement faults found in the samples.
         warnings: Further warnings.
+        refused: Further reasons why the estimates are not valid.
     """
     # some bench methods have no motor constant
     motor = fit.parameters.get("motor_constant", 0.0)
@@ -188,6 +211,6 @@ def judged(
     fit = replace(fit, findings=by_evidence(every))
     return replace(
         fit,
-        warnings=(*fit_warnings(fit, reason, scatter), *warnings),
-        impossible=tuple(impossible(fit)),
+        warnings=(*fit_warnings(fit, reason, scatter), *warnings, *refused),
+        impossible=(*impossible(fit), *refused),
     )

@@ -236,6 +236,10 @@ def _friction(
                 f"{path}: key wheel[{name}].model: found {model.friction.name} friction, expected "
                 f"{kind.name} as wheel {names[0]} has"
             )
+        try:
+            model.friction.of(**{n: model.values[n] for n in kind.dimensions()}).check()
+        except InputError as error:
+            raise InputError(f"{path}: key wheel[{name}].model: {error}") from None
     values: dict[str, Any] = {
         name: np.array([model.values[name] for model in known]) for name in kind.dimensions()
     }

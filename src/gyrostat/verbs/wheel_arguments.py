@@ -95,8 +95,8 @@ def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
         found = model.wheel_model()
         if found is not None and found.impossible and not force:
             raise InputError(
-                f"{model.method} fit: found a wheel that cannot exist ({found.impossible}), "
-                "expected one that can; force=True accepts it if it can be simulated"
+                f"{model.method} fit: found a wheel that is not valid ({found.impossible}), "
+                "expected a valid one; force=True accepts it if it can be simulated"
             )
         assert found is not None
         return found

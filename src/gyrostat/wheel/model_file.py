@@ -54,7 +54,7 @@ class WheelModel:
         origin: Source of the values, as text.
         correlation: Names of identified parameters and the correlation matrix of their errors, (n,
             n); None if unknown.
-        impossible: Reason why no wheel can have these values; empty if they are possible.
+        impossible: Reason why these values are not valid; empty if they are.
     """
 
     friction: type[Friction] | type[LuGre]
@@ -170,8 +170,8 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
     impossible = str(table.get("validity", {}).get("impossible", ""))
     if impossible and not force:
         raise InputError(
-            f"{path}: key validity.impossible: found a wheel that cannot exist ({impossible}), "
-            "expected one that can; --force accepts it if it can be simulated"
+            f"{path}: key validity.impossible: found a wheel that is not valid ({impossible}), "
+            "expected a valid one; --force accepts it if it can be simulated"
         )
     refuse_unknown(path, "wheel.", wheel, _WHEEL)
     refuse_unknown(path, "friction.", friction, model.dimensions())
