@@ -11,7 +11,7 @@ from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 
-AT_REST = np.array([1.0, 0.0, 0.0, 0.0])
+AT_REST: Any = np.array([1.0, 0.0, 0.0, 0.0])
 """Attitude of a body that agrees with its target, in axes of the target."""
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import wraps
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, TypeVar, cast
 
 import equinox as eqx
 import numpy as np
@@ -57,21 +57,25 @@ NEVER = Condition(after=np.inf)
 """Condition that never holds."""
 
 
-def _traced_once(method: Callable[..., Any]) -> Callable[..., Any]:
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+
+def _traced_once(method: Method) -> Method:
     """Method that a program traces only where it calls it first.
 
     A reference is evaluated in many places of a program; this halves the time that a program with a
     sequence of modes takes to be made. A profile that is not made of numbers only may change
     without notice, and is traced in each place.
     """
-    traced: Any = eqx.filter_jit(method, inline=True)
+    compiled: Any = eqx.filter_jit  # its type does not show the options of `jax.jit`
+    traced = compiled(method, inline=True)
 
     @wraps(method)
     def call(self: Any, *arguments: Any) -> Any:
         of_numbers = all(map(eqx.is_array_like, jax.tree.leaves(self)))
         return (traced if of_numbers else method)(self, *arguments)
 
-    return call
+    return cast(Method, call)
 
 
 class Reference(Checked):
