@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gyrostat.reports.chart import thinned
+from gyrostat.reports.thinned import thinned
 
 
 def test_a_curve_is_thinned_without_losing_its_extremes():

@@ -11,7 +11,7 @@ from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json, say
 from gyrostat.cli.options import ForceModel, Json, Out
 from gyrostat.core.instructions import limit_process, recorded
-from gyrostat.verbs.scenarios import replayed, simulated
+from gyrostat.verbs.single_runs import replayed, simulated
 
 if TYPE_CHECKING:
     from collections.abc import Callable

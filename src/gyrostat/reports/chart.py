@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 from markupsafe import Markup
-from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.reports.thinned import thinned
 
 WIDTH, HEIGHT = 440, 236
 """Size of a chart in its own units, which are pixels on a page of common width."""
@@ -245,37 +245,6 @@ class Chart:
 def number(value: float) -> str:
     """Number of a tick."""
     return f"{value:.6g}".replace("e-0", "e-").replace("e+0", "e").replace("-", "−")
-
-
-def thinned(x: Vector, y: Vector, most: int) -> tuple[Vector, Vector]:
-    """A curve with a largest number of points, and the same smallest and largest values.
-
-    Of each interval its first points with the smallest and the largest value are kept, in order.
-    """
-    if len(x) <= most:
-        return x, y
-    count = most // 2
-    size, longer = divmod(len(x), count)
-    edge = longer * (size + 1)
-    # the first intervals have one point more
-    kept = [*_extremes(y[:edge], size + 1), *(edge + each for each in _extremes(y[edge:], size))]
-    places = np.unique(np.concatenate(kept))
-    return x[places], y[places]
-
-
-def _extremes(y: Vector, size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Places of the first smallest and the first largest finite value of each interval.
-
-    Args:
-        y: Values of all intervals, one after the other.
-        size: Number of values in an interval. Intervals without a finite value are left out.
-    """
-    rows = y.reshape(-1, size)
-    fine = np.isfinite(rows)
-    first, some = size * np.arange(len(rows)), fine.any(axis=1)
-    least = first + np.argmin(np.where(fine, rows, np.inf), axis=1)
-    largest = first + np.argmax(np.where(fine, rows, -np.inf), axis=1)
-    return least[some], largest[some]
 
 
 def time_chart(

@@ -7,13 +7,14 @@ function passes messages for the user to `say`, which drops them by default.
 
 from gyrostat.verbs.cache import cache
 from gyrostat.verbs.campaign_report import report
+from gyrostat.verbs.campaigns import campaign
 from gyrostat.verbs.comparison import compare
 from gyrostat.verbs.exports import export
 from gyrostat.verbs.failures import feasible, recover
 from gyrostat.verbs.identification import identify
 from gyrostat.verbs.papers import reproduce
 from gyrostat.verbs.scenario_check import check
-from gyrostat.verbs.scenarios import campaign, replay, simulate
+from gyrostat.verbs.single_runs import replay, simulate
 from gyrostat.verbs.tuning import tune
 from gyrostat.verbs.wheels import bench, validate
 

@@ -1,0 +1,161 @@
+"""Verbs on one run: simulate, replay."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gyrostat.core.engines import engine_named
+from gyrostat.core.errors import InputError
+from gyrostat.verbs.arguments import Say, check_device, silent
+from gyrostat.verbs.scenario_check import scenario_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gyrostat.campaigns import Scenario
+    from gyrostat.simulation.labelled import Labelled
+
+
+def simulate(
+    scenario: "Scenario | str | Path",
+    out: "str | Path | None" = None,
+    *,
+    seed: int = 0,
+    device: str = "cpu",
+    engine: str = "auto",
+    force: bool = False,
+    verify: bool = False,
+    say: Say = silent,
+    command: str = "gyrostat.simulate",
+    **changes: Any,
+) -> "xr.Dataset":
+    """Simulate one run of a scenario with its nominal values.
+
+    Args:
+        scenario: Scenario, or path of scenario.toml.
+        out: netCDF file RUN.nc for the histories, and RUN.html beside it; None writes no file.
+        seed: Seed of the noise.
+        device: "cpu", or "gpu" if JAX finds one.
+        engine: "native" (compiled C), "jax", or "auto": native if there is a C compiler.
+        force: Whether to replace files that gyrostat did not write, and to take wheels that are
+            marked as impossible.
+        verify: Whether to make the compiled program again and compare it with the stored one.
+        say: Function that receives each message for the user.
+        command: Text that the page names as its origin.
+        changes: Changes of the scenario, see `gyrostat.campaigns.Scenario.replace`: own parts as
+            objects, `controller=EarthPointer(kp=0.02)`, or other values.
+
+    Returns:
+        Histories over `time`: state, measurements, commands and `error` (pointing error, rad), with
+        units. `status` is 0 if the run reached its end; attributes: `scenario`, `ended` (s) and
+        every metric.
+
+    Raises:
+        InputError: A scenario, device or engine cannot be used, or existing files would be
+            replaced.
+    """
+    options = {"seed": seed, "device": device, "engine": engine, "force": force, "verify": verify}
+    made = simulated(scenario, out, **options, say=say, command=command, changes=changes)
+    return made.dataset()
+
+
+def simulated(
+    scenario: "Scenario | str | Path",
+    out: "str | Path | None",
+    *,
+    seed: int,
+    device: str,
+    engine: str,
+    force: bool,
+    verify: bool,
+    say: Say,
+    command: str,
+    changes: Mapping[str, Any] | None = None,
+) -> "Labelled":
+    """Labelled histories of `simulate`, which has the same arguments, without xarray."""
+    from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
+    from gyrostat.campaigns.metrics.results import metrics_of
+    from gyrostat.core.outputs import check_outputs
+    from gyrostat.core.validation import check_seed
+
+    check_seed(seed)  # check before compiling
+    path = None if out is None else Path(out)
+    if path is not None:
+        if path.suffix != ".nc":
+            raise InputError(f"--out: found {str(path)!r}, expected a name that ends in .nc")
+        names = (path.name, path.with_suffix(".html").name)
+        check_outputs(path.parent, names, by="simulate", force=force)
+    engine = engine_named(engine, say, "--engine")
+    check_device(device)
+    use_engine(engine_record(device, FLAGS[device]))
+    from gyrostat.campaigns.engine import fly
+    from gyrostat.campaigns.execute import chosen_engine
+    from gyrostat.campaigns.own.trial import say_bad_commands
+
+    found = scenario_of(scenario, force=force, changes=changes or {})
+    say(f"simulating {found.name}: {found.duration:g} s")
+    engine = chosen_engine(engine, found, device, say, verify=verify)
+    flown = fly(found, seed, None, keep=[0], engine=engine)
+    say_bad_commands(found, flown.columns, say)
+    if path is not None:
+        from gyrostat.reports.campaign_run import write_run
+
+        write_run(found, flown, path, command=command, say=say, force=force)
+    assert flown.histories is not None
+    names = ("ended", *metrics_of(found))
+    values = {name: flown.columns[name][0].item() for name in names}
+    return replace(flown.histories.of_run(0), attributes={"scenario": found.name, **values})
+
+
+def replay(
+    folder: "str | Path | xr.Dataset",
+    run: int,
+    *,
+    say: Say = silent,
+    command: str = "gyrostat.replay",
+) -> "xr.Dataset":
+    """Simulate one run of a campaign again, bit for bit; write its history and its page.
+
+    Args:
+        folder: Folder of a finished campaign, or the dataset that `campaign` returned; the files
+            are runs/run_NNNNNN.nc and .html in the folder.
+        run: Number of the run.
+        say: Function that receives each message for the user.
+        command: Text that the page names as its origin.
+
+    Returns:
+        Histories over `time`, as `simulate` returns them.
+
+    Raises:
+        InputError: There is no finished campaign or no such run, or this software or hardware gives
+            other numbers than those of the table.
+    """
+    import xarray as xr
+
+    written = replayed(folder, run, say=say, command=command)
+    with xr.open_dataset(written, engine="h5netcdf") as history:
+        return history.load()
+
+
+def replayed(folder: "str | Path | xr.Dataset", run: int, *, say: Say, command: str) -> Path:
+    """Path of the history that `replay` writes, which has the same arguments, without xarray."""
+    from gyrostat.campaigns import Store
+    from gyrostat.campaigns import replay as simulate_again
+    from gyrostat.campaigns.fingerprint import refuse_other
+    from gyrostat.campaigns.jobs import executor_for
+    from gyrostat.reports.campaign import write_replay
+
+    path = Path(folder if isinstance(folder, str | Path) else folder.attrs["folder"])
+    store = Store(path, say)
+    known = store.known()
+    runs = known.runs if known.search is None else store.read_table().num_rows
+    if run not in range(runs):
+        raise InputError(f"run: found {run}, expected 0 to {runs - 1}")
+    refuse_other(known.engine, str(path))
+    with store.locked():
+        store.mend(known)
+        opener, _, fly_job = executor_for(known, 1)
+        written = simulate_again(store, known, [run], opener, fly_job)[0]
+    write_replay(known, written, run, command=command, say=say)
+    return written
