@@ -130,7 +130,8 @@ def test_own_parts_have_no_text_and_are_never_kept(own, kept):
 
 
 def test_an_array_that_is_not_data_has_no_text():
-    history = Gyrostat(craft(), torque_history=np.ones(3))
+    with pytest.warns(UserWarning, match="set as static"):
+        history = Gyrostat(craft(), torque_history=np.ones(3))
     assert structure_text(history) is None
 
 
