@@ -3,7 +3,10 @@
 All candidates are flown with the same dispersed values and the same noise (common random numbers:
 A. M. Law, "Simulation Modeling and Analysis", section 11.2), so that they differ by their free
 numbers alone. A candidate that violates a limit is worse than any that does not (K. Deb, "An
-efficient constraint handling method for genetic algorithms", 2000).
+efficient constraint handling method for genetic algorithms", 2000). It meets a limit if all of its
+common runs do: then 95 % of all runs do with a confidence of 1 - 0.95^64 = 96 % (S. S. Wilks,
+"Determination of sample sizes for setting tolerance limits", 1941). The 95 % percentile of the
+common runs would be too low for the best of many candidates that are at the limit.
 """
 
 from collections.abc import Callable, Generator
@@ -35,7 +38,7 @@ class Tuned(NamedTuple):
         start: Coordinates of the given numbers, (free,), from −1 to 1.
         best: Coordinates of the best candidate, (free,).
         tried: Coordinates of all candidates, (candidates, free).
-        values: Their values on the common runs, (candidates, metrics).
+        values: Their values on the common runs, (candidates, metrics); see `judged`.
         before: Values of the given numbers on fresh runs, (metrics,).
         after: Values of the best candidate on the same runs, (metrics,).
         ratio: `after` over `before` of the first metric, with the ends of its 95 % interval, (3,).
@@ -96,7 +99,7 @@ def tune(
     # before the search: their values may be refused
     fresh = yield first_moves(PROOF)
     answers = yield moves(common, start[None])
-    tried, values = [start], [*_values(answers, 1)]
+    tried, values = [start], [*judged(_metrics(answers, 1))]
     strategy = evolution(start, FIRST_STEP, [seed], POPULATION)
     left = runs - 2 * COMMON - 3 * PROOF
     for _ in range(left // (POPULATION * COMMON)):
@@ -105,7 +108,7 @@ def tune(
         asked = strategy.ask()
         place = np.clip(np.array(asked)[:, : len(start)], -1.0, 1.0)
         answers = yield moves(common, place)
-        found = _values(answers, POPULATION)
+        found = judged(_metrics(answers, POPULATION))
         losses = [loss(value) for value in found]
         order = sorted(range(POPULATION), key=losses.__getitem__)
         strategy.tell(asked, np.argsort(order).astype(float).tolist())
@@ -114,15 +117,30 @@ def tune(
     best = tried[min(range(len(tried)), key=lambda k: loss(values[k]))]
     one = yield moves(fresh, start[None])
     two = yield moves(fresh, best[None])
-    before, after = _values(one, 1)[0], _values(two, 1)[0]
+    before, after = (percentile(_metrics(each, 1))[0] for each in (one, two))
     ratio = _ratio(-one.response[:, 0], -two.response[:, 0], seed)
     return Tuned(start, best, np.array(tried), np.array(values), before, after, ratio)
 
 
-def _values(answers: Answers, candidates: int) -> Matrix:
-    """Values of candidates, (candidates, metrics): the percentile over their runs."""
-    metrics = -answers.response.reshape(candidates, -1, answers.response.shape[1])
+def percentile(metrics: Matrix) -> Matrix:
+    """Values that `PERCENT` of the runs do not exceed, from (candidates, runs, metrics)."""
     return np.quantile(metrics, PERCENT / 100.0, axis=1, method="inverted_cdf")
+
+
+def judged(metrics: Matrix) -> Matrix:
+    """Values by which candidates are judged, (candidates, metrics).
+
+    Args:
+        metrics: Metrics of the common runs, (candidates, runs, metrics).
+
+    Returns:
+        The percentile of the first metric, and the largest values of those with limits.
+    """
+    return np.concatenate([percentile(metrics[..., :1]), np.max(metrics[..., 1:], axis=1)], axis=1)
+
+
+def _metrics(answers: Answers, candidates: int) -> Matrix:
+    return -answers.response.reshape(candidates, -1, answers.response.shape[1])
 
 
 def _ratio(one: Vector, two: Vector, seed: int) -> Vector:
