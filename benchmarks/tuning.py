@@ -16,7 +16,7 @@ from short_flights import short_flight
 import gyrostat as gs
 from gyrostat.campaigns.draws import draw
 from gyrostat.campaigns.engine import fly_given
-from gyrostat.campaigns.search.tune import COMMON, judged, percentile
+from gyrostat.campaigns.search.tune import COMMON, PERCENT
 from gyrostat.campaigns.search.tuning import found_tuning
 
 CASES = {
@@ -39,7 +39,7 @@ CASES = {
 TIMES, AT_ONCE, FRESH, FRESH_SEED = 10, 32, 2048, 424242
 
 
-def flown(question, scenario, candidates, seed, runs, judge):
+def judged(question, scenario, candidates, seed, runs):
     """Values of candidates, (n, metrics), on common runs of a seed."""
     asked, found = question.scenario(scenario), []
     values, keys = draw(scenario, seed, np.arange(runs))
@@ -50,7 +50,8 @@ def flown(question, scenario, candidates, seed, runs, judge):
         )
         numbers = np.arange(len(given))
         columns = fly_given(asked, numbers, given, np.tile(keys, len(free))).columns
-        found.append(judge(-question.response(columns).reshape(len(free), runs, -1)))
+        metrics = -question.response(columns).reshape(len(free), runs, -1)
+        found.append(np.quantile(metrics, PERCENT / 100.0, axis=1, method="inverted_cdf"))
     return np.concatenate(found)
 
 
@@ -58,7 +59,7 @@ def random_search(question, scenario, runs, seed):
     """Best of random candidates, (free,)."""
     random = np.random.default_rng([seed, 2])
     candidates = random.uniform(-1.0, 1.0, (runs // COMMON, len(question.free)))
-    values = flown(question, scenario, candidates, seed, COMMON, judged)
+    values = judged(question, scenario, candidates, seed, COMMON)
     beyond = np.array([question.excess(value) for value in values])
     loss = np.where(beyond <= 0.0, values[:, 0], np.inf)
     return candidates[np.argmin(loss)]
@@ -73,7 +74,7 @@ def compared(name, runs, seed):
     question, tuned = found.question, found.tuned
     other = random_search(question, scenario, TIMES * runs, seed)
     three = np.array([tuned.start, tuned.best, other])
-    values = flown(question, scenario, three, FRESH_SEED, FRESH, percentile)
+    values = judged(question, scenario, three, FRESH_SEED, FRESH)
     own, bounds = values[:, 0], [question.excess(value) for value in values]
     print(
         f"{name} | {metric}, {limit} | {len(tuned.tried)} | {own[0]:.4g} | "

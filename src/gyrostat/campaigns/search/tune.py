@@ -3,10 +3,11 @@
 All candidates are flown with the same dispersed values and the same noise (common random numbers:
 A. M. Law, "Simulation Modeling and Analysis", section 11.2), so that they differ by their free
 numbers alone. A candidate that violates a limit is worse than any that does not (K. Deb, "An
-efficient constraint handling method for genetic algorithms", 2000). It meets a limit if all of its
-common runs do: then 95 % of all runs do with a confidence of 1 - 0.95^64 = 96 % (S. S. Wilks,
-"Determination of sample sizes for setting tolerance limits", 1941). The 95 % percentile of the
-common runs would be too low for the best of many candidates that are at the limit.
+efficient constraint handling method for genetic algorithms", 2000).
+
+The best of many candidates on few common runs often exceeds its limits in others, because it was
+chosen for these runs. The best candidates with several margins to the limits are therefore compared
+again, on more runs.
 """
 
 from collections.abc import Callable, Generator
@@ -20,7 +21,9 @@ from gyrostat.campaigns.search.worst import evolution
 from gyrostat.core.types import Matrix, Vector
 
 COMMON, PROOF = 64, 256
-"""Number of common runs of all candidates, and of fresh runs of the proof."""
+"""Number of common runs of all candidates, and of those of the last comparison and of the proof."""
+MARGINS = (0.0, 0.02, 0.05, 0.1, 0.2)
+"""Relative margins to the limits of the candidates of the last comparison."""
 POPULATION, FEWEST = 16, 3
 """Candidates of a generation, and fewest generations."""
 FIRST_STEP = 0.3
@@ -38,7 +41,7 @@ class Tuned(NamedTuple):
         start: Coordinates of the given numbers, (free,), from −1 to 1.
         best: Coordinates of the best candidate, (free,).
         tried: Coordinates of all candidates, (candidates, free).
-        values: Their values on the common runs, (candidates, metrics); see `judged`.
+        values: Their values on the common runs, (candidates, metrics).
         before: Values of the given numbers on fresh runs, (metrics,).
         after: Values of the best candidate on the same runs, (metrics,).
         ratio: `after` over `before` of the first metric, with the ends of its 95 % interval, (3,).
@@ -55,7 +58,12 @@ class Tuned(NamedTuple):
 
 def fewest_flights() -> int:
     """Fewest flights of a search."""
-    return 2 * COMMON + 3 * PROOF + FEWEST * POPULATION * COMMON
+    return _besides() + FEWEST * POPULATION * COMMON
+
+
+def _besides() -> int:
+    """Largest number of flights besides those of the generations."""
+    return 2 * COMMON + (4 + len(MARGINS)) * PROOF
 
 
 def tune(
@@ -97,50 +105,49 @@ def tune(
         return (True, beyond) if not beyond <= 0.0 else (False, float(value[0]))
 
     # before the search: their values may be refused
+    last = yield first_moves(PROOF)
     fresh = yield first_moves(PROOF)
     answers = yield moves(common, start[None])
-    tried, values = [start], [*judged(_metrics(answers, 1))]
+    tried, values = [start], [*_values(answers, 1)]
     strategy = evolution(start, FIRST_STEP, [seed], POPULATION)
-    left = runs - 2 * COMMON - 3 * PROOF
-    for _ in range(left // (POPULATION * COMMON)):
+    for _ in range((runs - _besides()) // (POPULATION * COMMON)):
         if strategy.stop():
             break
         asked = strategy.ask()
         place = np.clip(np.array(asked)[:, : len(start)], -1.0, 1.0)
         answers = yield moves(common, place)
-        found = judged(_metrics(answers, POPULATION))
+        found = _values(answers, POPULATION)
         losses = [loss(value) for value in found]
         order = sorted(range(POPULATION), key=losses.__getitem__)
         strategy.tell(asked, np.argsort(order).astype(float).tolist())
         tried += [*place]
         values += [*found]
-    best = tried[min(range(len(tried)), key=lambda k: loss(values[k]))]
+    places = _finalists(np.array(values)[:, 0], np.array([excess(value) for value in values]))
+    places = places or [min(range(len(tried)), key=lambda k: loss(values[k]))]
+    answers = yield moves(last, np.array([tried[k] for k in places]))
+    losses = [loss(value) for value in _values(answers, len(places))]
+    best = tried[places[min(range(len(places)), key=losses.__getitem__)]]
     one = yield moves(fresh, start[None])
     two = yield moves(fresh, best[None])
-    before, after = (percentile(_metrics(each, 1))[0] for each in (one, two))
+    before, after = _values(one, 1)[0], _values(two, 1)[0]
     ratio = _ratio(-one.response[:, 0], -two.response[:, 0], seed)
     return Tuned(start, best, np.array(tried), np.array(values), before, after, ratio)
 
 
-def percentile(metrics: Matrix) -> Matrix:
-    """Values that `PERCENT` of the runs do not exceed, from (candidates, runs, metrics)."""
+def _finalists(value: Vector, excess: Vector) -> list[int]:
+    """Candidates with the smallest value for each margin to the limits, each once."""
+    found = []
+    for margin in MARGINS:
+        fine = np.flatnonzero(excess <= -margin)
+        if len(fine):
+            found.append(int(fine[np.argmin(value[fine])]))
+    return [*dict.fromkeys(found)]
+
+
+def _values(answers: Answers, candidates: int) -> Matrix:
+    """Values of candidates, (candidates, metrics): the percentile over their runs."""
+    metrics = -answers.response.reshape(candidates, -1, answers.response.shape[1])
     return np.quantile(metrics, PERCENT / 100.0, axis=1, method="inverted_cdf")
-
-
-def judged(metrics: Matrix) -> Matrix:
-    """Values by which candidates are judged, (candidates, metrics).
-
-    Args:
-        metrics: Metrics of the common runs, (candidates, runs, metrics).
-
-    Returns:
-        The percentile of the first metric, and the largest values of those with limits.
-    """
-    return np.concatenate([percentile(metrics[..., :1]), np.max(metrics[..., 1:], axis=1)], axis=1)
-
-
-def _metrics(answers: Answers, candidates: int) -> Matrix:
-    return -answers.response.reshape(candidates, -1, answers.response.shape[1])
 
 
 def _ratio(one: Vector, two: Vector, seed: int) -> Vector:
