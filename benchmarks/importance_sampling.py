@@ -8,7 +8,7 @@ The dispersed values are drawn around the failures, and each run counts with the
 densities; the noise is that of ordinary runs. The normal distribution of the values is adapted by
 the cross-entropy method (R. Y. Rubinstein and D. P. Kroese, "The Cross-Entropy Method", 2004). The
 estimate has no bias, but few runs far from the failures that the adaptation found: random runs show
-whether there are others.
+whether there are others. Where noise drives the failure (`worn`), the adaptation does not find it.
 """
 
 import sys
