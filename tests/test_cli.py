@@ -92,6 +92,23 @@ def test_a_command_ends_without_a_last_scan_for_garbage():
     assert done.stdout.splitlines()[-1] == "True"
 
 
+@pytest.mark.parametrize(("given", "found"), [({}, "1"), ({"OMP_NUM_THREADS": "2"}, "None")])
+def test_linear_algebra_has_one_thread_unless_told_otherwise(tmp_path, given, found):
+    code = "import os, sys; from gyrostat.cli import main; main(); "
+    code += "print(os.environ.get('OPENBLAS_NUM_THREADS'), 'numpy' in sys.modules)"
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    own = {name: value for name, value in os.environ.items() if name not in names}
+    done = subprocess.run(
+        [sys.executable, "-c", code, "cache"],
+        env={**own, **given, "GYROSTAT_CACHE": str(tmp_path / "cache")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    # it must be set before NumPy is loaded
+    assert done.stdout.splitlines()[-1] == f"{found} False"
+
+
 def test_help_names_every_verb(run):
     code, out, _ = run("--help")
     assert code == 0

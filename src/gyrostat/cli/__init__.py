@@ -27,10 +27,16 @@ __all__ = ["app", "main"]
 
 
 def _keeping_programs(verb: Callable[..., None]) -> Callable[..., None]:
-    """Verb with a private cache of compiled programs, which is set up before JAX is imported."""
+    """Verb with a private cache of compiled programs, which is set up before JAX is imported.
+
+    Linear algebra has one thread, unless the environment says otherwise: threads slow down matrices
+    as small as ours, and their number changes the last digits.
+    """
 
     @functools.wraps(verb)
     def keeping(*arguments: Any, **options: Any) -> None:
+        if "OMP_NUM_THREADS" not in os.environ:
+            os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         keep_programs(say)
         verb(*arguments, **options)
 
