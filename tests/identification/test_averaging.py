@@ -6,13 +6,14 @@ from scipy.special import beta
 from scipy.stats import multivariate_normal
 
 from gyrostat.core.units import RPM
-from gyrostat.identification import identify
+from gyrostat.identification import batch, identify
 from gyrostat.identification.averaging import average
 from gyrostat.identification.effects import RIPPLES, Nuisance, TorqueNoise, accumulated
 from gyrostat.identification.hypotheses import Segment
 from gyrostat.identification.innovations import innovations
 from gyrostat.identification.least_squares import Prior
 from gyrostat.identification.prediction import Linearisation, SpeedPrediction, friction_model
+from gyrostat.identification.stages import run_stages
 
 INERTIA = 1.5e-3
 
@@ -197,6 +198,21 @@ def test_a_record_that_the_current_does_not_explain_gives_no_valid_result(record
     assert model is not None
     assert "unknown torque" in model.impossible
     assert identify(steps, inertia=INERTIA, model="viscous-coulomb").impossible == ()
+
+
+def test_a_long_record_that_no_start_explains_is_given_up_after_two(record, changed, monkeypatch):
+    tried = []
+    monkeypatch.setattr(
+        batch, "run_stages", lambda *given: tried.append(given) or run_stages(*given)
+    )
+    steps = record("viscous-coulomb", seed=8)
+    unseen = changed(steps, current=steps.current + 0.03 * np.sin(steps.time / 6.0))
+    identify(unseen, inertia=INERTIA, model="viscous-coulomb")
+    many = len(tried)
+    monkeypatch.setattr(batch, "LONG", 1000)
+    identify(unseen, inertia=INERTIA, model="viscous-coulomb")
+    assert many > 2
+    assert len(tried) == many + 2
 
 
 def test_an_average_that_does_not_follow_the_record_gives_no_valid_result(record, monkeypatch):

@@ -398,7 +398,8 @@ def weak_record(profile, seed, ratio, stribeck_speed, sigma, reach):
 def test_starts_from_rest_lead_to_the_right_minimum(profile, seed, ratio, stribeck_speed, sigma):
     wheel, weak = weak_record(profile, seed, ratio, stribeck_speed, sigma, 1.5)
     hold = {"stribeck_speed": stribeck_speed}
-    fit = identify(weak, inertia=INERTIA, hold=hold, speed_sigma=sigma)
+    # the average over effects allows for a ripple and is not the minimum itself
+    fit = identify(weak, inertia=INERTIA, hold=hold, speed_sigma=sigma, white_noise=True)
     assert fit.converged
     true_speed, _ = respond(wheel, jnp.asarray(weak.time), jnp.asarray(weak.current), 0.0)
     at_truth = 0.5 * np.sum(((weak.speed - np.asarray(true_speed)) / sigma) ** 2)

@@ -2,6 +2,7 @@
 
 import json
 from datetime import datetime, timedelta
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.identification import compare_fits, stored_fit
 from gyrostat.identification.spread import between, from_others, holm, line
 from gyrostat.identification.stored_fit import StoredFit, Tolerance, parse_date
+from gyrostat.reports.comparison import comparison_figure
 
 NAMES = ("motor_constant", "viscous", "coulomb")
 UNITS = ("N·m/A", "N·m·s/rad", "N·m")
@@ -129,6 +131,10 @@ def test_a_trend_has_its_slope_and_honest_sigma():
     np.testing.assert_allclose([exact.start, exact.slope], [1.0, 0.03], rtol=1e-12)
     scattered = line(time, np.array([0.0, 9.0, -9.0, 9.0, 0.0]), 0.01 * np.eye(5))
     assert scattered.chance > 0.5
+    # a common error moves the line, but is not enlarged by the scatter
+    common = line(time, np.array([0.0, 9.0, -9.0, 9.0, 0.0]), 0.01 * np.eye(5) + 1.0)
+    expected = scattered.covariance + np.diag([1.0, 0.0])
+    np.testing.assert_allclose(common.covariance, expected, rtol=1e-6, atol=1e-9)
 
 
 def test_the_spread_between_wheels_is_estimated_and_covered():
@@ -270,3 +276,22 @@ def test_one_fit_or_none_in_common_is_refused():
     other = StoredFit(**{**vars(made(TRUTH)), "names": ("a", "b", "c")})
     with pytest.raises(InputError, match="no parameter that two fits have in common"):
         compared([made(TRUTH), other])
+
+
+@pytest.mark.parametrize(("count", "label"), [(14, "RW-{:02d} of the second batch"), (3, "{}")])
+def test_labels_of_a_batch_are_whole_and_apart(count, label):
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    labels = [label.format(k) for k in range(count)]
+    fits = [made(TRUTH, serial=own) for own in labels]
+    batch = compare_fits(fits, labels, same_wheel=False, same_bench=False)
+    figure = comparison_figure(batch)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    drawn_texts = figure.axes[-1].get_xticklabels()
+    assert [text.get_text() for text in drawn_texts] == labels
+    boxes = [text.get_window_extent(canvas.get_renderer()) for text in drawn_texts]
+    for box in boxes:
+        assert min(box.x0, box.y0) >= 0.0
+        assert box.x1 <= figure.bbox.x1
+    assert all(a.x1 < b.x0 for a, b in pairwise(boxes))

@@ -134,8 +134,9 @@ class _Candidates:
         """Candidates added, with their changes of the speed accumulated over each record."""
         ends = np.cumsum([blocks[0].shape[1] for *_, blocks in self.asked])[:-1]
         split = []
-        for k, linear in enumerate(self.linear):
-            every = np.column_stack([blocks[k] for *_, blocks in self.asked])
+        for linear in self.linear:
+            # taken out of the lists: those of a long record need the memory
+            every = np.column_stack([blocks.pop(0) for *_, blocks in self.asked])
             split.append(np.split(accumulated(linear, every), ends, axis=1))
         return [
             Nuisance(name, title, unit, SHARES, tuple(columns[place] for columns in split))

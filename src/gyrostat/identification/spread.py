@@ -62,8 +62,9 @@ class Line:
 def line(time: Vector, values: Vector, covariance: Matrix) -> Line:
     """Fit a straight line to estimates with correlated errors.
 
-    Scatter beyond the errors enlarges the covariance (Birge ratio), and the p-value is the larger
-    of the normal one and that of Student's t with the scatter.
+    Scatter beyond the errors enlarges the covariance (Birge ratio), but not that of the error which
+    all estimates share: it moves the whole line and does not scatter. The p-value is the larger of
+    the normal one and that of Student's t with the scatter.
 
     Args:
         time: Times, (n,), at least two different ones.
@@ -79,7 +80,8 @@ def line(time: Vector, values: Vector, covariance: Matrix) -> Line:
     if freedom > 0:
         excess = float(left @ weight @ left) / freedom
         if excess > 1.0:
-            spread = excess * spread
+            shared = max(0.0, float(covariance[~np.eye(len(time), dtype=bool)].min()))
+            spread = excess * spread - (excess - 1.0) * np.diag([shared, 0.0])
             t = abs(solved[1]) / np.sqrt(spread[1, 1])
             chance = max(chance, float(2.0 * stdtr(freedom, -t)))
     return Line(float(solved[0]), float(solved[1]), np.asarray(spread, dtype=np.float64), chance)

@@ -23,6 +23,8 @@ from gyrostat.reports.template import render
 
 POINTS = 60
 """Points of a trend line."""
+WIDTH, CHARACTER = 9.0, 0.075
+"""Width of the figure and of a character of its labels, inches."""
 
 
 def comparison_page(comparison: Comparison, *, command: str) -> str:
@@ -55,12 +57,15 @@ def comparison_figure(comparison: Comparison) -> Figure:
     """Plot every parameter with its 95 % interval over date, or over the wheels of a batch."""
     names = comparison.parameters
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 0.6 + 1.9 * len(names)))
-        figure.subplots_adjust(
-            left=0.14, right=0.98, top=0.95, bottom=0.7 / (0.6 + 1.9 * len(names))
-        )
-        rows = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
         over_time = comparison.same_wheel and comparison.days is not None
+        labels = [] if over_time else [literal(label) for label in comparison.labels]
+        longest = max(map(len, labels), default=0)
+        upright = longest * CHARACTER > 0.84 * WIDTH / max(len(labels), 1)
+        below = 0.5 + (longest * CHARACTER if upright else 0.2)
+        height = below + 1.9 * len(names)
+        figure = Figure(figsize=(WIDTH, height))
+        figure.subplots_adjust(left=0.14, right=0.98, top=0.95, bottom=below / height)
+        rows = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
         for axes, name in zip(rows, names, strict=True):
             _parameter_axes(axes, comparison, name, over_time=over_time)
         if over_time:
@@ -68,8 +73,8 @@ def comparison_figure(comparison: Comparison) -> Figure:
             rows[-1].xaxis.set_major_locator(locator)
             rows[-1].xaxis.set_major_formatter(ConciseDateFormatter(locator))
         else:
-            labels = [literal(label) for label in comparison.labels]
-            rows[-1].set_xticks(range(len(labels)), labels, rotation=20, ha="right")
+            rows[-1].set_xticks(range(len(labels)), labels, rotation=90 if upright else 0)
+            rows[-1].set_xlim(-0.5, len(labels) - 0.5)
         figure.align_ylabels(rows)
     return figure
 
