@@ -1,9 +1,12 @@
 """Draw the figures that the README and the pages show: python docs/make_figures.py."""
 
+import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
+from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from gyrostat import simulate
@@ -13,13 +16,14 @@ from gyrostat.core.units import RPM
 from gyrostat.failures import holdable
 from gyrostat.identification import identify
 from gyrostat.papers.carrara_kuga.dispersed import crossing_figure
-from gyrostat.reports import sky_chart
+from gyrostat.reports import friction_charts, record_charts, sky_chart
+from gyrostat.reports.chart import WIDTH
 from gyrostat.reports.drawing import BAND, MARK, MODEL, STYLE
-from gyrostat.reports.figures import friction_figure, record_figure
 from gyrostat.spacecraft import read_spacecraft
 from gyrostat.telemetry import read_record
 
 ROOT = Path(__file__).parents[1]
+TEMPLATES = ROOT / "src" / "gyrostat" / "reports" / "templates"
 
 
 def stiff_wheel_figure(scenario: Scenario) -> Figure:
@@ -42,6 +46,29 @@ def stiff_wheel_figure(scenario: Scenario) -> Figure:
     return figure
 
 
+def image_of(columns: Sequence[Sequence[Markup]]) -> str:
+    """Columns of charts as an SVG image of its own, in the light colours of the pages."""
+    colours = re.search(r":root {.*?}", (TEMPLATES / "base.html").read_text("utf-8"), re.DOTALL)
+    assert colours is not None
+    style = colours[0] + (TEMPLATES / "chart.css").read_text("utf-8")
+    parts, below = [], 0
+    for k, column in enumerate(columns):
+        top = 0
+        for chart in column:
+            height = int(chart.split('"', 4)[3].split()[3])
+            place = f'x="{k * WIDTH}" y="{top}" width="{WIDTH}" height="{height}"'
+            parts.append(chart.replace("<svg", Markup(f"<svg {place}"), 1))
+            top += height
+        below = max(below, top)
+    wide = WIDTH * len(columns)
+    size = f'width="{wide}" height="{below}" viewBox="0 0 {wide} {below}"'
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" {size}><style>{style} '
+        f'.chart {{ width: {WIDTH}px; }}</style><path d="M0 0H9999V9999H0Z" fill="#fff"/>'
+        f"{''.join(parts)}</svg>\n"
+    )
+
+
 def main():
     """Draw an identification, crossings, a sky map and an orbit with a stiff wheel; save them."""
     record = read_record(ROOT / "examples" / "wheel_profile2.csv")
@@ -52,18 +79,22 @@ def main():
     )
     stiff = read_scenario(ROOT / "examples" / "scenarios" / "stiff_wheel.toml")
     drawn = {
-        "wheel_profile2": record_figure(
-            record, fit.predicted[0], fit.predicted_sigma[0], fit.speed_sigma
-        ),
-        "wheel_friction": friction_figure(fit),
         "crossing_zero": crossing_figure(),
         "stiff_wheel": stiff_wheel_figure(stiff),
+    }
+    charts = {
+        "wheel_profile2": record_charts(
+            record, fit.predicted[0], fit.predicted_sigma[0], fit.speed_sigma
+        ),
+        "wheel_friction": friction_charts(fit),
     }
     folder = ROOT / "docs" / "images"
     folder.mkdir(exist_ok=True)
     star = np.array([0.2, -1.0, 0.1])
     sky = sky_chart(answer.sky, target=star, nearest=answer.direction)
     (folder / "feasible_sky.svg").write_text(f"{sky}\n", encoding="utf-8")
+    for name, columns in charts.items():
+        (folder / f"{name}.svg").write_text(image_of(columns), encoding="utf-8")
     with mpl.rc_context(STYLE):
         for name, figure in drawn.items():
             figure.savefig(folder / f"{name}.png", dpi=110, metadata={"Software": None})

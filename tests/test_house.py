@@ -232,5 +232,9 @@ def test_a_scenario_and_a_report_import_no_more_than_they_need(module):
     assert loaded_by(module) & heavy == set()
 
 
+def test_the_pages_of_a_wheel_are_made_without_matplotlib():
+    assert "matplotlib" not in loaded_by("gyrostat.reports.page")
+
+
 def test_a_heavy_import_is_seen():
     assert "scipy" in loaded_by("scipy")

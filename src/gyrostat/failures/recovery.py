@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,9 @@ from gyrostat.core.types import Vector
 from gyrostat.failures.braking import BrakeGain, earliest_settling, with_brakes, without_brakes
 from gyrostat.failures.feasibility import Holdable, holdable
 from gyrostat.failures.recovery_plan import Loss, RecoveryPlan, plan_recovery
-from gyrostat.simulation import Status, simulate
+from gyrostat.simulation import Status
+from gyrostat.simulation.labelled import Labelled, Signal
+from gyrostat.simulation.simulation import simulated
 from gyrostat.spacecraft import Gyrostat, GyrostatState, Spacecraft, SpacecraftSensor, WheelFailures
 
 if TYPE_CHECKING:
@@ -33,8 +36,8 @@ class Recovery:
 
     Attributes:
         plan: Target attitude and controller.
-        flight: Histories of the run, with `error`, the angle to the target attitude, rad; None if
-            no controller can reach the target.
+        histories: Histories of the run, with `error`, the angle to the target attitude, rad; None
+            if no controller can reach the target.
         settle: Time from the failure until the error and rate stay below `ANGLE` and `RATE`, s;
             None if they do not.
         reason: Reason why the spacecraft did not settle; empty if it did.
@@ -46,12 +49,17 @@ class Recovery:
     """
 
     plan: RecoveryPlan
-    flight: "xr.Dataset | None"
+    histories: Labelled | None
     settle: float | None
     reason: str
     earliest: Mapping[int, float] = field(default_factory=dict)
     without_brakes: "Recovery | None" = None
     gains: Mapping[int, BrakeGain] = field(default_factory=dict)
+
+    @cached_property
+    def flight(self) -> "xr.Dataset | None":
+        """The histories as a dataset of xarray."""
+        return None if self.histories is None else self.histories.dataset()
 
     def to_dict(self, names: Sequence[str] | None = None) -> dict[str, Any]:
         """Convert everything except the histories to plain numbers, SI units and radians.
@@ -187,13 +195,14 @@ def recover(
     if plan.controller is None or plan.answer.attitude is None:
         return Recovery(plan, None, None, plan.reason, earliest, other, gains)
     timing |= {"start": start, "stored": True}
-    flight = simulate(plant, plan.controller, SpacecraftSensor(plant), **timing)
-    errors = _errors(flight.attitude.values, plan.answer.attitude)
+    flown = simulated(plant, plan.controller, SpacecraftSensor(plant), **timing)
+    errors = np.asarray(_errors(flown.variables["attitude"].values, plan.answer.attitude))
     about = {"units": "rad", "long_name": "angle to the feasible attitude"}
-    flight["error"] = ("time", np.asarray(errors), about)
-    settle = settling_time(flight)
-    reason = "" if settle is not None else _why_not(flight)
-    return Recovery(plan, flight, settle, reason, earliest, other, gains)
+    error = Signal(("time",), errors, about)
+    flown = replace(flown, variables={**flown.variables, "error": error})
+    settle = settling_time(flown.arrays())
+    reason = "" if settle is not None else _why_not(flown.arrays())
+    return Recovery(plan, flown, settle, reason, earliest, other, gains)
 
 
 def _failures(losses: Mapping[int, Loss], inertia: Vector) -> WheelFailures:
@@ -213,20 +222,24 @@ def _failures(losses: Mapping[int, Loss], inertia: Vector) -> WheelFailures:
     )
 
 
-def settling_time(flight: "xr.Dataset") -> float | None:
-    """Time after which error and body rate stay small to the end of a run, s, or None."""
-    rate = np.linalg.norm(flight.rate.values, axis=1)
-    out = ~((flight.error.values < ANGLE) & (rate < RATE))
+def settling_time(flight: Mapping[Any, Any]) -> float | None:
+    """Time after which error and body rate stay small to the end of a run, s, or None.
+
+    Args:
+        flight: Histories of the run: name -> array, or what can be converted to one.
+    """
+    rate = np.linalg.norm(np.asarray(flight["rate"]), axis=1)
+    out = ~((np.asarray(flight["error"]) < ANGLE) & (rate < RATE))
     if out[-1]:
         return None
-    return float(flight.time.values[len(out) - np.argmax(out[::-1]) if out.any() else 0])
+    return float(flight["time"][len(out) - np.argmax(out[::-1]) if out.any() else 0])
 
 
-def _why_not(flight: "xr.Dataset") -> str:
-    until = float(flight.valid_until)
-    if int(flight.status) == Status.UNRESOLVED:
+def _why_not(flight: Mapping[str, Any]) -> str:
+    until, status = float(flight["valid_until"]), int(flight["status"])
+    if status == Status.UNRESOLVED:
         return f"the run ended at {until:g} s: a control period was too long to resolve the motion"
-    if int(flight.status) != Status.COMPLETE:
+    if status != Status.COMPLETE:
         return f"the run ended at {until:g} s: the body rate is above the limit of the simulation"
-    left = float(np.degrees(flight.error.values[-1]))
+    left = float(np.degrees(flight["error"][-1]))
     return f"not settled at the end, {until:g} s: {left:.3g} deg from the target attitude"

@@ -4,9 +4,9 @@ from gyrostat.reports.drawing import svg as svg
 from gyrostat.reports.feasibility import Drawn as Drawn
 from gyrostat.reports.feasibility import Question as Question
 from gyrostat.reports.feasibility import write_holdable as write_holdable
-from gyrostat.reports.figures import friction_figure as friction_figure
-from gyrostat.reports.figures import record_figure as record_figure
-from gyrostat.reports.figures import residual_figure as residual_figure
+from gyrostat.reports.fit_charts import friction_charts as friction_charts
+from gyrostat.reports.fit_charts import record_charts as record_charts
+from gyrostat.reports.fit_charts import residual_charts as residual_charts
 from gyrostat.reports.page import fit_page as fit_page
 from gyrostat.reports.page import validation_page as validation_page
 from gyrostat.reports.recovery import recovery_charts as recovery_charts

@@ -48,14 +48,14 @@ class Axis(NamedTuple):
         own = np.log10(np.maximum(values, 1e-300)) if self.is_log else np.asarray(values)
         return 1000.0 * (own - low) / (high - low)
 
-    def ticks(self) -> list[float]:
-        """Values of the ticks."""
+    def ticks(self, most: int = 7) -> list[float]:
+        """Values of the ticks; on a linear axis about `most`."""
         if self.is_log:
             powers = range(math.floor(math.log10(self.low)), math.ceil(math.log10(self.high)) + 1)
             steps = (1.0,) if len(powers) > 3 else (1.0, 2.0, 5.0)
             every = [step * 10.0**power for power in powers for step in steps]
             return [v for v in every if self.low * 0.9999 <= v <= self.high * 1.0001]
-        step = round_step((self.high - self.low) / 7.0)
+        step = round_step((self.high - self.low) / most)
         first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
         return [k * step for k in range(first, last + 1)]
 
@@ -97,12 +97,14 @@ class Chart:
         x: Horizontal axis.
         y: Vertical axis.
         attributes: Further attributes of the SVG element, name -> value.
+        height: Height in the units of `WIDTH`.
     """
 
     title: str
     x: Axis
     y: Axis
     attributes: dict[str, str] = field(default_factory=dict)
+    height: int = HEIGHT
 
     def __post_init__(self):
         self._marks: list[Markup] = []
@@ -132,12 +134,19 @@ class Chart:
         mark = '<path class="bars" d="{}"/><path class="chosen" d=""/>'
         self._marks.append(Markup(mark).format(path))
 
-    def points(self, x: Vector, y: Vector) -> None:
+    def spans(self, x: Vector, low: Vector, high: Vector, kind: str) -> None:
+        """Draw vertical lines between two values, such as error bars."""
+        places = (1000.0 - self.y.place(values) for values in (low, high))
+        every = zip(self.x.place(x), *places, strict=True)
+        path = "".join(f"M{at:.1f} {a:.1f}V{b:.1f}" for at, a, b in every)
+        self._marks.append(Markup('<path class="span {}" d="{}"/>').format(kind, path))
+
+    def points(self, x: Vector, y: Vector, kind: str = "") -> None:
         """Draw points, with a path of another class for selected ones."""
         places = zip(self.x.place(x), 1000.0 - self.y.place(y), strict=True)
         path = "".join(f"M{a:.0f} {b:.0f}h0" for a, b in places)
-        mark = '<path class="points" d="{}"/><path class="points picked" d=""/>'
-        self._marks.append(Markup(mark).format(path))
+        mark = '<path class="points{}" d="{}"/><path class="points picked" d=""/>'
+        self._marks.append(Markup(mark).format(kind and f" {kind}", path))
 
     def level(self, value: float, name: str, kind: str, *, across: bool = True) -> None:
         """Draw a line at a value of the vertical axis (`across`) or of the horizontal one.
@@ -167,7 +176,7 @@ class Chart:
     def _label(
         self, value: float, place: float, name: str, kind: str, *, across: bool, is_inside: bool
     ) -> None:
-        wide, high = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
+        wide, high = WIDTH - LEFT - RIGHT, self.height - TOP - BOTTOM
         share = min(max(place / 1000.0, 0.0), 1.0)
         above = sum("data-" not in label for label in self._labels)
         if across and is_inside:
@@ -193,11 +202,11 @@ class Chart:
 
     def svg(self) -> Markup:
         """The chart as an SVG element."""
-        wide, high = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
+        wide, high = WIDTH - LEFT - RIGHT, self.height - TOP - BOTTOM
         parts = [
             Markup('<svg class="chart" viewBox="0 0 {} {}" role="img" aria-label="{}"{}>').format(
                 WIDTH,
-                HEIGHT,
+                self.height,
                 f"{self.title} over {self.x.label}",
                 Markup("").join(
                     Markup(' data-{}="{}"').format(*pair) for pair in self.attributes.items()
@@ -218,22 +227,22 @@ class Chart:
             Markup("</svg>"),
             *self._labels,
             Markup('<text class="label" x="{}" y="{}">{}</text></svg>').format(
-                LEFT + wide / 2, HEIGHT - 5, self.x.label
+                LEFT + wide / 2, self.height - 5, self.x.label
             ),
         ]
         return Markup("").join(parts)
 
     def _axes(self) -> "Sequence[Markup]":
         """Grid, ticks and their numbers."""
-        wide, high = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
+        wide, high = WIDTH - LEFT - RIGHT, self.height - TOP - BOTTOM
         found = []
         for value in self.x.ticks():
             place = float(self.x.place(np.array([value]))[0])
             at = LEFT + wide * place / 1000.0
-            grid = Markup('<path d="M{:.1f} {}V{}"/>').format(at, TOP, HEIGHT - BOTTOM)
+            grid = Markup('<path d="M{:.1f} {}V{}"/>').format(at, TOP, self.height - BOTTOM)
             text = Markup('<text class="x" x="{:.1f}" y="{}">{}</text>')
-            found.append(grid + text.format(at, HEIGHT - BOTTOM + 14, number(value)))
-        for value in self.y.ticks():
+            found.append(grid + text.format(at, self.height - BOTTOM + 14, number(value)))
+        for value in self.y.ticks(7 * self.height // HEIGHT):
             place = float(self.y.place(np.array([value]))[0])
             at = TOP + high * (1.0 - place / 1000.0)
             grid = Markup('<path d="M{} {:.1f}H{}"/>').format(LEFT, at, WIDTH - RIGHT)

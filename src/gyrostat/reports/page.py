@@ -16,9 +16,7 @@ from gyrostat.identification.fit_text import (
 )
 from gyrostat.identification.torque_points import torque_regression
 from gyrostat.identification.validation import Validation
-from gyrostat.reports import figures
-from gyrostat.reports.drawing import svg
-from gyrostat.reports.posterior import posterior_figure
+from gyrostat.reports.fit_charts import friction_charts, record_charts, residual_charts
 from gyrostat.reports.template import render
 
 
@@ -30,9 +28,9 @@ def fit_page(fit: Fit, *, command: str) -> str:
         command: Command line that produced it, shown so that it can be repeated.
     """
     drawn = [
-        (record.name, svg(figures.record_figure(record, speed, sigma, noise)))
-        for record, speed, sigma, noise in zip(
-            fit.records, fit.predicted, fit.predicted_sigma, fit.speed_sigmas, strict=False
+        (record.name, record_charts(record, speed, sigma, noise, f"record{k}"))
+        for k, (record, speed, sigma, noise) in enumerate(
+            zip(fit.records, fit.predicted, fit.predicted_sigma, fit.speed_sigmas, strict=False)
         )
     ]
     friction_known = all(n in fit.parameters for n in fit.model.dimensions())
@@ -46,16 +44,16 @@ def fit_page(fit: Fit, *, command: str) -> str:
         posterior=list(posterior_rows(fit)),
         posterior_header=POSTERIOR_HEADER,
         posterior_summary=[] if fit.posterior is None else posterior_summary(fit.posterior),
-        posterior_figure=None if fit.posterior is None else svg(posterior_figure(fit)),
+        posterior_figure=None if fit.posterior is None else _posterior(fit),
         effects=list(effect_rows(fit)),
         scores=list(score_rows(fit)),
         records=drawn,
-        friction=svg(figures.friction_figure(fit)) if friction_known else None,
+        friction=friction_charts(fit) if friction_known else None,
         regression=[
             (row, measured(row.value, row.sigma), SI_UNIT[fit.dimensions[row.name]])
             for row in torque_regression(fit)
         ],
-        residuals=svg(figures.residual_figure(fit)) if fit.predicted else None,
+        residuals=residual_charts(fit) if fit.predicted else None,
         correlation=list(zip(fit.names, fit.correlation.tolist(), strict=True)),
         comparison=fit.comparison,
         temperatures=[
@@ -65,6 +63,13 @@ def fit_page(fit: Fit, *, command: str) -> str:
     )
 
 
+def _posterior(fit: Fit) -> str:
+    from gyrostat.reports.drawing import svg  # matplotlib is slow to import
+    from gyrostat.reports.posterior import posterior_figure
+
+    return svg(posterior_figure(fit))
+
+
 def validation_page(validation: Validation, *, command: str) -> str:
     """HTML report of a validation.
 
@@ -72,7 +77,7 @@ def validation_page(validation: Validation, *, command: str) -> str:
         validation: Result of the validation.
         command: Command line that produced it.
     """
-    figure = figures.record_figure(
+    charts = record_charts(
         validation.record, validation.predicted, validation.predicted_sigma, validation.noise
     )
     acceptance = validation.acceptance
@@ -80,7 +85,7 @@ def validation_page(validation: Validation, *, command: str) -> str:
         "validation.html",
         validation=validation,
         command=command,
-        figure=svg(figure),
+        charts=charts,
         acceptance=acceptance,
         header=HEADER,
         lines=[]

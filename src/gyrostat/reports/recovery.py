@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -15,9 +15,6 @@ from gyrostat.reports.chart import time_chart
 from gyrostat.reports.feasibility import degrees, triple
 from gyrostat.reports.template import render
 from gyrostat.spacecraft import SpacecraftFile
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FILES = ("recover.json", "report.html", "run.nc")
 LEAST_SHOWN = 1e-7
@@ -61,8 +58,8 @@ def write_recovery(
     }
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     verdict, rows = verdict_of(found), rows_of(file, found, losses)
-    flight = found.flight
-    charts = [] if flight is None else recovery_charts(flight, names, found.settle)
+    flown = found.histories
+    charts = [] if flown is None else recovery_charts(flown.arrays(), names, found.settle)
     page = render(
         "recovery.html",
         file=file,
@@ -73,14 +70,14 @@ def write_recovery(
         command=command,
     )
     with new_files(out, by="recover", force=force) as folder:
-        if flight is not None:
-            flight.to_netcdf(folder / "run.nc", engine="h5netcdf")
+        if flown is not None:
+            flown.write(folder / "run.nc")
         (folder / "report.html").write_text(page, encoding="utf-8")
         (folder / "recover.json").write_text(text + "\n", encoding="utf-8")
     say(verdict)
     for name, entry in rows:
         say(f"  {name}: {entry}")
-    written = ["report.html", "recover.json", *([] if flight is None else ["run.nc"])]
+    written = ["report.html", "recover.json", *([] if flown is None else ["run.nc"])]
     say(f"written: {', '.join(str(out / name) for name in written)}")
     return text
 
@@ -114,15 +111,15 @@ def rows_of(
         rows.append(("without the brake", _without(found.without_brakes)))
     if found.plan.controller is not None:
         rows.append(("law", type(found.plan.controller).__name__))
-    if found.flight is not None:
-        flight = found.flight
+    if found.histories is not None:
+        flight = found.histories.arrays()
         rows += [
-            ("error at the end", degrees(float(flight.error.values[-1]))),
+            ("error at the end", degrees(float(flight["error"][-1]))),
             ("criterion for settled", f"below {degrees(ANGLE)} and {RATE:g} rad/s to the end"),
-            ("largest wheel torque", f"{float(np.max(np.abs(flight.torque.values))):.3g} N·m"),
+            ("largest wheel torque", f"{float(np.max(np.abs(flight['torque']))):.3g} N·m"),
             (
                 "largest wheel momentum",
-                f"{float(np.max(np.abs(flight.wheel_momentum.values))):.3g} N·m·s",
+                f"{float(np.max(np.abs(flight['wheel_momentum']))):.3g} N·m·s",
             ),
         ]
     return rows
@@ -158,20 +155,22 @@ def _without(other: Recovery) -> str:
 
 
 def recovery_charts(
-    flight: "xr.Dataset", names: Sequence[str], settle: float | None
+    flight: Mapping[Any, Any], names: Sequence[str], settle: float | None
 ) -> list[Markup]:
     """Error, body rate, wheel momenta and torques over the time since the failure.
 
     Args:
-        flight: Histories from `gyrostat.failures.recover`.
+        flight: Histories of the run: name -> array, or what can be converted to one.
         names: Names of the wheels.
         settle: Settling time, s, or None.
     """
-    time, momentum = flight.time.values, flight.wheel_momentum.values
-    sizes = flight.error.values, np.linalg.norm(flight.rate.values, axis=1)
+    time, momentum, torque = (
+        np.asarray(flight[name]) for name in ("time", "wheel_momentum", "torque")
+    )
+    sizes = np.asarray(flight["error"]), np.linalg.norm(np.asarray(flight["rate"]), axis=1)
     error, rate = (np.maximum(np.degrees(each), LEAST_SHOWN)[:, None] for each in sizes)
     # a command is held until the next one
-    held, torque = np.repeat(time, 2)[1:], np.repeat(flight.torque.values, 2, axis=0)[:-1]
+    held, torque = np.repeat(time, 2)[1:], np.repeat(torque, 2, axis=0)[:-1]
     charts = [
         time_chart(time, error, "error (deg)", ["error"], MOST_POINTS, is_log=True),
         time_chart(time, rate, "body rate (deg/s)", ["rate"], MOST_POINTS, is_log=True),

@@ -1,7 +1,7 @@
 """Closed-loop simulation, and the virtual bench."""
 
 from gyrostat.simulation.bench import CurrentRange, Telemetry, bench_record, default_range
-from gyrostat.simulation.labels import status_attributes
+from gyrostat.simulation.labels import labelled, status_attributes
 from gyrostat.simulation.loop import (
     Controller,
     Histories,
@@ -13,7 +13,7 @@ from gyrostat.simulation.loop import (
     run,
 )
 from gyrostat.simulation.runner import Runner, blocks, by_engine
-from gyrostat.simulation.simulation import Batch, labelled, simulate, stack
+from gyrostat.simulation.simulation import Batch, simulate, stack
 
 simulate_loop = simulate
 """Name of `simulate` at the package root, where `simulate` takes a scenario."""

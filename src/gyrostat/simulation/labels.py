@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.core.checked import declared_units
 from gyrostat.simulation.labelled import RUN, Labelled, Signal
-from gyrostat.simulation.loop import Status
+from gyrostat.simulation.loop import Histories, Status
 
 COMPONENTS = {"quaternion": ("w", "x", "y", "z"), "axis": ("x", "y", "z")}
 """Dimension -> its coordinates."""
@@ -104,3 +105,45 @@ def with_coordinates(variables: dict[str, Signal], coordinates: dict[str, Signal
         angle = 4.0 * np.arcsin(np.minimum(0.5 * np.sqrt(np.minimum(*squares)), 1.0))
         variables = {**variables, "error": Signal((RUN, "time"), angle, ERROR)}
     return Labelled(variables, {**coordinates, **known})
+
+
+def labelled(histories: Histories, period: float) -> Labelled:
+    """Label the axes of histories, and give them units; see `simulate`.
+
+    Args:
+        histories: Signals, each with axes (run, time).
+        period: Control period, s.
+    """
+    count = histories.status.shape[1]
+    fine = histories.status == Status.COMPLETE
+    variables: dict[str, Signal] = {}
+    every = (histories.state, histories.measurement)
+    speeds = [signals.wheel_speed for signals in every if hasattr(signals, "wheel_speed")]
+    wheels = speeds[0].shape[-1] if speeds else None
+    for prefix, signals in (
+        ("", histories.state),
+        ("recorded_", histories.record),
+        ("measured_", histories.measurement),
+        ("commanded_", histories.command),
+    ):
+        units = declared_units(type(signals))
+        for name, values in signals._asdict().items():
+            if values is None:
+                continue
+            before = prefix if name in variables or name in OWN_NAMES else ""
+            label = before + name
+            extra = dimensions(name, label, values.shape[2:], wheels)
+            mask = fine.reshape(*fine.shape, *(1,) * len(extra))
+            values = values & mask if values.dtype == bool else np.where(mask, values, np.nan)
+            about = attributes(name, before, units)
+            variables[label] = Signal((RUN, "time", *extra), values, about)
+    last = np.where(fine.all(axis=1), count, np.argmin(fine, axis=1)) - 1
+    ended = histories.status.max(axis=1).astype(np.int8)
+    variables["status"] = Signal((RUN,), ended, status_attributes())
+    # a run that has diverged at the start has no valid sample
+    until = np.where(last >= 0, last * period, np.nan)
+    lasts = {"units": "s", "long_name": "time of the last valid sample"}
+    variables["valid_until"] = Signal((RUN,), until, lasts)
+    time = Signal(("time",), np.arange(count) * period, {"units": "s", "long_name": "time"})
+    coordinates = {"time": time, RUN: Signal((RUN,), np.arange(len(fine)))}
+    return with_coordinates(variables, coordinates)

@@ -7,19 +7,12 @@ from typing import TYPE_CHECKING, Any
 import equinox as eqx
 import numpy as np
 
-from gyrostat.core.checked import declared_units
 from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.validation import MOST_PERIODS, check_parts, check_period, require_period
-from gyrostat.simulation.labelled import RUN, Labelled, Signal
-from gyrostat.simulation.labels import (
-    OWN_NAMES,
-    attributes,
-    dimensions,
-    status_attributes,
-    with_coordinates,
-)
+from gyrostat.simulation.labelled import Labelled
+from gyrostat.simulation.labels import labelled
 from gyrostat.simulation.loop import (
     Controller,
     Histories,
@@ -179,6 +172,40 @@ def simulate(
             impossible parameters, or a command that is not finite; the message names the
             controller and the time.
     """
+    return simulated(
+        plant,
+        controller,
+        sensor,
+        start=start,
+        duration=duration,
+        control_period=control_period,
+        step=step,
+        command_delay=command_delay,
+        seed=seed,
+        runs=runs,
+        engine=engine,
+        stored=stored,
+        on_progress=on_progress,
+    ).dataset()
+
+
+def simulated(
+    plant: Plant | Batch,
+    controller: Controller | Batch,
+    sensor: Sensor | Batch,
+    *,
+    start: Any,
+    duration: float,
+    control_period: float,
+    step: float | None = None,
+    command_delay: int = 0,
+    seed: int = 0,
+    runs: int | None = None,
+    engine: str = "jax",
+    stored: bool = False,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> Labelled:
+    """Labelled histories of `simulate`, which has the same arguments, without xarray."""
     count = _whole(duration, control_period, ("duration", "control period"))
     substeps = 1 if step is None else _whole(control_period, step, ("control period", "step"))
     if runs is not None and runs < 1:
@@ -197,7 +224,7 @@ def simulate(
     for name, item in zip(("plant", "controller", "sensor", "start"), items, strict=True):
         _refuse_other_counts(name, item, runs)
     engine = engine_named(
-        engine, lambda text: warnings.warn(text, DeprecationWarning, stacklevel=4)
+        engine, lambda text: warnings.warn(text, DeprecationWarning, stacklevel=5)
     )
     key = jax.random.key(seed)
 
@@ -220,8 +247,8 @@ def simulate(
 
     histories = by_engine(engine, flown)
     _refuse_bad_commands(histories, controller, control_period, runs)
-    dataset = labelled(histories, control_period).dataset()
-    return dataset if runs is not None else dataset.isel(run=0)
+    found = labelled(histories, control_period)
+    return found if runs is not None else found.of_run(0)
 
 
 def _refuse_bad_commands(histories: Histories, controller: Any, period: float, runs: int | None):
@@ -235,45 +262,3 @@ def _refuse_bad_commands(histories: Histories, controller: Any, period: float, r
         f"{type(controller).__name__}: found a command that is not finite at {where * period:g} s"
         f"{which}, expected finite numbers"
     )
-
-
-def labelled(histories: Histories, period: float) -> Labelled:
-    """Label the axes of histories, and give them units; see `simulate`.
-
-    Args:
-        histories: Signals, each with axes (run, time).
-        period: Control period, s.
-    """
-    count = histories.status.shape[1]
-    fine = histories.status == Status.COMPLETE
-    variables: dict[str, Signal] = {}
-    every = (histories.state, histories.measurement)
-    speeds = [signals.wheel_speed for signals in every if hasattr(signals, "wheel_speed")]
-    wheels = speeds[0].shape[-1] if speeds else None
-    for prefix, signals in (
-        ("", histories.state),
-        ("recorded_", histories.record),
-        ("measured_", histories.measurement),
-        ("commanded_", histories.command),
-    ):
-        units = declared_units(type(signals))
-        for name, values in signals._asdict().items():
-            if values is None:
-                continue
-            before = prefix if name in variables or name in OWN_NAMES else ""
-            label = before + name
-            extra = dimensions(name, label, values.shape[2:], wheels)
-            mask = fine.reshape(*fine.shape, *(1,) * len(extra))
-            values = values & mask if values.dtype == bool else np.where(mask, values, np.nan)
-            about = attributes(name, before, units)
-            variables[label] = Signal((RUN, "time", *extra), values, about)
-    last = np.where(fine.all(axis=1), count, np.argmin(fine, axis=1)) - 1
-    ended = histories.status.max(axis=1).astype(np.int8)
-    variables["status"] = Signal((RUN,), ended, status_attributes())
-    # a run that has diverged at the start has no valid sample
-    until = np.where(last >= 0, last * period, np.nan)
-    lasts = {"units": "s", "long_name": "time of the last valid sample"}
-    variables["valid_until"] = Signal((RUN,), until, lasts)
-    time = Signal(("time",), np.arange(count) * period, {"units": "s", "long_name": "time"})
-    coordinates = {"time": time, RUN: Signal((RUN,), np.arange(len(fine)))}
-    return with_coordinates(variables, coordinates)

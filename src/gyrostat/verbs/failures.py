@@ -167,6 +167,7 @@ def recover(
     from gyrostat.failures import recover as simulate
     from gyrostat.failures import state_of
     from gyrostat.reports.recovery import FILES, write_recovery
+    from gyrostat.simulation.labelled import Signal
 
     if out is not None:
         check_outputs(Path(out), FILES, by="recover", force=force)
@@ -197,9 +198,11 @@ def recover(
         duration=in_si(duration, "time", "--duration"),
         control_period=in_si(period, "time", "--period"),
     )
-    if found.flight is not None:
-        names = [*file.wheel_names]
-        found = replace(found, flight=found.flight.assign_coords(wheel=names))
+    flown = found.histories
+    if flown is not None:
+        names = Signal(("wheel",), np.array(file.wheel_names))
+        flown = replace(flown, coordinates={**flown.coordinates, "wheel": names})
+        found = replace(found, histories=flown)
     if out is not None:
         write_recovery(file, found, losses, Path(out), command=command, say=say, force=force)
     return found

@@ -9,14 +9,14 @@ const make = (parent, name, attributes) => {
   return parent.appendChild(made);
 };
 const number = value => String(+value.toPrecision(6)).replace("-", "−");
-function ticks(low, high, log) {
+function ticks(low, high, log, most = 7) {
   if (log) {
     const first = Math.floor(low), last = Math.ceil(high), steps = last - first > 2 ? [1] : [1, 2, 3, 5, 7];
     const found = [];
     for (let k = first; k <= last; k++) for (const s of steps) found.push([Math.log10(s) + k, s * 10 ** k]);
     return found.filter(t => t[0] >= low - 1e-9 && t[0] <= high + 1e-9);
   }
-  const raw = (high - low) / 7, power = 10 ** Math.floor(Math.log10(raw));
+  const raw = (high - low) / most, power = 10 ** Math.floor(Math.log10(raw));
   const step = [1, 2, 5, 10].map(k => k * power).find(s => s >= raw * (1 - 1e-9));
   const found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push([k * step, k * step]);
@@ -54,11 +54,12 @@ class Chart {
     axes.replaceChildren();
     const across = p => left + (p - view[0]) / view[2] * wide, down = p => top + (p - view[1]) / view[3] * high;
     const toX = v => 1000 * (v - this.x[0]) / (this.x[1] - this.x[0]), toY = v => 1000 * (this.y[1] - v) / (this.y[1] - this.y[0]);
+    const most = Math.floor(7 * this.svg.viewBox.baseVal.height / 236);
     for (const [at, value] of ticks(this.valueX(view[0]), this.valueX(view[0] + view[2]), false)) {
       make(axes, "path", {d: `M${across(toX(at))} ${top}V${top + high}`});
       make(axes, "text", {class: "x", x: across(toX(at)), y: top + high + 14}).textContent = number(value);
     }
-    for (const [at, value] of ticks(this.valueY(view[1] + view[3]), this.valueY(view[1]), this.log)) {
+    for (const [at, value] of ticks(this.valueY(view[1] + view[3]), this.valueY(view[1]), this.log, most)) {
       make(axes, "path", {d: `M${left} ${down(toY(at))}H${left + wide}`});
       make(axes, "text", {class: "y", x: left - 5, y: down(toY(at)) + 4}).textContent = number(value);
     }
