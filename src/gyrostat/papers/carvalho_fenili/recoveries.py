@@ -155,6 +155,7 @@ def fly_on_wheels(
         duration=duration,
         control_period=PERIOD,
         runs=len(plants),
+        stored=True,
     )
 
 
