@@ -9,6 +9,7 @@ import hashlib
 import os
 import pickle
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -137,7 +138,11 @@ def program_of(
             f"{cache and cache.path}: found a stored program {name} that differs from a new trace, "
             "expected the same (`gyrostat cache --clear` removes it); please report this"
         )
-    program = _loaded(structure, made, *(library(each.text) for each in traces))
+    one, other = traces
+    with ThreadPoolExecutor(1) as beside:  # the compiler is another process
+        first = beside.submit(library, one.text)
+        second = library(other.text)
+    program = _loaded(structure, made, first.result(), second)
     if cache is not None:
         cache.write(name, pickle.dumps(made))
     return program
