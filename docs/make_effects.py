@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from gyrostat.core.units import RPM
 from gyrostat.identification import identify
-from gyrostat.reports.drawing import MARK, MEASURED, STYLE
+from gyrostat.reports.colours import MARK, MEASURED
+from gyrostat.reports.drawing import STYLE
 
 ROOT = Path(__file__).parents[1]
 SMOOTHED = 25

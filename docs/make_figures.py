@@ -18,7 +18,8 @@ from gyrostat.identification import identify
 from gyrostat.papers.carrara_kuga.dispersed import crossing_figure
 from gyrostat.reports import friction_charts, record_charts, sky_chart
 from gyrostat.reports.chart import WIDTH
-from gyrostat.reports.drawing import BAND, MARK, MODEL, STYLE
+from gyrostat.reports.colours import BAND, MARK, MODEL
+from gyrostat.reports.drawing import STYLE
 from gyrostat.spacecraft import read_spacecraft
 from gyrostat.telemetry import read_record
 

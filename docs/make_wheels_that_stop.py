@@ -13,7 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gyrostat.core.units import RPM
-from gyrostat.reports.drawing import MARK, MODEL, STYLE
+from gyrostat.reports.colours import MARK, MODEL
+from gyrostat.reports.drawing import STYLE
 from gyrostat.wheel import Wheel, read_wheel_sheet, speed_response
 
 ROOT = Path(__file__).parents[1]

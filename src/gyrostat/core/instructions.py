@@ -134,12 +134,16 @@ def recorded(engine: Mapping[str, str]) -> str | None:
     return name if name in COMMON else None
 
 
-def _features() -> set[str]:
+def processor() -> str:
+    """Description of the processor by the system, /proc/cpuinfo; empty if there is none."""
     try:
-        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+        return Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:
-        return set()
-    words = re.search(r"^(?:flags|Features)\s*:(.*)$", text, re.MULTILINE)
+        return ""
+
+
+def _features() -> set[str]:
+    words = re.search(r"^(?:flags|Features)\s*:(.*)$", processor(), re.MULTILINE)
     return set(words[1].split() if words else ())
 
 

@@ -11,13 +11,13 @@ import platform
 from collections.abc import Callable
 from functools import lru_cache
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jax.core import Tracer
 
 from gyrostat.core.cache import private_cache
+from gyrostat.core.instructions import processor
 from gyrostat.core.jax64 import jax
 from gyrostat.core.jax_cache import compiled_anew
 from gyrostat.core.source_digest import source_digest
@@ -86,11 +86,9 @@ def surroundings() -> str:
 def _machine() -> str:
     """Versions, processor and flags of XLA."""
     options = {k: v for k, v in os.environ.items() if k.startswith("XLA_")}
-    try:
-        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        text = ""
-    lines = {line for line in text.splitlines() if line.startswith(("flags", "Features", "model"))}
+    lines = {
+        line for line in processor().splitlines() if line.startswith(("flags", "Features", "model"))
+    }
     versions = [version(name) for name in ("jax", "jaxlib", "equinox", "numpy")]
     about = (sorted(options.items()), platform.platform(), sorted(lines))
     return repr((*about, *versions, source_digest()))

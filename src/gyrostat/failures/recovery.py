@@ -149,7 +149,7 @@ def recover(
     spacecraft.check()
     Gyrostat(spacecraft).check_state(start)
     count, model = spacecraft.wheels.count, known or spacecraft
-    kept: dict[int, float] = {}
+    failures, kept = WheelFailures.none(count), {}
     inertia = np.broadcast_to(np.asarray(spacecraft.wheels.inertia), (count,))
     rate = np.asarray(_rate(_as_data(spacecraft), start))
     axes = np.asarray(spacecraft.wheels.axes)
@@ -157,8 +157,14 @@ def recover(
     for wheel, loss in losses.items():
         if wheel not in range(count):
             raise InputError(f"failed wheel: found {wheel}, expected 0 to {count - 1}")
-        keeps = loss.kind != "seized" and not loss.slows_down
-        kept[wheel] = float(momentum[wheel]) if keeps else 0.0
+        kept[wheel] = 0.0
+        if loss.kind == "seized":
+            failures = failures.seizes(wheel, 0.0)
+            continue
+        drag = inertia[wheel] * loss.decay_rate
+        failures = failures.torque_lost(wheel, 0.0, added_viscous=drag)
+        if not loss.slows_down:
+            kept[wheel] = float(momentum[wheel])
     plan = plan_recovery(
         model,
         start.momentum,
@@ -186,7 +192,7 @@ def recover(
             gains[wheel] = BrakeGain(
                 torque, None if stopped.attitude is None else stopped.angle, time
             )
-    plant = Gyrostat(with_brakes(spacecraft, losses), _failures(losses, inertia))
+    plant = Gyrostat(with_brakes(spacecraft, losses), failures)
     timing: Any = {"duration": duration, "control_period": control_period}
     other = None
     if any(loss.is_braked for loss in losses.values()):
@@ -203,23 +209,6 @@ def recover(
     settle = settling_time(flown.arrays())
     reason = "" if settle is not None else _why_not(flown.arrays())
     return Recovery(plan, flown, settle, reason, earliest, other, gains)
-
-
-def _failures(losses: Mapping[int, Loss], inertia: Vector) -> WheelFailures:
-    """Failures of wheels at the start; `inertia` is that of every rotor, (wheels,), kg·m²."""
-    zero, seized = np.zeros(len(inertia)), np.zeros(len(inertia), dtype=bool)
-    drag, failed = zero.copy(), seized.copy()
-    for wheel, loss in losses.items():
-        failed[wheel], seized[wheel] = True, loss.kind == "seized"
-        drag[wheel] = 0.0 if seized[wheel] else inertia[wheel] * loss.decay_rate
-    return WheelFailures(
-        time=np.where(failed, 0.0, np.inf),
-        torque_share=np.where(failed, 0.0, 1.0),
-        stuck_torque=zero,
-        seized=seized,
-        added_viscous=drag,
-        sensor_lost=np.zeros(len(inertia), dtype=bool),
-    )
 
 
 def settling_time(flight: Mapping[Any, Any]) -> float | None:

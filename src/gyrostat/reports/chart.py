@@ -256,6 +256,11 @@ def number(value: float) -> str:
     return f"{value:.6g}".replace("e-0", "e-").replace("e+0", "e").replace("-", "−")
 
 
+def held(time: Vector, commands: Matrix) -> tuple[Vector, Matrix]:
+    """Times and values of commands, (samples, curves), each of which is held until the next."""
+    return np.repeat(time, 2)[1:], np.repeat(commands, 2, axis=0)[:-1]
+
+
 def time_chart(
     time: Vector,
     values: Matrix,

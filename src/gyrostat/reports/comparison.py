@@ -18,7 +18,8 @@ from gyrostat.identification.comparison_text import (
     verdict,
 )
 from gyrostat.identification.fit_changes import DAY
-from gyrostat.reports.drawing import BAND, MARK, MEASURED, MODEL, STYLE, literal, svg
+from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
+from gyrostat.reports.drawing import STYLE, literal, svg
 from gyrostat.reports.template import render
 
 POINTS = 60

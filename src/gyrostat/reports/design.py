@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 from gyrostat.core.units import RPM, SI_UNIT
 from gyrostat.identification.design import Design
 from gyrostat.identification.design_text import HEADER, rows, summary
-from gyrostat.reports.drawing import MARK, MODEL, STYLE, svg
+from gyrostat.reports.colours import MARK, MODEL
+from gyrostat.reports.drawing import STYLE, svg
 from gyrostat.reports.template import render
 
 

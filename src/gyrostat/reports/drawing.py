@@ -7,10 +7,6 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
-
-__all__ = ["BAND", "MARK", "MEASURED", "MODEL", "STYLE", "literal", "svg"]
-
 STYLE: dict[Any, Any] = {
     "font.size": 9.0,
     "axes.grid": True,

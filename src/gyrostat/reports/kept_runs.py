@@ -36,7 +36,7 @@ def kept_runs(
         wanted: Numbers of runs whose histories are kept, the most important first.
         ranked: Metric that ranks them.
     """
-    import h5netcdf  # at most one of two packages that are slow to import
+    import h5netcdf  # slow to import
 
     made, orbit = [], planned_orbit(scenario) if wanted else None
     for run in wanted[:MOST_RUNS]:

@@ -6,7 +6,8 @@ from matplotlib.figure import Figure
 
 from gyrostat.core.units import SI_UNIT
 from gyrostat.identification import Fit
-from gyrostat.reports.drawing import BAND, MODEL, STYLE
+from gyrostat.reports.colours import BAND, MODEL
+from gyrostat.reports.drawing import STYLE
 
 COLUMNS = 3
 

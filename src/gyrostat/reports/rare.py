@@ -13,7 +13,8 @@ from gyrostat.campaigns.search.rare import Found, found_failures
 from gyrostat.core.text import or_none
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.reports.campaign_run import IN_DEGREES, told
-from gyrostat.reports.drawing import BAND, MARK, MODEL, STYLE, literal, svg
+from gyrostat.reports.colours import BAND, MARK, MODEL
+from gyrostat.reports.drawing import STYLE, literal, svg
 from gyrostat.reports.template import render
 
 LISTED = 100

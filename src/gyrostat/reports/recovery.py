@@ -11,7 +11,7 @@ from markupsafe import Markup
 from gyrostat.core.outputs import new_files
 from gyrostat.failures import BrakeGain, Loss, Recovery
 from gyrostat.failures.recovery import ANGLE, RATE
-from gyrostat.reports.chart import time_chart
+from gyrostat.reports.chart import held, time_chart
 from gyrostat.reports.feasibility import degrees, triple
 from gyrostat.reports.template import render
 from gyrostat.spacecraft import SpacecraftFile
@@ -169,13 +169,11 @@ def recovery_charts(
     )
     sizes = np.asarray(flight["error"]), np.linalg.norm(np.asarray(flight["rate"]), axis=1)
     error, rate = (np.maximum(np.degrees(each), LEAST_SHOWN)[:, None] for each in sizes)
-    # a command is held until the next one
-    held, torque = np.repeat(time, 2)[1:], np.repeat(torque, 2, axis=0)[:-1]
     charts = [
         time_chart(time, error, "error (deg)", ["error"], MOST_POINTS, is_log=True),
         time_chart(time, rate, "body rate (deg/s)", ["rate"], MOST_POINTS, is_log=True),
         time_chart(time, momentum, "wheel momentum (N·m·s)", names, MOST_POINTS),
-        time_chart(held, torque, "torque command (N·m)", names, MOST_POINTS),
+        time_chart(*held(time, torque), "torque command (N·m)", names, MOST_POINTS),
     ]
     for chart, limit in zip(charts, (ANGLE, RATE), strict=False):
         chart.level(float(np.degrees(limit)), "settled below", "required")

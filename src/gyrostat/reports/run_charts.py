@@ -9,7 +9,7 @@ from markupsafe import Markup
 from gyrostat.campaigns.pointing.text import angle_text, is_of_error
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.units import RPM
-from gyrostat.reports.chart import scaled_unit, time_chart
+from gyrostat.reports.chart import held, scaled_unit, time_chart
 
 LEAST_SHOWN = 1e-5
 """Smallest error and rate drawn, deg and deg/s; smaller ones are rounding errors."""
@@ -44,14 +44,7 @@ def run_charts(
         time_chart(time, sizes[0], "pointing error (deg)", ["error"], most, is_log=True),
         time_chart(time, sizes[1], "body rate (deg/s)", ["rate"], most, is_log=True),
         time_chart(time, speed, "wheel speed (rpm)", scenario.wheels, most),
-        # a command is held until the next one
-        time_chart(
-            np.repeat(time, 2)[1:],
-            factor * np.repeat(torque, 2, axis=0)[:-1],
-            f"motor torque ({unit})",
-            scenario.wheels,
-            most,
-        ),
+        time_chart(*held(time, factor * torque), f"motor torque ({unit})", scenario.wheels, most),
     ]
     for each in scenario.requirements:
         if is_of_error(each, scenario):

@@ -16,7 +16,8 @@ from gyrostat.campaigns.search.worst import at_bound
 from gyrostat.core.text import or_none
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.reports.campaign_run import IN_DEGREES, told
-from gyrostat.reports.drawing import MARK, MEASURED, MODEL, STYLE, literal, svg
+from gyrostat.reports.colours import MARK, MEASURED, MODEL
+from gyrostat.reports.drawing import STYLE, literal, svg
 from gyrostat.reports.template import render
 
 ENOUGH = 0.02

@@ -14,7 +14,8 @@ from gyrostat.campaigns.search.worst import at_bound
 from gyrostat.campaigns.search.worst_case import FoundWorst, found_worst
 from gyrostat.core.text import or_none
 from gyrostat.reports.campaign_run import IN_DEGREES, told
-from gyrostat.reports.drawing import MARK, MEASURED, MODEL, STYLE, literal, svg
+from gyrostat.reports.colours import MARK, MEASURED, MODEL
+from gyrostat.reports.drawing import STYLE, literal, svg
 from gyrostat.reports.template import render
 
 AT_BOUND = 0.99

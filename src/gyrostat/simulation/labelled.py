@@ -60,7 +60,7 @@ class Labelled:
 
         def picked(signals: Mapping[str, Signal]) -> dict[str, Signal]:
             return {
-                name: Signal(each.dimensions[1:], each.values[place], each.attributes)
+                name: each._replace(dimensions=each.dimensions[1:], values=each.values[place])
                 if each.dimensions[:1] == (RUN,)
                 else each
                 for name, each in signals.items()
@@ -114,9 +114,7 @@ def joined(parts: Sequence[Labelled]) -> Labelled:
 
     def together(signals: Sequence[Mapping[str, Signal]]) -> dict[str, Signal]:
         return {
-            name: Signal(
-                each.dimensions, np.concatenate([s[name].values for s in signals])
-            )._replace(attributes=each.attributes)
+            name: each._replace(values=np.concatenate([s[name].values for s in signals]))
             if each.dimensions[:1] == (RUN,)
             else each
             for name, each in signals[0].items()

@@ -44,8 +44,8 @@ class WheelFailures(Checked):
     @classmethod
     def none(cls, count: int) -> Self:
         """No failure of any of `count` wheels."""
-        zero, no = jnp.zeros(count), jnp.zeros(count, dtype=bool)
-        return cls(jnp.full(count, jnp.inf), jnp.ones(count), zero, no, zero, no)
+        zero, no = np.zeros(count), np.zeros(count, dtype=bool)
+        return cls(np.full(count, np.inf), np.ones(count), zero, no, zero, no)
 
     def with_failure(
         self,
@@ -85,8 +85,8 @@ class WheelFailures(Checked):
             )
         share = 0.0 if stuck_torque or seized else torque_share
         failure = type(self)(time, share, stuck_torque, seized, added_viscous, sensor_lost)
-        own = jnp.arange(count) == wheel
-        return jax.tree.map(lambda new, old: jnp.where(own, new, old), failure, self)
+        own = np.arange(count) == wheel
+        return jax.tree.map(lambda new, old: np.where(own, new, old), failure, self)
 
     def torque_lost(self, wheel: int, time: float, *, added_viscous: float = 0.0) -> Self:
         """Add a loss of motor torque; friction and `added_viscous` slow the rotor down."""

@@ -9,7 +9,7 @@ from gyrostat.core.units import RPM
 from gyrostat.papers.carrara_kuga.bench import Prediction, Trial
 from gyrostat.papers.carrara_kuga.setup import DETERMINISTIC, STATISTICAL
 from gyrostat.papers.figures import GREY, Drawing, panels
-from gyrostat.reports.drawing import MARK, MEASURED, MODEL
+from gyrostat.reports.colours import MARK, MEASURED, MODEL
 
 COLUMNS = "profile 1, sines", "profile 2, steps"
 NEAR_ZERO = 16.0 * RPM

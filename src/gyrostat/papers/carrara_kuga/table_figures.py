@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gyrostat.papers.figures import INK, Drawing, panels
-from gyrostat.reports.drawing import MARK, MODEL
+from gyrostat.reports.colours import MARK, MODEL
 
 if TYPE_CHECKING:
     import xarray as xr

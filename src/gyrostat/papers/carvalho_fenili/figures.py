@@ -10,7 +10,7 @@ from gyrostat.failures import Recovery
 from gyrostat.papers.carvalho_fenili import setup
 from gyrostat.papers.carvalho_fenili.flights import Flight
 from gyrostat.papers.figures import GREEN, GREY, INK, Drawing, label_edges, panels
-from gyrostat.reports.drawing import MARK, MEASURED, MODEL
+from gyrostat.reports.colours import MARK, MEASURED, MODEL
 
 COLOURS = (MODEL, MARK, GREEN)
 LABELS = ("θ - π/2", "φ", "ψ")

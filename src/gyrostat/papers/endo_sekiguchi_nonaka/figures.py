@@ -10,7 +10,7 @@ from gyrostat.papers.endo_sekiguchi_nonaka.controllers import OURS, SLOW, Outcom
 from gyrostat.papers.endo_sekiguchi_nonaka.flights import Flight
 from gyrostat.papers.endo_sekiguchi_nonaka.setup import DURATION, REQUIRED
 from gyrostat.papers.figures import GREEN, INK, Drawing, label_edges, panels
-from gyrostat.reports.drawing import MARK, MEASURED, MODEL
+from gyrostat.reports.colours import MARK, MEASURED, MODEL
 
 Flights = Mapping[str, Flight]
 EVERY = slice(None, None, 250)

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 
 from gyrostat.papers.figures import INK, Drawing, panels
 from gyrostat.papers.moreira_lopes_kuga.setup import RADIUS, REFERENCE
-from gyrostat.reports.drawing import MARK, MEASURED, MODEL
+from gyrostat.reports.colours import MARK, MEASURED, MODEL
 
 if TYPE_CHECKING:
     import xarray as xr
