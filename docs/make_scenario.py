@@ -70,7 +70,7 @@ OWN = (
     '`"FILE.py:NAME"`, [a class of your own](your_own_parts.md), whose fields are keys here. '
     "A scenario that names Python runs it.",
 )
-"""Row of the key that names an own part."""
+"""Row of the key that names a user-defined part."""
 EXTRA = {
     "run": [
         (
@@ -246,9 +246,9 @@ ORBIT_TEXT = """Orbit with an epoch, for torques, sensors, actuators and referen
 (`pip install 'gyrostat[orbit]'`), and interpolated in the runs. Inertial axes are then those of the
 GCRS. `epoch` is the UTC time at time 0 of the run, such as `"2026-11-22T10:00:00Z"`."""
 REFERENCE = """The wanted attitude over time. Controllers follow its attitude, rate and acceleration
-without lag ([how to](references.md)). With another kind than `fixed`, `controller.target` and
-events of the kind `slew` are refused. `python = "FILE.py:NAME"` in place of `kind` names an own
-function (time, s) -> quaternion, scalar first, or a class with such a `__call__`.
+without lag ([how to](references.md)). With any kind but `fixed`, `controller.target` and
+events of the kind `slew` are refused. `python = "FILE.py:NAME"` in place of `kind` names a function
+of yours, (time, s) -> quaternion, scalar first, or a class with such a `__call__`.
 
 With `[orbit]`, `position_error = [x, y, z]` (m, GCRS; optional) is the error of the position from
 which the controller computes the reference. The pointing error counts from the reference at the

@@ -121,7 +121,7 @@ MISTAKES = {
     "field with the name of a key": (source(fields="target: float = 1.0"), "found a field target"),
     "own __init__": (
         source(fields="def __init__(self): pass", base="object"),
-        "found an own __init__, expected annotated fields such as `gain: float` instead",
+        "found a method __init__, expected annotated fields such as `gain: float` instead",
     ),
     "dataclass that can change": (
         source().replace(

@@ -24,8 +24,8 @@ def named_parts(structure: Structure, values: Values, section: str, **given: Any
         structure: Structure of the scenario.
         values: Values of this run.
         section: Section of the parts.
-        given: Values of reserved fields of own parts. Parts of this package also get the control
-            period, `period`, s.
+        given: Values of reserved fields of user-defined parts. Parts of this package also get the
+            control period, `period`, s.
     """
     found = {}
     for part in structure.parts:

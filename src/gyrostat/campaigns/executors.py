@@ -133,7 +133,7 @@ def processes(workers: int) -> Opener:
 
 
 def threads(workers: int) -> Opener:
-    """Create an opener of threads of this process; compiled C runs in parallel in them.
+    """Create an opener of threads in this process, in which compiled C runs in parallel.
 
     Args:
         workers: Number of threads.

@@ -122,7 +122,7 @@ def components_of(scenario: Scenario | Structure) -> dict[str, str]:
 def fitting_estimator(kinds: Mapping[str, str]) -> str:
     """Estimator that a scenario should have: its own one if that fits the sensors.
 
-    An own estimator fits all sensors, and an own controller can do without one.
+    A user-defined estimator fits all sensors, and a user-defined controller can do without one.
 
     Args:
         kinds: Section -> kind.
@@ -251,7 +251,7 @@ def measured(
 
 
 def own_event_keys(kind: str, sources: tuple[Source, ...]) -> dict[str, Key]:
-    """Keys of an own event.
+    """Keys of a user-defined event.
 
     Args:
         kind: Kind of the event.

@@ -106,7 +106,7 @@ MAGNETIC_CONTROLLERS: dict[str, PlannedController] = {
 }
 UNLOADINGS: dict[str, Component] = {
     "none": Component(
-        "No unloading beside that of the controller.",
+        "No unloading in addition to that of the controller.",
         {},
         lambda options, controller, known: controller,
     ),

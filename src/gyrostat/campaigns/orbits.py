@@ -29,8 +29,8 @@ _INDICES: dict[str, Key] = {
     "phase": Key(
         "angle",
         0.0,
-        "Start of the run later by this part of an orbital period, 360 deg for one period; the "
-        "Earth and the Sun are those of that time.",
+        "Delay of the start of the run, 360 deg for one orbital period; Earth and Sun are those "
+        "of the delayed time.",
         least=0.0,
         most=tau,
     ),

@@ -85,7 +85,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Source:
-    """Text that belongs to a scenario, such as a Python file of own parts, by its content.
+    """Text that belongs to a scenario, such as a Python file of user-defined parts, by its content.
 
     Attributes:
         path: Path relative to the folder of the scenario, with "/" between folders; or the place in
@@ -143,7 +143,8 @@ class Scenario:
         texts: Texts that are no numbers, by their place: the tables of the reference attitude, by
             content, such as "reference.mode.NAME"; of the orbit, "orbit.epoch" and its elements.
         parts: Further components, in the order of the file.
-        sources: Python files of own parts and the local modules that they import, sorted by path.
+        sources: Python files of user-defined parts and the local modules that they import, sorted
+            by path.
         windows: Windows with metrics of their own.
         orbit: Kind of the orbit.
         unloading: Kind of the unloading of the wheels.

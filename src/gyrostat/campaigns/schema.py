@@ -16,11 +16,11 @@ from gyrostat.core.validation import LARGEST
 class Key:
     """Entry of the schema: a number or array in a scenario.
 
-    It describes a field of an own part: `Annotated[float, Key("N·m", least=0.0)]`.
+    It describes a field of a user-defined part: `Annotated[float, Key("N·m", least=0.0)]`.
 
     Attributes:
         dimension: Key of `gyrostat.core.units.SI_UNIT`; or `ANY_UNIT`; or the SI unit of a number
-            that is given without unit. For a field of an own part, the SI unit in any case.
+            that is given without unit. For a field of a user-defined part, the SI unit in any case.
         default: Default value, SI, one for all components or one for each; None if the key is
             required.
         meaning: One sentence for the documentation.

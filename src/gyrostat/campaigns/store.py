@@ -88,7 +88,7 @@ class Store:
             os.close(handle)
 
     def read(self) -> Campaign | None:
-        """Campaign of the folder; None if there is none; see `read_campaign`."""
+        """Campaign stored in the folder, or None; see `read_campaign`."""
         return read_campaign(self._description)
 
     def known(self) -> Campaign:

@@ -37,8 +37,9 @@ WHEEL_PARTS: dict[str, tuple[str, dict[str, Key]]] = {
         },
     ),
     "wear": (
-        "Wear of the wheels, which the null-space control of a `wheel_array` lets turn the slower, "
-        "and lets cross zero and bands the less. Omit the section for wheels without wear.",
+        "Wear of the wheels. The null-space control of a `wheel_array` keeps the speed of a worn "
+        "wheel lower, and lets it cross zero and bands less often. Omit the section for wheels "
+        "without wear.",
         {
             "wear": positive("1", 1.0, "Friction over that of a wheel without wear, or a weight."),
         },

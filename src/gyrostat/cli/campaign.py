@@ -76,10 +76,12 @@ def _run_json(run: "Labelled") -> str:
 
 def check(
     scenario: Annotated[Path, typer.Argument(help="Scenario file, scenario.toml.")],
-    force: ForceModel = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Accept a wheel model that is marked as impossible.")
+    ] = False,
     json_output: Json = False,
 ) -> None:
-    """Check a scenario and its own parts without simulating it."""
+    """Check a scenario and the parts of yours that it names, without a simulation."""
     found = call(verbs.check, locals())
     if json_output:
         print(json.dumps({"components": found}, indent=1, ensure_ascii=False))
@@ -112,12 +114,12 @@ def campaign(
     rare: Annotated[
         str | None,
         typer.Option(
-            help='Estimate the probability of a failure: "error_max > 0.5 deg". --runs: at most.'
+            help='Estimate the probability of a failure, "error_max > 0.5 deg", in --runs or less.'
         ),
     ] = None,
     worst_case: Annotated[
         str | None,
-        typer.Option(help="Search for the worst case of this metric, with at most --runs."),
+        typer.Option(help="Search for the worst case of this metric in --runs or less."),
     ] = None,
     within: Annotated[
         str | None,
@@ -159,7 +161,7 @@ def tune(
     verify: Verify = False,
     json_output: Json = False,
 ) -> None:
-    """Search for the best values of free numbers, and prove them on fresh runs."""
+    """Search for the best values of free keys, and verify them in fresh runs."""
     options = {**locals(), "subject_to": subject_to or ()}
     with _Progress() as told:
         found = call(verbs.tune, options, on_progress=told, command=command_line())

@@ -26,7 +26,7 @@ def recover(
     brake: Annotated[
         list[str] | None,
         typer.Option(
-            help="What brakes a failed wheel: NAME=8s (time constant of its short-circuited motor) "
+            help="Brake of a failed wheel: NAME=8s (time constant of its short-circuited motor) "
             "or NAME=20mN·m (torque with which the motor still brakes)."
         ),
     ] = None,

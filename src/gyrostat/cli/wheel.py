@@ -57,7 +57,7 @@ def identify(
         typer.Option(help="Inertia of rotor and flywheel, kg·m² or with a unit; '1.5e-3 +- 1 %'."),
     ] = None,
     current_scale: Annotated[
-        str | None, typer.Option(help="True / measured current: '+- 1 %', '1.01 +- 0.5 %'.")
+        str | None, typer.Option(help="True divided by measured current: '1.01 +- 0.5 %'.")
     ] = None,
     speed_scale: Annotated[str | None, typer.Option(help="True divided by measured speed.")] = None,
     clock: Annotated[str | None, typer.Option(help="True divided by recorded time.")] = None,
@@ -71,8 +71,8 @@ def identify(
     hold: Annotated[
         list[str] | None, typer.Option(help="Hold a parameter: NAME=VALUE, or NAME at its default.")
     ] = None,
-    free: Annotated[list[str] | None, typer.Option(help="Further NAME to estimate.")] = None,
-    prior: Annotated[list[str] | None, typer.Option(help="A-priori NAME=MEAN:SIGMA.")] = None,
+    free: Annotated[list[str] | None, typer.Option(help="NAME to estimate too.")] = None,
+    prior: Annotated[list[str] | None, typer.Option(help="Prior: NAME=MEAN:SIGMA.")] = None,
     start: Annotated[list[str] | None, typer.Option(help="Start value NAME=VALUE.")] = None,
     speed_sigma: Annotated[
         str | None,
@@ -120,7 +120,7 @@ def validate(
     out: Out,
     sheet: Annotated[
         str | None,
-        typer.Option(help="Data sheet with acceptance limits: a .toml file, or a name of ours."),
+        typer.Option(help="Data sheet with limits: a .toml file, or the name of one of gyrostat."),
     ] = None,
     hold: Annotated[
         list[str] | None,
@@ -166,7 +166,7 @@ def bench(
         typer.Option(help="Parameter or difference to determine, such as static-coulomb."),
     ] = None,
     target_sigma: Annotated[
-        str | None, typer.Option(help="Its wanted sigma, SI or with a unit; A,B for two.")
+        str | None, typer.Option(help="Wanted sigma of --design, with or without unit; A,B.")
     ] = None,
     max_speed: Annotated[
         str | None, typer.Option(help="Largest speed of a designed record, rad/s.")

@@ -21,19 +21,19 @@ def measured(measurement: Any, name: str, controller: str) -> Any:
     if not hasattr(measurement, name):
         fields = ", ".join(getattr(measurement, "_fields", ())) or "no fields"
         raise InputError(
-            f"{controller}: found a measurement of {fields}, expected the field {name} too, from a "
-            f"further sensor of this name"
+            f"{controller}: found a measurement of {fields}, expected the field {name} too, from "
+            f"an added sensor of this name"
         )
     return getattr(measurement, name)
 
 
 def with_wheel_friction(measurement: Any, friction: PerWheel) -> Any:
-    """Measurement for the controller inside a friction compensator.
+    """Add the compensated friction to the measurement that the wrapped controller gets.
 
     Args:
         measurement: Measurement.
-        friction: Friction torque of each wheel that the compensator makes up for, (wheels,), N·m,
-            the field `wheel_friction`; that of a compensator further out is added.
+        friction: Friction torque that the compensator compensates, (wheels,), N·m. The field
+            `wheel_friction` is the sum over all compensators around the controller.
     """
     if hasattr(measurement, "wheel_friction"):
         return measurement._replace(wheel_friction=measurement.wheel_friction + friction)

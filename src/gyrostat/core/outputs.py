@@ -129,7 +129,7 @@ def _parsed(content: Any) -> dict[str, Entry]:
 
 
 def check_outputs(folder: Path, names: Iterable[str], *, by: str, force: bool = False) -> None:
-    """Check, before long work, that files can be written and that none of the user is in the way.
+    """Check, before a long computation, that files can be written without replacing the user's.
 
     Args:
         folder: Output folder; need not exist yet.

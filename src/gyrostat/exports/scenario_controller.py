@@ -21,7 +21,7 @@ from gyrostat.exports.targets import flight_loop
 
 
 def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
-    """Flight module of the controller that a scenario names, own parts included.
+    """Flight module of the controller that a scenario names, user-defined parts included.
 
     The module has the estimator and the compensator of the scenario, and its limits of measurements
     (without a [guard], values only have to be finite). Events and dispersions have no effect: the

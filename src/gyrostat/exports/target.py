@@ -51,7 +51,7 @@ class Target:
         return (*self.begin, *self.steps)
 
     def run(self) -> list[dict[str, Any]]:
-        """Results of the test run in Python: a dict name -> value of every result for each step."""
+        """Run the test in Python; return, for each step, a dict of result name -> value."""
         values = {name: as_arrays(value) for name, value in self.constants.items()}
         # functions that are called once are not worth compiling
         called = {entry.name: entry.function for entry in self.begin}

@@ -74,7 +74,7 @@ class _Choice:
 
 
 def _restored(record: Record) -> Record:
-    """Record with a missing sign restored and stretches of clipped current cut out."""
+    """Record with a missing sign restored and intervals of clipped current removed."""
     finding = lost_sign(record)
     if finding is not None:
         record = RESTORE[finding.names[0]](record) or record

@@ -19,17 +19,17 @@ from gyrostat.telemetry.cuts import segmented
 from gyrostat.telemetry.signals import runs
 
 STRETCHES = (2, 16)
-"""Smallest and largest number of stretches at the largest current that may be clipped."""
+"""Smallest and largest number of intervals at the largest current that may be clipped."""
 EXCEEDED, BELOW = 0.1, -0.05
 """Smallest excess of a true current over its limit that is reported, and smallest excess of any
-stretch, relative to the limit. A drift of friction by 10 % changes the torque by less."""
+interval, relative to the limit. A drift of friction by 10 % changes the torque by less."""
 CLEAR_F = 10.0
 """Smallest F statistic of the regression with the true currents against that without: a hundred
 thousandth of records without clipping reach it by noise."""
 
 
 def _stretches(record: Record) -> list[tuple[int, int]]:
-    """First index and index after the last of each stretch of largest current, of either sign."""
+    """First index, and index after the last, of each interval of largest current of either sign."""
     largest = np.max(np.abs(record.current))
     return sorted(runs(record.current == largest) + runs(record.current == -largest))
 
@@ -76,7 +76,7 @@ def clipped_current(record: Record) -> Finding | None:
 
 
 def without_clipped(record: Record) -> Record:
-    """Cut the stretches of largest current out of a record.
+    """Remove the intervals of clipped current from a record.
 
     Args:
         record: Record with a clipped current.
@@ -87,5 +87,5 @@ def without_clipped(record: Record) -> Record:
     for first, last in stretches:
         after[first + 1 : last + 1] = True
     samples = sum(last - first for first, last in stretches)
-    note = f"current clipped: cut at {samples} samples ({len(stretches)} stretches)"
+    note = f"current clipped: cut at {samples} samples ({len(stretches)} intervals)"
     return segmented(record, after, record.valid, (*record.notes, note))

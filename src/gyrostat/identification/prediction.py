@@ -72,7 +72,7 @@ class Linearisation(NamedTuple):
 
 
 def over_intervals(values: Matrix) -> Matrix:
-    """Means over the interval before each sample of values at the samples, (N, ...)."""
+    """Mean value over the interval before each sample, by the trapezoidal rule, (N, ...)."""
     return np.concatenate([values[:1], 0.5 * (values[1:] + values[:-1])])
 
 

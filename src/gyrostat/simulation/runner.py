@@ -34,7 +34,7 @@ def by_engine(engine: str, attempt: Callable[[str], Any]) -> Any:
         Result of the function.
 
     Raises:
-        InputError: The function raises it; with "auto", for JAX.
+        InputError: Raised by the function; with "auto", only by its call for JAX.
     """
     if engine == "auto":
         with contextlib.suppress(InputError):

@@ -137,7 +137,7 @@ def body_torque(torque: Any, place: str) -> Vector3:
 
 
 def torque_models(models: Any) -> Any:
-    """Environment as a tuple.
+    """Convert the torque models of an environment to a tuple.
 
     Args:
         models: Tuple or list of torque models.

@@ -20,7 +20,7 @@ def scatter(values: NDArray[np.float64]) -> float:
 
 
 def runs(at: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First index and index after the last of each run of True.
+    """Start and end (exclusive) of each run of True.
 
     Args:
         at: Flags, (N,).

@@ -52,8 +52,8 @@ def export(
 
     A complete part, such as an `EstimatingCompensator`, is exported as it is. For a wheel, its
     model or an identification, the part is designed from `what` and the options. Of a scenario, the
-    controller is exported with its estimator, compensator and [guard], own parts included; the
-    control period is that of the scenario.
+    controller is exported with its estimator, compensator and [guard], including user-defined
+    parts; the control period is that of the scenario.
 
     The emitted code validates every input: finite, within its range and its rate limit.
 

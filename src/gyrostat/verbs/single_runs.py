@@ -43,8 +43,8 @@ def simulate(
         verify: Whether to make the compiled program again and compare it with the stored one.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
-        changes: Changes of the scenario, see `gyrostat.campaigns.Scenario.replace`: own parts as
-            objects, `controller=EarthPointer(kp=0.02)`, or other values.
+        changes: Changes of the scenario, see `gyrostat.campaigns.Scenario.replace`: user-defined
+            parts as objects, `controller=EarthPointer(kp=0.02)`, or other values.
 
     Returns:
         Histories over `time`: state, measurements, commands and `error` (pointing error, rad), with

@@ -145,9 +145,10 @@ class BristleEquations(eqx.Module):
         return angle / most * jnp.abs(deflection) / most
 
     def step_limits(self, state: Bristled) -> tuple[Scalar, Scalar]:
-        """Longest first step and longest step, s.
+        """Longest first step and longest later step, s.
 
-        The first does not step over the bend of a friction curve, the others resolve the carrier.
+        The first step does not skip the curved part of a friction curve near rest. The later steps
+        resolve the motion of the carrier.
         """
         whole = self.rate(state, jnp.zeros(()))
         before, change = (Motion(self.speed(y), y.carrier) for y in (state, whole))

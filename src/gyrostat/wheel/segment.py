@@ -172,7 +172,7 @@ def within(time, latest):
 
 
 def falls_through_zero(height, start_rate, end_rate, length):
-    """Zero of the parabola with this height, rate and final rate, where it falls, s."""
+    """Time at which a falling parabola of given height, initial and final rate is zero, s."""
     bend = (end_rate - start_rate) / jnp.where(length > 0.0, length, 1.0)
     root = jnp.sqrt(jnp.maximum(start_rate**2 - 2.0 * bend * height, 0.0))
     falls_at_once = start_rate < 0.0

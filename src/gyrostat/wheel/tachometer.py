@@ -131,7 +131,7 @@ class LowPass(Checked):
     time_constant: Annotated[Scalar, positive("low pass time constant", "s")]
 
     def start(self, state: Any, period: Scalar) -> tuple[Any, Array, Array, Scalar]:
-        """Memory of the sensor, filtered value, whether there is one, and decay of the filter."""
+        """Memory of the sensor, filtered value, whether it is initialised, and filter decay."""
         decay = jnp.exp(-period / self.time_constant)
         memory = self.sensor.start(state, period)
         value = jax.eval_shape(self.sensor, memory, state, jax.random.key(0))[1]

@@ -1,4 +1,4 @@
-"""Lists of own parts of a scenario from Python objects."""
+"""Lists of user-defined parts of a scenario from Python objects."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -84,7 +84,7 @@ def own_list(scenario: Scenario, argument: str, given: Any) -> list[Named]:
 
 
 def with_list(scenario: Scenario, argument: str, found: list[Named]) -> Scenario:
-    """Scenario with another list of own parts, which replaces all parts of this section.
+    """Scenario with another list of user-defined parts, which replaces all parts of this section.
 
     Events of this package stay.
 

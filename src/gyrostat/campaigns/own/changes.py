@@ -59,8 +59,8 @@ def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
     lost = [key for key in scenario.dispersed if key not in scenario.values]
     if lost:
         raise InputError(
-            f"{scenario.name}: found a dispersion of {lost[0]}, which the replaced component had, "
-            "expected dispersions of the keys of the new one (dispersions=())"
+            f"{scenario.name}: found a dispersion of {lost[0]}, a key of the replaced component, "
+            "expected dispersions of the keys of the new one, or dispersions=() for none"
         )
     try:
         return validated(scenario)
@@ -79,7 +79,7 @@ def _with_component(
     if isinstance(given, str):
         if given not in KINDS[section] and not (is_own(given) and section in OWN):
             raise Table(Path(scenario.name), "", {}).refuse(
-                section, given, f"one of {', '.join(KINDS[section])}, or an object of an own class"
+                section, given, f"one of {', '.join(KINDS[section])}, or an object of your class"
             )
         kind = given
     else:
@@ -112,7 +112,7 @@ def _with_component(
 
 
 def _with_list(scenario: Scenario, argument: str, given: Any) -> Scenario:
-    """Scenario with another list of own parts."""
+    """Scenario with another list of user-defined parts."""
     found = own_list(scenario, argument, given)
     sources = _kept(scenario, LISTS[argument])
     for part in found:
@@ -121,7 +121,7 @@ def _with_list(scenario: Scenario, argument: str, given: Any) -> Scenario:
 
 
 def _kept(scenario: Scenario, section: str) -> tuple[Source, ...]:
-    """Files of a scenario, if own parts of other sections need them."""
+    """Files of a scenario, if user-defined parts of other sections need them."""
     kinds = [getattr(scenario, name) for name in KINDS if name != section]
     kinds += [part.kind for part in scenario.parts if part.section != section]
     kinds += [event.kind for event in scenario.events if section != "event"]
@@ -140,8 +140,8 @@ def _joined(
     for source in further:
         if found.setdefault(source.path, source) != source:
             raise InputError(
-                f"{scenario.name}: found two different files {source.path}, expected own parts "
-                "from files with different names"
+                f"{scenario.name}: found two different files {source.path}, expected files with "
+                "different names"
             )
     return tuple(found[path] for path in sorted(found))
 

@@ -1,4 +1,4 @@
-"""Contracts of own parts as protocols, which a type checker checks.
+"""Contracts of user-defined parts as protocols, which a type checker checks.
 
 `part: Controller = EarthPointer(kp=0.02)` lets a type checker compare a class with its contract. A
 part does not inherit from its protocol. docs/your_own_parts.md has an example of each.

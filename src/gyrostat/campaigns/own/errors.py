@@ -1,4 +1,4 @@
-"""Mistakes in own parts, each reported in one line: the part, what was found, what was expected."""
+"""Mistakes in user-defined parts, each in one line: part, what was found, what was expected."""
 
 import contextlib
 import dataclasses
@@ -44,7 +44,7 @@ ADVICE: tuple[tuple[type[Exception], str, str], ...] = (
 
 
 class OwnError(InputError):
-    """Mistake in an own part; its message names the part."""
+    """Mistake in a user-defined part; its message names the part."""
 
 
 @contextlib.contextmanager

@@ -40,7 +40,7 @@ def own_object(section: str, given: Any) -> OwnObject:
 
     Args:
         section: Section of the scenario, such as "controller".
-        given: Instance of an own class; or the class itself, for the default values.
+        given: Instance of a user-defined class; or the class itself, for the default values.
 
     Raises:
         InputError: The class cannot be found in a file or extracted from a script, or a field is
@@ -107,7 +107,7 @@ def _source(place: str, made: Any) -> tuple[str, tuple[Source, ...]]:
         )
     if made.__module__.partition(".")[0] == "gyrostat":
         raise OwnError(
-            f"{place}: found a class of gyrostat, expected an own class, or a kind by its name"
+            f"{place}: found a class of gyrostat, expected a class of yours, or a kind by its name"
         )
     depth = made.__module__.count(".") + (path.name == "__init__.py")
     folder = path.resolve().parents[depth]

@@ -143,7 +143,7 @@ def _as_module(part: OwnPart, found: type) -> type:
         return found
     if not dataclasses.is_dataclass(found):
         if "__init__" in vars(found):
-            raise part.refuse("an own __init__", "annotated fields such as `gain: float` instead")
+            raise part.refuse("a method __init__", "annotated fields such as `gain: float` instead")
     elif not found.__dataclass_params__.frozen:  # pyright: ignore[reportAttributeAccessIssue]
         raise part.refuse("a dataclass that can change", "@dataclass(frozen=True)")
     return _registered(found)
@@ -236,7 +236,7 @@ def _in_world(wrapper: Callable[[Any, str], Any], call: str, **methods: str) -> 
 
 
 def _profile(part: OwnPart) -> Any:
-    """Function that makes the attitude over time of an own reference or mode."""
+    """Function that makes the attitude over time of a user-defined reference or mode."""
     if inspect.isclass(part.made):
         part = part.with_methods(__call__="(time), which returns a quaternion (4,)")
 
@@ -275,7 +275,7 @@ OWN: dict[str, Callable[[OwnPart], Any]] = {
         result="(memory), which returns a number",
     ),
 }
-"""Section of a scenario -> function that makes the component of an own part."""
+"""Section of a scenario -> function that makes the component of a user-defined part."""
 
 
 @lru_cache(maxsize=64)

@@ -1,4 +1,4 @@
-"""Read the Python files of own parts below the folder of a scenario."""
+"""Read the Python files of user-defined parts below the folder of a scenario."""
 
 import ast
 import importlib.util
@@ -17,7 +17,7 @@ INSTALLED = ("site-packages", "dist-packages")
 
 
 def own_kind(table: Table) -> str:
-    """Kind of an own part from the key `python` of a table, "FILE.py:NAME".
+    """Kind of a user-defined part from the key `python` of a table, "FILE.py:NAME".
 
     Raises:
         InputError: The table also has a `kind`, or the text has another form.
@@ -33,7 +33,7 @@ def own_kind(table: Table) -> str:
 
 
 def own_sources(top: Table, kinds: Mapping[str, str]) -> tuple[Source, ...]:
-    """Files that the own parts of a scenario name, and the local modules that they import.
+    """Files that the user-defined parts of a scenario name, and the local modules that they import.
 
     Args:
         top: Top-level table of the scenario file.

@@ -1,4 +1,4 @@
-"""Python files of own parts: collected by content, and loaded from their content.
+"""Python files of user-defined parts: collected by content, and loaded from their content.
 
 The files that a scenario names, and the modules below its folder that they import, are part of the
 scenario. Every process loads them from their texts, as modules of a private package that is named

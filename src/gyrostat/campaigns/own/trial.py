@@ -1,4 +1,4 @@
-"""Trial of own parts: one control period on shapes alone, and the first command in numbers."""
+"""Trial of user-defined parts: one control period on shapes alone, then the first command."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -27,7 +27,7 @@ def try_shapes(scenario: Scenario, plans: Plans) -> None:
     """Trace one control period of a scenario, so that every part is called once.
 
     Raises:
-        InputError: An own part cannot be traced, or returns something else than expected.
+        InputError: A user-defined part cannot be traced, or returns something else than expected.
     """
     structure = structure_of(scenario)
 
@@ -108,7 +108,7 @@ def say_bad_commands(
 
 
 def _own_names(scenario: Scenario) -> str:
-    """Names of the own parts that compute the command."""
+    """Names of the user-defined parts that compute the command."""
     named = {name: getattr(scenario, name) for name in LOOP}
     modes = [part for part in scenario.parts if part.section == "reference.mode"]
     named |= {f"{part.section}.{part.name}": part.kind for part in modes}

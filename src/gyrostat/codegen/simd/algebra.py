@@ -28,7 +28,7 @@ class Known(Protocol):
         ...
 
     def is_exact(self, of: Assign) -> bool:
-        """Whether the result of a statement must not change by rounding."""
+        """Whether a replacement of this statement must give the same bits."""
         ...
 
     def reciprocal(self, of: Assign, divisor: Operand) -> Operand | None:

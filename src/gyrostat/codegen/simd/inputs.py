@@ -40,7 +40,7 @@ def inputs_of(avals: Iterable[Any], own: Sequence[bool]) -> list[Scalars | Data]
 def parameters_of(
     inputs: Sequence[Scalars | Data], own: Sequence[bool], body: Block
 ) -> tuple[dict[Name, int], dict[Name, int]]:
-    """Parameters shared by all runs, and those that differ between runs, with their words.
+    """Parameters shared by all runs, and those that differ between runs, with their places.
 
     Args:
         inputs: Inputs.

@@ -88,7 +88,7 @@ class AttitudePID(Checked):
         return PIDMemory(summed, memory.period), torque
 
     def within_limit(self, before: PIDMemory, after: PIDMemory, cut: Scalar) -> PIDMemory:
-        """Undo the update of the sum if it drives the command further beyond a limit (anti-windup).
+        """Undo the update of the integral if it increases the saturation (anti-windup).
 
         Args:
             before: Memory before the sample.

@@ -35,9 +35,9 @@ class StateDependentRiccati(Checked):
         factorisation: Function (x, ...) -> A, B.
         state_weight: Weight Q, (n, n), symmetric, positive semidefinite.
         input_weight: Weight R, (m, m), symmetric, positive definite.
-        reading: Function from a measurement to the arguments of the factorisation. The first one is
-            the state x, the deviations from the target. The default takes `state` of the
-            measurement.
+        reading: Function from a measurement to the arguments of the factorisation. The first
+            argument is the state x, the deviation from the target. The default takes the field
+            `state` of the measurement.
         doublings: Fixed number of doublings for the Riccati equation.
     """
 

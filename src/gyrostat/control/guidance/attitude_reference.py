@@ -59,7 +59,7 @@ class Motion(NamedTuple):
 
     @property
     def reference(self) -> AttitudeReference:
-        """Attitude, rate and acceleration; q*' q' has no vector part and |q| does not change."""
+        """Attitude, rate and acceleration, for a unit quaternion: q*' q' has no vector part."""
         rate, acceleration = (rate_of(self.attitude, each) for each in (self.slope, self.bend))
         return AttitudeReference(self.attitude, rate, acceleration)
 

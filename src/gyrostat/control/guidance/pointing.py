@@ -21,12 +21,12 @@ Aim = Callable[[OrbitEnvironment, Scalar], tuple[Vector3, Vector3]]
 
 
 def to_earth(orbit: OrbitEnvironment, time: Scalar) -> tuple[Vector3, Vector3]:
-    """Directions to the centre of the Earth and of the velocity."""
+    """Direction to the centre of the Earth, and direction of the velocity."""
     return -orbit.position(time), orbit.velocity(time)
 
 
 def to_sun(orbit: OrbitEnvironment, time: Scalar) -> tuple[Vector3, Vector3]:
-    """Directions to the Sun and of the orbit normal."""
+    """Direction to the Sun, and direction of the orbit normal."""
     position = orbit.position(time)
     return orbit.sun(time) - position, jnp.cross(position, orbit.velocity(time))
 

@@ -40,7 +40,7 @@ class MomentumAngles(NamedTuple):
 
 
 def momentum_frame(axis: Vector3, momentum: Vector3) -> MomentumFrame:
-    """Components of a momentum relative to an axis of unit length, both in body axes."""
+    """Components of a momentum along and across a unit vector, both in body axes."""
     along = axis @ momentum
     plane = momentum - along * axis
     # avoids a division by zero if axis and momentum are parallel

@@ -96,7 +96,7 @@ class LuGre(Checked):
 
     @classmethod
     def dimensions(cls) -> dict[str, str]:
-        """Parameter names with a Stribeck curve -> dimension; see `Friction.dimensions`."""
+        """Name of each parameter, with a Stribeck curve -> dimension; see `Friction.dimensions`."""
         return {**Stribeck.dimensions(), **_BRISTLES}
 
     def parameters(self) -> dict[str, Scalar]:
