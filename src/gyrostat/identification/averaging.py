@@ -49,17 +49,6 @@ class Effect:
     sigma: float | None
     unit: str
 
-    def to_dict(self) -> dict[str, object]:
-        """Row of the effects in fit.json."""
-        return {
-            "name": self.name,
-            "title": self.title,
-            "probability": self.probability,
-            "value": self.value,
-            "sigma": self.sigma,
-            "unit": self.unit,
-        }
-
 
 @dataclass(frozen=True)
 class Average:

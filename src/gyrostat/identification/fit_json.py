@@ -53,7 +53,7 @@ def content(fit: "Fit") -> dict[str, object]:
         "tolerances": _tolerances(fit),
         "correlation": {"names": list(fit.names), "matrix": fit.correlation.tolist()},
         "held": dict(fit.held),
-        "effects": [effect.to_dict() for effect in fit.effects],
+        "effects": [asdict(effect) for effect in fit.effects],
         "candidates": [asdict(score) for score in fit.scores],
         "diagnosis": [finding.to_dict() for finding in fit.findings],
         "residuals": None if fit.whiteness is None else fit.whiteness.to_dict(),
