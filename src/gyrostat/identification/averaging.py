@@ -49,6 +49,11 @@ class Effect:
     sigma: float | None
     unit: str
 
+    @property
+    def likely(self) -> bool:
+        """Whether it is more likely present than absent."""
+        return self.probability > 0.5
+
 
 @dataclass(frozen=True)
 class Average:

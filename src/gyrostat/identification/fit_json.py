@@ -97,10 +97,9 @@ def read_fit(
     stated: bool = True,
 ) -> T:
     """Read a fit.json; for the arguments and errors see `parsed`."""
+    text = read_text(path, "a fit.json")
     try:
-        content = json.loads(read_text(path, "a fit.json"))
-    except InputError:
-        raise
+        content = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError(
             f"{path}: found invalid JSON ({error}), expected a fit.json of gyrostat identify"

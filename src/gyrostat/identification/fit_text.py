@@ -7,22 +7,13 @@ import numpy as np
 
 from gyrostat.core.text import aligned, measured, plain
 from gyrostat.core.units import RPM, SI_UNIT
-from gyrostat.identification.averaging import Effect
 
 if TYPE_CHECKING:
     from gyrostat.identification.fit import Fit
     from gyrostat.identification.posterior import Posterior
 
-LIKELY = 0.5
-"""Posterior probability from which an effect is listed in the table."""
-
 
 POSTERIOR_HEADER = ("posterior", "median", "95 % interval", "Gaussian 95 % interval", "unit")
-
-
-def likely(effect: Effect) -> bool:
-    """Whether an effect is more likely present than absent."""
-    return effect.probability > LIKELY
 
 
 def table(fit: "Fit") -> list[str]:
@@ -33,7 +24,7 @@ def table(fit: "Fit") -> list[str]:
     if fit.tolerances is not None:
         names = ("share of variance", *fit.variance_shares)
         tables.append(aligned(list(share_rows(fit)), names))
-    listed = [row for row, e in zip(effect_rows(fit), fit.effects, strict=True) if likely(e)]
+    listed = [row for row, e in zip(effect_rows(fit), fit.effects, strict=True) if e.likely]
     if listed:
         tables.append(aligned(listed, ("effect outside the model", "size", "probability")))
     lines += [f"  {line}" for rows in tables for line in rows]
