@@ -1,5 +1,6 @@
 """Simulations of the 14 cases, with the law evaluated at every stage of a Runge-Kutta step."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -111,6 +112,10 @@ class Flight:
         return float(np.sqrt(np.mean(np.sum(angles**2, axis=1))))
 
 
+Flights = Mapping[str, Mapping[str, Flight]]
+"""Runs by law and case."""
+
+
 @eqx.filter_jit
 def _continuous(law: Any, failing: Float[Array, "cases 3"], start: EulerState, count: int) -> Any:
     def single(times):
@@ -143,9 +148,8 @@ def flights(law: Any, duration: float = setup.DURATION) -> dict[str, Flight]:
         Run of each case.
     """
     count = round(duration / setup.STEP)
-    start = setup.HEALTHY.start(setup.ANGLES, setup.RATES)
     state, rate, valid, fine = jax.tree.map(
-        np.asarray, _continuous(law, jnp.asarray(setup.failure_times()), start, count)
+        np.asarray, _continuous(law, jnp.asarray(setup.failure_times()), setup.START, count)
     )
     found = {}
     for run, case in enumerate(setup.CASES):
