@@ -1,11 +1,13 @@
 """Comparison of fits as text."""
 
+from typing import Any
+
 from gyrostat.core.text import aligned, measured, plain
 from gyrostat.identification.fit_changes import FALSE_ALARMS, Comparison
 
-CHANGES = ("parameter", "fit", "against", "difference ± sigma", "unit", "p", "significant")
-TRENDS = ("parameter", "change per year ± sigma", "unit", "p", "significant")
-SPREADS = ("parameter", "mean ± sigma", "spread between wheels (95 %)", "unit", "p", "significant")
+_CHANGES = ("parameter", "fit", "against", "difference ± sigma", "unit", "p", "significant")
+_TRENDS = ("parameter", "change per year ± sigma", "unit", "p", "significant")
+_SPREADS = ("parameter", "mean ± sigma", "spread between wheels (95 %)", "unit", "p", "significant")
 YEAR = 365.25
 """Days of a year."""
 
@@ -18,7 +20,7 @@ def _yes(significant: bool) -> str:
     return "YES" if significant else "no"
 
 
-def change_rows(comparison: Comparison) -> list[tuple[str, ...]]:
+def _change_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     """Rows of the table of differences."""
     return [
         (
@@ -34,7 +36,7 @@ def change_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     ]
 
 
-def trend_rows(comparison: Comparison) -> list[tuple[str, ...]]:
+def _trend_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     """Rows of the table of trends."""
     return [
         (
@@ -48,7 +50,7 @@ def trend_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     ]
 
 
-def spread_rows(comparison: Comparison) -> list[tuple[str, ...]]:
+def _spread_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     """Rows of the table of spreads between wheels."""
     return [
         (
@@ -60,6 +62,20 @@ def spread_rows(comparison: Comparison) -> list[tuple[str, ...]]:
             _yes(s.significant),
         )
         for s in comparison.spreads
+    ]
+
+
+def tables(comparison: Comparison) -> list[tuple[str, tuple[str, ...], list[Any]]]:
+    """Title, header, and rows with their results, of each table that has a row."""
+    every = (
+        ("Differences", _CHANGES, _change_rows(comparison), comparison.changes),
+        ("Trends", _TRENDS, _trend_rows(comparison), comparison.trends),
+        ("Spread between wheels", _SPREADS, _spread_rows(comparison), comparison.spreads),
+    )
+    return [
+        (title, header, list(zip(rows, items, strict=True)))
+        for title, header, rows, items in every
+        if rows
     ]
 
 
@@ -87,11 +103,6 @@ def shared_text(comparison: Comparison) -> str:
 def comparison_table(comparison: Comparison) -> list[str]:
     """Format a comparison as the command line prints it, in lines."""
     lines = [shared_text(comparison)]
-    for rows, header in (
-        (change_rows(comparison), CHANGES),
-        (trend_rows(comparison), TRENDS),
-        (spread_rows(comparison), SPREADS),
-    ):
-        if rows:
-            lines += [f"  {line}" for line in aligned(rows, header)]
+    for _, header, rows in tables(comparison):
+        lines += [f"  {line}" for line in aligned([row for row, _ in rows], header)]
     return [*lines, *(f"note: {note}" for note in comparison.notes), verdict(comparison)]

@@ -58,7 +58,7 @@ class Finding:
     def to_dict(self) -> dict[str, object]:
         """Row of the diagnosis in fit.json."""
         lists = {name: list(getattr(self, name)) for name in ("names", "titles", "options")}
-        return asdict(self) | lists
+        return {**asdict(self), **lists}
 
 
 def fault(

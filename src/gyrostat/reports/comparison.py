@@ -7,16 +7,7 @@ from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.figure import Figure
 
 from gyrostat.identification import Comparison
-from gyrostat.identification.comparison_text import (
-    CHANGES,
-    SPREADS,
-    TRENDS,
-    change_rows,
-    shared_text,
-    spread_rows,
-    trend_rows,
-    verdict,
-)
+from gyrostat.identification.comparison_text import shared_text, tables, verdict
 from gyrostat.identification.fit_changes import DAY
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
 from gyrostat.reports.drawing import STYLE, literal, svg
@@ -42,15 +33,7 @@ def comparison_page(comparison: Comparison, *, command: str) -> str:
         shared=shared_text(comparison),
         verdict=verdict(comparison),
         figure=svg(comparison_figure(comparison)),
-        tables=[
-            (title, header, list(zip(rows, items, strict=True)))
-            for title, header, rows, items in (
-                ("Differences", CHANGES, change_rows(comparison), comparison.changes),
-                ("Trends", TRENDS, trend_rows(comparison), comparison.trends),
-                ("Spread between wheels", SPREADS, spread_rows(comparison), comparison.spreads),
-            )
-            if rows
-        ],
+        tables=tables(comparison),
     )
 
 

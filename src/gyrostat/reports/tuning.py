@@ -15,7 +15,7 @@ from gyrostat.campaigns.search.tuning import FoundTuning, found_tuning
 from gyrostat.campaigns.search.worst import at_bound
 from gyrostat.core.text import or_none
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.reports.campaign_run import IN_DEGREES, told
+from gyrostat.reports.campaign_run import labelled, shown_unit, told
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
 from gyrostat.reports.drawing import STYLE, literal, svg
 from gyrostat.reports.template import render
@@ -173,10 +173,8 @@ def front_figure(found: FoundTuning) -> Figure:
 
 def _shown(values: Vector, name: str, known: Any) -> tuple[Vector, str]:
     """Values of a metric in the unit of reports, and their label."""
-    unit = known[name].unit
-    if unit in IN_DEGREES:
-        values, unit = np.degrees(values), IN_DEGREES[unit]
-    return values, literal(name if unit == "1" else f"{name} ({unit})")
+    scale, unit = shown_unit(known[name].unit)
+    return scale * values, literal(labelled(name, unit))
 
 
 def _range(values: Vector, marked: Vector) -> tuple[float, float]:
