@@ -1,13 +1,12 @@
 """Figure of a sampled posterior."""
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
 from gyrostat.identification import Fit
 from gyrostat.identification.fit_text import estimate_of
 from gyrostat.reports.colours import BAND, MODEL
-from gyrostat.reports.drawing import STYLE
+from gyrostat.reports.drawing import panels
 
 COLUMNS = 3
 
@@ -21,9 +20,7 @@ def posterior_figure(fit: Fit) -> Figure:
     assert fit.posterior is not None
     marginals = fit.posterior.marginals
     rows = -(-len(marginals) // COLUMNS)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 2.2 * rows), layout="constrained")
-        grid = figure.subplots(rows, COLUMNS, squeeze=False)
+    with panels(rows, COLUMNS, height=2.2 * rows, squeeze=False) as (figure, grid):
         for axes, own in zip(grid.flat, marginals, strict=False):
             heights, edges = np.histogram(own.draws, bins=40, density=True)
             axes.stairs(heights, edges, fill=True, color=BAND)

@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -14,7 +13,7 @@ from gyrostat.core.text import or_none
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.reports.campaign_run import labelled, shown_unit, told
 from gyrostat.reports.colours import BAND, MARK, MODEL
-from gyrostat.reports.drawing import STYLE, literal, svg
+from gyrostat.reports.drawing import literal, panels, svg
 from gyrostat.reports.template import render
 
 LISTED = 100
@@ -153,9 +152,7 @@ def exceedance_figure(scenario: Scenario, found: Found) -> Figure:
     curves = exceedance(found, response)
     value = condition.bound + (response if condition.above else -response)
     scale, unit = shown_unit(metrics_of(scenario)[condition.metric].unit)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 3.6))
-        axes = figure.subplots()
+    with panels(width=7.0, height=3.6, layout=None) as (figure, axes):
         for curve in curves:
             axes.plot(scale * value, np.where(curve > 0.0, curve, np.nan), color=BAND, lw=0.8)
         mean = np.mean(curves, axis=0)

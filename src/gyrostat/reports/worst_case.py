@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -15,7 +14,7 @@ from gyrostat.campaigns.search.worst_case import FoundWorst, found_worst
 from gyrostat.core.text import or_none
 from gyrostat.reports.campaign_run import labelled, shown_unit, told
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
-from gyrostat.reports.drawing import STYLE, literal, svg
+from gyrostat.reports.drawing import literal, panels, svg
 from gyrostat.reports.template import render
 
 AT_BOUND = 0.99
@@ -119,9 +118,7 @@ def progress_figure(found: FoundWorst) -> Figure:
     value = found.question.response(found.stored.columns) * scale
     value = np.where(np.isfinite(value), value, np.nan)
     largest = np.fmax.accumulate(value)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 3.2))
-        axes = figure.subplots()
+    with panels(width=7.0, height=3.2, layout=None) as (figure, axes):
         runs = np.arange(len(value))
         axes.plot(runs, value, ".", ms=1.2, color=MEASURED, rasterized=True)
         axes.plot(runs, largest, color=MODEL, lw=1.4)

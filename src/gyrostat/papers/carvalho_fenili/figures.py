@@ -9,8 +9,9 @@ from matplotlib.lines import Line2D
 from gyrostat.failures import Recovery
 from gyrostat.papers.carvalho_fenili import setup
 from gyrostat.papers.carvalho_fenili.flights import Flight, Flights
-from gyrostat.papers.figures import GREEN, GREY, INK, Drawing, label_edges, panels
+from gyrostat.papers.figures import GREEN, GREY, INK, Drawing, label_edges
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
+from gyrostat.reports.drawing import panels
 
 COLOURS = (MODEL, MARK, GREEN)
 LABELS = ("θ - π/2", "φ", "ψ")
