@@ -137,17 +137,16 @@ def _continuous(law: Any, failing: Float[Array, "cases 3"], start: EulerState, c
     return jax.vmap(single)(failing)
 
 
-def flights(law: Any, duration: float = setup.DURATION) -> dict[str, Flight]:
+def flights(law: Any) -> dict[str, Flight]:
     """Simulate all cases with a law.
 
     Args:
         law: Function from the state to the torque, (3,), N·m.
-        duration: Duration, s.
 
     Returns:
         Run of each case.
     """
-    count = round(duration / setup.STEP)
+    count = round(setup.DURATION / setup.STEP)
     state, rate, valid, fine = jax.tree.map(
         np.asarray, _continuous(law, jnp.asarray(setup.failure_times()), setup.START, count)
     )

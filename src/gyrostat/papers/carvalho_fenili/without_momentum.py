@@ -118,7 +118,7 @@ def draw(random: np.random.Generator, one: Requirement, *, tilted: bool) -> Disp
     )
 
 
-def times(one: Requirement, cases: int, say: Say, seed: int = 1) -> Vector:
+def times(one: Requirement, cases: int, say: Say) -> Vector:
     """Settling times, (cases,), s; infinite if a case does not settle.
 
     Settled means below 0.05 deg and 1e-4 rad/s from then on, to the end of the run.
@@ -127,9 +127,8 @@ def times(one: Requirement, cases: int, say: Say, seed: int = 1) -> Vector:
         one: Set of cases.
         cases: Number of cases.
         say: Called after each block.
-        seed: Seed of the cases.
     """
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(1)
     drawn = [draw(random, one, tilted=k % 2 == 1) for k in range(cases)]
 
     def block(some: list[Dispersed]) -> Vector:
