@@ -3,79 +3,58 @@
 from typing import Any
 
 from gyrostat.core.text import aligned, measured, plain
-from gyrostat.identification.fit_changes import FALSE_ALARMS, Comparison
+from gyrostat.identification.fit_changes import (
+    FALSE_ALARMS,
+    BatchSpread,
+    Change,
+    Comparison,
+    Trend,
+)
 
-_CHANGES = ("parameter", "fit", "against", "difference ± sigma", "unit", "p", "significant")
-_TRENDS = ("parameter", "change per year ± sigma", "unit", "p", "significant")
-_SPREADS = ("parameter", "mean ± sigma", "spread between wheels (95 %)", "unit", "p", "significant")
 YEAR = 365.25
 """Days of a year."""
 
 
-def _chance(value: float) -> str:
-    return "< 0.0001" if value < 1e-4 else f"{value:.4f}"
+def _change(item: Change) -> tuple[str, ...]:
+    difference = ""
+    if item.difference is not None and item.sigma is not None:
+        difference = measured(item.difference, item.sigma)
+    return item.parameter, item.fit, item.reference, difference, item.unit
 
 
-def _yes(significant: bool) -> str:
-    return "YES" if significant else "no"
+def _trend(item: Trend) -> tuple[str, ...]:
+    slope = measured(YEAR * item.slope, YEAR * item.sigma)
+    return item.parameter, slope, f"{item.unit} per year"
 
 
-def _change_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Rows of the table of differences."""
-    return [
-        (
-            c.parameter,
-            c.fit,
-            c.reference,
-            "" if c.difference is None or c.sigma is None else measured(c.difference, c.sigma),
-            c.unit,
-            _chance(c.chance),
-            _yes(c.significant),
-        )
-        for c in comparison.changes
-    ]
+def _spread(item: BatchSpread) -> tuple[str, ...]:
+    spread = f"{plain(item.spread, 3)} ({plain(item.low, 2)} to {plain(item.high, 2)})"
+    return item.parameter, measured(item.mean, item.mean_sigma), spread, item.unit
 
 
-def _trend_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Rows of the table of trends."""
-    return [
-        (
-            t.parameter,
-            measured(YEAR * t.slope, YEAR * t.sigma),
-            f"{t.unit} per year",
-            _chance(t.chance),
-            _yes(t.significant),
-        )
-        for t in comparison.trends
-    ]
-
-
-def _spread_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Rows of the table of spreads between wheels."""
-    return [
-        (
-            s.parameter,
-            measured(s.mean, s.mean_sigma),
-            f"{plain(s.spread, 3)} ({plain(s.low, 2)} to {plain(s.high, 2)})",
-            s.unit,
-            _chance(s.chance),
-            _yes(s.significant),
-        )
-        for s in comparison.spreads
-    ]
+def _tested(item: Any) -> tuple[str, str]:
+    chance = "< 0.0001" if item.chance < 1e-4 else f"{item.chance:.4f}"
+    return chance, "YES" if item.significant else "no"
 
 
 def tables(comparison: Comparison) -> list[tuple[str, tuple[str, ...], list[Any]]]:
     """Title, header, and rows with their results, of each table that has a row."""
-    every = (
-        ("Differences", _CHANGES, _change_rows(comparison), comparison.changes),
-        ("Trends", _TRENDS, _trend_rows(comparison), comparison.trends),
-        ("Spread between wheels", _SPREADS, _spread_rows(comparison), comparison.spreads),
+    changes = ("parameter", "fit", "against", "difference ± sigma", "unit")
+    trends = ("parameter", "change per year ± sigma", "unit")
+    spreads = ("parameter", "mean ± sigma", "spread between wheels (95 %)", "unit")
+    every: tuple[Any, ...] = (
+        ("Differences", changes, _change, comparison.changes),
+        ("Trends", trends, _trend, comparison.trends),
+        ("Spread between wheels", spreads, _spread, comparison.spreads),
     )
     return [
-        (title, header, list(zip(rows, items, strict=True)))
-        for title, header, rows, items in every
-        if rows
+        (
+            title,
+            (*header, "p", "significant"),
+            [((*text(item), *_tested(item)), item) for item in items],
+        )
+        for title, header, text, items in every
+        if items
     ]
 
 
