@@ -91,15 +91,13 @@ class StartValues:
         viscous = torque / self.speed_level if self.speed_level > 0.0 else 0.0
         sizes = {
             "torque": torque,
-            "torque_per_temperature": torque,
-            "viscous_per_temperature": viscous,
             "viscous": viscous,
             "motor_constant": torque / current,
             "inertia": inertia,
             "current": current,
             "speed": self.speed_level if name.startswith("initial_speed") else 0.0,
         }
-        return sizes.get(dimension, 0.0)
+        return sizes.get(dimension.removesuffix("_per_temperature"), 0.0)
 
 
 def _stretches(record: Record, speed: Vector, noise: float) -> list[tuple[int, int]]:
