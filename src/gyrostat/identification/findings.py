@@ -61,7 +61,7 @@ class Finding:
         return {**asdict(self), **lists}
 
 
-def fault(
+def fault_finding(
     name: str,
     title: str,
     value: float = 1.0,
