@@ -49,16 +49,10 @@ class Effect:
     sigma: float | None
     unit: str
 
-    def to_dict(self) -> dict[str, object]:
-        """Row of the effects in fit.json."""
-        return {
-            "name": self.name,
-            "title": self.title,
-            "probability": self.probability,
-            "value": self.value,
-            "sigma": self.sigma,
-            "unit": self.unit,
-        }
+    @property
+    def likely(self) -> bool:
+        """Whether it is more likely present than absent."""
+        return self.probability > 0.5
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,15 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.effects import Nuisance, accumulated
+from gyrostat.identification.effects import (
+    Nuisance,
+    accumulated,
+    dry_friction,
+    share_of_range,
+)
 from gyrostat.identification.friction_torques import friction_torques
 from gyrostat.identification.prediction import Linearisation, SpeedPrediction
+from gyrostat.identification.statistics import trapezoidal
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction.stribeck import DEFAULT_STRIBECK_SPEED
 
@@ -31,25 +37,17 @@ Shape = Callable[[Record, Linearisation], Matrix | None]
 coefficient, (N - 1, k); None if the effect does not occur in the record."""
 
 
-def _share_of_time(record: Record) -> Vector:
-    """Time at the middle of each interval, from -1 at the start of the record to 1 at its end."""
-    middle = 0.5 * (record.time[1:] + record.time[:-1])
-    return 2.0 * (middle - record.time[0]) / np.ptp(record.time) - 1.0
-
-
 def _share_of_temperature(record: Record) -> Vector | None:
     """Temperature in each interval, from -1 (coldest) to 1 (warmest); None if it is constant."""
     if record.temperature is None or np.ptp(record.temperature) < WARMING:
         return None
-    middle = 0.5 * (record.temperature[1:] + record.temperature[:-1])
-    return 2.0 * (middle - record.temperature.min()) / np.ptp(record.temperature) - 1.0
+    return share_of_range(record.temperature)
 
 
 def _angle(record: Record, linear: Linearisation) -> Vector:
     """Angle of the wheel at the samples, (N,), rad: the integral of its speed."""
     speed = np.where(record.valid, record.speed, linear.speed)
-    mean = 0.5 * (speed[1:] + speed[:-1])
-    return np.concatenate([[0.0], np.cumsum(mean * np.diff(record.time))])
+    return trapezoidal(speed, record.time)
 
 
 def _clipped(current: Vector) -> Matrix | None:
@@ -187,15 +185,15 @@ def candidates(
         title = "direction asymmetry of the viscous friction"
         make.add("viscous_asymmetry", title, "1", one_sided_viscous)
     title = "drift of the dry friction over half the record"
-    make.add("coulomb_drift", title, "1", scaled(make.dry, _share_of_time), each=True)
+    drifting = scaled(make.dry, lambda record: share_of_range(record.time))
+    make.add("coulomb_drift", title, "1", drifting, each=True)
     for names, name, what in (
         (make.viscous, "viscous_over_temperature", "viscous"),
         (make.dry, "coulomb_over_temperature", "dry"),
     ):
         title = f"change of the {what} friction over half the range of temperature"
         make.add(name, title, "1", scaled(names, _share_of_temperature))
-    friction = float(np.mean([abs(values[n]) for n in make.dry])) if make.dry else 0.0
-    level = friction or abs(values["motor_constant"])
+    level = dry_friction(prediction.model, values) or abs(values["motor_constant"])
 
     def ripple(order: int) -> Shape:
         def shape(record: Record, linear: Linearisation) -> Matrix:

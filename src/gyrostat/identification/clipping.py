@@ -7,7 +7,7 @@ are clipped if the wheel accelerates as under a larger current.
 
 import numpy as np
 
-from gyrostat.identification.findings import Finding
+from gyrostat.identification.findings import Finding, fault_finding
 from gyrostat.identification.signs import (
     FEWEST_WINDOWS,
     WINDOWS,
@@ -64,15 +64,7 @@ def clipped_current(record: Record) -> Finding | None:
     evidence = WINDOWS * float(np.log(plain / max(better, np.finfo(float).tiny)))
     limit = float(np.max(np.abs(record.current)))
     title = f"current of {record.name} clipped at {limit:.4g} A: excess, share of the limit"
-    return Finding(
-        names=("clipped_current",),
-        titles=(title,),
-        value=float(np.max(excess)),
-        sigma=None,
-        unit="1",
-        significance=float(np.sqrt(evidence)),
-        evidence=evidence,
-    )
+    return fault_finding("clipped_current", title, float(np.max(excess)), evidence)
 
 
 def without_clipped(record: Record) -> Record:

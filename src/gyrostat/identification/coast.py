@@ -12,7 +12,7 @@ from gyrostat.identification.bench_methods import held_values, relaxed_time, req
 from gyrostat.identification.checks import as_records, check_sigma, check_signals, place
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.segments import fit_stretches
-from gyrostat.identification.statistics import noise_level, quantum
+from gyrostat.identification.statistics import noise_level, quantum, trapezoidal
 from gyrostat.telemetry import Record
 from gyrostat.telemetry.signals import runs, scatter
 from gyrostat.wheel.friction import ViscousCoulomb
@@ -116,10 +116,9 @@ def _start(coasts: Sequence[Coast]) -> Vector:
     """Ratios b/J and c/J and initial speeds, by regression on the integrated equation of motion."""
     rows, right = [], []
     for k, coast in enumerate(coasts):
-        steps = 0.5 * (coast.speed[1:] + coast.speed[:-1]) * np.diff(coast.time)
         own = np.zeros((len(coast.time), len(coasts)))
         own[:, k] = 1.0
-        rows.append(np.column_stack([-np.append(0.0, np.cumsum(steps)), -coast.time, own]))
+        rows.append(np.column_stack([-trapezoidal(coast.speed, coast.time), -coast.time, own]))
         right.append(coast.speed)
     start = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]
     return np.concatenate([np.maximum(start[:2], 0.0), start[2:]])
@@ -164,22 +163,24 @@ def identify_coast(
             "current in which the wheel slows down"
         )
     start = _start(coasts)
-    fitted = fit_stretches(
+    estimates, outcome = fit_stretches(
         [c.speed for c in coasts],
         lambda k, common, own: coasting_speed(coasts[k].time, own[0], common[0], common[1]),
         start[:2],
         list(start[2:, None]),
-        speed_sigma,
-        seen,
+        records=records,
+        speed_sigma=speed_sigma,
+        noise=seen,
+        scale=scale,
+        count=2,
     )
-    viscous, coulomb = scale * fitted.solution.x[:2]
+    names = ("viscous", "coulomb")
     cure = "record longer coasts from a higher speed"
     return result(
         ViscousCoulomb,
         "coast",
-        {"viscous": float(viscous), "coulomb": float(coulomb)},
+        dict(zip(names, estimates.tolist(), strict=True)),
         held,
-        {"viscous": cure, "coulomb": cure},
-        records=records,
-        **fitted.outcome(scale, [0, 1], speed_sigma, seen, place(records)),
+        dict.fromkeys(names, cure),
+        **outcome,
     )

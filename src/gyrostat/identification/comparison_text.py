@@ -1,65 +1,60 @@
 """Comparison of fits as text."""
 
-from gyrostat.core.text import aligned, measured, plain
-from gyrostat.identification.fit_changes import FALSE_ALARMS, Comparison
+from typing import Any
 
-CHANGES = ("parameter", "fit", "against", "difference ± sigma", "unit", "p", "significant")
-TRENDS = ("parameter", "change per year ± sigma", "unit", "p", "significant")
-SPREADS = ("parameter", "mean ± sigma", "spread between wheels (95 %)", "unit", "p", "significant")
+from gyrostat.core.text import aligned, measured, plain
+from gyrostat.identification.fit_changes import (
+    FALSE_ALARMS,
+    BatchSpread,
+    Change,
+    Comparison,
+    Trend,
+)
+
 YEAR = 365.25
 """Days of a year."""
 
 
-def _chance(value: float) -> str:
-    return "< 0.0001" if value < 1e-4 else f"{value:.4f}"
+def _change(item: Change) -> tuple[str, ...]:
+    difference = ""
+    if item.difference is not None and item.sigma is not None:
+        difference = measured(item.difference, item.sigma)
+    return item.parameter, item.fit, item.reference, difference, item.unit
 
 
-def _yes(significant: bool) -> str:
-    return "YES" if significant else "no"
+def _trend(item: Trend) -> tuple[str, ...]:
+    slope = measured(YEAR * item.slope, YEAR * item.sigma)
+    return item.parameter, slope, f"{item.unit} per year"
 
 
-def change_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Rows of the table of differences."""
+def _spread(item: BatchSpread) -> tuple[str, ...]:
+    spread = f"{plain(item.spread, 3)} ({plain(item.low, 2)} to {plain(item.high, 2)})"
+    return item.parameter, measured(item.mean, item.mean_sigma), spread, item.unit
+
+
+def _tested(item: Any) -> tuple[str, str]:
+    chance = "< 0.0001" if item.chance < 1e-4 else f"{item.chance:.4f}"
+    return chance, "YES" if item.significant else "no"
+
+
+def tables(comparison: Comparison) -> list[tuple[str, tuple[str, ...], list[Any]]]:
+    """Title, header, and rows with their results, of each table that has a row."""
+    changes = ("parameter", "fit", "against", "difference ± sigma", "unit")
+    trends = ("parameter", "change per year ± sigma", "unit")
+    spreads = ("parameter", "mean ± sigma", "spread between wheels (95 %)", "unit")
+    every: tuple[Any, ...] = (
+        ("Differences", changes, _change, comparison.changes),
+        ("Trends", trends, _trend, comparison.trends),
+        ("Spread between wheels", spreads, _spread, comparison.spreads),
+    )
     return [
         (
-            c.parameter,
-            c.fit,
-            c.reference,
-            "" if c.difference is None or c.sigma is None else measured(c.difference, c.sigma),
-            c.unit,
-            _chance(c.chance),
-            _yes(c.significant),
+            title,
+            (*header, "p", "significant"),
+            [((*text(item), *_tested(item)), item) for item in items],
         )
-        for c in comparison.changes
-    ]
-
-
-def trend_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Rows of the table of trends."""
-    return [
-        (
-            t.parameter,
-            measured(YEAR * t.slope, YEAR * t.sigma),
-            f"{t.unit} per year",
-            _chance(t.chance),
-            _yes(t.significant),
-        )
-        for t in comparison.trends
-    ]
-
-
-def spread_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Rows of the table of spreads between wheels."""
-    return [
-        (
-            s.parameter,
-            measured(s.mean, s.mean_sigma),
-            f"{plain(s.spread, 3)} ({plain(s.low, 2)} to {plain(s.high, 2)})",
-            s.unit,
-            _chance(s.chance),
-            _yes(s.significant),
-        )
-        for s in comparison.spreads
+        for title, header, text, items in every
+        if items
     ]
 
 
@@ -87,11 +82,6 @@ def shared_text(comparison: Comparison) -> str:
 def comparison_table(comparison: Comparison) -> list[str]:
     """Format a comparison as the command line prints it, in lines."""
     lines = [shared_text(comparison)]
-    for rows, header in (
-        (change_rows(comparison), CHANGES),
-        (trend_rows(comparison), TRENDS),
-        (spread_rows(comparison), SPREADS),
-    ):
-        if rows:
-            lines += [f"  {line}" for line in aligned(rows, header)]
+    for _, header, rows in tables(comparison):
+        lines += [f"  {line}" for line in aligned([row for row, _ in rows], header)]
     return [*lines, *(f"note: {note}" for note in comparison.notes), verdict(comparison)]

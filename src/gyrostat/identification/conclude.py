@@ -58,7 +58,6 @@ def _averaged(
     selection: Selection,
     outcome: Outcome,
     loss: Loss,
-    linear: Sequence[Linearisation],
     plain: _Estimate,
     sigmas: Sequence[float],
     stated: bool,
@@ -66,7 +65,7 @@ def _averaged(
     ripple: float | None,
 ) -> _Estimate:
     """Average over effects outside the model; `plain` if the averaged estimate is not valid."""
-    index = selection.index(prediction)
+    index, linear = selection.index(prediction), plain.linear
     everything = dict(zip(prediction.names, outcome.values.tolist(), strict=True))
     formal = dict(zip(selection.free, np.sqrt(np.diag(plain.covariance)).tolist(), strict=True))
     allowed = nuisances(prediction, linear, everything, formal)
@@ -187,7 +186,6 @@ def conclude(
             selection,
             outcome,
             loss,
-            linear,
             plain,
             sigmas,
             sigma_given,

@@ -19,7 +19,7 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.effects import Nuisance
 from gyrostat.identification.findings import Finding, Score, by_evidence
-from gyrostat.identification.hypotheses import variance_ratio
+from gyrostat.identification.hypotheses import summed
 from gyrostat.identification.innovations import Innovations
 from gyrostat.identification.statistics import chi_square_tail
 
@@ -59,11 +59,7 @@ class _Problem:
         self.information, self.pull = prior
         self.count = len(self.pull)
         self.samples = sum(own.samples for own in found)
-        size = found[0].products.shape[1] - 1
-        ratios = [variance_ratio(own, size, stated) for own in found]
-        pairs = list(zip(found, ratios, strict=True))
-        self.total = np.sum([own.products / r[:, None, None] for own, r in pairs], axis=0)
-        self.logs = np.sum([own.samples * np.log(r) + own.log_variance for own, r in pairs], axis=0)
+        self.total, self.logs = summed(found, stated)
         ends = self.count + np.cumsum([0, *(e.columns[0].shape[1] for e in effects)])
         self.places = [range(a, b) for a, b in pairwise(ends.tolist())]
 
@@ -93,17 +89,11 @@ class _Problem:
                 return True
         return False
 
-    def along(self, level: int, axis: int) -> list[int]:
-        """Levels that differ from the given one only in one random torque, which is not zero."""
+    def along(self, level: int, axis: int, *, present: bool) -> list[int]:
+        """Levels that differ from the given one at most in one random torque, present or absent."""
         other = 1 - axis
         same = self.levels[:, other] == self.levels[level, other]
-        return np.flatnonzero(same & (self.levels[:, axis] > 0.0)).tolist()
-
-    def without(self, level: int, axis: int) -> int:
-        """Level with one random torque set to zero."""
-        other = 1 - axis
-        same = self.levels[:, other] == self.levels[level, other]
-        return int(np.flatnonzero(same & (self.levels[:, axis] == 0.0))[0])
+        return np.flatnonzero(same & ((self.levels[:, axis] > 0.0) == present)).tolist()
 
 
 @dataclass(frozen=True)
@@ -133,7 +123,7 @@ def _added(problem: _Problem, state: _State, key: _Key) -> _State:
     kind, place = key
     if kind == "shape":
         return _State(state.level, (*state.chosen, place))
-    levels = problem.along(state.level, place)
+    levels = problem.along(state.level, place, present=True)
     return _State(min(levels, key=lambda k: problem.solve(k, state.chosen)[0]), state.chosen)
 
 
@@ -141,7 +131,7 @@ def _removed(problem: _Problem, state: _State, key: _Key) -> _State:
     kind, place = key
     if kind == "shape":
         return _State(state.level, tuple(k for k in state.chosen if k != place))
-    return _State(problem.without(state.level, place), state.chosen)
+    return _State(problem.along(state.level, place, present=False)[0], state.chosen)
 
 
 def _gain(problem: _Problem, before: _State, after: _State, key: _Key) -> tuple[float, float]:

@@ -22,6 +22,7 @@ from gyrostat.identification.prediction import (
     padded,
 )
 from gyrostat.telemetry import Record
+from gyrostat.wheel.friction import Friction
 
 LAGS = (0.1, 0.3, 1.0)
 """Prior sigmas of a tachometer lag, in sample intervals."""
@@ -169,6 +170,12 @@ def _lag(records: Sequence[Record], linear: Sequence[Linearisation]) -> Nuisance
     return Nuisance("speed_lag", "lag or delay of the measured speed", "s", tuple(scales), columns)
 
 
+def share_of_range(values: Vector) -> Vector:
+    """Mean of samples (N,) over each interval, from -1 for the smallest sample to 1, (N - 1,)."""
+    middle = 0.5 * (values[1:] + values[:-1])
+    return 2.0 * (middle - values.min()) / np.ptp(values) - 1.0
+
+
 def _viscous_drift(
     prediction: SpeedPrediction,
     linear: Sequence[Linearisation],
@@ -176,7 +183,6 @@ def _viscous_drift(
     sigma: Mapping[str, float],
 ) -> Nuisance | None:
     """Linear change of the viscous friction over each record, with zero mean."""
-    shared = list(prediction.names)
     names = [n for n, d in prediction.model.dimensions().items() if d == "viscous"]
     # an estimate that is near zero by chance gives no scale
     size = {n: abs(values[n]) + sigma.get(n, 0.0) for n in names}
@@ -184,11 +190,9 @@ def _viscous_drift(
         return None
     columns = []
     for k, (record, each) in enumerate(zip(prediction.records, linear, strict=True)):
-        middle = 0.5 * (record.time[1:] + record.time[:-1])
-        share = 2.0 * (middle - record.time[0]) / np.ptp(record.time) - 1.0
-        torque = sum(size[n] * each.local[:, shared.index(n)] for n in names)
+        torque = sum(size[n] * each.local[:, prediction.names.index(n)] for n in names)
         own = np.zeros((len(record.time), len(linear)))
-        own[:, k] = accumulated(each, (share * torque)[:, None])[:, 0]
+        own[:, k] = accumulated(each, (share_of_range(record.time) * torque)[:, None])[:, 0]
         columns.append(own)
     title = "drift of the viscous friction over half the record"
     return Nuisance("viscous_drift", title, "1", DRIFTS, tuple(columns))
@@ -212,9 +216,9 @@ def nuisances(
     return [_lag(prediction.records, linear), *([] if drift is None else [drift])]
 
 
-def dry_friction(prediction: SpeedPrediction, values: Mapping[str, float]) -> float:
+def dry_friction(model: type[Friction], values: Mapping[str, float]) -> float:
     """Mean size of the dry friction torques of a wheel, N·m; 0 without any."""
-    names = [n for n, d in prediction.model.dimensions().items() if d == "torque"]
+    names = [n for n, d in model.dimensions().items() if d == "torque"]
     return float(np.mean([abs(values[n]) for n in names])) if names else 0.0
 
 
@@ -229,7 +233,7 @@ def resolution(
         sigma: Name -> standard deviation of the estimated parameters in white noise, SI.
     """
     finest = min((sigma[n] for n in prediction.model.vanishing_at if n in sigma), default=np.inf)
-    friction = dry_friction(prediction, values)
+    friction = dry_friction(prediction.model, values)
     return finest / friction if friction > 0.0 else np.inf
 
 
@@ -253,11 +257,11 @@ def torque_noise(
         linear: Linearisation of this record at the fit.
         values: Name -> value of all parameters, SI.
     """
-    friction = dry_friction(prediction, values)
+    friction = dry_friction(prediction.model, values)
     motor = abs(values["motor_constant"]) * float(np.sqrt(np.mean(record.current**2)))
     level = friction or motor
     duration = np.diff(record.time)
-    per_current = linear.local[:, list(prediction.names).index("current_bias")]
+    per_current = linear.local[:, prediction.names.index("current_bias")]
     gain = per_current / values["motor_constant"] if values["motor_constant"] else per_current
     acceleration = (friction + motor) / values["inertia"]
     band = np.sqrt(COHERENCE * acceleration)

@@ -154,17 +154,11 @@ class _Search:
             say(f"  round {turn + 1} of {ROUNDS}: best {shapes[order[0]].family}")
             spread = WIDEST * (NARROWEST / WIDEST) ** (turn / (ROUNDS - 1))
             parents = [shapes[order[k % len(order)]] for k in range(EACH)]
+            steps = spread * self.random.standard_normal((EACH, COORDINATES))
             # reflect at the ends of the range, which are then tried no more often than the inside
-            moved = [
-                1.0 - np.abs(1.0 - np.abs(p.coordinates + spread * step))
-                for p, step in zip(
-                    parents, self.random.standard_normal((EACH, COORDINATES)), strict=True
-                )
-            ]
-            new = [
-                Shape(p.family, np.clip(row, 0.0, 1.0))
-                for p, row in zip(parents, moved, strict=True)
-            ]
+            moved = 1.0 - np.abs(1.0 - np.abs(np.array([p.coordinates for p in parents]) + steps))
+            rows = np.clip(moved, 0.0, 1.0)
+            new = [Shape(p.family, row) for p, row in zip(parents, rows, strict=True)]
             shapes += new
             scores = np.concatenate([scores, self.scores(new, few)])
         order = [k for k in np.argsort(scores, kind="stable") if scores[k] < INFEASIBLE]

@@ -7,7 +7,7 @@ import numpy as np
 from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
 from gyrostat.identification.clipping import clipped_current
-from gyrostat.identification.findings import Finding
+from gyrostat.identification.findings import Finding, fault_finding
 from gyrostat.identification.loss import Loss, Quadratic
 from gyrostat.identification.signs import lost_sign
 from gyrostat.identification.statistics import quantum
@@ -79,14 +79,9 @@ def outliers(record: Record, residual: Vector) -> Finding | None:
         return None
     count = int(far.sum())
     evidence = float(np.sum(z[far] ** 2 - 2.0 * np.log(len(used))))
-    return Finding(
-        names=("outliers",),
-        titles=(f"outliers in the speed of {record.name}, fraction of the samples",),
-        value=count / len(used),
-        sigma=None,
-        unit="1",
-        significance=float(z.max()),
-        evidence=evidence,
+    title = f"outliers in the speed of {record.name}, fraction of the samples"
+    return fault_finding(
+        "outliers", title, count / len(used), evidence, significance=float(z.max())
     )
 
 
@@ -108,15 +103,7 @@ def counter(record: Record, residual: Vector) -> Finding | None:
     title = f"quantised speed of {record.name} (step {step / RPM:.4g} rpm)"
     if whole >= 1 and abs(pulses - whole) < WHOLE * whole:
         title += f": a pulse counter with {whole} pulses per turn and a gate of {gate:.3g} s"
-    return Finding(
-        names=("quantum",),
-        titles=(title,),
-        value=step,
-        sigma=None,
-        unit="rad/s",
-        significance=float(np.sqrt(len(speeds))),
-        evidence=float(len(speeds)),
-    )
+    return fault_finding("quantum", title, step, float(len(speeds)), unit="rad/s")
 
 
 def implausible(
@@ -181,7 +168,7 @@ def wrong_units(
     slips += [slip for slip, factor in TIME_FACTORS.items() if cures(of_time=factor)]
     cause = f"most likely {' or '.join(slips)}" if slips else "no single wrong unit explains it"
     title = f"implausible units: {'; '.join(why)}; {cause}"
-    return certain("units", title)
+    return fault_finding("units", title)
 
 
 def opposed_signs(motor_constant: float, sigma: float) -> Finding | None:
@@ -193,17 +180,7 @@ def opposed_signs(motor_constant: float, sigma: float) -> Finding | None:
     """
     if motor_constant >= -2.0 * sigma:
         return None
-    return certain("opposed_signs", "current and speed of opposite senses")
-
-
-def certain(name: str, title: str) -> Finding:
-    """Finding that follows from physics, without a statistic.
-
-    Args:
-        name: Identifier.
-        title: Title in reports.
-    """
-    return Finding((name,), (title,), 1.0, None, "1", None, None)
+    return fault_finding("opposed_signs", "current and speed of opposite senses")
 
 
 def found_in(record: Record, residual: Vector, loss: Loss) -> list[Finding]:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 INCLUDED = "already included in values and sigma"
 OPTIONS = {
@@ -57,17 +57,33 @@ class Finding:
 
     def to_dict(self) -> dict[str, object]:
         """Row of the diagnosis in fit.json."""
-        return {
-            "names": list(self.names),
-            "titles": list(self.titles),
-            "value": self.value,
-            "sigma": self.sigma,
-            "unit": self.unit,
-            "significance": self.significance,
-            "evidence": self.evidence,
-            "shifts": dict(self.shifts),
-            "options": list(self.options),
-        }
+        lists = {name: list(getattr(self, name)) for name in ("names", "titles", "options")}
+        return {**asdict(self), **lists}
+
+
+def fault_finding(
+    name: str,
+    title: str,
+    value: float = 1.0,
+    evidence: float | None = None,
+    *,
+    unit: str = "1",
+    significance: float | None = None,
+) -> Finding:
+    """Finding of a fault of a record or of its units, whose size has no standard deviation.
+
+    Args:
+        name: Identifier.
+        title: Title in reports.
+        value: Size of the fault.
+        evidence: Decrease of the Bayesian criterion (BIC); None if the finding follows from physics
+            and not from statistics.
+        unit: Unit of the value.
+        significance: See `Finding`; by default the square root of the evidence.
+    """
+    if significance is None and evidence is not None:
+        significance = math.sqrt(evidence)
+    return Finding((name,), (title,), value, None, unit, significance, evidence)
 
 
 @dataclass(frozen=True)

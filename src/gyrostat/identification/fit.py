@@ -238,11 +238,10 @@ class Fit:
         self._require(self.model.dimensions())
         names = list(self.model.dimensions())
         found = friction_torques(self.model, self.parameters, speed)
+        places = [k for k, n in enumerate(names) if n in self.names]
+        own = [self.names.index(names[k]) for k in places]
         covariance = np.zeros((len(names), len(names)))
-        own = [(i, self.names.index(n)) for i, n in enumerate(names) if n in self.names]
-        for i, a in own:
-            for j, b in own:
-                covariance[i, j] = self.covariance[a, b]
+        covariance[np.ix_(places, places)] = self.covariance[np.ix_(own, own)]
         slope = found.by_parameters
         return found.torque, np.sqrt(np.einsum("mi,ij,mj->m", slope, covariance, slope))
 

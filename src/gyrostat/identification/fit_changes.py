@@ -16,8 +16,19 @@ OTHERS = "mean of the others"
 ALL = "all parameters"
 
 
+class _Tested:
+    """Result of one test of a comparison."""
+
+    chance: float
+
+    @property
+    def significant(self) -> bool:
+        """Whether it is significant over all tests."""
+        return self.chance <= FALSE_ALARMS
+
+
 @dataclass(frozen=True)
-class Change:
+class Change(_Tested):
     """Difference of a parameter of one fit from a reference.
 
     Attributes:
@@ -38,14 +49,9 @@ class Change:
     unit: str
     chance: float
 
-    @property
-    def significant(self) -> bool:
-        """Whether the difference is significant over all tests."""
-        return self.chance <= FALSE_ALARMS
-
 
 @dataclass(frozen=True)
-class Trend:
+class Trend(_Tested):
     """Linear trend of a parameter over time.
 
     Attributes:
@@ -66,14 +72,9 @@ class Trend:
     unit: str
     chance: float
 
-    @property
-    def significant(self) -> bool:
-        """Whether the trend is significant over all tests."""
-        return self.chance <= FALSE_ALARMS
-
 
 @dataclass(frozen=True)
-class BatchSpread:
+class BatchSpread(_Tested):
     """Spread of a parameter between the wheels of a batch.
 
     Attributes:
@@ -95,11 +96,6 @@ class BatchSpread:
     high: float
     unit: str
     chance: float
-
-    @property
-    def significant(self) -> bool:
-        """Whether the wheels differ beyond their errors."""
-        return self.chance <= FALSE_ALARMS
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ def content(fit: "Fit") -> dict[str, object]:
         "tolerances": _tolerances(fit),
         "correlation": {"names": list(fit.names), "matrix": fit.correlation.tolist()},
         "held": dict(fit.held),
-        "effects": [effect.to_dict() for effect in fit.effects],
+        "effects": [asdict(effect) for effect in fit.effects],
         "candidates": [asdict(score) for score in fit.scores],
         "diagnosis": [finding.to_dict() for finding in fit.findings],
         "residuals": None if fit.whiteness is None else fit.whiteness.to_dict(),
@@ -97,10 +97,9 @@ def read_fit(
     stated: bool = True,
 ) -> T:
     """Read a fit.json; for the arguments and errors see `parsed`."""
+    text = read_text(path, "a fit.json")
     try:
-        content = json.loads(read_text(path, "a fit.json"))
-    except InputError:
-        raise
+        content = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError(
             f"{path}: found invalid JSON ({error}), expected a fit.json of gyrostat identify"

@@ -7,22 +7,13 @@ import numpy as np
 
 from gyrostat.core.text import aligned, measured, plain
 from gyrostat.core.units import RPM, SI_UNIT
-from gyrostat.identification.averaging import Effect
 
 if TYPE_CHECKING:
     from gyrostat.identification.fit import Fit
     from gyrostat.identification.posterior import Posterior
 
-LIKELY = 0.5
-"""Posterior probability from which an effect is listed in the table."""
-
 
 POSTERIOR_HEADER = ("posterior", "median", "95 % interval", "Gaussian 95 % interval", "unit")
-
-
-def likely(effect: Effect) -> bool:
-    """Whether an effect is more likely present than absent."""
-    return effect.probability > LIKELY
 
 
 def table(fit: "Fit") -> list[str]:
@@ -33,7 +24,7 @@ def table(fit: "Fit") -> list[str]:
     if fit.tolerances is not None:
         names = ("share of variance", *fit.variance_shares)
         tables.append(aligned(list(share_rows(fit)), names))
-    listed = [row for row, e in zip(effect_rows(fit), fit.effects, strict=True) if likely(e)]
+    listed = [row for row, e in zip(effect_rows(fit), fit.effects, strict=True) if e.likely]
     if listed:
         tables.append(aligned(listed, ("effect outside the model", "size", "probability")))
     lines += [f"  {line}" for rows in tables for line in rows]
@@ -102,6 +93,14 @@ def posterior_summary(posterior: "Posterior") -> list[str]:
     return lines
 
 
+def estimate_of(fit: "Fit", name: str) -> tuple[float, float, str]:
+    """Value, standard deviation and unit of a parameter, or of a difference "a-b" of two."""
+    first, _, second = name.partition("-")
+    contrast = np.array([float(n == first) - float(n == second) for n in fit.names])
+    sigma = float(np.sqrt(contrast @ fit.covariance @ contrast))
+    return float(contrast @ fit.values), sigma, SI_UNIT[fit.dimensions[first]]
+
+
 def posterior_rows(fit: "Fit") -> Iterator[tuple[str, str, str, str, str]]:
     """Rows of the posterior: name, median, 95 % interval, that of the Gaussian, unit.
 
@@ -109,13 +108,10 @@ def posterior_rows(fit: "Fit") -> Iterator[tuple[str, str, str, str, str]]:
         fit: A fit with a posterior; without one there are no rows.
     """
     for own in () if fit.posterior is None else fit.posterior.marginals:
-        first, _, second = own.name.partition("-")
-        contrast = np.array([float(n == first) - float(n == second) for n in fit.names])
-        value = float(contrast @ fit.values)
-        half = 1.959964 * float(np.sqrt(contrast @ fit.covariance @ contrast))
+        value, sigma, unit = estimate_of(fit, own.name)
+        half = 1.959964 * sigma
         interval = f"{plain(own.quantiles[0])} to {plain(own.quantiles[-1])}"
         gaussian = f"{plain(value - half)} to {plain(value + half)}"
-        unit = SI_UNIT[fit.dimensions[first]]
         yield own.name, plain(own.quantiles[2]), interval, gaussian, unit
 
 

@@ -89,12 +89,11 @@ def whitened(
     return found
 
 
-def variance_ratio(own: Innovations, freedom: int, stated: bool) -> Vector:
+def _variance_ratio(own: Innovations, stated: bool) -> Vector:
     """Variance of the prediction errors of a record over the assumed one, for each level, (g,).
 
     Args:
         own: Whitened columns of the record.
-        freedom: Number of columns other than the residual.
         stated: Whether the user stated the noise. It is then increased only if the errors clearly
             exceed it.
     """
@@ -104,11 +103,24 @@ def variance_ratio(own: Innovations, freedom: int, stated: bool) -> Vector:
     for each, length in zip(scaled, size[:, 0], strict=True):
         solved = np.linalg.lstsq(each[1:, 1:], each[1:, 0], rcond=1e-10)[0]
         misfit.append(length**2 * max(1.0 - float(each[0, 1:] @ solved), 1e-12))
-    left = max(own.samples - freedom, 1)
+    left = max(own.samples - (own.products.shape[1] - 1), 1)
     ratio = np.array(misfit) / left
     if not stated:
         return ratio
     return np.where(ratio > 1.0 + CLEARLY_MORE * np.sqrt(2.0 / left), ratio, 1.0)
+
+
+def summed(found: Sequence[Innovations], stated: bool) -> tuple[Vector, Vector]:
+    """Products, (g, 1 + c, 1 + c), and log variances, (g,), of all records at their own noise.
+
+    Args:
+        found: Whitened residual and c columns of each record at g levels of torque noise.
+        stated: Whether the user stated the noise of the speed.
+    """
+    pairs = [(own, _variance_ratio(own, stated)) for own in found]
+    total = np.sum([own.products / ratio[:, None, None] for own, ratio in pairs], axis=0)
+    logs = np.sum([own.samples * np.log(ratio) + own.log_variance for own, ratio in pairs], axis=0)
+    return total, logs
 
 
 def posteriors(
@@ -132,10 +144,7 @@ def posteriors(
     count = len(pull)
     widths = [effect.columns[0].shape[1] for effect in effects]
     size = count + sum(widths)
-    ratios = [variance_ratio(each, size, stated) for each in found]
-    pairs = list(zip(found, ratios, strict=True))
-    total = np.sum([own.products / ratio[:, None, None] for own, ratio in pairs], axis=0)
-    logs = np.sum([own.samples * np.log(ratio) + own.log_variance for own, ratio in pairs], axis=0)
+    total, logs = summed(found, stated)
     choices = np.array(list(product(*[(0.0, *effect.scales) for effect in effects])))
     choices = choices.reshape(-1, len(effects))
     spread = np.ones((len(choices), size))

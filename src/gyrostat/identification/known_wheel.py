@@ -11,6 +11,7 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.averaging import Effect
+from gyrostat.identification.effects import dry_friction
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.fit_json import read_fit
 from gyrostat.identification.prediction import friction_model, wheel_dimensions
@@ -18,8 +19,8 @@ from gyrostat.identification.uncertainty import square_root
 from gyrostat.wheel import WheelModel
 from gyrostat.wheel.friction import Friction
 
-RIPPLE, LIKELY = "crossing_ripple", 0.5
-"""Effect of a fit that gives the torque ripple, and the probability from which it is used."""
+RIPPLE = "crossing_ripple"
+"""Effect of a fit that gives the torque ripple."""
 _TRIALS = 50
 """Number of draws tried for each admissible one."""
 _TERM = re.compile(r"([+-]?)(?:([0-9.]+(?:e[+-]?[0-9]+)?)\*)?([a-z_]+)")
@@ -119,13 +120,12 @@ class KnownWheel:
             names=tuple(names[k] for k in own),
             covariance=covariance[np.ix_(own, own)],
             speed_sigma=speed_sigma or None,
-            ripple=ripple.value if ripple is not None and ripple.probability > LIKELY else 0.0,
+            ripple=ripple.value if ripple is not None and ripple.likely else 0.0,
         )
 
     def dry_torque(self) -> float:
         """Mean of the dry friction torques, N·m; the reference of `ripple`."""
-        torques = [n for n, d in self.model.dimensions().items() if d == "torque"]
-        return float(np.mean([abs(self.values[n]) for n in torques])) if torques else 0.0
+        return dry_friction(self.model, self.values)
 
     def contrast(self, text: str, where: str) -> Vector:
         """Coefficients of a linear combination of the uncertain parameters, (n,).

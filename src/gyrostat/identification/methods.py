@@ -1,6 +1,7 @@
 """Bench methods by name."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 from gyrostat.core.errors import InputError
 from gyrostat.identification.coast import identify_coast
@@ -44,22 +45,13 @@ def identify_dedicated(
             fails.
     """
     tolerances = check_tolerances(tolerance or {})
-    if method not in WITHOUT_MODEL:
-        fit = identify_steady(
-            records, model=model, inertia=inertia, hold=hold, speed_sigma=speed_sigma
-        )
-        return _tolerant(fit, tolerances)
-    if model is not None:
+    identify = WITHOUT_MODEL.get(method, partial(identify_steady, model=model))
+    if method in WITHOUT_MODEL and model is not None:
         raise InputError(
             f"--method {method}: found --model {model}, expected no model: this method identifies "
             "viscous and Coulomb friction or the motor constant"
         )
-    fit = WITHOUT_MODEL[method](records, inertia=inertia, hold=hold, speed_sigma=speed_sigma)
-    return _tolerant(fit, tolerances)
-
-
-def _tolerant(fit: Fit, tolerances: Mapping[str, float]) -> Fit:
-    """Add the effect of tolerances to the uncertainty of a fit by a bench method."""
+    fit = identify(records, inertia=inertia, hold=hold, speed_sigma=speed_sigma)
     if not tolerances:
         return fit
     dimensions = [fit.dimensions[name] for name in fit.names]

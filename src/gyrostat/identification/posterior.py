@@ -16,15 +16,13 @@ from gyrostat.identification.diagnosis import TORQUES
 from gyrostat.identification.effects import nuisances, torque_noise
 from gyrostat.identification.least_squares import Prior
 from gyrostat.identification.posterior_density import Posed, density, posed, record_data
-from gyrostat.identification.posterior_sampler import check_sampler, sample
+from gyrostat.identification.posterior_sampler import sample
 from gyrostat.identification.prediction import SpeedPrediction
 
 QUANTILES = (0.025, 0.16, 0.5, 0.84, 0.975)
 LARGEST_RHAT, FEWEST = 1.05, 400.0
 """Largest R-hat and smallest effective number of draws of a valid posterior. The usual limit of
 R-hat, 1.01, is for few long chains; that of many short ones has a larger sampling error."""
-PRESENT = 0.5
-"""Probability from which an effect outside the model is part of the likelihood."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +104,6 @@ def sample_posterior(
     speed_sigmas: Sequence[float],
     effects: Sequence[Effect] = (),
     *,
-    seed: int = 0,
     on_progress: Callable[[int], None] = lambda count: None,
 ) -> Posterior:
     """Sample the posterior around a fit.
@@ -119,14 +116,9 @@ def sample_posterior(
         prior: A-priori knowledge of the estimated parameters.
         speed_sigmas: Standard deviation of the measured speed of each record, rad/s.
         effects: Effects outside the model; those more likely present than absent take part.
-        seed: Seed of the sampler.
         on_progress: Called with the draws of each chain so far.
-
-    Raises:
-        InputError: blackjax is not installed.
     """
-    check_sampler()
-    likely = {e.name: e for e in effects if e.probability > PRESENT}
+    likely = {e.name: e for e in effects if e.likely}
     linear = prediction.linearise(np.array([values[n] for n in prediction.names]))
     assert linear is not None  # the fit was predicted
     sigma = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
@@ -153,7 +145,7 @@ def sample_posterior(
     ]
     data = posed(prediction, names, values, covariance, prior, records)
     log_density = density(prediction.model, prediction.hold, prediction.shared)
-    drawn, accepted = sample(log_density, data, len(names), seed=seed, on_progress=on_progress)
+    drawn, accepted = sample(log_density, data, len(names), on_progress=on_progress)
     differences = [
         (names.index(n), names.index(r))
         for n, r in prediction.model.vanishing_at.items()

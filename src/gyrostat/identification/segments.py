@@ -1,17 +1,18 @@
 """Segments of a speed signal with shared and separate parameters."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.least_squares import Evaluation, Prior, Solution, minimise
+from gyrostat.identification.checks import place
+from gyrostat.identification.least_squares import Evaluation, Prior, minimise
 from gyrostat.identification.loss import Quadratic
 from gyrostat.identification.plausibility import Scatter
 from gyrostat.identification.statistics import NUMERICAL_NOISE, whiteness
 from gyrostat.identification.uncertainty import serial_sigma
+from gyrostat.telemetry import Record
 
 FINEST = 1e-9
 """Smallest level of the whitened residuals."""
@@ -21,56 +22,18 @@ Model = Callable[[int, Vector, Vector], tuple[Vector, Matrix]]
 and its derivatives, (m, c + p)."""
 
 
-@dataclass(frozen=True)
-class StretchFit:
-    """Fit of common parameters to several segments of speed.
-
-    Attributes:
-        solution: Solution for all parameters, common ones first.
-        covariance: Covariance of the common parameters, (c, c).
-        serial_sigma: Standard deviations of the common parameters with correlated residuals, (c,).
-        speed_sigma: Standard deviation of a speed, as given or from the residuals, rad/s.
-        rms: Root mean square of the residuals, rad/s.
-    """
-
-    solution: Solution
-    covariance: Matrix
-    serial_sigma: Vector
-    speed_sigma: float
-    rms: float
-
-    def outcome(
-        self, scale: float, places: list[int], stated: float | None, noise: float, name: str
-    ) -> dict[str, Any]:
-        """Fields of a result for some common parameters.
-
-        Args:
-            scale: Unit of the parameters, SI.
-            places: Indices of the parameters among the common ones.
-            stated: Noise stated by the user, rad/s, or None.
-            noise: Noise estimated from the records, rad/s.
-            name: Name of the records.
-        """
-        return {
-            "reason": self.solution.reason,
-            "covariance": scale**2 * self.covariance[np.ix_(places, places)],
-            "serial_sigma": scale * self.serial_sigma[places],
-            "iterations": self.solution.iterations,
-            "samples": len(self.solution.residual),
-            "speed_sigma": self.speed_sigma,
-            "scatter": [Scatter(name, self.rms, stated, noise)],
-            "whiteness": whiteness(self.solution.residual, self.solution.jacobian),
-        }
-
-
 def fit_stretches(
     speeds: Sequence[Vector],
     model: Model,
     common: Vector,
     own: Sequence[Vector],
+    *,
+    records: tuple[Record, ...],
     speed_sigma: float | None,
     noise: float,
-) -> StretchFit:
+    scale: float,
+    count: int,
+) -> tuple[Vector, dict[str, Any]]:
     """Fit a model of the speed to all segments together by nonlinear least squares.
 
     Args:
@@ -78,9 +41,15 @@ def fit_stretches(
         model: Model of the speed in one segment; all values of its parameters are admissible.
         common: Start values of the common parameters, (c,).
         own: Start values of each segment's own parameters, (p,).
+        records: Records of the segments.
         speed_sigma: Standard deviation of a measured speed, rad/s; None to estimate it from the
             residuals.
         noise: Noise of the speed estimated from the records, rad/s.
+        scale: Unit of the estimates, SI.
+        count: Number of common parameters that are estimates; they come first.
+
+    Returns:
+        The estimates, (count,), SI, and further arguments of `bench_methods.result`.
     """
     level = max(float(np.max(np.abs(speed))) for speed in speeds)
     sigma = speed_sigma or max(noise, NUMERICAL_NOISE * level)
@@ -98,8 +67,7 @@ def fit_stretches(
         return np.concatenate(residuals), np.vstack(rows)
 
     start = np.concatenate([common, *own])
-    unknown = Prior.unknown(len(start))
-    solution = minimise(evaluate, start, unknown, Quadratic())
+    solution = minimise(evaluate, start, Prior.unknown(len(start)), Quadratic())
     assert solution is not None  # every start is admissible
     misfit = float(solution.residual @ solution.residual)
     spread = 1.0
@@ -107,13 +75,17 @@ def fit_stretches(
         freedom = max(len(solution.residual) - len(start), 1)
         spread = max(float(np.sqrt(misfit / freedom)), FINEST)
     covariance = spread**2 * solution.covariance()
-    serial = serial_sigma(
-        solution, Quadratic(), unknown, [len(s) for s in speeds], np.sqrt(np.diag(covariance))
-    )
-    return StretchFit(
-        solution=solution,
-        covariance=covariance[:shared, :shared],
-        serial_sigma=serial[:shared],
-        speed_sigma=speed_sigma or spread * sigma,
-        rms=sigma * float(np.sqrt(misfit / len(solution.residual))),
-    )
+    formal = np.sqrt(np.diag(covariance))
+    serial = serial_sigma(solution, [len(speed) for speed in speeds], formal)
+    rms = sigma * float(np.sqrt(misfit / len(solution.residual)))
+    return scale * solution.x[:count], {
+        "records": records,
+        "reason": solution.reason,
+        "covariance": scale**2 * covariance[:count, :count],
+        "serial_sigma": scale * serial[:count],
+        "iterations": solution.iterations,
+        "samples": len(solution.residual),
+        "speed_sigma": speed_sigma or spread * sigma,
+        "scatter": [Scatter(place(records), rms, speed_sigma, noise)],
+        "whiteness": whiteness(solution.residual, solution.jacobian),
+    }

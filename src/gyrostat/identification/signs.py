@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.findings import Finding
+from gyrostat.identification.findings import Finding, fault_finding
 from gyrostat.identification.statistics import noise_level
 from gyrostat.telemetry import Record
 from gyrostat.telemetry.signals import runs
@@ -184,12 +184,4 @@ def lost_sign(record: Record) -> Finding | None:
     if not better < CLEARLY_BETTER * own:
         return None
     evidence = WINDOWS * float(np.log(own / max(better, np.finfo(float).tiny)))
-    return Finding(
-        names=(name,),
-        titles=(f"{TITLES[name]} in {record.name}",),
-        value=1.0,
-        sigma=None,
-        unit="1",
-        significance=float(np.sqrt(evidence)),
-        evidence=evidence,
-    )
+    return fault_finding(name, f"{TITLES[name]} in {record.name}", evidence=evidence)

@@ -12,7 +12,7 @@ import numpy as np
 
 from gyrostat.core.types import Vector
 from gyrostat.identification.prediction import SpeedPrediction
-from gyrostat.identification.statistics import noise_level
+from gyrostat.identification.statistics import noise_level, trapezoidal
 from gyrostat.telemetry import Record
 
 SMOOTHING = 9
@@ -91,21 +91,13 @@ class StartValues:
         viscous = torque / self.speed_level if self.speed_level > 0.0 else 0.0
         sizes = {
             "torque": torque,
-            "torque_per_temperature": torque,
-            "viscous_per_temperature": viscous,
             "viscous": viscous,
             "motor_constant": torque / current,
             "inertia": inertia,
             "current": current,
             "speed": self.speed_level if name.startswith("initial_speed") else 0.0,
         }
-        return sizes.get(dimension, 0.0)
-
-
-def _trapezoidal(values: Vector, time: Vector) -> Vector:
-    """Cumulative trapezoidal integral, (N,). Importing SciPy's would take half a second."""
-    areas = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
-    return np.concatenate([[0.0], np.cumsum(areas)])
+        return sizes.get(dimension.removesuffix("_per_temperature"), 0.0)
 
 
 def _stretches(record: Record, speed: Vector, noise: float) -> list[tuple[int, int]]:
@@ -145,7 +137,7 @@ def integral_regression(records: Sequence[Record]) -> StartValues:
         speed = np.interp(time, time[record.valid], record.speed[record.valid])
         noise = noise_level(record.speed[record.valid])
         held = np.concatenate([[0.0], np.cumsum(record.current[:-1] * np.diff(time))])
-        integrals = np.column_stack([held, -_trapezoidal(speed, time)])
+        integrals = np.column_stack([held, -trapezoidal(speed, time)])
         stretches = _stretches(record, speed, noise)
         firsts.append((len(blocks), stretches[0][0]))
         for first, last in stretches:

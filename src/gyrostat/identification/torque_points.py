@@ -57,13 +57,9 @@ def torque_points(fit: Fit) -> FrictionPoints | None:
     known = fit.parameters
     if not {"motor_constant", "inertia"} <= set(known):
         return None
-    motor, inertia, bias = (
-        known["motor_constant"],
-        known["inertia"],
-        known.get("current_bias", 0.0),
-    )
     speed, current, slope, when = _all_windows(fit).T
-    return _binned(speed, motor * (current + bias) - inertia * slope, when)
+    motor = known["motor_constant"] * (current + known.get("current_bias", 0.0))
+    return _binned(speed, motor - known["inertia"] * slope, when)
 
 
 def _all_windows(fit: Fit) -> Matrix:

@@ -181,20 +181,22 @@ def identify_torque_step(
         slopes[:, -2:] = np.column_stack([np.ones_like(relaxed), relaxed])
         return own[0] + rate * relaxed, slopes
 
-    fitted = fit_stretches(
+    (estimate,), outcome = fit_stretches(
         [step.speed for step in steps],
         model,
         np.array([motor, *[0.0] * len(senses)]),
         own,
-        speed_sigma,
-        seen,
+        records=records,
+        speed_sigma=speed_sigma,
+        noise=seen,
+        scale=scale,
+        count=1,
     )
     return result(
         ViscousCoulomb,
         "torque-step",
-        {"motor_constant": scale * float(fitted.solution.x[0])},
+        {"motor_constant": float(estimate)},
         held,
         {"motor_constant": "record more and larger steps of current at speed"},
-        records=records,
-        **fitted.outcome(scale, [0], speed_sigma, seen, place(records)),
+        **outcome,
     )

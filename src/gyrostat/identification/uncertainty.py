@@ -73,25 +73,21 @@ def widened(covariance: Matrix, sigma: Vector) -> Matrix:
     return covariance * np.outer(factor, factor)
 
 
-def serial_sigma(
-    solution: Solution, loss: Loss, prior: Prior, counts: Sequence[int], sigma: Vector
-) -> Vector:
-    """Standard deviations with residuals correlated in time, (n,).
+def serial_sigma(solution: Solution, counts: Sequence[int], sigma: Vector) -> Vector:
+    """Standard deviations with residuals correlated in time, (n,), without a-priori knowledge.
 
     They are never below those for independent residuals. Over a short series the correlation itself
     is uncertain, and a parameter that few samples show would otherwise seem almost exact.
 
     Args:
-        solution: Solution of the least-squares problem.
-        loss: Loss of the residuals.
-        prior: A-priori knowledge of the parameters.
+        solution: Solution of the least-squares problem with quadratic loss.
         counts: Number of residuals in each segment of time, in order.
         sigma: Standard deviations for independent residuals, (n,).
     """
     rows, residual = solution.jacobian, solution.residual
-    bread = _bread(solution, loss, prior)
-    scores = (loss.weight(residual) * residual)[:, None] * rows
-    meat = prior.information()
+    bread = _bread(solution, Quadratic(), Prior.unknown(len(sigma)))
+    scores = residual[:, None] * rows
+    meat = np.zeros_like(bread)
     for first, last in pairwise(np.cumsum([0, *counts]).tolist()):
-        meat = meat + serial_meat(scores[first:last], correlation_length(residual[first:last]))
+        meat += serial_meat(scores[first:last], correlation_length(residual[first:last]))
     return np.maximum(sigma, np.sqrt(np.maximum(np.diag(bread @ meat @ bread), 0.0)))

@@ -13,6 +13,7 @@ from gyrostat.campaigns.kinds import numbers_of
 from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.summary import percentile_of
 from gyrostat.core.types import Vector
+from gyrostat.reports.campaign_run import labelled
 from gyrostat.reports.chart import Axis, Chart, axis_of, scaled_unit
 from gyrostat.reports.requirements import required_in
 from gyrostat.reports.run_table import page_unit, rounded
@@ -90,9 +91,8 @@ def scatter_plots(
         for key in keys[:DRIVERS]:
             across, label = _unit(columns[key][fine], key, numbers[key].unit)
             drawn = across * columns[key][fine]
-            text = f"{key} ({label})" if label else key
-            title = f"{name} ({unit})" if unit else name
-            chart = Chart(title, axis_of(drawn, text), y, {"over": key, "of": name})
+            x = axis_of(drawn, labelled(key, label))
+            chart = Chart(labelled(name, unit), x, y, {"over": key, "of": name})
             pairs = (across, key, numbers[key].unit), (scale, name, metrics[name].unit)
             scales = [own / page_unit(*of)[0] for own, *of in pairs]
             chart.attributes["scales"] = " ".join(f"{each:.9g}" for each in scales)

@@ -18,8 +18,7 @@ from gyrostat.simulation import Status
 if TYPE_CHECKING:
     from gyrostat.campaigns.engine import Flown
 
-IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
-"""Unit of a metric -> unit in which reports show it."""
+_IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 
 
 def write_run(
@@ -100,13 +99,24 @@ def run_verdict(values: Mapping[str, Any]) -> str:
     return f"NOT complete: {status.name.lower().replace('_', ' ')} after {values['ended']:g} s"
 
 
+def shown_unit(unit: str) -> tuple[float, str]:
+    """Factor from SI and unit in which reports show a value; the unit of a ratio is empty."""
+    if unit in _IN_DEGREES:
+        return math.degrees(1.0), _IN_DEGREES[unit]
+    return 1.0, "" if unit == "1" else unit
+
+
+def labelled(name: str, unit: str) -> str:
+    """Name of a quantity with its unit in brackets, if it has one."""
+    return f"{name} ({unit})" if unit else name
+
+
 def told(value: float | None, unit: str, digits: int = 4) -> str:
     """Format a value with a number of significant digits; angles and rates in degrees."""
     if value is None or not math.isfinite(value):
         return "none"
-    if unit in IN_DEGREES:
-        value, unit = math.degrees(value), IN_DEGREES[unit]
-    return plain(value, digits) if unit == "1" else f"{plain(value, digits)} {unit}"
+    factor, unit = shown_unit(unit)
+    return f"{plain(factor * value, digits)} {unit}".rstrip()
 
 
 def metric_rows(scenario: Scenario, values: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -1,31 +1,21 @@
 """Page of a comparison of fits."""
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.figure import Figure
 
 from gyrostat.identification import Comparison
-from gyrostat.identification.comparison_text import (
-    CHANGES,
-    SPREADS,
-    TRENDS,
-    change_rows,
-    shared_text,
-    spread_rows,
-    trend_rows,
-    verdict,
-)
+from gyrostat.identification.comparison_text import shared_text, tables, verdict
 from gyrostat.identification.fit_changes import DAY
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
-from gyrostat.reports.drawing import STYLE, literal, svg
+from gyrostat.reports.drawing import WIDTH, literal, panels, svg
 from gyrostat.reports.template import render
 
 POINTS = 60
 """Points of a trend line."""
-WIDTH, CHARACTER = 9.0, 0.075
-"""Width of the figure and of a character of its labels, inches."""
+CHARACTER = 0.075
+"""Width of a character of the labels, inches."""
 
 
 def comparison_page(comparison: Comparison, *, command: str) -> str:
@@ -42,31 +32,23 @@ def comparison_page(comparison: Comparison, *, command: str) -> str:
         shared=shared_text(comparison),
         verdict=verdict(comparison),
         figure=svg(comparison_figure(comparison)),
-        tables=[
-            (title, header, list(zip(rows, items, strict=True)))
-            for title, header, rows, items in (
-                ("Differences", CHANGES, change_rows(comparison), comparison.changes),
-                ("Trends", TRENDS, trend_rows(comparison), comparison.trends),
-                ("Spread between wheels", SPREADS, spread_rows(comparison), comparison.spreads),
-            )
-            if rows
-        ],
+        tables=tables(comparison),
     )
 
 
 def comparison_figure(comparison: Comparison) -> Figure:
     """Plot every parameter with its 95 % interval over date, or over the wheels of a batch."""
     names = comparison.parameters
-    with mpl.rc_context(STYLE):
-        over_time = comparison.same_wheel and comparison.days is not None
-        labels = [] if over_time else [literal(label) for label in comparison.labels]
-        longest = max(map(len, labels), default=0)
-        upright = longest * CHARACTER > 0.84 * WIDTH / max(len(labels), 1)
-        below = 0.5 + (longest * CHARACTER if upright else 0.2)
-        height = below + 1.9 * len(names)
-        figure = Figure(figsize=(WIDTH, height))
+    over_time = comparison.same_wheel and comparison.days is not None
+    labels = [] if over_time else [literal(label) for label in comparison.labels]
+    longest = max(map(len, labels), default=0)
+    upright = longest * CHARACTER > 0.84 * WIDTH / max(len(labels), 1)
+    below = 0.5 + (longest * CHARACTER if upright else 0.2)
+    height = below + 1.9 * len(names)
+    options = {"sharex": True, "squeeze": False}
+    with panels(len(names), height=height, layout=None, **options) as (figure, grid):
         figure.subplots_adjust(left=0.14, right=0.98, top=0.95, bottom=below / height)
-        rows = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+        rows = grid[:, 0]
         for axes, name in zip(rows, names, strict=True):
             _parameter_axes(axes, comparison, name, over_time=over_time)
         if over_time:

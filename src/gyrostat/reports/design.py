@@ -1,6 +1,5 @@
 """Page of a designed bench record."""
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -8,17 +7,15 @@ from gyrostat.core.units import RPM, SI_UNIT
 from gyrostat.identification.design import Design
 from gyrostat.identification.design_text import HEADER, rows, summary
 from gyrostat.reports.colours import MARK, MODEL
-from gyrostat.reports.drawing import STYLE, svg
+from gyrostat.reports.drawing import panels, svg
 from gyrostat.reports.template import render
 
 
 def design_figure(design: Design) -> Figure:
     """Plot current, predicted speed and predicted standard deviation over time."""
     first = design.wanted[0]
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 6.4))
+    with panels(3, height=6.4, layout=None, sharex=True) as (figure, axes):
         figure.subplots_adjust(left=0.09, right=0.99, bottom=0.075, top=0.985, hspace=0.1)
-        axes = figure.subplots(3, 1, sharex=True)
         axes[0].step(design.time, design.current, where="post", lw=1.0, color="#444a52")
         axes[0].set_ylabel("current (A)")
         axes[1].plot(design.time, design.speed / RPM, lw=1.2, color=MODEL)

@@ -2,11 +2,15 @@
 
 import io
 import warnings
-from typing import Any
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Literal
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+WIDTH = 9.0
+"""Usual width of a figure, inches."""
 STYLE: dict[Any, Any] = {
     "font.size": 9.0,
     "axes.grid": True,
@@ -19,6 +23,34 @@ STYLE: dict[Any, Any] = {
     "legend.frameon": False,
     "svg.hashsalt": "gyrostat",
 }
+
+
+@contextmanager
+def panels(
+    rows: int = 1,
+    columns: int = 1,
+    *,
+    height: float,
+    width: float = WIDTH,
+    layout: Literal["constrained"] | None = "constrained",
+    **options: Any,
+) -> Iterator[Any]:
+    """Create a figure in the style of the reports.
+
+    Args:
+        rows: Number of rows of panels.
+        columns: Number of columns of panels.
+        height: Height of the figure, inches.
+        width: Width of the figure, inches.
+        layout: Layout engine of the figure; None for a layout that the caller adjusts.
+        options: Further arguments of `matplotlib.figure.Figure.subplots`.
+
+    Yields:
+        The figure, and its axes as `subplots` returns them.
+    """
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(width, height), layout=layout)
+        yield figure, figure.subplots(rows, columns, **options)
 
 
 def literal(name: str) -> str:

@@ -1,13 +1,12 @@
 """Figure of a sampled posterior."""
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from gyrostat.core.units import SI_UNIT
 from gyrostat.identification import Fit
+from gyrostat.identification.fit_text import estimate_of
 from gyrostat.reports.colours import BAND, MODEL
-from gyrostat.reports.drawing import STYLE
+from gyrostat.reports.drawing import panels
 
 COLUMNS = 3
 
@@ -21,21 +20,16 @@ def posterior_figure(fit: Fit) -> Figure:
     assert fit.posterior is not None
     marginals = fit.posterior.marginals
     rows = -(-len(marginals) // COLUMNS)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 2.2 * rows), layout="constrained")
-        grid = figure.subplots(rows, COLUMNS, squeeze=False)
+    with panels(rows, COLUMNS, height=2.2 * rows, squeeze=False) as (figure, grid):
         for axes, own in zip(grid.flat, marginals, strict=False):
             heights, edges = np.histogram(own.draws, bins=40, density=True)
             axes.stairs(heights, edges, fill=True, color=BAND)
-            first, _, second = own.name.partition("-")
-            contrast = np.array([float(n == first) - float(n == second) for n in fit.names])
-            value = float(contrast @ fit.values)
-            sigma = float(np.sqrt(contrast @ fit.covariance @ contrast))
+            value, sigma, unit = estimate_of(fit, own.name)
             x = np.linspace(edges[0], edges[-1], 200)
             density = np.exp(-0.5 * ((x - value) / sigma) ** 2) / (sigma * np.sqrt(2.0 * np.pi))
             axes.plot(x, density, color=MODEL, lw=1.2)
             axes.set_yticks([])
-            axes.set_xlabel(f"{own.name} ({SI_UNIT[fit.dimensions[first]]})")
+            axes.set_xlabel(f"{own.name} ({unit})")
         for axes in grid.flat[len(marginals) :]:
             axes.set_visible(False)
     return figure

@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -12,9 +11,9 @@ from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.search.rare import Found, found_failures
 from gyrostat.core.text import or_none
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.reports.campaign_run import IN_DEGREES, told
+from gyrostat.reports.campaign_run import labelled, shown_unit, told
 from gyrostat.reports.colours import BAND, MARK, MODEL
-from gyrostat.reports.drawing import STYLE, literal, svg
+from gyrostat.reports.drawing import literal, panels, svg
 from gyrostat.reports.template import render
 
 LISTED = 100
@@ -99,27 +98,21 @@ def shared(scenario: Scenario, found: Found) -> list[dict[str, Any]]:
         For each key: "key", "shift" (mean of the standard normal numbers of the failures) and
         "spread" (their standard deviation).
     """
-    last = [each.levels[-1] for each in found.replications if each.ended == "reached"]
-    rows = [level.normal[level.response > 0.0] for level in last]
+    rows, weights = [], []
+    for each in found.replications:
+        if each.ended == "reached":
+            last = each.levels[-1]
+            rows.append(last.normal[last.response > 0.0])
+            weights.append(np.full(len(rows[-1]), each.probability / len(rows[-1])))
     if not rows:
         return []
-    weights = np.concatenate(
-        [
-            np.full(len(row), p / len(row))
-            for row, p in zip(rows, _probabilities(found), strict=True)
-        ]
-    )
-    normal = np.concatenate(rows)
+    normal, weights = np.concatenate(rows), np.concatenate(weights)
     shift = np.average(normal, axis=0, weights=weights)
     spread = np.sqrt(np.average((normal - shift) ** 2, axis=0, weights=weights))
     return [
         {"key": scenario.dispersed[k], "shift": float(shift[k]), "spread": float(spread[k])}
         for k in np.argsort(-np.abs(shift))
     ]
-
-
-def _probabilities(found: Found) -> list[float]:
-    return [each.probability for each in found.replications if each.ended == "reached"]
 
 
 def lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
@@ -144,7 +137,7 @@ def lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
 
 def exceedance_figure(scenario: Scenario, found: Found) -> Figure:
     """Plot the probability that the metric is beyond a value, over the value."""
-    condition, metric = found.condition, metrics_of(scenario)[found.condition.metric]
+    condition = found.condition
     bounds = [each.levels[1].bound for each in found.replications if len(each.levels) > 1]
     finite = [
         level.response[np.isfinite(level.response)]
@@ -158,19 +151,15 @@ def exceedance_figure(scenario: Scenario, found: Found) -> Figure:
     response = np.linspace(low - 0.3 * (high - low), high, POINTS)
     curves = exceedance(found, response)
     value = condition.bound + (response if condition.above else -response)
-    shown = IN_DEGREES.get(metric.unit, metric.unit)
-    scale = np.degrees(1.0) if metric.unit in IN_DEGREES else 1.0
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 3.6))
-        axes = figure.subplots()
+    scale, unit = shown_unit(metrics_of(scenario)[condition.metric].unit)
+    with panels(width=7.0, height=3.6, layout=None) as (figure, axes):
         for curve in curves:
             axes.plot(scale * value, np.where(curve > 0.0, curve, np.nan), color=BAND, lw=0.8)
         mean = np.mean(curves, axis=0)
         axes.plot(scale * value, np.where(mean > 0.0, mean, np.nan), color=MODEL, lw=1.6)
         axes.axvline(scale * condition.bound, color=MARK, lw=0.9, ls="--")
         axes.set_yscale("log")
-        unit = "" if shown == "1" else f" ({shown})"
-        axes.set_xlabel(literal(condition.metric + unit))
+        axes.set_xlabel(literal(labelled(condition.metric, unit)))
         axes.set_ylabel("probability of " + ("more" if condition.above else "less"))
         figure.tight_layout()
     return figure

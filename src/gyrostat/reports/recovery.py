@@ -102,7 +102,8 @@ def rows_of(
             ("nearest attitude (scalar first)", triple(answer.attitude, 9)),
         ]
     for wheel, time in found.earliest.items():
-        rows.append((_slowing(file.wheel_names[wheel], losses[wheel]), _settled_after(time)))
+        bound = f"under any controller, not settled before about {time:.3g} s"
+        rows.append((_slowing(file.wheel_names[wheel], losses[wheel]), bound))
     for wheel, gain in found.gains.items():
         name = file.wheel_names[wheel]
         option = f"--brake {name}={gain.torque:g}N·m"
@@ -131,10 +132,6 @@ def _slowing(name: str, loss: Loss) -> str:
     if loss.brake_time:
         return f"{name} braked with the time constant {loss.brake_time:g} s"
     return f"{name} runs down"
-
-
-def _settled_after(time: float) -> str:
-    return f"under any controller, not settled before about {time:.3g} s"
 
 
 def _would_bring(gain: BrakeGain) -> str:

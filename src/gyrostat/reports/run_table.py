@@ -1,7 +1,6 @@
 """Values of the runs inside the page of a campaign, for the selection of runs in histograms."""
 
 import base64
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -13,7 +12,7 @@ from gyrostat.campaigns.kinds import numbers_of
 from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
-from gyrostat.reports.campaign_run import IN_DEGREES
+from gyrostat.reports.campaign_run import shown_unit
 
 MOST_BYTES = 3_500_000
 """Size that the values take in a page."""
@@ -30,9 +29,7 @@ def page_unit(name: str, unit: str) -> tuple[float, str]:
     """
     if unit == "rad/s" and name.startswith("wheel."):
         return 1.0 / RPM, "rpm"
-    if unit in IN_DEGREES:
-        return math.degrees(1.0), IN_DEGREES[unit]
-    return 1.0, "" if unit == "1" else unit
+    return shown_unit(unit)
 
 
 def rounded(values: Vector) -> NDArray[np.float32]:

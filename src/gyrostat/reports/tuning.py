@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -15,9 +14,9 @@ from gyrostat.campaigns.search.tuning import FoundTuning, found_tuning
 from gyrostat.campaigns.search.worst import at_bound
 from gyrostat.core.text import or_none
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.reports.campaign_run import IN_DEGREES, told
+from gyrostat.reports.campaign_run import labelled, shown_unit, told
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
-from gyrostat.reports.drawing import STYLE, literal, svg
+from gyrostat.reports.drawing import literal, panels, svg
 from gyrostat.reports.template import render
 
 ENOUGH = 0.02
@@ -139,9 +138,7 @@ def front_figure(found: FoundTuning) -> Figure:
     """Plot the candidates over two metrics with their front, or over time for one metric."""
     question, values = found.question, found.tuned.values
     known = metrics_of(found.stored.scenario)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.4, 3.8))
-        axes = figure.subplots()
+    with panels(width=6.4, height=3.8, layout=None) as (figure, axes):
         second = len(question.metrics) > 1
         fine = np.all(np.isfinite(values), axis=1)
         vertical, label = _shown(values[:, 0], question.minimise, known)
@@ -173,10 +170,8 @@ def front_figure(found: FoundTuning) -> Figure:
 
 def _shown(values: Vector, name: str, known: Any) -> tuple[Vector, str]:
     """Values of a metric in the unit of reports, and their label."""
-    unit = known[name].unit
-    if unit in IN_DEGREES:
-        values, unit = np.degrees(values), IN_DEGREES[unit]
-    return values, literal(name if unit == "1" else f"{name} ({unit})")
+    scale, unit = shown_unit(known[name].unit)
+    return scale * values, literal(labelled(name, unit))
 
 
 def _range(values: Vector, marked: Vector) -> tuple[float, float]:

@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -13,9 +12,9 @@ from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.search.worst import at_bound
 from gyrostat.campaigns.search.worst_case import FoundWorst, found_worst
 from gyrostat.core.text import or_none
-from gyrostat.reports.campaign_run import IN_DEGREES, told
+from gyrostat.reports.campaign_run import labelled, shown_unit, told
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
-from gyrostat.reports.drawing import STYLE, literal, svg
+from gyrostat.reports.drawing import literal, panels, svg
 from gyrostat.reports.template import render
 
 AT_BOUND = 0.99
@@ -107,31 +106,24 @@ def _lines(found: FoundWorst, content: dict[str, Any], shown: Any) -> list[str]:
         moved.append(f"{each['key']} {place}")
     lines.append(f"  by {', '.join(moved)}")
     if content["noise_drives"]:
-        lines.append(f"  noise drives it: {_noise(content)}")
+        share = f"{content['noise_share']:.0%} of the variance over all runs"
+        lines.append(f"  noise drives it: {share} is due to sensor noise")
     return lines
-
-
-def _noise(content: dict[str, Any]) -> str:
-    return f"{content['noise_share']:.0%} of the variance over all runs is due to sensor noise"
 
 
 def progress_figure(found: FoundWorst) -> Figure:
     """Plot the metric of every run, and the worst so far, over the number of the run."""
-    metric = metrics_of(found.stored.scenario)[found.question.metric]
-    scale = np.degrees(1.0) if metric.unit in IN_DEGREES else 1.0
+    name = found.question.metric
+    scale, unit = shown_unit(metrics_of(found.stored.scenario)[name].unit)
     value = found.question.response(found.stored.columns) * scale
     value = np.where(np.isfinite(value), value, np.nan)
     largest = np.fmax.accumulate(value)
-    unit = IN_DEGREES.get(metric.unit, metric.unit)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 3.2))
-        axes = figure.subplots()
+    with panels(width=7.0, height=3.2, layout=None) as (figure, axes):
         runs = np.arange(len(value))
         axes.plot(runs, value, ".", ms=1.2, color=MEASURED, rasterized=True)
         axes.plot(runs, largest, color=MODEL, lw=1.4)
         axes.plot(found.worst.number, value[found.worst.number], "o", ms=5, mfc="none", color=MARK)
         axes.set_xlabel("run")
-        name = found.question.metric
-        axes.set_ylabel(literal(name if unit == "1" else f"{name} ({unit})"))
+        axes.set_ylabel(literal(labelled(name, unit)))
         figure.tight_layout()
     return figure

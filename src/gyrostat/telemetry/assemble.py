@@ -119,13 +119,11 @@ def _dropped(measured: Measured) -> Measured:
     empty[moves] |= bad
     for role in set(values) - {"time", "current", moves}:
         wrong = ~np.isfinite(values[role])
-        known = np.flatnonzero(~wrong)
-        if not known.size:
+        if wrong.all():
             del values[role], empty[role]
             notes.append(f"column {role} left out: no finite number in it")
         elif wrong.any():
-            latest = np.maximum.accumulate(np.where(wrong, known[0], np.arange(wrong.size)))
-            values[role] = values[role][latest]
+            values[role] = values[role][_latest(~wrong)]
             empty[role][:] = False
             notes.append(f"{role} held over {counted(int(wrong.sum()))}")
     return replace(
@@ -185,8 +183,12 @@ def _in_si(
     first_known = int(np.argmin(empty))
     held = empty & missing & (np.arange(empty.size) > first_known) & (role != "time")
     _refuse(measured, role, bad & ~held, _HOW_TO_MARK if role == "current" else "a finite number")
-    latest = np.maximum.accumulate(np.where(held, 0, np.arange(empty.size)))
-    return converted[latest], int(np.sum(held))
+    return converted[_latest(~held)], int(np.sum(held))
+
+
+def _latest(known: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Index of the last known sample up to each, (N,); before the first known one, its index."""
+    return np.maximum.accumulate(np.where(known, np.arange(known.size), np.argmax(known)))
 
 
 def _require_increasing_time(measured: Measured, time: NDArray[np.float64]) -> None:
@@ -227,11 +229,7 @@ def _held_direction(sign: NDArray[np.float64]) -> NDArray[np.float64]:
 
     A sign of zero would remove a current that actually flowed, for example before breakaway.
     """
-    known = np.flatnonzero(sign)
-    if not known.size:
-        return np.ones_like(sign)
-    latest = np.maximum.accumulate(np.where(sign == 0.0, known[0], np.arange(sign.size)))
-    return sign[latest]
+    return sign[_latest(sign != 0.0)] if np.any(sign) else np.ones_like(sign)
 
 
 def _refuse(measured: Measured, role: str, bad: NDArray[np.bool_], expected: str) -> None:

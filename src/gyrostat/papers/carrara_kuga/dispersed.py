@@ -58,29 +58,18 @@ FILTERED = TableSensors(GYRO, LowPass(Tachometer(setup.SPEED_SIGMA), 0.5))
 FILTERED_HALL = TableSensors(GYRO, LowPass(PulseTachometer(24.0), 0.5))
 
 
-@dataclass(frozen=True)
-class PlantModel:
-    """A controller's model of the plant.
-
-    Attributes:
-        friction: Friction model of the wheel.
-        motor_constant: Motor constant, N·m/A.
-        table_inertia: Inertia of the table, kg·m².
-    """
-
-    friction: Friction
-    motor_constant: Any
-    table_inertia: Any
-
-    def wheel(self) -> Wheel:
-        """Wheel of the model; the rotor inertia is known exactly."""
-        return Wheel(setup.WHEEL.inertia, self.motor_constant, self.friction)
+def _table(
+    friction: Friction | LuGre,
+    motor_constant: Any = setup.WHEEL.motor_constant,
+    inertia: Any = setup.TABLE_INERTIA,
+) -> AirBearingTable:
+    """Table with fan: the plant, or a controller's model of it; the rotor inertia is known."""
+    wheel = Wheel(setup.WHEEL.inertia, motor_constant, friction)
+    return AirBearingTable(inertia, wheel, external_torque=setup.FAN_TORQUE)
 
 
-WRONG = PlantModel(
-    friction=setup.scaled(1.1, 1.2, 0.9),
-    motor_constant=0.98 * setup.WHEEL.motor_constant,
-    table_inertia=1.03 * setup.TABLE_INERTIA,
+WRONG = _table(
+    setup.scaled(1.1, 1.2, 0.9), 0.98 * setup.WHEEL.motor_constant, 1.03 * setup.TABLE_INERTIA
 )
 """A corner of the dispersed runs: c 10 % and T_s 20 % too large, k_m too small."""
 
@@ -101,24 +90,26 @@ class Candidate:
     key: str
     name: str
     colour: str
-    make: Callable[[PlantModel], Any]
+    make: Callable[[AirBearingTable], Any]
     white: TableSensors = field(default=WHITE)
     hall: TableSensors = field(default=HALL)
 
 
-def _estimating(model: PlantModel) -> EstimatingCompensator:
+def _estimating(model: AirBearingTable) -> EstimatingCompensator:
     return EstimatingCompensator.tuned(
-        setup.LAW, model.wheel(), model.table_inertia, setup.SPEED_SIGMA, setup.PERIOD, delay=1
+        setup.LAW, model.wheel, model.inertia, setup.SPEED_SIGMA, setup.PERIOD, delay=1
     )
 
 
-def _model_compensator(model: PlantModel) -> DynamicModelCompensator:
-    return DynamicModelCompensator(setup.LAW, model.friction, model.motor_constant)
+def _model_compensator(model: Any) -> DynamicModelCompensator:
+    return DynamicModelCompensator(setup.LAW, model.wheel.friction, model.wheel.motor_constant)
 
 
 CANDIDATES = (
     Candidate("compensator", "estimating compensator", "#1f5fa8", _estimating),
-    Candidate("pid", "PID", "#c8461e", lambda model: CurrentMode(setup.LAW, model.motor_constant)),
+    Candidate(
+        "pid", "PID", "#c8461e", lambda model: CurrentMode(setup.LAW, model.wheel.motor_constant)
+    ),
     Candidate("dmc_raw", "model compensator, raw tachometer", "#d99a2b", _model_compensator),
     Candidate(
         "dmc_filtered",
@@ -132,15 +123,15 @@ CANDIDATES = (
         "speed_mode",
         "speed mode",
         "#3f8f5b",
-        lambda model: SpeedMode(setup.LAW, setup.WHEEL.inertia, model.motor_constant),
+        lambda model: SpeedMode(setup.LAW, setup.WHEEL.inertia, model.wheel.motor_constant),
     ),
 )
 
 
-def _corners(random: np.random.Generator, runs: int) -> PlantModel:
+def _corners(random: np.random.Generator, runs: int) -> AirBearingTable:
     factor = 1.0 + ERRORS * random.choice([-1.0, 1.0], size=(runs, len(ERRORS)))
     coulomb, viscous, motor, static, inertia = jnp.asarray(factor.T)
-    return PlantModel(
+    return _table(
         setup.scaled(coulomb, static, viscous),
         setup.WHEEL.motor_constant * motor,
         setup.TABLE_INERTIA * inertia,
@@ -165,20 +156,14 @@ def _stepped(factor: float) -> AirBearingTable:
         static_negative=setup.STATISTICAL.static,
         stribeck_speed=setup.STRIBECK_SPEED,
     )
-    wheel = Wheel(setup.WHEEL.inertia, setup.WHEEL.motor_constant, friction)
-    return AirBearingTable(setup.TABLE_INERTIA, wheel, external_torque=setup.FAN_TORQUE)
+    return _table(friction)
 
 
 def presliding() -> AirBearingTable:
     """Table whose wheel has bristle friction: 0.1 rad deflection before slip, damping ratio 0.3."""
     stiffness = setup.STATISTICAL.coulomb / BRISTLE_LENGTH
     damping = 2.0 * BRISTLE_DAMPING * math.sqrt(stiffness * setup.INERTIA)
-    wheel = Wheel(
-        setup.WHEEL.inertia,
-        setup.WHEEL.motor_constant,
-        LuGre(setup.STATISTICAL.friction(), stiffness, damping),
-    )
-    return AirBearingTable(setup.TABLE_INERTIA, wheel, external_torque=setup.FAN_TORQUE)
+    return _table(LuGre(setup.STATISTICAL.friction(), stiffness, damping))
 
 
 def _chatter(flown: "xr.Dataset") -> tuple[Vector, Vector]:
@@ -216,7 +201,7 @@ def evaluate(candidate: Candidate, runs: int) -> dict[str, float]:
     plants = _stepped(1.0 - STEP), _stepped(1.0 + STEP), presliding()
     *stepped, lugre = [flown(plant, candidate.white) for plant in plants]
     worse = max(stepped, key=lambda one: _ninety_five(peaks(one, "measured_attitude", 5.0)))
-    too_much = PlantModel(setup.scaled(1.1, 1.1), setup.WHEEL.motor_constant, setup.TABLE_INERTIA)
+    too_much = _table(setup.scaled(1.1, 1.1))
     hunts = settled(candidate.make(too_much), sensors=candidate.white, **options)
     cases = {"white": white, "hall": hall, "step30": worse, "lugre": lugre}
     largest = {case: peaks(one, "measured_attitude", 5.0) for case, one in cases.items()}

@@ -8,8 +8,9 @@ from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
 from gyrostat.papers.carrara_kuga.bench import Prediction, Trial
 from gyrostat.papers.carrara_kuga.setup import DETERMINISTIC, STATISTICAL
-from gyrostat.papers.figures import GREY, Drawing, panels
+from gyrostat.papers.figures import GREY, Drawing
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
+from gyrostat.reports.drawing import panels
 
 COLUMNS = "profile 1, sines", "profile 2, steps"
 NEAR_ZERO = 16.0 * RPM

@@ -64,12 +64,16 @@ def crossings(flown: "xr.Dataset") -> Vector:
     return flown.time.values[np.argmax(flown.speed.values >= 0.0, axis=1)]
 
 
-def peaks(
-    flown: "xr.Dataset", name: str = "attitude", before: float = 2.0, after: float = 60.0
-) -> Vector:
-    """Largest magnitude of an angle around the crossing of each run, deg. Times in s."""
+def peaks(flown: "xr.Dataset", name: str = "attitude", before: float = 2.0) -> Vector:
+    """Largest magnitude of an angle in each run until 60 s after its crossing, deg.
+
+    Args:
+        flown: Runs of the table.
+        name: Name of the angle.
+        before: Time before the crossing that counts, s.
+    """
     time = flown.time.values[None] - crossings(flown)[:, None]
-    near = (time > -before - 1e-6) & (time < after + 1e-6)
+    near = (time > -before - 1e-6) & (time < 60.0 + 1e-6)
     return np.degrees(np.max(np.where(near, np.abs(flown[name].values), 0.0), axis=1))
 
 

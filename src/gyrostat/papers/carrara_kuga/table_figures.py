@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from gyrostat.papers.figures import INK, Drawing, panels
+from gyrostat.papers.figures import INK, Drawing
 from gyrostat.reports.colours import MARK, MODEL
+from gyrostat.reports.drawing import panels
 
 if TYPE_CHECKING:
     import xarray as xr

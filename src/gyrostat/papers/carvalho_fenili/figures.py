@@ -8,15 +8,15 @@ from matplotlib.lines import Line2D
 
 from gyrostat.failures import Recovery
 from gyrostat.papers.carvalho_fenili import setup
-from gyrostat.papers.carvalho_fenili.flights import Flight
-from gyrostat.papers.figures import GREEN, GREY, INK, Drawing, label_edges, panels
+from gyrostat.papers.carvalho_fenili.flights import Flight, Flights
+from gyrostat.papers.figures import GREEN, GREY, INK, Drawing, label_edges
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
+from gyrostat.reports.drawing import panels
 
 COLOURS = (MODEL, MARK, GREEN)
 LABELS = ("θ - π/2", "φ", "ψ")
 EVERY = 20
 """Number of samples of 0.01 s between drawn points."""
-FAILING = tuple(case for case in setup.CASES if case != "none")
 READING = (
     "Dotted: the failure. Grey: beyond validity. For diverging values, the scale is linear inside "
     "the pale band and logarithmic outside."
@@ -25,8 +25,6 @@ KINDS = {"frozen": MODEL, "seized": MARK, "rundown": GREEN}
 STROKES = dict(zip(setup.LAWS, ("-", "--"), strict=True))
 LEAST, SETTLED = 1e-3, 0.05
 """Smallest angle drawn, and angle at which a recovery has settled, deg."""
-
-Flights = Mapping[str, Mapping[str, Flight]]
 
 
 def _time_marks(axes: Axes, until: float) -> None:
@@ -96,8 +94,8 @@ def case(case: str, flights: Flights) -> Drawing:
 
 def frozen_rates(flights: Flights) -> Drawing:
     """Plot the body rates of every failure; those about failed axes are constant from 15 s on."""
-    with panels(len(FAILING) // 2, 4, height=5.6, sharex=True, sharey=True) as (figure, grid):
-        for number, case in enumerate(FAILING):
+    with panels(len(setup.FAILING) // 2, 4, height=5.6, sharex=True, sharey=True) as (figure, grid):
+        for number, case in enumerate(setup.FAILING):
             for k, law in enumerate(setup.LAWS):
                 axes = grid[number // 2, 2 * (number % 2) + k]
                 flight = flights[law][case]
@@ -126,7 +124,7 @@ def recovery_figure(runs: Mapping[str, Mapping[str, Mapping[str, Recovery]]]) ->
         runs: Recoveries by law, case and kind of loss.
     """
     with panels(2, 3, height=6.4, sharex=True, sharey=True) as (figure, grid):
-        for axes, case in zip(grid.flat, FAILING, strict=True):
+        for axes, case in zip(grid.flat, setup.FAILING, strict=True):
             axes.axhline(SETTLED, color=MEASURED, lw=0.8, ls=":")
             for row, (law, kind) in enumerate((law, kind) for law in runs for kind in KINDS):
                 _history(axes, law, kind, runs[law][case][kind])

@@ -1,5 +1,6 @@
 """Simulations of the 14 cases, with the law evaluated at every stage of a Runge-Kutta step."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -111,6 +112,10 @@ class Flight:
         return float(np.sqrt(np.mean(np.sum(angles**2, axis=1))))
 
 
+Flights = Mapping[str, Mapping[str, Flight]]
+"""Runs by law and case."""
+
+
 @eqx.filter_jit
 def _continuous(law: Any, failing: Float[Array, "cases 3"], start: EulerState, count: int) -> Any:
     def single(times):
@@ -132,20 +137,18 @@ def _continuous(law: Any, failing: Float[Array, "cases 3"], start: EulerState, c
     return jax.vmap(single)(failing)
 
 
-def flights(law: Any, duration: float = setup.DURATION) -> dict[str, Flight]:
+def flights(law: Any) -> dict[str, Flight]:
     """Simulate all cases with a law.
 
     Args:
         law: Function from the state to the torque, (3,), N·m.
-        duration: Duration, s.
 
     Returns:
         Run of each case.
     """
-    count = round(duration / setup.STEP)
-    start = setup.HEALTHY.start(setup.ANGLES, setup.RATES)
+    count = round(setup.DURATION / setup.STEP)
     state, rate, valid, fine = jax.tree.map(
-        np.asarray, _continuous(law, jnp.asarray(setup.failure_times()), start, count)
+        np.asarray, _continuous(law, jnp.asarray(setup.failure_times()), setup.START, count)
     )
     found = {}
     for run, case in enumerate(setup.CASES):

@@ -32,19 +32,14 @@ from gyrostat.spacecraft import (
     WheelFailures,
 )
 from gyrostat.spacecraft.gyrostat_state import WheelTorqueCommand
-from gyrostat.wheel import WheelArray
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ROTOR = 0.01
-"""Inertia of each rotor about its axis, kg·m²: 3 N·m·s at 2900 rpm."""
 PERIOD = 0.1
 """Control period, s; the time constants of the laws are seconds."""
 TARGET = np.array([np.cos(0.25 * np.pi), np.sin(0.25 * np.pi), 0.0, 0.0])
 """Attitude at phi = psi = 0, theta = pi/2: a quarter turn about x."""
-TORQUE, MOMENTUM = 0.1, 3.0
-"""Torque limit, N·m, and momentum limit, N·m·s, of each wheel in runs with limits."""
 LOSSES = {"frozen": Loss("frozen"), "seized": Loss("seized"), "rundown": Loss("rundown", 60.0)}
 """Kinds of failure: constant momentum, immediate stop, decay with 60 s."""
 WITHOUT_REST = {**dict.fromkeys(("MxMy", "MxMz", "MyMz"), LOSSES), "My": ("frozen",)}
@@ -54,17 +49,10 @@ Recoveries = Mapping[str, Mapping[str, Recovery]]
 """Recoveries by case and kind of loss."""
 
 
-def _craft(torque: float, momentum: float) -> Spacecraft:
-    wheels = WheelArray(
-        axes=jnp.eye(3),
-        inertia=jnp.full(3, ROTOR),
-        torque_limit=jnp.full(3, torque),
-        momentum_limit=jnp.full(3, momentum),
-    )
-    return Spacecraft(inertia=(setup.INERTIA - ROTOR) * jnp.eye(3), wheels=wheels)
-
-
-CRAFT, LIMITED = _craft(np.inf, np.inf), _craft(TORQUE, MOMENTUM)
+_BODY = (setup.INERTIA - setup.ROTOR) * jnp.eye(3)
+CRAFT = Spacecraft(_BODY, setup.wheels_along_axes(np.inf, np.inf))
+LIMITED = Spacecraft(_BODY, setup.wheels_along_axes())
+"""The body of the paper with wheels, without and with limits."""
 
 
 def _nearest(angle: Scalar, before: Scalar) -> Scalar:
@@ -122,10 +110,7 @@ def start() -> GyrostatState:
 
 def failing(case: str, time: float = setup.FAILURE) -> Gyrostat:
     """Spacecraft without wheel limits; the wheels of a case lose their torque at a time, s."""
-    failures = WheelFailures.none(3)
-    for wheel in setup.CASES[case]:
-        failures = failures.torque_lost(wheel, time)
-    return Gyrostat(CRAFT, failures)
+    return setup.without_torques(CRAFT, setup.CASES[case], time)
 
 
 def fly_on_wheels(
@@ -187,7 +172,7 @@ def without_limits(state: GyrostatState) -> Mapping[str, str]:
     Args:
         state: State at the failure in the run without limits.
     """
-    momenta = ROTOR * np.asarray(state.wheel_speed + Gyrostat(CRAFT).rate(state))
+    momenta = setup.ROTOR * np.asarray(state.wheel_speed + Gyrostat(CRAFT).rate(state))
     found = {}
     for case in WITHOUT_REST:
         kept = {wheel: float(momenta[wheel]) for wheel in setup.CASES[case]}
@@ -237,9 +222,11 @@ def without_rest(run: Run) -> Part:
 def every_recovery(run: Run) -> Part:
     """All recoveries, and the end of one run with wheels and without recovery."""
     run.say("simulating all recoveries")
-    cases = {case: LOSSES for case, failed in setup.CASES.items() if failed}
     healthy = run.once(before_failure)
-    found = {law: recovered(at_failure(one)[1], cases) for law, one in healthy.items()}
+    found = {
+        law: recovered(at_failure(one)[1], dict.fromkeys(setup.FAILING, LOSSES))
+        for law, one in healthy.items()
+    }
     flown = fly_on_wheels(laws()["lqr"], [failing("MxMy")], setup.DURATION)
     attitude = jnp.asarray(flown.attitude.values[0, -1])
     error = float(rotations.error_angle(attitude, jnp.asarray(TARGET)))

@@ -1,9 +1,14 @@
 """Parameters printed in the paper, with its body and weights."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
+from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import EulerAngles
 from gyrostat.papers.carvalho_fenili.torque_driven import TorqueDrivenBody
+from gyrostat.spacecraft import Gyrostat, Spacecraft, WheelFailures
+from gyrostat.wheel import WheelArray
 
 MASS, EDGE = 200.0, 0.6
 """Table 1: mass, kg, and edge, m."""
@@ -37,6 +42,7 @@ CASES: dict[str, tuple[int, ...]] = {
     "MyMz": (1, 2),
 }
 """Axes whose torque fails, for each case."""
+FAILING = tuple(case for case, failed in CASES.items() if failed)
 FIGURES = {
     "Mx": (1, 13),
     "My": (3, 15),
@@ -48,6 +54,25 @@ FIGURES = {
 """Number of the paper's figure of the angles, for LQR and SDRE; the next one shows the rates."""
 
 HEALTHY = TorqueDrivenBody(INERTIA)
+START = HEALTHY.start(ANGLES, RATES)
+ROTOR = 0.01
+"""Inertia of each rotor about its axis, chosen here, kg·m²: 3 N·m·s at 2900 rpm."""
+TORQUE, MOMENTUM = 0.1, 3.0
+"""Torque limit, N·m, and momentum limit, N·m·s, of each wheel, chosen here."""
+
+
+def wheels_along_axes(torque: float = TORQUE, momentum: float = MOMENTUM) -> WheelArray:
+    """Three wheels along the body axes with limits of torque, N·m, and momentum, N·m·s."""
+    limits = jnp.full(3, torque), jnp.full(3, momentum)
+    return WheelArray(jnp.eye(3), jnp.full(3, ROTOR), *limits)
+
+
+def without_torques(spacecraft: Spacecraft, wheels: Iterable[int], time: float) -> Gyrostat:
+    """Spacecraft of which some wheels lose their torque at a time, s."""
+    failures = WheelFailures.none(3)
+    for wheel in wheels:
+        failures = failures.torque_lost(wheel, time)
+    return Gyrostat(spacecraft, failures)
 
 
 def failure_times() -> np.ndarray:

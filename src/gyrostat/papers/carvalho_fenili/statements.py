@@ -7,7 +7,7 @@ import numpy as np
 
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.papers.carvalho_fenili import figures, setup
-from gyrostat.papers.carvalho_fenili.flights import Flight, flights
+from gyrostat.papers.carvalho_fenili.flights import Flight, Flights, flights
 from gyrostat.papers.carvalho_fenili.laws import (
     FACTORISATION,
     LinearQuadratic,
@@ -28,10 +28,6 @@ MOVING = 1e-3
 """Smallest rate that counts as not converged to zero, rad/s."""
 EXCITED = 0.1
 """Nonlinear part, relative to the linear one, that counts as sufficiently excited."""
-FAILING = tuple(case for case in setup.CASES if case != "none")
-
-Flights = Mapping[str, Mapping[str, Flight]]
-"""Runs by law and case."""
 
 
 def flown(run: Run) -> Flights:
@@ -95,9 +91,7 @@ def linear(run: Run) -> Part:
     late = x.time >= x.valid_until - 10.0
     least = float(np.min(np.abs(x.rates[late, THETA])))
     poles = _decoupled_poles()
-    moved = np.asarray(FACTORISATION(regulated(setup.HEALTHY.start(setup.ANGLES, setup.RATES)))[1])[
-        [1, 3, 5], 0
-    ]
+    moved = _by_torques()[:, 0]
     values: dict[str, Value] = {
         "lqr.Mx.theta_rate_does_not_converge": least > MOVING,
         "lqr.Mx.theta_unstable": not x.stays(THETA),
@@ -152,10 +146,9 @@ def dependent(run: Run) -> Part:
     runs = found["sdre"]
     x, y, z = runs["Mx"], runs["My"], runs["Mz"]
     healthy = runs["none"].excursion(THETA)
-    start = setup.HEALTHY.start(setup.ANGLES, setup.RATES)
-    moved = setup.INERTIA * np.asarray(FACTORISATION(regulated(start))[1])[[1, 3, 5], 0]
-    share = _nonlinear_share(start)
-    spreads = {case: _spreads(found, case) for case in FAILING}
+    moved = setup.INERTIA * _by_torques()[:, 0]
+    share = _nonlinear_share()
+    spreads = {case: _spreads(found, case) for case in setup.FAILING}
     values: dict[str, Value] = {
         "sdre.nonlinear_terms_excited": share >= EXCITED,
         "sdre.Mx.unstable": not x.controlled,
@@ -188,8 +181,14 @@ def dependent(run: Run) -> Part:
     return Part(values, facts)
 
 
-def _nonlinear_share(start: EulerState) -> float:
+def _by_torques() -> np.ndarray:
+    """Accelerations of theta, phi and psi by each torque at the start, (3, 3), 1/(kg·m²)."""
+    return np.asarray(FACTORISATION(regulated(setup.START))[1])[[1, 3, 5]]
+
+
+def _nonlinear_share() -> float:
     """Nonlinear part of the initial accelerations under LQR, relative to the linearised ones."""
+    start = setup.START
     torque = LinearQuadratic(jnp.asarray(gain()))(start)
     bend = setup.HEALTHY.accelerations(start, torque)
     dynamics, torques = linearised()
@@ -208,18 +207,16 @@ def _spreads(found: Flights, case: str) -> tuple[float, float]:
 def conclusion(run: Run) -> Part:
     """Section 7: statements on all runs."""
     found: Flights = run.once(flown)
-    pairs = {case: _spreads(found, case) for case in FAILING}
+    pairs = {case: _spreads(found, case) for case in setup.FAILING}
     better = [case for case, (linear, dependent) in pairs.items() if dependent < linear]
     runs = [found[law][case] for law in found for case in setup.CASES]
     agree = all(run.controlled == (0 not in run.failed) for run in runs)
     held = [run.case for run in runs if run.controlled]
-    start = setup.HEALTHY.start(setup.ANGLES, setup.RATES)
     still = jax.jacfwd(
         lambda x: jnp.stack(setup.HEALTHY.accelerations(EulerState(*x), jnp.zeros(3)))
     )
-    turned = float(np.max(np.abs(np.asarray(still(jnp.stack(start)))[:, [1, 2]])))
-    torques = np.asarray(FACTORISATION(regulated(start))[1])[[1, 3, 5]]
-    entries = int(np.count_nonzero(np.abs(torques) > 1e-6))
+    turned = float(np.max(np.abs(np.asarray(still(jnp.stack(setup.START)))[:, [1, 2]])))
+    entries = int(np.count_nonzero(np.abs(_by_torques()) > 1e-6))
     rates = np.linalg.norm(found["lqr"]["none"].body_rate[[0, -1]], axis=1)
     first, left = (float(setup.INERTIA * rate) for rate in rates)
     values: dict[str, Value] = {
@@ -229,14 +226,14 @@ def conclusion(run: Run) -> Part:
         "conclusion.one_or_two_actuators_fail": {len(f) for f in setup.CASES.values()} == {0, 1, 2},
         "conclusion.controlled_if_and_only_if_x_works": agree,
         "conclusion.euler_angles_explain_it": agree,
-        "conclusion.sdre_better_in_many_cases": 2 * len(better) > len(FAILING),
+        "conclusion.sdre_better_in_many_cases": 2 * len(better) > len(setup.FAILING),
     }
     facts = {
         "turned": turned,
         "entries": entries,
         "momenta": (first, left),
         "held": f"{len(held)} of {len(runs)} runs (case {', '.join(sorted(set(held)))})",
-        "better": f"{len(better)} of {len(FAILING)} failures ({', '.join(better)})",
+        "better": f"{len(better)} of {len(setup.FAILING)} failures ({', '.join(better)})",
     }
     return Part(values, facts)
 

@@ -16,13 +16,12 @@ from gyrostat.core.jax64 import jnp
 from gyrostat.core.types import Vector
 from gyrostat.failures.recovery import RATE
 from gyrostat.papers.blocks import in_blocks
+from gyrostat.papers.carvalho_fenili import setup
 from gyrostat.papers.carvalho_fenili.dispersed import BLOCK, Dispersed, fly, settling_times
 from gyrostat.papers.reproduction import Say
 from gyrostat.spacecraft import Gyrostat, Spacecraft, SpacecraftSensor, WheelFailures
-from gyrostat.wheel import WheelArray
 
-ROTORS = np.full(3, 0.01)
-WHEELS = WheelArray(jnp.eye(3), jnp.asarray(ROTORS), jnp.full(3, 0.1), jnp.full(3, 3.0))
+WHEELS = setup.wheels_along_axes()
 PERIOD = 0.1
 """Control period, s."""
 
@@ -93,7 +92,7 @@ def draw(random: np.random.Generator, one: Requirement, *, tilted: bool) -> Disp
     momentum *= random.uniform(one.least, one.most) / np.linalg.norm(momentum)
     target = _nearest_rest(wanted, momentum, normal)
     body = attitude.inv().apply(momentum)
-    locked = inertia + np.diag(ROTORS)
+    locked = inertia + setup.ROTOR * np.eye(3)
     drift = locked @ normal
     rate = drift * (normal @ body) / (drift @ drift)
     if one.tumbling:
@@ -112,14 +111,14 @@ def draw(random: np.random.Generator, one: Requirement, *, tilted: bool) -> Disp
         start=plant.start(
             attitude=attitude.as_quat(scalar_first=True),
             rate=rate,
-            wheel_speed=wheels / ROTORS,
+            wheel_speed=wheels / setup.ROTOR,
         ),
         target=reached,
         allowed=one.allowed,
     )
 
 
-def times(one: Requirement, cases: int, say: Say, seed: int = 1) -> Vector:
+def times(one: Requirement, cases: int, say: Say) -> Vector:
     """Settling times, (cases,), s; infinite if a case does not settle.
 
     Settled means below 0.05 deg and 1e-4 rad/s from then on, to the end of the run.
@@ -128,9 +127,8 @@ def times(one: Requirement, cases: int, say: Say, seed: int = 1) -> Vector:
         one: Set of cases.
         cases: Number of cases.
         say: Called after each block.
-        seed: Seed of the cases.
     """
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(1)
     drawn = [draw(random, one, tilted=k % 2 == 1) for k in range(cases)]
 
     def block(some: list[Dispersed]) -> Vector:

@@ -9,8 +9,9 @@ from gyrostat.core.types import Vector
 from gyrostat.papers.endo_sekiguchi_nonaka.controllers import OURS, SLOW, Outcome
 from gyrostat.papers.endo_sekiguchi_nonaka.flights import Flight
 from gyrostat.papers.endo_sekiguchi_nonaka.setup import DURATION, REQUIRED
-from gyrostat.papers.figures import GREEN, INK, Drawing, label_edges, panels
+from gyrostat.papers.figures import GREEN, INK, Drawing, label_edges
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
+from gyrostat.reports.drawing import panels
 
 Flights = Mapping[str, Flight]
 EVERY = slice(None, None, 250)

@@ -4,9 +4,10 @@ from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
 
-from gyrostat.papers.figures import INK, Drawing, panels
+from gyrostat.papers.figures import INK, Drawing
 from gyrostat.papers.moreira_lopes_kuga.setup import RADIUS, REFERENCE
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
+from gyrostat.reports.drawing import panels
 
 if TYPE_CHECKING:
     import xarray as xr
