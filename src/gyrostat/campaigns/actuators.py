@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from gyrostat.campaigns.components import Component, Options, stacked
+from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.schema import Key, positive, size, vector
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.rotations import from_rotation_vector, rotation_matrix
@@ -34,8 +34,8 @@ THRUSTERS = {
 
 
 def _torque_rods(options: Options, orbit: OrbitEnvironment, **given: Any) -> TorqueRods:
-    axes = rotation_matrix(from_rotation_vector(stacked(options, "misalignment")))
-    return TorqueRods(orbit, stacked(options, "limit"), axes, options["duty"])
+    axes = rotation_matrix(from_rotation_vector(options["misalignment"]))
+    return TorqueRods(orbit, options["limit"], axes, options["duty"])
 
 
 def _thrusters(options: Options, period: Scalar, **given: Any) -> Thrusters:

@@ -49,14 +49,14 @@ def _array(plan: WheelArrayControl, options: Options, momentum: Vector3) -> Whee
     limit = options["external_torque_limit"] * jnp.ones(3)
     null_space, inertia = plan.null_space, jnp.asarray(plan.spacecraft.wheels.inertia)
     if null_space is not None:
-        names = [key.removesuffix(".below") for key in options if key.endswith(".below")]
-        ends = [
-            [options[f"{name}.{end}"] * inertia for end in ("above", "below")] for name in names
+        bands = [
+            [band["above"] * inertia, band["below"] * inertia]
+            for band in options.get("bands", {}).values()
         ]
         null_space = replace(
             null_space,
             gain=options["null_space_gain"],
-            bands=jnp.array(ends) if names else None,
+            bands=jnp.array(bands) if bands else None,
             clearance=options["clearance"] * jnp.max(inertia),
             crossing_gain=options["crossing_gain"],
         )

@@ -26,7 +26,6 @@ from gyrostat.campaigns.build_spacecraft import (
     of_wheels,
     spacecraft_of,
 )
-from gyrostat.campaigns.components import stacked
 from gyrostat.campaigns.controllers import IGNORED, NOTIFIED, DesignCase
 from gyrostat.campaigns.environments import environment_torques
 from gyrostat.campaigns.kinds import check_needs, chosen
@@ -35,7 +34,8 @@ from gyrostat.campaigns.orbits import orbit_of_run, planned_orbit
 from gyrostat.campaigns.phases import Phases, in_orbit
 from gyrostat.campaigns.references import PlannedReference
 from gyrostat.campaigns.scenario import Event, Scenario
-from gyrostat.campaigns.sensing import Values, guarded, options_of, with_faults
+from gyrostat.campaigns.schema import START
+from gyrostat.campaigns.sensing import Values, arrays_of, guarded, options_of, with_faults
 from gyrostat.campaigns.structure import Structure, notified, structure_of
 from gyrostat.campaigns.wheel_disturbances import imbalance_of
 from gyrostat.control.guidance import Guided, Reference
@@ -177,9 +177,15 @@ def plan(scenario: Scenario) -> Plans:
     )
 
 
+def _made(structure: Structure, values: Values, section: str, *given: Any) -> Any:
+    """Component of a section, made of its values and of other parts."""
+    component = chosen(structure, section)
+    return component.make(arrays_of(values, section, component.keys), *given)
+
+
 def _plant(structure: Structure, values: Values, options: Values, plans: Plans, orbit: Any) -> Any:
     """Spacecraft with environment, actuators and own events, its initial state, and budget."""
-    own = chosen(structure, "environment").make(options_of(values, "environment"))
+    own = _made(structure, values, "environment")
     if "external_torque_limit" in options:
         own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
     craft = spacecraft_of(structure, values)
@@ -193,10 +199,11 @@ def _plant(structure: Structure, values: Values, options: Values, plans: Plans, 
     own["actuators"] = actuators
     own["modes"] = modes_of_run(structure, values, craft)
     plant: Any = Gyrostat(craft, failures_of(structure, values), **own)
-    error = stacked(values, "start.attitude_error")
+    begin = arrays_of(values, "start", START)
+    error = from_rotation_vector(begin["attitude_error"])
     motion = {
-        "attitude": product(jnp.asarray(plans.attitude), from_rotation_vector(error)),
-        "rate": stacked(values, "start.rate"),
+        "attitude": product(jnp.asarray(plans.attitude), error),
+        "rate": begin["rate"],
         "wheel_speed": of_wheels(structure, values, "speed"),
     }
     count = len(structure.wheels)
@@ -221,46 +228,40 @@ def _plant(structure: Structure, values: Values, options: Values, plans: Plans, 
 
 def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     """Build the parts of a run from its values; pure, for `jit` and `vmap` over the values."""
-    options = options_of(values, "controller")
+    law, known = chosen(structure, "controller"), plans.known
+    options = arrays_of(values, "controller", law.keys)
+    bands = named_parts(structure, values, "controller.band")
+    if bands:
+        options["bands"] = dict(sorted(bands.items()))
     if has_section(structure, "wear"):
         options["wear"] = of_wheels(structure, values, "wear")
     orbit = orbit_of_run(values, plans.orbit, structure.dispersed)
     plant, start, budget = _plant(structure, values, options, plans, orbit)
-    law = chosen(structure, "controller")
     made = [law.make(plan, options, start.momentum) for plan in plans.controllers]
     starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(structure, values)])
     joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
     controller: Any = Phases(starts, joined, orbit=orbit)
     reference = reference_of(structure, values, plans, start, starts, orbit)
-    followed, known = reference, navigated(values, orbit)
-    if known is not orbit:
-        followed = reference_of(structure, values, plans, start, starts, known)
+    followed, navigation = reference, navigated(values, orbit)
+    if navigation is not orbit:
+        followed = reference_of(structure, values, plans, start, starts, navigation)
     fixed = reference is None and getattr(made[0], "takes_reference", False)
     if fixed:
         followed = steps_reference(starts, jnp.asarray(plans.targets))
     if followed is not None:
         controller = Guided(controller, followed, structure.command_delay)
-    controller = chosen(structure, "compensator").make(
-        options_of(values, "compensator"),
-        controller,
-        plans.known,
-        structure.command_delay,
-        values["run.control_period"],
-        plans.sensors,
-    )
+    period = values["run.control_period"]
+    others = structure.command_delay, period, plans.sensors
+    controller = _made(structure, values, "compensator", controller, known, *others)
     controller = in_orbit(controller, orbit)
-    controller = chosen(structure, "unloading").make(
-        options_of(values, "unloading"), controller, plans.known
-    )
-    controller = chosen(structure, "estimator").make(
-        options_of(values, "estimator"), controller, plans.known, plans.sensors
-    )
+    controller = _made(structure, values, "unloading", controller, known)
+    controller = _made(structure, values, "estimator", controller, known, plans.sensors)
     controller = in_orbit(controller, orbit)
-    sensor = chosen(structure, "sensors").make(options_of(values, "sensors"), plant, plans.known)
+    sensor = _made(structure, values, "sensors", plant, known)
     sensor = with_heads(structure, values, sensor, orbit)
-    sensor = with_sensors(structure, values, sensor, plant, plans.known, orbit)
+    sensor = with_sensors(structure, values, sensor, plant, known, orbit)
     sensor = with_faults(structure, values, sensor)
     controller = guarded(structure, values, controller, sensor, start)
-    metrics = named_parts(structure, values, "metric", spacecraft=plans.known, orbit=orbit)
+    metrics = named_parts(structure, values, "metric", spacecraft=known, orbit=orbit)
     targets = jnp.asarray(plans.targets)
     return Setup(plant, controller, sensor, start, starts, targets, metrics, reference, budget)

@@ -5,7 +5,7 @@ from typing import Any
 
 from gyrostat.campaigns.kinds import OF_SPACECRAFT, component
 from gyrostat.campaigns.own.parts import is_own
-from gyrostat.campaigns.sensing import Values, options_of
+from gyrostat.campaigns.sensing import Values, arrays_of, options_of
 from gyrostat.campaigns.structure import Structure
 from gyrostat.spacecraft import (
     AddedSensors,
@@ -14,6 +14,7 @@ from gyrostat.spacecraft import (
     PlantChange,
     Spacecraft,
 )
+from gyrostat.spacecraft.flexible.appendages import appendage_modes
 from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHeads
 
 
@@ -33,7 +34,8 @@ def named_parts(structure: Structure, values: Values, section: str, **given: Any
             place = f"{section}.{part.name}"
             made = component(section, part.kind, structure.sources)
             own = {} if is_own(part.kind) else {"period": values["run.control_period"]}
-            found[part.name] = made.make(options_of(values, place), place=place, **given, **own)
+            options = arrays_of(values, place, made.keys)
+            found[part.name] = made.make(options, place=place, **given, **own)
     return found
 
 
@@ -48,9 +50,9 @@ def modes_of_run(
         spacecraft: Spacecraft of this run.
     """
     made = [
-        modes
-        for kind in OF_SPACECRAFT
-        for modes in named_parts(structure, values, kind, spacecraft=spacecraft).values()
+        appendage_modes(kind, options_of(values, f"{kind}.{name}"), spacecraft)
+        for kind, name in ((part.section, part.name) for part in structure.parts)
+        if kind in OF_SPACECRAFT
     ]
     return FlexibleModes.joined(*made) if made else None
 
@@ -61,10 +63,10 @@ def with_events(structure: Structure, values: Values, plant: Any, known: Any) ->
     for event in structure.events:
         if is_own(event.kind):
             place = f"event.{event.name}"
-            own = options_of(values, place)
             made = component("event", event.kind, structure.sources)
+            own = arrays_of(values, place, made.keys)
             change = made.make(own, place=place, spacecraft=known)
-            changes.append(PlantChange(event.name, own["time"], change))
+            changes.append(PlantChange(event.name, values[f"{place}.time"], change))
     return ChangingPlant(plant, tuple(changes)) if changes else plant
 
 

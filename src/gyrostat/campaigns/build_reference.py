@@ -7,16 +7,16 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.campaigns.attitude_table import attitude_table
-from gyrostat.campaigns.components import stacked
 from gyrostat.campaigns.kinds import chosen, component
 from gyrostat.campaigns.references import (
+    ERROR,
     LISTS,
     POSITION_ERROR,
     PlannedReference,
     ReferenceCase,
 )
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.sensing import Values, options_of
+from gyrostat.campaigns.sensing import Values, arrays_of
 from gyrostat.campaigns.structure import Structure
 from gyrostat.control import AttitudeTargets
 from gyrostat.control.guidance import Reference, WheelEnvelope
@@ -92,8 +92,8 @@ def reference_of(
     if plans.reference is None:
         return None
     planned = plans.reference._replace(orbit=orbit)
-    own = options_of(values, "reference")
-    own = {name: value for name, value in own.items() if not name.startswith("position_error.")}
+    kind = chosen(structure, "reference")
+    own = arrays_of(values, "reference", kind.keys)
     envelope = planned.envelope
     if envelope is not None:
         envelope = replace(
@@ -108,9 +108,9 @@ def reference_of(
     for part in structure.parts:
         if part.section in made:
             place = f"{part.section}.{part.name}"
-            options = options_of(values, place)
-            kind = component(part.section, part.kind, structure.sources)
-            made[part.section].append((kind.make(options, planned, place), options))
+            each = component(part.section, part.kind, structure.sources)
+            options = arrays_of(values, place, each.keys)
+            made[part.section].append((each.make(options, planned, place), options))
     case = ReferenceCase(
         planned,
         envelope,
@@ -118,14 +118,14 @@ def reference_of(
         made["reference.mode"],
         [options for _, options in made["reference.slew"]],
     )
-    return chosen(structure, "reference").make(own, case)
+    return kind.make(own, case)
 
 
 def navigated(values: Values, orbit: OrbitEnvironment | None) -> OrbitEnvironment | None:
     """Orbit from which the controller computes its reference, with the error of its position."""
     if orbit is None or f"{POSITION_ERROR}.x" not in values:
         return orbit
-    return replace(orbit, position_error=stacked(values, POSITION_ERROR))
+    return replace(orbit, **arrays_of(values, "reference", {"position_error": ERROR}))
 
 
 def steps_reference(

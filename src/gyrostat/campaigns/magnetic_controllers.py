@@ -1,10 +1,9 @@
 """Detumbling, sun pointing and momentum unloading, for scenarios."""
 
 from dataclasses import replace
-from typing import Any
 
 from gyrostat.campaigns.actuators import DIPOLE_LIMIT, DUTY, THRUSTERS
-from gyrostat.campaigns.components import Component, Options, stacked
+from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.controllers import IGNORED, DesignCase, PlannedController
 from gyrostat.campaigns.schema import Key, positive, size, vector
 from gyrostat.control.attitude.sun_pointing import SunPointing
@@ -12,7 +11,6 @@ from gyrostat.control.magnetic.b_cross import BCross, least_inertia
 from gyrostat.control.magnetic.rod_unloading import RodUnloading
 from gyrostat.control.thruster_unloading import ThrusterUnloading
 from gyrostat.core.arrays import Vector3
-from gyrostat.spacecraft import Spacecraft
 
 
 def _plan_detumbling(case: DesignCase) -> BCross:
@@ -28,31 +26,7 @@ def _plan_sun_pointing(case: DesignCase) -> SunPointing:
 
 
 def _sun_pointing(plan: SunPointing, options: Options, momentum: Vector3) -> SunPointing:
-    vectors = {name: stacked(options, name) for name in ("axis", "search_rate")}
-    gains = {name: options[name] for name in ("turn_gain", "rate_gain", "largest_rate")}
-    return replace(plan, **vectors, **gains)
-
-
-def _rod_unloading(options: Options, controller: Any, known: Spacecraft) -> RodUnloading:
-    return RodUnloading(
-        controller,
-        known.wheels,
-        stacked(options, "limit"),
-        options["gain"],
-        stacked(options, "momentum"),
-        options["duty"],
-        options["compensation"],
-    )
-
-
-def _thruster_unloading(options: Options, controller: Any, known: Spacecraft) -> ThrusterUnloading:
-    names = ("arm", "force", "begin", "end", "minimum", "impulse", "compensation")
-    return ThrusterUnloading(
-        controller,
-        known.wheels,
-        **{name: options[name] for name in names},
-        momentum=stacked(options, "momentum"),
-    )
+    return replace(plan, **options)
 
 
 _MOMENTUM = vector("momentum", "Target of the wheels' momentum, in body axes.")
@@ -121,7 +95,7 @@ UNLOADINGS: dict[str, Component] = {
             "duty": replace(DUTY, meaning="Share of each control period in which the rods are on."),
             "compensation": _COMPENSATION,
         },
-        _rod_unloading,
+        lambda options, controller, known: RodUnloading(controller, known.wheels, **options),
         needs=("magnetometer", "torque_rods"),
     ),
     "thrusters": Component(
@@ -141,7 +115,7 @@ UNLOADINGS: dict[str, Component] = {
             "momentum": _MOMENTUM,
             "compensation": _COMPENSATION,
         },
-        _thruster_unloading,
+        lambda options, controller, known: ThrusterUnloading(controller, known.wheels, **options),
         needs=("thrusters",),
     ),
 }

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from jaxtyping import Array, Float
 
-from gyrostat.campaigns.components import Component, Options, stacked
+from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.environments import EITHER_ORBIT, orbit_of
 from gyrostat.campaigns.schema import Key, positive, size
 from gyrostat.control.guidance import (
@@ -63,28 +63,24 @@ class ReferenceCase(NamedTuple):
     slews: Sequence[Options]
 
 
-def _target(options: Options) -> Array:
-    return normalised(jnp.stack([jnp.asarray(options[f"target.{k}"]) for k in range(4)]))
-
-
 def _fixed(options: Options, planned: PlannedReference, place: str) -> Fixed:
-    return Fixed(_target(options))
+    return Fixed(normalised(options["target"]))
 
 
 def _nadir(options: Options, planned: PlannedReference, place: str) -> Profile:
-    axes = stacked(options, "to_earth"), stacked(options, "along")
+    axes = options["to_earth"], options["along"]
     if planned.orbit is None:
         return Nadir.pointing(orbit_of(options), *axes)
     return _along(planned, to_earth, *axes)
 
 
 def _sun(options: Options, planned: PlannedReference, place: str) -> Pointing:
-    return _along(planned, to_sun, stacked(options, "to_sun"), stacked(options, "normal"))
+    return _along(planned, to_sun, options["to_sun"], options["normal"])
 
 
 def _ground_target(options: Options, planned: PlannedReference, place: str) -> Pointing:
     target = GroundTarget(*(options[name] for name in ("latitude", "longitude", "height")))
-    return _along(planned, target, stacked(options, "to_target"), stacked(options, "along"))
+    return _along(planned, target, options["to_target"], options["along"])
 
 
 def _along(planned: PlannedReference, aim: Aim, axis: Array, second: Array) -> Pointing:
@@ -120,7 +116,7 @@ def _limits(options: Options, case: ReferenceCase) -> SlewLimits:
 
 def _slews(options: Options, case: ReferenceCase) -> Reference:
     times = jnp.stack([jnp.asarray(slew["time"]) for slew in case.slews])
-    targets = jnp.stack([_target(slew) for slew in case.slews])
+    targets = jnp.stack([normalised(slew["target"]) for slew in case.slews])
     return Reference.of(Slews.to(case.attitude, times, targets, _limits(options, case)))
 
 

@@ -81,10 +81,7 @@ class OwnPart:
         """
         if not inspect.isclass(self.made):
             return jax.tree_util.Partial(self.made)
-        numbers = {}
-        for name, key in self.keys.items():
-            values = [jnp.asarray(options[end], dtype=float) for end in key.ends(name)]
-            numbers[name] = jnp.stack(values).reshape(key.shape) if key.shape else values[0]
+        numbers = {name: jnp.asarray(options[name], dtype=float) for name in self.keys}
         with reported(self.name):
             return self.made(**numbers, **{n: v for n, v in given.items() if n in self.fields})
 
