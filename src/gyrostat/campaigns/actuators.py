@@ -13,13 +13,11 @@ from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 DIPOLE_LIMIT = Key(
     "magnetic_dipole", None, "Largest dipole moment of each rod.", least=0.0, shape=(3,)
 )
-DUTY = Key(
+DUTY = positive(
     "1",
     1.0,
     "Share of each control period in which the rods are on; the magnetometer measures in the rest.",
-    least=0.0,
     most=1.0,
-    positive=True,
 )
 
 THRUSTERS = {

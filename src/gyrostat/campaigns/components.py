@@ -167,12 +167,8 @@ SENSORS: dict[str, Component] = {
             ),
             "misalignment": vector("angle", "Rotation vector from body to gyro axes."),
             "rate_limit": positive("speed", inf, "Largest rate that a gyro axis measures."),
-            "coning_compensation": Key(
-                "1",
-                0.0,
-                "Fraction of the coning for which the gyro compensates.",
-                least=0.0,
-                most=1.0,
+            "coning_compensation": size(
+                "1", 0.0, "Fraction of the coning for which the gyro compensates.", most=1.0
             ),
             **_TACHOMETER,
         },

@@ -5,7 +5,7 @@ from dataclasses import replace
 from gyrostat.campaigns.actuators import DIPOLE_LIMIT, DUTY, THRUSTERS
 from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.controllers import IGNORED, DesignCase, PlannedController
-from gyrostat.campaigns.schema import Key, positive, size, vector
+from gyrostat.campaigns.schema import positive, size, vector
 from gyrostat.control.attitude.sun_pointing import SunPointing
 from gyrostat.control.magnetic.b_cross import BCross, least_inertia
 from gyrostat.control.magnetic.rod_unloading import RodUnloading
@@ -30,12 +30,11 @@ def _sun_pointing(plan: SunPointing, options: Options, momentum: Vector3) -> Sun
 
 
 _MOMENTUM = vector("momentum", "Target of the wheels' momentum, in body axes.")
-_COMPENSATION = Key(
+_COMPENSATION = size(
     "1",
     0.0,
     "Share of the torque of the unloading that is added to the wheel torques; 0 for controllers "
     "that estimate external torques, such as `wheel_array`.",
-    least=0.0,
     most=1.0,
 )
 MAGNETIC_CONTROLLERS: dict[str, PlannedController] = {
@@ -65,7 +64,7 @@ MAGNETIC_CONTROLLERS: dict[str, PlannedController] = {
         "`[[sensor]]` named `sun_sensor` or `coarse_sun_sensors`. While the Sun is not seen, the "
         "rate is damped only.",
         {
-            "axis": Key("1", (0.0, 0.0, 1.0), "Body axis, of any length.", shape=(3,)),
+            "axis": vector("1", "Body axis, of any length.", (0.0, 0.0, 1.0)),
             "turn_gain": positive("1/s", 0.05, "Commanded rate per angle to the Sun."),
             "rate_gain": positive("1/s", 0.2, "Gain of the rate loop."),
             "largest_rate": positive("speed", 0.02, "Largest commanded rate."),

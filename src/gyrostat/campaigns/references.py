@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 
 from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.environments import EITHER_ORBIT, orbit_of
-from gyrostat.campaigns.schema import Key, positive, size
+from gyrostat.campaigns.schema import Key, positive, size, vector
 from gyrostat.control.guidance import (
     NEVER,
     Aim,
@@ -141,33 +141,24 @@ def _condition(options: Options) -> Condition:
 _TARGET = {"target": Key("1", None, "Attitude, a quaternion, scalar first.", shape=(4,))}
 _NADIR: dict[str, Key] = {
     **EITHER_ORBIT,
-    "to_earth": Key("1", (0.0, 0.0, 1.0), "Body axis that points to the Earth.", shape=(3,)),
-    "along": Key(
-        "1",
-        (1.0, 0.0, 0.0),
-        "Body axis whose part across `to_earth` points along the velocity.",
-        shape=(3,),
+    "to_earth": vector("1", "Body axis that points to the Earth.", (0.0, 0.0, 1.0)),
+    "along": vector(
+        "1", "Body axis whose part across `to_earth` points along the velocity.", (1.0, 0.0, 0.0)
     ),
 }
 _SUN: dict[str, Key] = {
-    "to_sun": Key("1", (1.0, 0.0, 0.0), "Body axis that points to the Sun.", shape=(3,)),
-    "normal": Key(
-        "1",
-        (0.0, 1.0, 0.0),
-        "Body axis whose part across `to_sun` points along the orbit normal.",
-        shape=(3,),
+    "to_sun": vector("1", "Body axis that points to the Sun.", (1.0, 0.0, 0.0)),
+    "normal": vector(
+        "1", "Body axis whose part across `to_sun` points along the orbit normal.", (0.0, 1.0, 0.0)
     ),
 }
 _GROUND: dict[str, Key] = {
     "latitude": Key("angle", None, "Geodetic latitude (WGS 84)."),
     "longitude": Key("angle", None, "Longitude, to the east."),
     "height": Key("length", 0.0, "Height above the ellipsoid."),
-    "to_target": Key("1", (0.0, 0.0, 1.0), "Body axis that points to the target.", shape=(3,)),
-    "along": Key(
-        "1",
-        (1.0, 0.0, 0.0),
-        "Body axis whose part across `to_target` points along the velocity.",
-        shape=(3,),
+    "to_target": vector("1", "Body axis that points to the target.", (0.0, 0.0, 1.0)),
+    "along": vector(
+        "1", "Body axis whose part across `to_target` points along the velocity.", (1.0, 0.0, 0.0)
     ),
 }
 _AUTO = '; none or `"auto"`: the fastest slew within the wheels.'
@@ -175,21 +166,11 @@ LIMITS: dict[str, Key] = {
     "rate": positive("speed", inf, f"Largest rate of a slew{_AUTO}"),
     "acceleration": positive("rad/s²", inf, f"Largest acceleration of a slew{_AUTO}"),
     "jerk": positive("rad/s³", inf, "Largest jerk of a slew."),
-    "torque_share": Key(
-        "1",
-        0.8,
-        "Fraction of the wheels' torque limits that slews may use.",
-        least=0.0,
-        most=1.0,
-        positive=True,
+    "torque_share": positive(
+        "1", 0.8, "Fraction of the wheels' torque limits that slews may use.", most=1.0
     ),
-    "momentum_share": Key(
-        "1",
-        0.9,
-        "Fraction of the wheels' momentum limits that slews may use.",
-        least=0.0,
-        most=1.0,
-        positive=True,
+    "momentum_share": positive(
+        "1", 0.9, "Fraction of the wheels' momentum limits that slews may use.", most=1.0
     ),
 }
 """Keys of the limits of slews."""

@@ -74,19 +74,19 @@ class Key:
         return f"{bound}{'' if self.most == inf else f', at most {self.most:g}'}{unit}"
 
 
-def positive(dimension: str, default: float | None, meaning: str) -> Key:
+def positive(dimension: str, default: float | None, meaning: str, most: float = inf) -> Key:
     """Key with values above 0."""
-    return Key(dimension, default, meaning, least=0.0, positive=True)
+    return Key(dimension, default, meaning, 0.0, most, positive=True)
 
 
-def size(dimension: str, default: float | None, meaning: str) -> Key:
+def size(dimension: str, default: float | None, meaning: str, most: float = inf) -> Key:
     """Key with values of 0 or more."""
-    return Key(dimension, default, meaning, least=0.0)
+    return Key(dimension, default, meaning, 0.0, most)
 
 
-def vector(dimension: str, meaning: str) -> Key:
+def vector(dimension: str, meaning: str, default: float | tuple[float, ...] = 0.0) -> Key:
     """Key of a vector in body axes, (3,), zero by default."""
-    return Key(dimension, 0.0, meaning, shape=(3,))
+    return Key(dimension, default, meaning, shape=(3,))
 
 
 RUN: dict[str, Key] = {
@@ -105,7 +105,7 @@ _DETECTED = size(
 )
 _DRAG = size("viscous", 0.0, "Viscous drag added to the bearing.")
 _UNTIL = size("time", inf, "End of the fault.")
-_SHARE = Key("1", 1.0, "Probability that a sample is affected.", least=0.0, most=1.0)
+_SHARE = size("1", 1.0, "Probability that a sample is affected.", most=1.0)
 Measured = tuple[str, str | None]
 """Dimension of a measured field, and the unit of its rate of change; see `MEASURED`."""
 MEASURED: dict[str, Measured] = {
@@ -171,7 +171,7 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
         "notified.",
         {
             "time": EVENT_TIME,
-            "torque_share": Key("1", None, "Remaining fraction of torque.", least=0.0, most=1.0),
+            "torque_share": size("1", None, "Remaining fraction of torque.", most=1.0),
             "added_viscous": _DRAG,
         },
     ),

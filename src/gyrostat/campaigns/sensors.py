@@ -19,11 +19,10 @@ _SAMPLING = {
     "periods": Key(
         "1", 1.0, "Control periods between samples, rounded to a whole number.", least=1.0
     ),
-    "latency": Key(
+    "latency": size(
         "1",
         0.0,
         "Control periods from a sample to its use, rounded to a whole number.",
-        least=0.0,
         most=float(LONGEST),
     ),
 }
@@ -50,7 +49,7 @@ def _head(options: Options, orbit: OrbitEnvironment, **given: Any) -> StarTracke
     return StarTrackerHead(orbit, own.pop("across_sigma"), own.pop("about_sigma"), **own)
 
 
-_BORESIGHT = Key("1", (0.0, 0.0, 1.0), "Boresight in body axes, of any length.", shape=(3,))
+_BORESIGHT = vector("1", "Boresight in body axes, of any length.", (0.0, 0.0, 1.0))
 FURTHER_SENSORS: dict[str, Component] = {
     "magnetometer": Component(
         "Magnetic flux density in body axes, (3,) (`gyrostat.spacecraft.Magnetometer`).",
@@ -72,13 +71,8 @@ FURTHER_SENSORS: dict[str, Component] = {
             "sigma": size("angle", 0.0, "Standard deviation of the error about each axis."),
             "misalignment": vector("angle", "Rotation vector from body to sensor axes."),
             "boresight": _BORESIGHT,
-            "field_of_view": Key(
-                "angle",
-                pi,
-                "Largest angle between boresight and Sun.",
-                least=0.0,
-                most=pi,
-                positive=True,
+            "field_of_view": positive(
+                "angle", pi, "Largest angle between boresight and Sun.", most=pi
             ),
             **_SAMPLING,
         },

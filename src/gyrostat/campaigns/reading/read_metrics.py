@@ -11,14 +11,14 @@ from gyrostat.campaigns.metrics.schema import METRICS, WINDOW
 from gyrostat.campaigns.reading.read_events import within_run
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Event, Part, Scenario, Window
-from gyrostat.campaigns.schema import Key
+from gyrostat.campaigns.schema import positive
 from gyrostat.campaigns.timeline import event_times, modes
 from gyrostat.core.errors import InputError
 from gyrostat.core.validation import MOST_PERIODS
 
 TEXTS = ("name", "event", "mode", "boresight", "propellant")
 """Keys of a window that are no numbers."""
-_VIEW = Key("angle", None, "Field of view.", least=0.0, most=pi, positive=True)
+_VIEW = positive("angle", None, "Field of view.", most=pi)
 
 
 def read_metrics(
