@@ -17,7 +17,6 @@ from gyrostat.campaigns.build_reference import (
     navigated,
     planned_reference,
     reference_of,
-    steps_reference,
 )
 from gyrostat.campaigns.build_spacecraft import (
     failures_of,
@@ -38,6 +37,7 @@ from gyrostat.campaigns.schema import START
 from gyrostat.campaigns.sensing import Values, arrays_of, guarded, options_of, with_faults
 from gyrostat.campaigns.structure import Structure, notified, structure_of
 from gyrostat.campaigns.wheel_disturbances import imbalance_of
+from gyrostat.control import AttitudeTargets
 from gyrostat.control.guidance import Guided, Reference
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
@@ -245,9 +245,9 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     followed, navigation = reference, navigated(values, orbit)
     if navigation is not orbit:
         followed = reference_of(structure, values, plans, start, starts, navigation)
-    fixed = reference is None and getattr(made[0], "takes_reference", False)
-    if fixed:
-        followed = steps_reference(starts, jnp.asarray(plans.targets))
+    targets = jnp.asarray(plans.targets)
+    if reference is None and getattr(made[0], "takes_reference", False):
+        followed = Reference.of(AttitudeTargets(starts, targets))
     if followed is not None:
         controller = Guided(controller, followed, structure.command_delay)
     period = values["run.control_period"]
@@ -263,5 +263,4 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     sensor = with_faults(structure, values, sensor)
     controller = guarded(structure, values, controller, sensor, start)
     metrics = named_parts(structure, values, "metric", spacecraft=known, orbit=orbit)
-    targets = jnp.asarray(plans.targets)
     return Setup(plant, controller, sensor, start, starts, targets, metrics, reference, budget)

@@ -28,7 +28,7 @@ from gyrostat.campaigns.own.world import (
     OwnSensor,
     OwnTorque,
 )
-from gyrostat.campaigns.references import UNTIL, single
+from gyrostat.campaigns.references import UNTIL, mode, single
 from gyrostat.campaigns.scenario import Source
 from gyrostat.campaigns.schema import Key
 from gyrostat.core.any_unit import ANY_UNIT
@@ -248,7 +248,7 @@ def _reference(part: OwnPart) -> Component:
 
 
 def _mode(part: OwnPart) -> Component:
-    return Component(part.meaning, {**part.keys, **UNTIL}, _profile(part), needs=part.needs)
+    return Component(part.meaning, {**part.keys, **UNTIL}, mode(_profile(part)), needs=part.needs)
 
 
 TORQUE = "which returns a torque in body axes (3,), N·m"
