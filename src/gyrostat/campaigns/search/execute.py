@@ -1,5 +1,6 @@
 """Execution of a search from the first flight to the table of results, resumable."""
 
+import os
 from collections.abc import Callable, Generator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -49,7 +50,7 @@ class Options(NamedTuple):
     Attributes:
         runs: Largest number of runs.
         seed: Seed of the draws.
-        workers: Number of threads.
+        workers: Number of threads; None for one for each core.
         worst: Number of worst runs whose histories are kept.
         force: See `gyrostat.campaigns.run_campaign`.
         verify: See `gyrostat.campaigns.native.program_of`.
@@ -57,7 +58,7 @@ class Options(NamedTuple):
 
     runs: int
     seed: int = 0
-    workers: int = 2
+    workers: int | None = None
     worst: int = 3
     force: bool = False
     verify: bool = False
@@ -99,7 +100,7 @@ def run_search(
         campaign = store.begin(Campaign(*about, question.options()), force=options.force)
         refuse_other(campaign.engine, str(out))
         store.check(campaign)
-        with kept_open(threads(options.workers)) as pool:
+        with kept_open(threads(options.workers or len(os.sched_getaffinity(0)))) as pool:
             count = _fly(store, scenario, campaign, question, pool, on_progress)
             store.merge(campaign, count)
             missing = sorted(_worst(store, question, options.worst) - store.histories(campaign))
