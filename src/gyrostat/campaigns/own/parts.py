@@ -21,13 +21,7 @@ from gyrostat.campaigns.own.control import OwnControl
 from gyrostat.campaigns.own.errors import OwnError, reported
 from gyrostat.campaigns.own.metric import OwnMetric
 from gyrostat.campaigns.own.sources import load
-from gyrostat.campaigns.own.world import (
-    OwnActuator,
-    OwnChange,
-    OwnProfile,
-    OwnSensor,
-    OwnTorque,
-)
+from gyrostat.campaigns.own.world import OwnChange, OwnProfile, OwnSensor, OwnTorque
 from gyrostat.campaigns.references import UNTIL, mode, single
 from gyrostat.campaigns.scenario import Source
 from gyrostat.campaigns.schema import Key
@@ -259,7 +253,7 @@ OWN: dict[str, Callable[[OwnPart], Any]] = {
     "reference": _reference,
     "reference.mode": _mode,
     "environment.torque": _in_world(OwnTorque, f"(spacecraft, attitude, time), {TORQUE}"),
-    "actuator": _in_world(OwnActuator, f"(value, attitude, time), {TORQUE}"),
+    "actuator": _in_world(OwnTorque, f"(value, attitude, time), {TORQUE}"),
     "event": _in_world(OwnChange, "(plant), which returns the plant with other numbers"),
     "sensor": _in_world(
         OwnSensor,
