@@ -22,7 +22,6 @@ from gyrostat.control import (
 )
 from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts
 
 
 def _plan_array(allocation: Any) -> Callable[[DesignCase], WheelArrayControl]:
@@ -30,7 +29,7 @@ def _plan_array(allocation: Any) -> Callable[[DesignCase], WheelArrayControl]:
         wheels, null_space = case.spacecraft.wheels, None
         if wheels.count > 3:
             null_space = NullSpaceControl.plan(wheels.axes, wheels.momentum_limit)
-        found = WheelArrayControl(
+        return WheelArrayControl(
             case.spacecraft,
             AttitudeTargets.hold(case.target),
             allocation=allocation,
@@ -39,8 +38,6 @@ def _plan_array(allocation: Any) -> Callable[[DesignCase], WheelArrayControl]:
                 notified=np.where(case.working, np.inf, 0.0), delay=case.delay
             ),
         )
-        check_parts(found)
-        return found
 
     return plan
 

@@ -43,6 +43,7 @@ from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import from_rotation_vector, product
+from gyrostat.core.validation import check_parts
 from gyrostat.spacecraft import (
     DrivenGyrostat,
     Gyrostat,
@@ -162,6 +163,7 @@ def plan(scenario: Scenario) -> Plans:
             delay=scenario.command_delay,
         )
         made = controller.plan(case)
+        check_parts(made)
         found.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), made))
         targets.append(target)
         working.append(case.working)

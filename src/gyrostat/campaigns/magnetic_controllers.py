@@ -21,10 +21,6 @@ def _detumbling(plan: BCross, options: Options, momentum: Vector3) -> BCross:
     return replace(plan, gain=options["gain"] * plan.gain, speed_gain=options["speed_gain"])
 
 
-def _plan_sun_pointing(case: DesignCase) -> SunPointing:
-    return SunPointing(case.spacecraft)
-
-
 def _sun_pointing(plan: SunPointing, options: Options, momentum: Vector3) -> SunPointing:
     return replace(plan, **options)
 
@@ -71,7 +67,7 @@ MAGNETIC_CONTROLLERS: dict[str, PlannedController] = {
             "search_rate": vector("speed", "Commanded rate while the Sun is not seen."),
         },
         _sun_pointing,
-        _plan_sun_pointing,
+        lambda case: SunPointing(case.spacecraft),
         IGNORED,
         follows=False,
         needs=("sun_sensor",),
