@@ -199,7 +199,7 @@ class Observer(eqx.Module):
         return found
 
     def _seen(self, seen: Seen, sample: Sample) -> Seen:
-        """New values for a valid sample, except status, windows, own metrics and momentum budget."""
+        """New values for a valid sample, except status, windows, own metrics and budget."""
         values, wheels = self.values, self.setup.plant.spacecraft.wheels
         time, error, record = sample.time, sample.error, sample.record
         momentum, torque = record.wheel_momentum, sample.command.torque
