@@ -117,13 +117,17 @@ def _fly(
     on_progress: Callable[[int, int], None] | None,
 ) -> int:
     """Carry out a search; returns the number of its blocks."""
+    import pyarrow.parquet as pq
+
     blocks, damaged = store.blocks(campaign)
     count = 0
 
     def found(piece: Piece) -> Columns | None:
         nonlocal count
         count = piece.number + 1
-        return _columns(blocks[piece.number]) if piece.number in blocks else None
+        if piece.number not in blocks:
+            return None
+        return columns_of(pq.read_table(blocks[piece.number]))
 
     def keep(number: int, columns: Columns) -> None:
         for path in damaged.get(number, ()):
@@ -190,9 +194,3 @@ def stored_search(folder: Path) -> Stored:
     campaign = store.known()
     columns = columns_of(store.read_table())
     return Stored(campaign, Scenario.from_text(campaign.scenario), columns)
-
-
-def _columns(path: Path) -> Columns:
-    import pyarrow.parquet as pq
-
-    return columns_of(pq.read_table(path))
