@@ -1,6 +1,6 @@
 """Build the plant, controller, sensor and initial state of a run from a scenario."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,8 +10,6 @@ from gyrostat.campaigns.build_parts import (
     modes_of_run,
     named_parts,
     with_events,
-    with_heads,
-    with_sensors,
 )
 from gyrostat.campaigns.build_reference import (
     navigated,
@@ -45,6 +43,7 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import from_rotation_vector, product
 from gyrostat.core.validation import check_parts
 from gyrostat.spacecraft import (
+    AddedSensors,
     DrivenGyrostat,
     Gyrostat,
     ImbalancedGyrostat,
@@ -52,6 +51,7 @@ from gyrostat.spacecraft import (
     Spacecraft,
 )
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHeads
 from gyrostat.wheel import Driver
 
 
@@ -260,8 +260,13 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     controller = _made(structure, values, "estimator", controller, known, plans.sensors)
     controller = in_orbit(controller, orbit)
     sensor = _made(structure, values, "sensors", plant, known)
-    sensor = with_heads(structure, values, sensor, orbit)
-    sensor = with_sensors(structure, values, sensor, plant, known, orbit)
+    heads = named_parts(structure, values, "star_tracker", orbit=orbit)
+    if heads:
+        tracker = StarTrackerHeads(tuple(heads.values()), sensor.tracker.periods)
+        sensor = replace(sensor, tracker=tracker)
+    added = named_parts(structure, values, "sensor", plant=plant, spacecraft=known, orbit=orbit)
+    if added:
+        sensor = AddedSensors(sensor, added)
     sensor = with_faults(structure, values, sensor)
     controller = guarded(structure, values, controller, sensor, start)
     metrics = named_parts(structure, values, "metric", spacecraft=known, orbit=orbit)

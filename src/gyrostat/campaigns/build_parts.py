@@ -1,6 +1,5 @@
-"""Build the further parts of a scenario: torques, actuators, sensors and events."""
+"""Build the further parts of a scenario: lists of parts, modes and events."""
 
-from dataclasses import replace
 from typing import Any
 
 from gyrostat.campaigns.kinds import OF_SPACECRAFT, component
@@ -8,14 +7,12 @@ from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.sensing import Values, arrays_of, options_of
 from gyrostat.campaigns.structure import Structure
 from gyrostat.spacecraft import (
-    AddedSensors,
     ChangingPlant,
     FlexibleModes,
     PlantChange,
     Spacecraft,
 )
 from gyrostat.spacecraft.flexible.appendages import appendage_modes
-from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHeads
 
 
 def named_parts(structure: Structure, values: Values, section: str, **given: Any) -> dict[str, Any]:
@@ -68,19 +65,3 @@ def with_events(structure: Structure, values: Values, plant: Any, known: Any) ->
             change = made.make(own, place=place, spacecraft=known)
             changes.append(PlantChange(event.name, values[f"{place}.time"], change))
     return ChangingPlant(plant, tuple(changes)) if changes else plant
-
-
-def with_sensors(
-    structure: Structure, values: Values, sensor: Any, plant: Any, known: Any, orbit: Any
-) -> Any:
-    """Add the further sensors of a scenario; without any, the sensor is unchanged."""
-    added = named_parts(structure, values, "sensor", plant=plant, spacecraft=known, orbit=orbit)
-    return AddedSensors(sensor, added) if added else sensor
-
-
-def with_heads(structure: Structure, values: Values, sensor: Any, orbit: Any) -> Any:
-    """Replace the star tracker by the heads of a scenario; without any, the sensor is unchanged."""
-    heads = tuple(named_parts(structure, values, "star_tracker", orbit=orbit).values())
-    if not heads:
-        return sensor
-    return replace(sensor, tracker=StarTrackerHeads(heads, sensor.tracker.periods))
