@@ -21,6 +21,7 @@ from gyrostat.campaigns.orbits import ORBITS
 from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
 from gyrostat.campaigns.requirement import INDICES, INTERPRETATIONS
 from gyrostat.campaigns.schema import (
+    EVENT_TIME,
     EVENTS,
     GUARD,
     INERTIA,
@@ -556,7 +557,7 @@ def page():
     for kind, (meaning, keys) in EVENTS.items():
         lines += [f'`kind = "{kind}"`: {meaning}', ""]
         lines += ["| key | unit | default | meaning |", "|---|---|---|---|"]
-        lines += [*(entry(n, key) for n, key in keys.items()), ""]
+        lines += [*(entry(n, key) for n, key in {"time": EVENT_TIME, **keys}.items()), ""]
     lines += section("metrics", METRICS)
     window = section("[metrics.window]", WINDOW, WINDOW_TEXT)
     lines += [*window, METRIC_TEXT, METRICS_OUT, "| metric | unit | meaning |", "|---|---|---|"]

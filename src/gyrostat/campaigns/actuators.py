@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from gyrostat.campaigns.components import Component, Options, stacked
+from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.schema import Key, positive, size, vector
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.rotations import from_rotation_vector, rotation_matrix
@@ -13,13 +13,11 @@ from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 DIPOLE_LIMIT = Key(
     "magnetic_dipole", None, "Largest dipole moment of each rod.", least=0.0, shape=(3,)
 )
-DUTY = Key(
+DUTY = positive(
     "1",
     1.0,
     "Share of each control period in which the rods are on; the magnetometer measures in the rest.",
-    least=0.0,
     most=1.0,
-    positive=True,
 )
 
 THRUSTERS = {
@@ -34,8 +32,8 @@ THRUSTERS = {
 
 
 def _torque_rods(options: Options, orbit: OrbitEnvironment, **given: Any) -> TorqueRods:
-    axes = rotation_matrix(from_rotation_vector(stacked(options, "misalignment")))
-    return TorqueRods(orbit, stacked(options, "limit"), axes, options["duty"])
+    axes = rotation_matrix(from_rotation_vector(options["misalignment"]))
+    return TorqueRods(orbit, options["limit"], axes, options["duty"])
 
 
 def _thrusters(options: Options, period: Scalar, **given: Any) -> Thrusters:

@@ -1,24 +1,16 @@
 """Flexible appendages and propellant of a spacecraft file, with numbers to be dispersed."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
-from gyrostat.campaigns.components import Component, Options
+from gyrostat.campaigns.components import Component
 from gyrostat.campaigns.scenario import INERTIA
 from gyrostat.campaigns.schema import Key, positive, size, vector
-from gyrostat.spacecraft import FlexibleModes, Spacecraft
 from gyrostat.spacecraft.flexible.appendages import appendage_modes
 
 _COMMON = {
     "frequency": positive("frequency", None, "Frequency on a body at rest."),
     "damping": size("1", 0.0, "Damping ratio on a body at rest."),
 }
-
-
-def _made(kind: str) -> Callable[..., FlexibleModes]:
-    def make(options: Options, *, spacecraft: Spacecraft, **given: object) -> FlexibleModes:
-        return appendage_modes(kind, options, spacecraft)
-
-    return make
 
 
 APPENDAGES: Mapping[str, Component] = {
@@ -31,7 +23,7 @@ APPENDAGES: Mapping[str, Component] = {
             ),
             "translation": vector("√kg", "Linear momentum per modal rate, body axes."),
         },
-        _made("flexible"),
+        appendage_modes,
     ),
     "hinged_panel": Component(
         "Rigid panel on a hinge with a spring (`gyrostat.spacecraft.hinged_panel`).",
@@ -46,7 +38,7 @@ APPENDAGES: Mapping[str, Component] = {
             "centre": vector("length", "Centre of mass of the panel, body axes."),
             "axis": vector("1", "Direction of the hinge line, of any length."),
         },
-        _made("hinged_panel"),
+        appendage_modes,
     ),
     "slosh": Component(
         "Propellant as a mass on a spring along a line (`gyrostat.spacecraft.spring_mass`).",
@@ -56,8 +48,8 @@ APPENDAGES: Mapping[str, Component] = {
             "position": vector("length", "Position of the mass at rest, body axes."),
             "direction": vector("1", "Direction of its motion, of any length."),
         },
-        _made("slosh"),
+        appendage_modes,
     ),
 }
 """Kind of appendage, the name of its tables in a spacecraft file -> its keys in a scenario; `make`
-returns its modes."""
+takes the kind, the values of its keys and the spacecraft, and returns its modes."""

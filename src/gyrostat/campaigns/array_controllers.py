@@ -22,7 +22,6 @@ from gyrostat.control import (
 )
 from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.validation import check_parts
 
 
 def _plan_array(allocation: Any) -> Callable[[DesignCase], WheelArrayControl]:
@@ -30,7 +29,7 @@ def _plan_array(allocation: Any) -> Callable[[DesignCase], WheelArrayControl]:
         wheels, null_space = case.spacecraft.wheels, None
         if wheels.count > 3:
             null_space = NullSpaceControl.plan(wheels.axes, wheels.momentum_limit)
-        found = WheelArrayControl(
+        return WheelArrayControl(
             case.spacecraft,
             AttitudeTargets.hold(case.target),
             allocation=allocation,
@@ -39,8 +38,6 @@ def _plan_array(allocation: Any) -> Callable[[DesignCase], WheelArrayControl]:
                 notified=np.where(case.working, np.inf, 0.0), delay=case.delay
             ),
         )
-        check_parts(found)
-        return found
 
     return plan
 
@@ -49,14 +46,14 @@ def _array(plan: WheelArrayControl, options: Options, momentum: Vector3) -> Whee
     limit = options["external_torque_limit"] * jnp.ones(3)
     null_space, inertia = plan.null_space, jnp.asarray(plan.spacecraft.wheels.inertia)
     if null_space is not None:
-        names = [key.removesuffix(".below") for key in options if key.endswith(".below")]
-        ends = [
-            [options[f"{name}.{end}"] * inertia for end in ("above", "below")] for name in names
+        bands = [
+            [band["above"] * inertia, band["below"] * inertia]
+            for band in options.get("bands", {}).values()
         ]
         null_space = replace(
             null_space,
             gain=options["null_space_gain"],
-            bands=jnp.array(ends) if names else None,
+            bands=jnp.array(bands) if bands else None,
             clearance=options["clearance"] * jnp.max(inertia),
             crossing_gain=options["crossing_gain"],
         )

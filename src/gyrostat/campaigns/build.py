@@ -1,6 +1,6 @@
 """Build the plant, controller, sensor and initial state of a run from a scenario."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,14 +10,11 @@ from gyrostat.campaigns.build_parts import (
     modes_of_run,
     named_parts,
     with_events,
-    with_heads,
-    with_sensors,
 )
 from gyrostat.campaigns.build_reference import (
     navigated,
     planned_reference,
     reference_of,
-    steps_reference,
 )
 from gyrostat.campaigns.build_spacecraft import (
     failures_of,
@@ -26,7 +23,6 @@ from gyrostat.campaigns.build_spacecraft import (
     of_wheels,
     spacecraft_of,
 )
-from gyrostat.campaigns.components import stacked
 from gyrostat.campaigns.controllers import IGNORED, NOTIFIED, DesignCase
 from gyrostat.campaigns.environments import environment_torques
 from gyrostat.campaigns.kinds import check_needs, chosen
@@ -35,15 +31,19 @@ from gyrostat.campaigns.orbits import orbit_of_run, planned_orbit
 from gyrostat.campaigns.phases import Phases, in_orbit
 from gyrostat.campaigns.references import PlannedReference
 from gyrostat.campaigns.scenario import Event, Scenario
-from gyrostat.campaigns.sensing import Values, guarded, options_of, with_faults
+from gyrostat.campaigns.schema import START
+from gyrostat.campaigns.sensing import Values, arrays_of, guarded, options_of, with_faults
 from gyrostat.campaigns.structure import Structure, notified, structure_of
 from gyrostat.campaigns.wheel_disturbances import imbalance_of
+from gyrostat.control import AttitudeTargets
 from gyrostat.control.guidance import Guided, Reference
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import from_rotation_vector, product
+from gyrostat.core.validation import check_parts
 from gyrostat.spacecraft import (
+    AddedSensors,
     DrivenGyrostat,
     Gyrostat,
     ImbalancedGyrostat,
@@ -51,6 +51,7 @@ from gyrostat.spacecraft import (
     Spacecraft,
 )
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHeads
 from gyrostat.wheel import Driver
 
 
@@ -162,6 +163,7 @@ def plan(scenario: Scenario) -> Plans:
             delay=scenario.command_delay,
         )
         made = controller.plan(case)
+        check_parts(made)
         found.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), made))
         targets.append(target)
         working.append(case.working)
@@ -177,9 +179,15 @@ def plan(scenario: Scenario) -> Plans:
     )
 
 
+def _made(structure: Structure, values: Values, section: str, *given: Any) -> Any:
+    """Component of a section, made of its values and of other parts."""
+    component = chosen(structure, section)
+    return component.make(arrays_of(values, section, component.keys), *given)
+
+
 def _plant(structure: Structure, values: Values, options: Values, plans: Plans, orbit: Any) -> Any:
     """Spacecraft with environment, actuators and own events, its initial state, and budget."""
-    own = chosen(structure, "environment").make(options_of(values, "environment"))
+    own = _made(structure, values, "environment")
     if "external_torque_limit" in options:
         own["external_torque_limit"] = options["external_torque_limit"] * jnp.ones(3)
     craft = spacecraft_of(structure, values)
@@ -193,10 +201,11 @@ def _plant(structure: Structure, values: Values, options: Values, plans: Plans, 
     own["actuators"] = actuators
     own["modes"] = modes_of_run(structure, values, craft)
     plant: Any = Gyrostat(craft, failures_of(structure, values), **own)
-    error = stacked(values, "start.attitude_error")
+    begin = arrays_of(values, "start", START)
+    error = from_rotation_vector(begin["attitude_error"])
     motion = {
-        "attitude": product(jnp.asarray(plans.attitude), from_rotation_vector(error)),
-        "rate": stacked(values, "start.rate"),
+        "attitude": product(jnp.asarray(plans.attitude), error),
+        "rate": begin["rate"],
         "wheel_speed": of_wheels(structure, values, "speed"),
     }
     count = len(structure.wheels)
@@ -221,46 +230,44 @@ def _plant(structure: Structure, values: Values, options: Values, plans: Plans, 
 
 def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     """Build the parts of a run from its values; pure, for `jit` and `vmap` over the values."""
-    options = options_of(values, "controller")
+    law, known = chosen(structure, "controller"), plans.known
+    options = arrays_of(values, "controller", law.keys)
+    bands = named_parts(structure, values, "controller.band")
+    if bands:
+        options["bands"] = dict(sorted(bands.items()))
     if has_section(structure, "wear"):
         options["wear"] = of_wheels(structure, values, "wear")
     orbit = orbit_of_run(values, plans.orbit, structure.dispersed)
     plant, start, budget = _plant(structure, values, options, plans, orbit)
-    law = chosen(structure, "controller")
     made = [law.make(plan, options, start.momentum) for plan in plans.controllers]
     starts = jnp.stack([jnp.asarray(t, dtype=float) for t in phase_starts(structure, values)])
     joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
     controller: Any = Phases(starts, joined, orbit=orbit)
     reference = reference_of(structure, values, plans, start, starts, orbit)
-    followed, known = reference, navigated(values, orbit)
-    if known is not orbit:
-        followed = reference_of(structure, values, plans, start, starts, known)
-    fixed = reference is None and getattr(made[0], "takes_reference", False)
-    if fixed:
-        followed = steps_reference(starts, jnp.asarray(plans.targets))
+    followed, navigation = reference, navigated(values, orbit)
+    if navigation is not orbit:
+        followed = reference_of(structure, values, plans, start, starts, navigation)
+    targets = jnp.asarray(plans.targets)
+    if reference is None and getattr(made[0], "takes_reference", False):
+        followed = Reference.of(AttitudeTargets(starts, targets))
     if followed is not None:
         controller = Guided(controller, followed, structure.command_delay)
-    controller = chosen(structure, "compensator").make(
-        options_of(values, "compensator"),
-        controller,
-        plans.known,
-        structure.command_delay,
-        values["run.control_period"],
-        plans.sensors,
-    )
+    period = values["run.control_period"]
+    others = structure.command_delay, period, plans.sensors
+    controller = _made(structure, values, "compensator", controller, known, *others)
     controller = in_orbit(controller, orbit)
-    controller = chosen(structure, "unloading").make(
-        options_of(values, "unloading"), controller, plans.known
-    )
-    controller = chosen(structure, "estimator").make(
-        options_of(values, "estimator"), controller, plans.known, plans.sensors
-    )
+    controller = _made(structure, values, "unloading", controller, known)
+    controller = _made(structure, values, "estimator", controller, known, plans.sensors)
     controller = in_orbit(controller, orbit)
-    sensor = chosen(structure, "sensors").make(options_of(values, "sensors"), plant, plans.known)
-    sensor = with_heads(structure, values, sensor, orbit)
-    sensor = with_sensors(structure, values, sensor, plant, plans.known, orbit)
+    sensor = _made(structure, values, "sensors", plant, known)
+    heads = named_parts(structure, values, "star_tracker", orbit=orbit)
+    if heads:
+        tracker = StarTrackerHeads(tuple(heads.values()), sensor.tracker.periods)
+        sensor = replace(sensor, tracker=tracker)
+    added = named_parts(structure, values, "sensor", plant=plant, spacecraft=known, orbit=orbit)
+    if added:
+        sensor = AddedSensors(sensor, added)
     sensor = with_faults(structure, values, sensor)
     controller = guarded(structure, values, controller, sensor, start)
-    metrics = named_parts(structure, values, "metric", spacecraft=plans.known, orbit=orbit)
-    targets = jnp.asarray(plans.targets)
+    metrics = named_parts(structure, values, "metric", spacecraft=known, orbit=orbit)
     return Setup(plant, controller, sensor, start, starts, targets, metrics, reference, budget)

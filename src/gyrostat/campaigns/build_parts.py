@@ -1,20 +1,18 @@
-"""Build the further parts of a scenario: torques, actuators, sensors and events."""
+"""Build the further parts of a scenario: lists of parts, modes and events."""
 
-from dataclasses import replace
 from typing import Any
 
 from gyrostat.campaigns.kinds import OF_SPACECRAFT, component
 from gyrostat.campaigns.own.parts import is_own
-from gyrostat.campaigns.sensing import Values, options_of
+from gyrostat.campaigns.sensing import Values, arrays_of, options_of
 from gyrostat.campaigns.structure import Structure
 from gyrostat.spacecraft import (
-    AddedSensors,
     ChangingPlant,
     FlexibleModes,
     PlantChange,
     Spacecraft,
 )
-from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHeads
+from gyrostat.spacecraft.flexible.appendages import appendage_modes
 
 
 def named_parts(structure: Structure, values: Values, section: str, **given: Any) -> dict[str, Any]:
@@ -33,7 +31,8 @@ def named_parts(structure: Structure, values: Values, section: str, **given: Any
             place = f"{section}.{part.name}"
             made = component(section, part.kind, structure.sources)
             own = {} if is_own(part.kind) else {"period": values["run.control_period"]}
-            found[part.name] = made.make(options_of(values, place), place=place, **given, **own)
+            options = arrays_of(values, place, made.keys)
+            found[part.name] = made.make(options, place=place, **given, **own)
     return found
 
 
@@ -48,9 +47,9 @@ def modes_of_run(
         spacecraft: Spacecraft of this run.
     """
     made = [
-        modes
-        for kind in OF_SPACECRAFT
-        for modes in named_parts(structure, values, kind, spacecraft=spacecraft).values()
+        appendage_modes(kind, options_of(values, f"{kind}.{name}"), spacecraft)
+        for kind, name in ((part.section, part.name) for part in structure.parts)
+        if kind in OF_SPACECRAFT
     ]
     return FlexibleModes.joined(*made) if made else None
 
@@ -61,24 +60,8 @@ def with_events(structure: Structure, values: Values, plant: Any, known: Any) ->
     for event in structure.events:
         if is_own(event.kind):
             place = f"event.{event.name}"
-            own = options_of(values, place)
             made = component("event", event.kind, structure.sources)
+            own = arrays_of(values, place, made.keys)
             change = made.make(own, place=place, spacecraft=known)
-            changes.append(PlantChange(event.name, own["time"], change))
+            changes.append(PlantChange(event.name, values[f"{place}.time"], change))
     return ChangingPlant(plant, tuple(changes)) if changes else plant
-
-
-def with_sensors(
-    structure: Structure, values: Values, sensor: Any, plant: Any, known: Any, orbit: Any
-) -> Any:
-    """Add the further sensors of a scenario; without any, the sensor is unchanged."""
-    added = named_parts(structure, values, "sensor", plant=plant, spacecraft=known, orbit=orbit)
-    return AddedSensors(sensor, added) if added else sensor
-
-
-def with_heads(structure: Structure, values: Values, sensor: Any, orbit: Any) -> Any:
-    """Replace the star tracker by the heads of a scenario; without any, the sensor is unchanged."""
-    heads = tuple(named_parts(structure, values, "star_tracker", orbit=orbit).values())
-    if not heads:
-        return sensor
-    return replace(sensor, tracker=StarTrackerHeads(heads, sensor.tracker.periods))

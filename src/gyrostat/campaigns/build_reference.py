@@ -7,18 +7,18 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.campaigns.attitude_table import attitude_table
-from gyrostat.campaigns.components import stacked
-from gyrostat.campaigns.kinds import chosen, component
+from gyrostat.campaigns.build_parts import named_parts
+from gyrostat.campaigns.kinds import chosen
 from gyrostat.campaigns.references import (
+    ERROR,
     LISTS,
     POSITION_ERROR,
     PlannedReference,
     ReferenceCase,
 )
 from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.sensing import Values, options_of
+from gyrostat.campaigns.sensing import Values, arrays_of
 from gyrostat.campaigns.structure import Structure
-from gyrostat.control import AttitudeTargets
 from gyrostat.control.guidance import Reference, WheelEnvelope
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
@@ -91,10 +91,9 @@ def reference_of(
     """
     if plans.reference is None:
         return None
-    planned = plans.reference._replace(orbit=orbit)
-    own = options_of(values, "reference")
-    own = {name: value for name, value in own.items() if not name.startswith("position_error.")}
-    envelope = planned.envelope
+    kind = chosen(structure, "reference")
+    own = arrays_of(values, "reference", kind.keys)
+    envelope = plans.reference.envelope
     if envelope is not None:
         envelope = replace(
             envelope,
@@ -104,32 +103,15 @@ def reference_of(
             torque_share=own["torque_share"],
             momentum_share=own["momentum_share"],
         )
-    made: dict[str, list[Any]] = {section: [] for section in LISTS.values()}
-    for part in structure.parts:
-        if part.section in made:
-            place = f"{part.section}.{part.name}"
-            options = options_of(values, place)
-            kind = component(part.section, part.kind, structure.sources)
-            made[part.section].append((kind.make(options, planned, place), options))
-    case = ReferenceCase(
-        planned,
-        envelope,
-        jnp.asarray(plans.attitude),
-        made["reference.mode"],
-        [options for _, options in made["reference.slew"]],
-    )
-    return chosen(structure, "reference").make(own, case)
+    planned = plans.reference._replace(envelope=envelope, orbit=orbit)
+    modes = named_parts(structure, values, "reference.mode", planned=planned)
+    slews = named_parts(structure, values, "reference.slew")
+    attitude = jnp.asarray(plans.attitude)
+    return kind.make(own, ReferenceCase(planned, attitude, [*modes.values()], [*slews.values()]))
 
 
 def navigated(values: Values, orbit: OrbitEnvironment | None) -> OrbitEnvironment | None:
     """Orbit from which the controller computes its reference, with the error of its position."""
     if orbit is None or f"{POSITION_ERROR}.x" not in values:
         return orbit
-    return replace(orbit, position_error=stacked(values, POSITION_ERROR))
-
-
-def steps_reference(
-    starts: Float[Array, " phases"], targets: Float[Array, "phases 4"]
-) -> Reference:
-    """Fixed targets as a reference, for own controllers that take one."""
-    return Reference.of(AttitudeTargets(starts, targets))
+    return replace(orbit, **arrays_of(values, "reference", {"position_error": ERROR}))

@@ -30,8 +30,7 @@ def _friction_model(
         controller,
         static_curve(wheels.friction),
         jnp.asarray(wheels.torque_limit),
-        options["band"],
-        options["share"],
+        **options,
     )
 
 

@@ -4,13 +4,13 @@ To add a component, add an entry: its keys, and a function that builds it from t
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from math import inf
 from typing import Any
 
 from gyrostat.campaigns.schema import GYROLESS, Key, positive, size, vector
 from gyrostat.control import OutputFeedback
-from gyrostat.core.arrays import PerWheel, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel
 from gyrostat.core.jax64 import jnp
 from gyrostat.estimation import AttitudeFilter, MomentumAttitudeFilter
 from gyrostat.spacecraft import (
@@ -22,8 +22,8 @@ from gyrostat.spacecraft import (
 )
 from gyrostat.wheel import WheelTachometer
 
-Options = Mapping[str, Scalar]
-"""Values of the keys of a component, SI."""
+Options = dict[str, Any]
+"""Values of the keys of a component, SI: numbers, or arrays of the shape of the key."""
 
 
 @dataclass(frozen=True)
@@ -71,18 +71,9 @@ def _white_noise(options: Options, plant: Any, known: Spacecraft) -> SpacecraftS
     )
 
 
-def stacked(options: Options, name: str) -> Vector3:
-    """Vector from the values of its component keys, (3,)."""
-    return jnp.stack([jnp.asarray(options[f"{name}.{axis}"], dtype=float) for axis in "xyz"])
-
-
 def _tracker_gyro(options: Options, plant: Any, known: Spacecraft) -> TrackerGyroSensors:
-    numbers = ("angle_walk", "bias_walk", "rate_limit", "coning_compensation")
-    vectors = ("bias", "scale_factor", "misalignment")
-    gyro = RateGyro(
-        **{name: options[name] for name in numbers},
-        **{name: stacked(options, name) for name in vectors},
-    )
+    names = [field.name for field in fields(RateGyro)]
+    gyro = RateGyro(**{name: options[name] for name in names})
     return replace(_tracker(options, plant, known), gyro=gyro)
 
 
@@ -176,12 +167,8 @@ SENSORS: dict[str, Component] = {
             ),
             "misalignment": vector("angle", "Rotation vector from body to gyro axes."),
             "rate_limit": positive("speed", inf, "Largest rate that a gyro axis measures."),
-            "coning_compensation": Key(
-                "1",
-                0.0,
-                "Fraction of the coning for which the gyro compensates.",
-                least=0.0,
-                most=1.0,
+            "coning_compensation": size(
+                "1", 0.0, "Fraction of the coning for which the gyro compensates.", most=1.0
             ),
             **_TACHOMETER,
         },

@@ -86,14 +86,22 @@ def _spread(group: _Group) -> float:
     return 1.0 / np.sqrt(len(group.metrics) - 1.0)
 
 
-def _groups(drawn: Matrix, metrics: Matrix) -> Iterator[_Group]:
-    has = np.isfinite(metrics)
-    patterns, kinds = np.unique(has, axis=1, return_inverse=True)
+def alike(metrics: Matrix) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.int64]]]:
+    """Runs that have the same metrics, (runs,), and indices of these metrics.
+
+    Args:
+        metrics: Values of the metrics, (runs, metrics), NaN for missing ones.
+    """
+    patterns, kinds = np.unique(np.isfinite(metrics), axis=1, return_inverse=True)
     for kind, pattern in enumerate(patterns.T):
-        if np.sum(pattern) >= 3:
-            columns = np.flatnonzero(kinds.ravel() == kind).tolist()
-            chosen = metrics[pattern][:, columns]
-            yield _Group(columns, pattern, _scores(drawn[pattern]), _scores(chosen))
+        yield pattern, np.flatnonzero(kinds.ravel() == kind)
+
+
+def _groups(drawn: Matrix, metrics: Matrix) -> Iterator[_Group]:
+    for has, columns in alike(metrics):
+        if np.sum(has) >= 3:
+            chosen = metrics[has][:, columns]
+            yield _Group(columns.tolist(), has, _scores(drawn[has]), _scores(chosen))
 
 
 def _scores(values: Matrix) -> Matrix:

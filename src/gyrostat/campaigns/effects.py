@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from gyrostat.campaigns.chaos import TERMS, Basis, basis_of, design_matrix
 from gyrostat.campaigns.draws import shares, values_at
+from gyrostat.campaigns.drivers import alike
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.types import Matrix, Vector
 
@@ -113,13 +114,8 @@ def find_effects(inputs: Inputs, metrics: Matrix) -> list[Effects]:
         metrics: Values of the metrics, (runs, metrics), NaN for missing ones.
     """
     metrics = metrics[: len(inputs.share)]
-    has = np.isfinite(metrics)
     found: dict[int, Effects] = {}
-    alike: dict[bytes, list[int]] = {}
-    for place, own in enumerate(has.T):
-        alike.setdefault(own.tobytes(), []).append(place)
-    for places in map(np.array, alike.values()):
-        pattern = has[:, places[0]]
+    for pattern, places in alike(metrics):
         values = metrics[np.ix_(pattern, places)]
         why = _unfit(pattern, inputs)
         varies = np.zeros(len(places), bool)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from gyrostat.campaigns.components import Component, Options, stacked
+from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.schema import Key, positive, size, vector
 from gyrostat.core.jax64 import jnp
 from gyrostat.spacecraft import (
@@ -17,7 +17,7 @@ from gyrostat.spacecraft.environment import EARTH, EARTH_RADIUS
 
 
 def _constant_torque(options: Options) -> dict[str, Any]:
-    return {"external_torque": stacked(options, "external_torque")}
+    return {"external_torque": options["external_torque"]}
 
 
 def orbit_of(options: Options) -> CircularOrbit:
@@ -31,8 +31,8 @@ def _in_orbit(options: Options) -> dict[str, Any]:
     orbit = orbit_of(options)
     harmonic = HarmonicTorque(
         orbit.rate,
-        cosine=stacked(options, "cosine_torque")[None],
-        sine=stacked(options, "sine_torque")[None],
+        cosine=options["cosine_torque"][None],
+        sine=options["sine_torque"][None],
     )
     return {**_constant_torque(options), "environment": (GravityGradient(orbit), harmonic)}
 
@@ -44,8 +44,8 @@ def environment_torques(made: dict[str, Any]) -> dict[str, Any]:
     return found | dict(zip(names, made.get("environment", ()), strict=False))
 
 
-def _harmonic(options: Options) -> HarmonicTorque:
-    cosine, sine = (stacked(options, name)[None] for name in ("cosine", "sine"))
+def _harmonic(options: Options, **given: Any) -> HarmonicTorque:
+    cosine, sine = options["cosine"][None], options["sine"][None]
     return HarmonicTorque(options["rate"], cosine=cosine, sine=sine)
 
 
@@ -90,7 +90,7 @@ TORQUES: dict[str, Component] = {
     "constant": Component(
         "Constant torque in body axes.",
         {"torque": vector("torque", "Torque, in body axes.")},
-        lambda options, **given: HarmonicTorque(0.0, constant=stacked(options, "torque")),
+        lambda options, **given: HarmonicTorque(0.0, constant=options["torque"]),
     ),
     "gravity_gradient": Component(
         "Gravity gradient torque along [orbit], or in a circular Earth orbit "
@@ -105,13 +105,13 @@ TORQUES: dict[str, Component] = {
             "cosine": vector("torque", "Amplitude of cos(rate × time), in body axes."),
             "sine": vector("torque", "Amplitude of sin(rate × time), in body axes."),
         },
-        lambda options, **given: _harmonic(options),
+        _harmonic,
     ),
     "residual_dipole": Component(
         "Torque of the magnetic field of the Earth on a residual dipole moment "
         "(`gyrostat.spacecraft.ResidualDipole`).",
         {"dipole": vector("magnetic_dipole", "Residual dipole moment, in body axes.")},
-        lambda options, orbit, **given: ResidualDipole(orbit, stacked(options, "dipole")),
+        lambda options, orbit, **given: ResidualDipole(orbit, **options),
         needs=("orbit",),
     ),
     "aerodynamic": Component(

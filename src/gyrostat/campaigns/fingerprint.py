@@ -5,7 +5,6 @@ import platform
 import sys
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
-from typing import Literal
 
 from gyrostat.codegen.simd import FLAGS as COMPILER_FLAGS
 from gyrostat.codegen.simd import compiler_version
@@ -13,7 +12,6 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.instructions import instructions, recorded, set_before, xla_flags
 from gyrostat.core.source_digest import source_digest
 
-Device = Literal["cpu", "gpu"]
 Record = Mapping[str, str]
 
 # One thread per worker. With optimisation level 1 compilation takes two thirds of the time, and the

@@ -20,7 +20,7 @@ from gyrostat.campaigns.metrics.schema import METRICS, WINDOW
 from gyrostat.campaigns.orbits import ORBITS
 from gyrostat.campaigns.own.parts import is_own, own_component
 from gyrostat.campaigns.references import ERROR, MODES, POSITION_ERROR, REFERENCES, SLEWS
-from gyrostat.campaigns.scenario import INERTIA, Part, Scenario, Source
+from gyrostat.campaigns.scenario import INERTIA, Components, Part, Scenario, Source
 from gyrostat.campaigns.schema import (
     BODY,
     EVENT_TIME,
@@ -36,7 +36,6 @@ from gyrostat.campaigns.schema import (
 )
 from gyrostat.campaigns.schema import INERTIA as INERTIA_KEY
 from gyrostat.campaigns.sensors import FURTHER_SENSORS, HEADS
-from gyrostat.campaigns.structure import Structure
 from gyrostat.campaigns.two_wheel_controllers import TWO_WHEEL_CONTROLLERS
 from gyrostat.campaigns.wheel_disturbances import HARMONICS
 from gyrostat.campaigns.wheel_keys import WHEEL_ALL
@@ -107,12 +106,12 @@ def component(section: str, kind: str, sources: tuple[Source, ...] = ()) -> Any:
     return (KINDS.get(section) or PARTS.get(section) or OF_SPACECRAFT[section])[kind]
 
 
-def chosen(scenario: Scenario | Structure, section: str) -> Any:
+def chosen(scenario: Components, section: str) -> Any:
     """Component that a scenario names in a section, a key of `KINDS`."""
     return component(section, getattr(scenario, section), scenario.sources)
 
 
-def components_of(scenario: Scenario | Structure) -> dict[str, str]:
+def components_of(scenario: Components) -> dict[str, str]:
     """Section -> kind of its component, of all components that a scenario names."""
     found = {section: getattr(scenario, section) for section in KINDS}
     found |= {f"{part.section}.{part.name}": part.kind for part in scenario.parts}
@@ -216,7 +215,7 @@ def _check_altitude(key: str, scenario: Scenario) -> None:
         raise InputError(f"key {key}: found {altitude:g} m beside [orbit], expected none")
 
 
-def is_shipped(scenario: Scenario | Structure) -> bool:
+def is_shipped(scenario: Components) -> bool:
     """Whether all components of a scenario are of this package.
 
     The digest of this package identifies their code. Others may change, and are always traced.

@@ -1,18 +1,16 @@
 """Detumbling, sun pointing and momentum unloading, for scenarios."""
 
 from dataclasses import replace
-from typing import Any
 
 from gyrostat.campaigns.actuators import DIPOLE_LIMIT, DUTY, THRUSTERS
-from gyrostat.campaigns.components import Component, Options, stacked
+from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.controllers import IGNORED, DesignCase, PlannedController
-from gyrostat.campaigns.schema import Key, positive, size, vector
+from gyrostat.campaigns.schema import positive, size, vector
 from gyrostat.control.attitude.sun_pointing import SunPointing
 from gyrostat.control.magnetic.b_cross import BCross, least_inertia
 from gyrostat.control.magnetic.rod_unloading import RodUnloading
 from gyrostat.control.thruster_unloading import ThrusterUnloading
 from gyrostat.core.arrays import Vector3
-from gyrostat.spacecraft import Spacecraft
 
 
 def _plan_detumbling(case: DesignCase) -> BCross:
@@ -23,45 +21,16 @@ def _detumbling(plan: BCross, options: Options, momentum: Vector3) -> BCross:
     return replace(plan, gain=options["gain"] * plan.gain, speed_gain=options["speed_gain"])
 
 
-def _plan_sun_pointing(case: DesignCase) -> SunPointing:
-    return SunPointing(case.spacecraft)
-
-
 def _sun_pointing(plan: SunPointing, options: Options, momentum: Vector3) -> SunPointing:
-    vectors = {name: stacked(options, name) for name in ("axis", "search_rate")}
-    gains = {name: options[name] for name in ("turn_gain", "rate_gain", "largest_rate")}
-    return replace(plan, **vectors, **gains)
-
-
-def _rod_unloading(options: Options, controller: Any, known: Spacecraft) -> RodUnloading:
-    return RodUnloading(
-        controller,
-        known.wheels,
-        stacked(options, "limit"),
-        options["gain"],
-        stacked(options, "momentum"),
-        options["duty"],
-        options["compensation"],
-    )
-
-
-def _thruster_unloading(options: Options, controller: Any, known: Spacecraft) -> ThrusterUnloading:
-    names = ("arm", "force", "begin", "end", "minimum", "impulse", "compensation")
-    return ThrusterUnloading(
-        controller,
-        known.wheels,
-        **{name: options[name] for name in names},
-        momentum=stacked(options, "momentum"),
-    )
+    return replace(plan, **options)
 
 
 _MOMENTUM = vector("momentum", "Target of the wheels' momentum, in body axes.")
-_COMPENSATION = Key(
+_COMPENSATION = size(
     "1",
     0.0,
     "Share of the torque of the unloading that is added to the wheel torques; 0 for controllers "
     "that estimate external torques, such as `wheel_array`.",
-    least=0.0,
     most=1.0,
 )
 MAGNETIC_CONTROLLERS: dict[str, PlannedController] = {
@@ -91,14 +60,14 @@ MAGNETIC_CONTROLLERS: dict[str, PlannedController] = {
         "`[[sensor]]` named `sun_sensor` or `coarse_sun_sensors`. While the Sun is not seen, the "
         "rate is damped only.",
         {
-            "axis": Key("1", (0.0, 0.0, 1.0), "Body axis, of any length.", shape=(3,)),
+            "axis": vector("1", "Body axis, of any length.", (0.0, 0.0, 1.0)),
             "turn_gain": positive("1/s", 0.05, "Commanded rate per angle to the Sun."),
             "rate_gain": positive("1/s", 0.2, "Gain of the rate loop."),
             "largest_rate": positive("speed", 0.02, "Largest commanded rate."),
             "search_rate": vector("speed", "Commanded rate while the Sun is not seen."),
         },
         _sun_pointing,
-        _plan_sun_pointing,
+        lambda case: SunPointing(case.spacecraft),
         IGNORED,
         follows=False,
         needs=("sun_sensor",),
@@ -121,7 +90,7 @@ UNLOADINGS: dict[str, Component] = {
             "duty": replace(DUTY, meaning="Share of each control period in which the rods are on."),
             "compensation": _COMPENSATION,
         },
-        _rod_unloading,
+        lambda options, controller, known: RodUnloading(controller, known.wheels, **options),
         needs=("magnetometer", "torque_rods"),
     ),
     "thrusters": Component(
@@ -141,7 +110,7 @@ UNLOADINGS: dict[str, Component] = {
             "momentum": _MOMENTUM,
             "compensation": _COMPENSATION,
         },
-        _thruster_unloading,
+        lambda options, controller, known: ThrusterUnloading(controller, known.wheels, **options),
         needs=("thrusters",),
     ),
 }

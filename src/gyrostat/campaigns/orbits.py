@@ -26,12 +26,11 @@ PHASE = "orbit.phase"
 FRAMES = ("GCRS", "TEME", "ITRF")
 """Frames of the rows of an orbit in a CSV file."""
 _INDICES: dict[str, Key] = {
-    "phase": Key(
+    "phase": size(
         "angle",
         0.0,
         "Delay of the start of the run, 360 deg for one orbital period; Earth and Sun are those "
         "of the delayed time.",
-        least=0.0,
         most=tau,
     ),
     "f107": positive("1", 150.0, "Solar radio flux F10.7 of the day before, sfu."),
@@ -72,7 +71,7 @@ ORBITS: dict[str, Component] = {
         "Orbit from osculating Keplerian elements at the epoch, with the oblateness J2.",
         {
             "semi_major_axis": positive("length", None, "Semi-major axis."),
-            "eccentricity": Key("1", 0.0, "Eccentricity, below 1.", least=0.0, most=0.99),
+            "eccentricity": size("1", 0.0, "Eccentricity, below 1.", most=0.99),
             **_PLANE,
             "perigee": Key("angle", 0.0, "Argument of perigee."),
             "true_anomaly": Key("angle", 0.0, "True anomaly."),

@@ -1,14 +1,15 @@
 """Kinds of the reference attitude that a scenario can name, and its modes and slews."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import inf
 from typing import Any, NamedTuple
 
 from jaxtyping import Array, Float
 
-from gyrostat.campaigns.components import Component, Options, stacked
+from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.environments import EITHER_ORBIT, orbit_of
-from gyrostat.campaigns.schema import Key, positive, size
+from gyrostat.campaigns.schema import Key, positive, size, vector
 from gyrostat.control.guidance import (
     NEVER,
     Aim,
@@ -49,42 +50,36 @@ class ReferenceCase(NamedTuple):
     """What the kinds of references are made of.
 
     Attributes:
-        planned: Part that is computed once.
-        envelope: Envelope with the momentum of the run; None if no slew needs it.
+        planned: Part that is computed once, with the momentum and the orbit of the run.
         attitude: Initial attitude of the scenario, (4,).
-        modes: Attitude over time and options of each mode of a sequence.
+        modes: Attitude over time and end of each mode of a sequence.
         slews: Options of each slew, in their order in the file.
     """
 
     planned: PlannedReference
-    envelope: WheelEnvelope | None
     attitude: Float[Array, "4"]
-    modes: Sequence[tuple[Profile, Options]]
+    modes: Sequence[tuple[Profile, Condition]]
     slews: Sequence[Options]
 
 
-def _target(options: Options) -> Array:
-    return normalised(jnp.stack([jnp.asarray(options[f"target.{k}"]) for k in range(4)]))
+def _fixed(options: Options, planned: PlannedReference, **given: Any) -> Fixed:
+    return Fixed(normalised(options["target"]))
 
 
-def _fixed(options: Options, planned: PlannedReference, place: str) -> Fixed:
-    return Fixed(_target(options))
-
-
-def _nadir(options: Options, planned: PlannedReference, place: str) -> Profile:
-    axes = stacked(options, "to_earth"), stacked(options, "along")
+def _nadir(options: Options, planned: PlannedReference, **given: Any) -> Profile:
+    axes = options["to_earth"], options["along"]
     if planned.orbit is None:
         return Nadir.pointing(orbit_of(options), *axes)
     return _along(planned, to_earth, *axes)
 
 
-def _sun(options: Options, planned: PlannedReference, place: str) -> Pointing:
-    return _along(planned, to_sun, stacked(options, "to_sun"), stacked(options, "normal"))
+def _sun(options: Options, planned: PlannedReference, **given: Any) -> Pointing:
+    return _along(planned, to_sun, options["to_sun"], options["normal"])
 
 
-def _ground_target(options: Options, planned: PlannedReference, place: str) -> Pointing:
+def _ground_target(options: Options, planned: PlannedReference, **given: Any) -> Pointing:
     target = GroundTarget(*(options[name] for name in ("latitude", "longitude", "height")))
-    return _along(planned, target, stacked(options, "to_target"), stacked(options, "along"))
+    return _along(planned, target, options["to_target"], options["along"])
 
 
 def _along(planned: PlannedReference, aim: Aim, axis: Array, second: Array) -> Pointing:
@@ -92,43 +87,48 @@ def _along(planned: PlannedReference, aim: Aim, axis: Array, second: Array) -> P
     return Pointing.of(planned.orbit, aim, axis, second)
 
 
-def _table(options: Options, planned: PlannedReference, place: str) -> Table:
+def _table(options: Options, planned: PlannedReference, place: str, **given: Any) -> Table:
     return planned.tables[place]
-
-
-def _slew(options: Options, planned: PlannedReference, place: str) -> Options:
-    return options
 
 
 def single(profile: Any) -> Any:
     """Function that makes the reference of one mode.
 
     Args:
-        profile: (options, planned reference, place in the scenario) -> attitude over time.
+        profile: Makes an attitude over time of the options, the planned reference and the place in
+            the scenario.
     """
 
     def make(options: Options, case: ReferenceCase) -> Reference:
-        return Reference.of(profile(options, case.planned, "reference"))
+        return Reference.of(profile(options, planned=case.planned, place="reference"))
+
+    return make
+
+
+def mode(profile: Any) -> Any:
+    """Function that makes the attitude over time of a mode, see `single`, and when it ends."""
+
+    def make(options: Options, **given: Any) -> tuple[Profile, Condition]:
+        return profile(options, **given), _condition(options)
 
     return make
 
 
 def _limits(options: Options, case: ReferenceCase) -> SlewLimits:
     rate, acceleration, jerk = (options[name] for name in ("rate", "acceleration", "jerk"))
-    return SlewLimits(rate, acceleration, jerk, case.envelope)
+    return SlewLimits(rate, acceleration, jerk, case.planned.envelope)
 
 
 def _slews(options: Options, case: ReferenceCase) -> Reference:
     times = jnp.stack([jnp.asarray(slew["time"]) for slew in case.slews])
-    targets = jnp.stack([_target(slew) for slew in case.slews])
+    targets = jnp.stack([normalised(slew["target"]) for slew in case.slews])
     return Reference.of(Slews.to(case.attitude, times, targets, _limits(options, case)))
 
 
 def _sequence(options: Options, case: ReferenceCase) -> Reference:
-    modes = [(profile, _condition(own)) for profile, own in case.modes]
-    envelope = case.envelope
+    envelope = case.planned.envelope
     return Reference.sequence(
-        *modes,
+        *case.modes,
         limits=_limits(options, case),
         spacecraft=None if envelope is None else envelope.spacecraft,
     )
@@ -145,33 +145,24 @@ def _condition(options: Options) -> Condition:
 _TARGET = {"target": Key("1", None, "Attitude, a quaternion, scalar first.", shape=(4,))}
 _NADIR: dict[str, Key] = {
     **EITHER_ORBIT,
-    "to_earth": Key("1", (0.0, 0.0, 1.0), "Body axis that points to the Earth.", shape=(3,)),
-    "along": Key(
-        "1",
-        (1.0, 0.0, 0.0),
-        "Body axis whose part across `to_earth` points along the velocity.",
-        shape=(3,),
+    "to_earth": vector("1", "Body axis that points to the Earth.", (0.0, 0.0, 1.0)),
+    "along": vector(
+        "1", "Body axis whose part across `to_earth` points along the velocity.", (1.0, 0.0, 0.0)
     ),
 }
 _SUN: dict[str, Key] = {
-    "to_sun": Key("1", (1.0, 0.0, 0.0), "Body axis that points to the Sun.", shape=(3,)),
-    "normal": Key(
-        "1",
-        (0.0, 1.0, 0.0),
-        "Body axis whose part across `to_sun` points along the orbit normal.",
-        shape=(3,),
+    "to_sun": vector("1", "Body axis that points to the Sun.", (1.0, 0.0, 0.0)),
+    "normal": vector(
+        "1", "Body axis whose part across `to_sun` points along the orbit normal.", (0.0, 1.0, 0.0)
     ),
 }
 _GROUND: dict[str, Key] = {
     "latitude": Key("angle", None, "Geodetic latitude (WGS 84)."),
     "longitude": Key("angle", None, "Longitude, to the east."),
     "height": Key("length", 0.0, "Height above the ellipsoid."),
-    "to_target": Key("1", (0.0, 0.0, 1.0), "Body axis that points to the target.", shape=(3,)),
-    "along": Key(
-        "1",
-        (1.0, 0.0, 0.0),
-        "Body axis whose part across `to_target` points along the velocity.",
-        shape=(3,),
+    "to_target": vector("1", "Body axis that points to the target.", (0.0, 0.0, 1.0)),
+    "along": vector(
+        "1", "Body axis whose part across `to_target` points along the velocity.", (1.0, 0.0, 0.0)
     ),
 }
 _AUTO = '; none or `"auto"`: the fastest slew within the wheels.'
@@ -179,21 +170,11 @@ LIMITS: dict[str, Key] = {
     "rate": positive("speed", inf, f"Largest rate of a slew{_AUTO}"),
     "acceleration": positive("rad/s²", inf, f"Largest acceleration of a slew{_AUTO}"),
     "jerk": positive("rad/s³", inf, "Largest jerk of a slew."),
-    "torque_share": Key(
-        "1",
-        0.8,
-        "Fraction of the wheels' torque limits that slews may use.",
-        least=0.0,
-        most=1.0,
-        positive=True,
+    "torque_share": positive(
+        "1", 0.8, "Fraction of the wheels' torque limits that slews may use.", most=1.0
     ),
-    "momentum_share": Key(
-        "1",
-        0.9,
-        "Fraction of the wheels' momentum limits that slews may use.",
-        least=0.0,
-        most=1.0,
-        positive=True,
+    "momentum_share": positive(
+        "1", 0.9, "Fraction of the wheels' momentum limits that slews may use.", most=1.0
     ),
 }
 """Keys of the limits of slews."""
@@ -206,24 +187,55 @@ UNTIL: dict[str, Key] = {
     "until_error_below": positive("angle", inf, "End condition: pointing error below this value."),
 }
 """Keys of the conditions under which a mode ends."""
-MODES: dict[str, Component] = {
-    "fixed": Component("Fixed attitude.", {**_TARGET, **UNTIL}, _fixed),
-    "nadir": Component("As the reference `nadir`.", {**_NADIR, **UNTIL}, _nadir),
-    "sun": Component("As the reference `sun`.", {**_SUN, **UNTIL}, _sun, needs=("orbit",)),
+_PROFILES: dict[str, Component] = {
+    "nadir": Component(
+        "Nadir pointing along [orbit] (`gyrostat.control.guidance.Pointing`), or on a circular "
+        "orbit (`gyrostat.control.guidance.Nadir`). Elements that are not given are those of the "
+        "environment `orbit`.",
+        _NADIR,
+        _nadir,
+    ),
+    "sun": Component(
+        "Sun pointing along [orbit] (`gyrostat.control.guidance.Pointing`).",
+        _SUN,
+        _sun,
+        needs=("orbit",),
+    ),
     "ground_target": Component(
-        "As the reference `ground_target`.",
-        {**_GROUND, **UNTIL},
+        "Pointing at a ground target along [orbit] (`gyrostat.control.guidance.GroundTarget`). It "
+        "is also followed below the horizon.",
+        _GROUND,
         _ground_target,
         needs=("orbit",),
     ),
-    "table": Component("As the reference `table`.", UNTIL, _table, texts=("file",)),
+    "table": Component(
+        "Attitude from a CSV `file` with the columns time, s, and quaternion, scalar first, "
+        "interpolated by a cubic spline (`gyrostat.control.guidance.Table`).",
+        {},
+        _table,
+        texts=("file",),
+    ),
+}
+"""Kinds of an attitude over time, of the whole run or of a mode."""
+MODES: dict[str, Component] = {
+    "fixed": Component("Fixed attitude.", {**_TARGET, **UNTIL}, mode(_fixed)),
+    **{
+        kind: Component(
+            f"As the reference `{kind}`.",
+            {**each.keys, **UNTIL},
+            mode(each.make),
+            texts=each.texts,
+            needs=each.needs,
+        )
+        for kind, each in _PROFILES.items()
+    },
 }
 """Kinds of [[reference.mode]]."""
 SLEWS: dict[str, Component] = {
     "slew": Component(
         "Slew to `target` from `time` on.",
         {"time": size("time", None, "Start of the slew."), **_TARGET},
-        _slew,
+        lambda options, **given: options,
     )
 }
 """Kinds of [[reference.slew]]."""
@@ -234,33 +246,7 @@ REFERENCES: dict[str, Component] = {
         {},
         lambda options, case: None,
     ),
-    "nadir": Component(
-        "Nadir pointing along [orbit] (`gyrostat.control.guidance.Pointing`), or on a circular "
-        "orbit (`gyrostat.control.guidance.Nadir`). Elements that are not given are those of the "
-        "environment `orbit`.",
-        _NADIR,
-        single(_nadir),
-    ),
-    "sun": Component(
-        "Sun pointing along [orbit] (`gyrostat.control.guidance.Pointing`).",
-        _SUN,
-        single(_sun),
-        needs=("orbit",),
-    ),
-    "ground_target": Component(
-        "Pointing at a ground target along [orbit] (`gyrostat.control.guidance.GroundTarget`). It "
-        "is also followed below the horizon.",
-        _GROUND,
-        single(_ground_target),
-        needs=("orbit",),
-    ),
-    "table": Component(
-        "Attitude from a CSV `file` with the columns time, s, and quaternion, scalar first, "
-        "interpolated by a cubic spline (`gyrostat.control.guidance.Table`).",
-        {},
-        single(_table),
-        texts=("file",),
-    ),
+    **{kind: replace(each, make=single(each.make)) for kind, each in _PROFILES.items()},
     "slews": Component(
         "Eigenaxis slews, one for each table [[reference.slew]], from the initial attitude "
         "(`gyrostat.control.guidance.Slews`).",

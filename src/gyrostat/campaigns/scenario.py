@@ -113,12 +113,11 @@ class Part:
     kind: str
 
 
-@dataclass(frozen=True, eq=False)
-class Scenario:
-    """Definition of a simulation or campaign, independent of its file format.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Components:
+    """Fields that a scenario and its structure have in common: what is compiled, without numbers.
 
     Attributes:
-        name: Name of the scenario.
         wheels: Names of the wheels, in their order.
         axes: Spin axes in body axes, unit length, (wheels, 3).
         friction: Name of the friction model of the wheels.
@@ -127,21 +126,14 @@ class Scenario:
         sensors: Kind of the sensors.
         estimator: Kind of the estimator.
         environment: Kind of the environment.
-        attitude: Initial attitude, before `start.attitude_error` is applied, (4,), scalar first.
-        target: Initial target attitude, (4,), scalar first; events can change it.
         boresight: Body direction whose pointing error is evaluated, (3,); None: full attitude.
         count: Number of control periods.
         substeps: Integration steps in each control period.
         command_delay: Control periods from a sample to the start of its command.
-        percentiles: Percentiles of the pointing error to report.
         events: Events in their nominal order of time.
-        dispersions: Dispersions, independent of each other.
-        values: Key -> number, SI, with the keys in alphabetical order.
         guard: Command after a rejected sample, "hold" or "zero"; None: measurements are not
             validated.
         reference: Kind of the reference attitude.
-        texts: Texts that are no numbers, by their place: the tables of the reference attitude, by
-            content, such as "reference.mode.NAME"; of the orbit, "orbit.epoch" and its elements.
         parts: Further components, in the order of the file.
         sources: Python files of user-defined parts and the local modules that they import, sorted
             by path.
@@ -151,12 +143,8 @@ class Scenario:
         surfaces: Outer facets of the spacecraft: area, m², outward normal, (3,), centre, (3,), m,
             fractions of specular and of diffuse reflection, (facets, 9).
         budget: Whether the momentum that each external torque adds is a metric.
-        requirements: Pointing requirements.
-        field_of_view: Full angle of the field of view about the boresight, which the replay
-            shows, rad; None: not shown.
     """
 
-    name: str
     wheels: tuple[str, ...]
     axes: tuple[tuple[float, ...], ...]
     friction: str
@@ -165,19 +153,13 @@ class Scenario:
     sensors: str
     estimator: str
     environment: str
-    attitude: tuple[float, ...]
-    target: tuple[float, ...]
     boresight: tuple[float, ...] | None
     count: int
     substeps: int
     command_delay: int
-    percentiles: tuple[float, ...]
     events: tuple[Event, ...]
-    dispersions: tuple[Dispersion, ...]
-    values: Mapping[str, float]
     guard: str | None = None
     reference: str = "fixed"
-    texts: tuple[Source, ...] = ()
     parts: tuple[Part, ...] = ()
     sources: tuple[Source, ...] = ()
     windows: tuple[Window, ...] = ()
@@ -185,6 +167,35 @@ class Scenario:
     unloading: str = "none"
     surfaces: tuple[tuple[float, ...], ...] = ()
     budget: bool = False
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scenario(Components):
+    """Definition of a simulation or campaign, independent of its file format.
+
+    Its other attributes are those of `gyrostat.campaigns.scenario.Components`.
+
+    Attributes:
+        name: Name of the scenario.
+        attitude: Initial attitude, before `start.attitude_error` is applied, (4,), scalar first.
+        target: Initial target attitude, (4,), scalar first; events can change it.
+        percentiles: Percentiles of the pointing error to report.
+        dispersions: Dispersions, independent of each other.
+        values: Key -> number, SI, with the keys in alphabetical order.
+        texts: Texts that are no numbers, by their place: the tables of the reference attitude, by
+            content, such as "reference.mode.NAME"; of the orbit, "orbit.epoch" and its elements.
+        requirements: Pointing requirements.
+        field_of_view: Full angle of the field of view about the boresight, which the replay
+            shows, rad; None: not shown.
+    """
+
+    name: str
+    attitude: tuple[float, ...]
+    target: tuple[float, ...]
+    percentiles: tuple[float, ...]
+    dispersions: tuple[Dispersion, ...]
+    values: Mapping[str, float]
+    texts: tuple[Source, ...] = ()
     requirements: tuple[Requirement, ...] = ()
     field_of_view: float | None = None
 

@@ -74,19 +74,19 @@ class Key:
         return f"{bound}{'' if self.most == inf else f', at most {self.most:g}'}{unit}"
 
 
-def positive(dimension: str, default: float | None, meaning: str) -> Key:
+def positive(dimension: str, default: float | None, meaning: str, most: float = inf) -> Key:
     """Key with values above 0."""
-    return Key(dimension, default, meaning, least=0.0, positive=True)
+    return Key(dimension, default, meaning, 0.0, most, positive=True)
 
 
-def size(dimension: str, default: float | None, meaning: str) -> Key:
+def size(dimension: str, default: float | None, meaning: str, most: float = inf) -> Key:
     """Key with values of 0 or more."""
-    return Key(dimension, default, meaning, least=0.0)
+    return Key(dimension, default, meaning, 0.0, most)
 
 
-def vector(dimension: str, meaning: str) -> Key:
+def vector(dimension: str, meaning: str, default: float | tuple[float, ...] = 0.0) -> Key:
     """Key of a vector in body axes, (3,), zero by default."""
-    return Key(dimension, 0.0, meaning, shape=(3,))
+    return Key(dimension, default, meaning, shape=(3,))
 
 
 RUN: dict[str, Key] = {
@@ -105,7 +105,7 @@ _DETECTED = size(
 )
 _DRAG = size("viscous", 0.0, "Viscous drag added to the bearing.")
 _UNTIL = size("time", inf, "End of the fault.")
-_SHARE = Key("1", 1.0, "Probability that a sample is affected.", least=0.0, most=1.0)
+_SHARE = size("1", 1.0, "Probability that a sample is affected.", most=1.0)
 Measured = tuple[str, str | None]
 """Dimension of a measured field, and the unit of its rate of change; see `MEASURED`."""
 MEASURED: dict[str, Measured] = {
@@ -149,45 +149,36 @@ def guard_keys(fields: Mapping[str, Measured]) -> dict[str, Key]:
 GUARD = guard_keys(MEASURED)
 """Keys of the measurement limits without further sensors."""
 EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
-    "slew": ("The target attitude of the controller changes to `target`.", {"time": EVENT_TIME}),
+    "slew": ("The target attitude of the controller changes to `target`.", {}),
     "torque_lost": (
         "The motor of `wheel` loses its torque; friction slows the rotor down.",
-        {"time": EVENT_TIME, "detected_after": _DETECTED, "added_viscous": _DRAG},
+        {"detected_after": _DETECTED, "added_viscous": _DRAG},
     ),
     "stuck_torque": (
         "The motor of `wheel` gives a constant torque and ignores commands.",
-        {
-            "time": EVENT_TIME,
-            "detected_after": _DETECTED,
-            "torque": Key("torque", None, "Constant motor torque."),
-        },
+        {"detected_after": _DETECTED, "torque": Key("torque", None, "Constant motor torque.")},
     ),
     "seized": (
         "The rotor of `wheel` stops instantly; its momentum is transferred to the body.",
-        {"time": EVENT_TIME, "detected_after": _DETECTED},
+        {"detected_after": _DETECTED},
     ),
     "degraded": (
         "The motor of `wheel` gives a fraction of the commanded torque; the controller is not "
         "notified.",
         {
-            "time": EVENT_TIME,
-            "torque_share": Key("1", None, "Remaining fraction of torque.", least=0.0, most=1.0),
+            "torque_share": size("1", None, "Remaining fraction of torque.", most=1.0),
             "added_viscous": _DRAG,
         },
     ),
     "drag": (
         "The viscous drag of the bearing of `wheel` increases; the controller is not notified.",
-        {
-            "time": EVENT_TIME,
-            "added_viscous": size("viscous", None, "Viscous drag added to the bearing."),
-        },
+        {"added_viscous": size("viscous", None, "Viscous drag added to the bearing.")},
     ),
     "friction_step": (
         "The bearing friction of `wheel` changes: it is multiplied by `factor`, or parameters of "
         "the friction model, such as `coulomb`, get the values given here under their names; the "
         "controller is not notified.",
         {
-            "time": EVENT_TIME,
             "factor": size(
                 "1", 1.0, "Factor on friction torques and viscous drag that are not given here."
             ),
@@ -198,22 +189,22 @@ EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
     ),
     "tachometer_lost": (
         "The speed of `wheel` is no longer measured: the measurement keeps its last value.",
-        {"time": EVENT_TIME},
+        {},
     ),
     "sensor_dropout": (
         "Samples of the measured field `sensor` are missing: the controller gets NaN.",
-        {"time": EVENT_TIME, "until": _UNTIL, "share": _SHARE},
+        {"until": _UNTIL, "share": _SHARE},
     ),
     "sensor_spike": (
         "`magnitude` is added to samples of the measured field `sensor`, in the unit of the field.",
-        {"time": EVENT_TIME, "until": _UNTIL, "share": _SHARE},
+        {"until": _UNTIL, "share": _SHARE},
     ),
     "sensor_stuck": (
         "The measured field `sensor` keeps its last value.",
-        {"time": EVENT_TIME, "until": _UNTIL},
+        {"until": _UNTIL},
     ),
 }
-"""Kind of event -> its meaning, and its keys."""
+"""Kind of event -> its meaning, and its keys beside its time."""
 WHEEL_IS_LOST = ("torque_lost", "stuck_torque", "seized")
 """Kinds of events after which the controller no longer uses the wheel."""
 SENSOR_FAULT = "sensor_"
@@ -234,7 +225,7 @@ def event_keys(
         friction: Dimensions of the parameters of the friction model.
         fields: Measured fields, see `MEASURED`.
     """
-    keys = dict(EVENTS[kind][1])
+    keys = {"time": EVENT_TIME, **EVENTS[kind][1]}
     if kind == "sensor_spike" and sensor is not None:
         keys["magnitude"] = Key(fields[sensor][0], None, "Offset added to the value.")
     return keys | (friction_keys(friction) if kind == "friction_step" else {})

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from gyrostat.campaigns.schema import SENSOR_FAULT
+from gyrostat.campaigns.components import Options
+from gyrostat.campaigns.schema import SENSOR_FAULT, Key
 from gyrostat.campaigns.structure import Structure, measured_names
 from gyrostat.control import FieldLimits, Guarded, MeasurementGuard
 from gyrostat.core.arrays import Scalar
@@ -21,6 +22,18 @@ def options_of(values: Values, section: str) -> dict[str, Scalar]:
         for key, value in values.items()
         if key.startswith(f"{section}.")
     }
+
+
+def arrays_of(values: Values, section: str, keys: Mapping[str, Key]) -> Options:
+    """Values of some keys of a section; those of the components of an array as one array."""
+    found = {}
+    for name, key in keys.items():
+        parts = [values[end] for end in key.ends(f"{section}.{name}")]
+        found[name] = parts[0]
+        if key.shape:
+            numbers = [jnp.asarray(part, dtype=float) for part in parts]
+            found[name] = jnp.stack(numbers).reshape(key.shape)
+    return found
 
 
 def with_faults(structure: Structure, values: Values, sensor: Any) -> Any:

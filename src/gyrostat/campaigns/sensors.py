@@ -1,9 +1,10 @@
 """Further sensors and star tracker heads that a scenario can name, one entry each."""
 
+from collections.abc import Callable
 from math import inf, pi
 from typing import Any
 
-from gyrostat.campaigns.components import Component, Options, stacked
+from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.schema import Key, positive, size, vector
 from gyrostat.core.jax64 import jnp
 from gyrostat.spacecraft import PaddleAngle, Spacecraft
@@ -18,58 +19,37 @@ _SAMPLING = {
     "periods": Key(
         "1", 1.0, "Control periods between samples, rounded to a whole number.", least=1.0
     ),
-    "latency": Key(
+    "latency": size(
         "1",
         0.0,
         "Control periods from a sample to its use, rounded to a whole number.",
-        least=0.0,
         most=float(LONGEST),
     ),
 }
 _ORBIT = ("orbit",)
 
 
-def _sampled(options: Options, sensor: Any) -> Sampled:
-    return Sampled(sensor, jnp.round(options["periods"]), jnp.round(options["latency"]))
+def _sampled(sensor: Callable[..., Any]) -> Callable[..., Sampled]:
+    """Function that makes a sensor of the options with the names of its fields, and samples it."""
 
+    def make(options: Options, orbit: OrbitEnvironment, **given: Any) -> Sampled:
+        own = {name: value for name, value in options.items() if name not in _SAMPLING}
+        periods, latency = jnp.round(options["periods"]), jnp.round(options["latency"])
+        return Sampled(sensor(orbit, **own), periods, latency)
 
-def _magnetometer(options: Options, orbit: OrbitEnvironment, **given: Any) -> Sampled:
-    vectors = {name: stacked(options, name) for name in ("bias", "scale_factor", "misalignment")}
-    return _sampled(options, Magnetometer(orbit, options["sigma"], **vectors))
-
-
-def _cells(options: Options, orbit: OrbitEnvironment, **given: Any) -> Sampled:
-    scale = jnp.stack([options[f"scale_factor.{k}"] for k in range(len(FACES))])
-    return _sampled(options, CoarseSunSensors(orbit, FACES, options["sigma"], scale))
-
-
-def _sun_sensor(options: Options, orbit: OrbitEnvironment, **given: Any) -> Sampled:
-    vectors = {name: stacked(options, name) for name in ("misalignment", "boresight")}
-    numbers = {name: options[name] for name in ("sigma", "field_of_view")}
-    return _sampled(options, SunSensor(orbit, **numbers, **vectors))
+    return make
 
 
 def _paddle_angle(options: Options, spacecraft: Spacecraft, **given: Any) -> PaddleAngle:
     return PaddleAngle(spacecraft.wheels.count - 1, options["sigma"])
 
 
-def _position(options: Options, orbit: OrbitEnvironment, **given: Any) -> Sampled:
-    return _sampled(options, PositionSensor(orbit, options["sigma"], stacked(options, "bias")))
-
-
 def _head(options: Options, orbit: OrbitEnvironment, **given: Any) -> StarTrackerHead:
-    numbers = ("sun_exclusion", "earth_exclusion", "rate_limit")
-    return StarTrackerHead(
-        orbit,
-        options["across_sigma"],
-        options["about_sigma"],
-        stacked(options, "boresight"),
-        stacked(options, "misalignment"),
-        **{name: options[name] for name in numbers},
-    )
+    own = dict(options)
+    return StarTrackerHead(orbit, own.pop("across_sigma"), own.pop("about_sigma"), **own)
 
 
-_BORESIGHT = Key("1", (0.0, 0.0, 1.0), "Boresight in body axes, of any length.", shape=(3,))
+_BORESIGHT = vector("1", "Boresight in body axes, of any length.", (0.0, 0.0, 1.0))
 FURTHER_SENSORS: dict[str, Component] = {
     "magnetometer": Component(
         "Magnetic flux density in body axes, (3,) (`gyrostat.spacecraft.Magnetometer`).",
@@ -80,7 +60,7 @@ FURTHER_SENSORS: dict[str, Component] = {
             "misalignment": vector("angle", "Rotation vector from body to magnetometer axes."),
             **_SAMPLING,
         },
-        _magnetometer,
+        _sampled(Magnetometer),
         unit="T",
         needs=_ORBIT,
     ),
@@ -91,17 +71,12 @@ FURTHER_SENSORS: dict[str, Component] = {
             "sigma": size("angle", 0.0, "Standard deviation of the error about each axis."),
             "misalignment": vector("angle", "Rotation vector from body to sensor axes."),
             "boresight": _BORESIGHT,
-            "field_of_view": Key(
-                "angle",
-                pi,
-                "Largest angle between boresight and Sun.",
-                least=0.0,
-                most=pi,
-                positive=True,
+            "field_of_view": positive(
+                "angle", pi, "Largest angle between boresight and Sun.", most=pi
             ),
             **_SAMPLING,
         },
-        _sun_sensor,
+        _sampled(SunSensor),
         needs=_ORBIT,
     ),
     "coarse_sun_sensors": Component(
@@ -115,7 +90,7 @@ FURTHER_SENSORS: dict[str, Component] = {
             ),
             **_SAMPLING,
         },
-        _cells,
+        _sampled(CoarseSunSensors),
         needs=_ORBIT,
     ),
     "paddle_angle": Component(
@@ -133,7 +108,7 @@ FURTHER_SENSORS: dict[str, Component] = {
             "bias": vector("length", "Bias, GCRS."),
             **_SAMPLING,
         },
-        _position,
+        _sampled(PositionSensor),
         unit="m",
         needs=_ORBIT,
     ),

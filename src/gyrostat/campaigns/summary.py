@@ -1,6 +1,6 @@
 """Statistics over runs: percentiles with confidence intervals."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,24 +10,21 @@ from gyrostat.core.types import Vector
 CONFIDENCE = 0.95
 
 
-@dataclass(frozen=True)
-class Percentile:
-    """Percentile of a metric over the runs, with its 95 % confidence interval.
+class Estimate(NamedTuple):
+    """Estimate with the ends of its 95 % confidence interval.
 
     Attributes:
-        percent: Percentage of runs below it.
-        value: Percentile of the sample; NaN without values.
-        low: Lower end of the confidence interval; NaN if there are too few runs for a bound.
-        high: Upper end of the confidence interval; NaN if there are too few runs for a bound.
+        value: Estimate; NaN without values.
+        low: Lower end of the interval; NaN if there are too few runs for a bound.
+        high: Upper end of the interval; NaN if there are too few runs for a bound.
     """
 
-    percent: float
     value: float
     low: float
     high: float
 
 
-def percentile_of(values: Vector, percent: float) -> Percentile:
+def percentile_of(values: Vector, percent: float) -> Estimate:
     """Percentile with a confidence interval by order statistics; no distribution is assumed.
 
     H. A. David and H. N. Nagaraja, "Order Statistics", section 7.1: the number of runs below the
@@ -40,12 +37,11 @@ def percentile_of(values: Vector, percent: float) -> Percentile:
     ordered = np.sort(values[np.isfinite(values)])
     count, share = len(ordered), percent / 100.0
     if count == 0:
-        return Percentile(percent, np.nan, np.nan, np.nan)
+        return Estimate(np.nan, np.nan, np.nan)
     tail = 0.5 * (1.0 - CONFIDENCE)
     first = _binomial_quantile(tail, count, share)
     last = _binomial_quantile(1.0 - tail, count, share) + 1
-    return Percentile(
-        percent,
+    return Estimate(
         float(ordered[rank(percent, count) - 1]),
         float(ordered[first - 1]) if first >= 1 else np.nan,
         float(ordered[last - 1]) if last <= count else np.nan,

@@ -4,19 +4,16 @@ from dataclasses import replace
 
 from gyrostat.campaigns.components import Options
 from gyrostat.campaigns.controllers import IGNORED, DesignCase, PlannedController
-from gyrostat.campaigns.schema import Key, positive, size
+from gyrostat.campaigns.schema import positive, size
 from gyrostat.control import PaddleRecovery, TwoWheelPointing, WheelSpeedLoops
 from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import to_inertial
-from gyrostat.core.validation import check_parts
 
 
 def _plan_two_wheels(case: DesignCase) -> TwoWheelPointing:
     along = to_inertial(jnp.asarray(case.target), jnp.array([0.0, 0.0, 1.0]))
-    found = TwoWheelPointing(case.spacecraft, along=along)
-    check_parts(found)
-    return found
+    return TwoWheelPointing(case.spacecraft, along=along)
 
 
 def _two_wheels(plan: TwoWheelPointing, options: Options, momentum: Vector3) -> WheelSpeedLoops:
@@ -88,13 +85,8 @@ TWO_WHEEL_CONTROLLERS: dict[str, PlannedController] = {
             "paddle_limit": positive(
                 "angle", None, "Largest angle of the paddle to either side, where a stop is."
             ),
-            "paddle_share": Key(
-                "1",
-                0.9,
-                "Fraction of the limit at which the use of the paddle begins.",
-                least=0.0,
-                most=1.0,
-                positive=True,
+            "paddle_share": positive(
+                "1", 0.9, "Fraction of the limit at which the use of the paddle begins.", most=1.0
             ),
             "turn_gain": positive("1/s", 0.5, "Commanded rate per attitude error near the target."),
             "rate_gain": positive("1/s", 2.0, "Gain of the rate loop."),

@@ -1,8 +1,7 @@
 """Verb on several fits: compare."""
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -11,18 +10,11 @@ from gyrostat.cli.arguments import call, command_line, print_json
 from gyrostat.cli.options import ForceModel, Json, Out
 
 
-class Wheels(StrEnum):
-    """Whether the fits are of one wheel or of several."""
-
-    same = "same"
-    different = "different"
-
-
 def compare(
     fits: Annotated[list[Path], typer.Argument(help="fit.json of each fit, or its folder.")],
     out: Out,
     wheels: Annotated[
-        Wheels | None,
+        Literal["same", "different"] | None,
         typer.Option(help="One wheel over dates, or a batch [default: by serial number]."),
     ] = None,
     same_bench: Annotated[

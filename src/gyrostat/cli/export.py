@@ -1,9 +1,8 @@
 """Verb `export`: flight C, FMU, Basilisk module or data sheet."""
 
 import json
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -11,40 +10,7 @@ from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line
 from gyrostat.cli.options import ForceModel, Json, Out
 
-
-class Format(StrEnum):
-    """Output format."""
-
-    c = "c"
-    fmu = "fmu"
-    basilisk = "basilisk"
-    json = "json"
-
-
-class What(StrEnum):
-    """Part to export."""
-
-    compensated_wheel = "compensated-wheel"
-    compensator = "compensator"
-    controller = "controller"
-    estimator = "estimator"
-    wheel = "wheel"
-
-
-class OnBad(StrEnum):
-    """Safe command after a rejected sample."""
-
-    hold = "hold"
-    zero = "zero"
-
-
-class Precision(StrEnum):
-    """Precision of real numbers in C."""
-
-    double = "double"
-    float = "float"
-
-
+What = Literal["compensated-wheel", "compensator", "controller", "estimator", "wheel"]
 Text = str | None
 
 
@@ -52,14 +18,16 @@ def export(
     model: Annotated[Path, typer.Argument(help="model.toml of the wheel, or scenario.toml.")],
     out: Out,
     to: Annotated[
-        Format,
+        Literal["c", "fmu", "basilisk", "json"],
         typer.Option(
             help="c: flight code; fmu: co-simulation unit (FMI 2.0); basilisk: Python module; "
             "json: data sheet."
         ),
     ],
     what: Annotated[What | None, typer.Option(help="Part to export, with --to c and fmu.")] = None,
-    precision: Annotated[Precision, typer.Option(help="Precision in C.")] = Precision.double,
+    precision: Annotated[
+        Literal["double", "float"], typer.Option(help="Precision in C.")
+    ] = "double",
     period: Annotated[Text, typer.Option(help="Control period, s or with a unit.")] = None,
     gains: Annotated[
         Text, typer.Option(help="Attitude law: KP,KI,KD in N·m/rad, N·m/(rad·s), N·m·s/rad.")
@@ -90,8 +58,9 @@ def export(
         typer.Option(help="Largest accepted change of an input, FIELD=VALUE, its SI unit per s."),
     ] = None,
     on_bad: Annotated[
-        OnBad, typer.Option(help="Command after a rejected sample: last accepted one, or zero.")
-    ] = OnBad.hold,
+        Literal["hold", "zero"],
+        typer.Option(help="Command after a rejected sample: last accepted one, or zero."),
+    ] = "hold",
     force: ForceModel = False,
     json_output: Json = False,
 ) -> None:

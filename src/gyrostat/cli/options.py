@@ -1,8 +1,7 @@
 """Options shared by several verbs."""
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -22,16 +21,10 @@ ForceModel = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
 
 
-class MissingCells(StrEnum):
-    """Treatment of cells without a finite number."""
-
-    refuse = "refuse"
-    drop = "drop"
-
-
 UnsignedSpeed = Annotated[
     bool, typer.Option(help="The speed is a magnitude; its sign changes where it touches zero.")
 ]
 Missing = Annotated[
-    MissingCells, typer.Option(help="Cells without a number: report an error, or drop their rows.")
+    Literal["refuse", "drop"],
+    typer.Option(help="Cells without a number: report an error, or drop their rows."),
 ]

@@ -1,8 +1,7 @@
 """Verbs on one wheel: identify, validate, bench."""
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -13,29 +12,12 @@ from gyrostat.cli.options import (
     ForceModel,
     Json,
     Missing,
-    MissingCells,
     Out,
     UnsignedSpeed,
 )
 from gyrostat.core.errors import InputError
 
-
-class Method(StrEnum):
-    """Identification method."""
-
-    batch = "batch"
-    steady = "steady"
-    torque_step = "torque-step"
-    coast = "coast"
-
-
-class Hold(StrEnum):
-    """Interpolation of the current between samples."""
-
-    zero_order = "zero-order"
-    linear = "linear"
-
-
+Hold = Literal["zero-order", "linear"]
 Columns = Annotated[
     str | None,
     typer.Option(help="Columns by role: time=t,current=m1cur,speed=m1vel (also temperature, ...)."),
@@ -67,7 +49,10 @@ def identify(
     model: Annotated[
         str | None, typer.Option(help="Friction model; auto: by diagnosis [default: stribeck].")
     ] = None,
-    method: Annotated[Method, typer.Option(help="Identification method.")] = Method.batch,
+    method: Annotated[
+        Literal["batch", "steady", "torque-step", "coast"],
+        typer.Option(help="Identification method."),
+    ] = "batch",
     hold: Annotated[
         list[str] | None, typer.Option(help="Hold a parameter: NAME=VALUE, or NAME at its default.")
     ] = None,
@@ -94,7 +79,7 @@ def identify(
     units: Units = None,
     unsigned_current: Unsigned = False,
     unsigned_speed: UnsignedSpeed = False,
-    missing: Missing = MissingCells.refuse,
+    missing: Missing = "refuse",
     edges: Annotated[
         Path | None, typer.Option(help="File of a tachometer's edge times, s, instead of speeds.")
     ] = None,
@@ -126,12 +111,12 @@ def validate(
         list[str] | None,
         typer.Option(help="current_bias=VALUE: current offset of the drive, not in model.toml."),
     ] = None,
-    current_hold: CurrentHold = Hold.zero_order,
+    current_hold: CurrentHold = "zero-order",
     columns: Columns = None,
     units: Units = None,
     unsigned_current: Unsigned = False,
     unsigned_speed: UnsignedSpeed = False,
-    missing: Missing = MissingCells.refuse,
+    missing: Missing = "refuse",
     force: Force = False,
     json_output: Json = False,
 ) -> None:

@@ -44,13 +44,16 @@ def campaign_content(
     for m, ((name, metric), rho, level) in enumerate(
         zip(known_metrics.items(), driving.rank_correlation.T, driving.chance_level, strict=True)
     ):
-        found = [percentile_of(columns[name], percent) for percent in PERCENTILES]
+        found = [
+            {"percent": percent, **percentile_of(columns[name], percent)._asdict()}
+            for percent in PERCENTILES
+        ]
         order = [k for k in np.argsort(-np.abs(rho)) if np.isfinite(rho[k])]
         metrics[name] = {
             "unit": metric.unit,
             "window": metric.window,
             "runs": int(np.sum(np.isfinite(columns[name]))),
-            "percentiles": [{k: or_none(v) for k, v in vars(p).items()} for p in found],
+            "percentiles": [{k: or_none(v) for k, v in p.items()} for p in found],
             "chance_level": or_none(float(level)),
             "drivers": [
                 {

@@ -22,8 +22,9 @@ from gyrostat.campaigns.pointing.text import (
     is_of_error,
     requirement_text,
 )
-from gyrostat.campaigns.pointing.verdicts import Estimate, Verdict, judged
+from gyrostat.campaigns.pointing.verdicts import Verdict, judged
 from gyrostat.campaigns.requirement import Requirement
+from gyrostat.campaigns.summary import Estimate
 from gyrostat.core.text import or_none
 from gyrostat.reports.chart import Axis, Chart, axis_of
 

@@ -119,21 +119,23 @@ def campaign(
         # the chosen folder is always reported
         (to_stderr if say is silent else say)(f"the files of the campaign are written to {folder}")
     if rare is not None or worst_case is not None:
-        from gyrostat.verbs.searches import Search
+        from gyrostat.verbs import searches
 
         other = {"--scheduler": scheduler, "--keep": keep, "--worst-by": worst_by}
         is_rare = rare is not None
         other |= {"--worst-case": worst_case if is_rare else None}
         other |= {"--block": None if block == BLOCK else block}
         other |= {"--within": within if is_rare else None}
-        refuse_given(other, "--rare" if is_rare else "--worst-case", "a campaign")
-        asked = Search(
-            *(found, folder, runs, seed, workers, worst, force, verify),
-            *(device, engine, on_progress, say, command),
-        )
+        option = "--rare" if is_rare else "--worst-case"
+        refuse_given(other, option, "a campaign")
+        searches.check_native(option, device, engine)
+        from gyrostat.campaigns.search.execute import Options
+
+        options = Options(runs, seed, workers, worst, force, verify)
+        about = found, folder, options, say, on_progress, command
         if rare is not None:
-            return asked.failures(rare)
-        return asked.worst_case(worst_case or "", within or "3sigma")
+            return searches.failures(rare, *about)
+        return searches.worst_case(worst_case or "", within or "3sigma", *about)
     refuse_given({"--within": within}, "campaign", "--worst-case")
     for line in requirement_lines(found, runs):
         say(line)

@@ -105,6 +105,7 @@ def export(
         "--delay": delay or None,
         "--scale-drift": scale_drift,
     }
+    every = {"--period": period, **given, "--range": range_, "--rate-limit": rate_limit}
     scenario = _scenario_of(model, force=force)
     kind = _kind_of(model) if scenario is None else "controller"
     target, texts, origin = None, {}, f"Made by `{command}`."
@@ -117,10 +118,8 @@ def export(
         from gyrostat.exports import files, scenario_controller
 
         _what(model, kind, what)
-        limits = {"--range": range_, "--rate-limit": rate_limit}
-        fixed = {"--on-bad": on_bad == "zero" and scenario.guard is not None}
         refuse_given(
-            {"--period": period, **given, **limits, **fixed},
+            {**every, "--on-bad": on_bad == "zero" and scenario.guard is not None},
             "a scenario",
             "a part or model.toml, and the scenario's values",
         )
@@ -130,9 +129,8 @@ def export(
 
         if content is None:
             raise InputError(f"--to {to}: found {name_of(model)}, expected a wheel or its model")
-        guard = {"--range": range_, "--rate-limit": rate_limit, "--on-bad": on_bad == "zero"}
-        design = {"--what": what, "--period": period, **given}
-        refuse_given({**design, **guard}, f"--to {to}", "--to c or fmu")
+        others = {"--what": what, **every, "--on-bad": on_bad == "zero"}
+        refuse_given(others, f"--to {to}", "--to c or fmu")
         name = "wheel.json" if to == "json" else "wheel_basilisk.py"
         texts = {name: sheet(content) if to == "json" else basilisk(content)}
     else:

@@ -75,9 +75,9 @@ def tune(
         raise InputError(f"{found.name}: key dispersion: found none, expected at least one")
     limits = [subject_to] if isinstance(subject_to, str) else [*subject_to]
     question = Tuning.of(found, named(free, "--free", bare=True), minimise, limits)
-    options = Options(runs, seed, workers or len(os.sched_getaffinity(0)), 0, force, verify)
+    options = Options(runs, seed, workers, 0, force, verify)
     asked = question.scenario(found)
-    content = run_question(asked, folder, question, options, on_progress, say, command)
+    content = run_question(asked, folder, question, options, say, on_progress, command)
     values = {each["key"]: each["after"] for each in content["free"]}
     if isinstance(scenario, str | Path) and not changes:
         _write(Path(scenario), found.replace(**values), values, folder, say)

@@ -199,7 +199,7 @@ class Observer(eqx.Module):
         return found
 
     def _seen(self, seen: Seen, sample: Sample) -> Seen:
-        """New values except status, windows and own metrics, for a valid sample."""
+        """New values for a valid sample, except status, windows, own metrics and budget."""
         values, wheels = self.values, self.setup.plant.spacecraft.wheels
         time, error, record = sample.time, sample.error, sample.record
         momentum, torque = record.wheel_momentum, sample.command.torque
@@ -212,8 +212,7 @@ class Observer(eqx.Module):
         settled &= sample.rate_error @ sample.rate_error < values["metrics.settled_rate"] ** 2
         full = record.saturated | (jnp.abs(torque) >= FULL * jnp.asarray(wheels.torque_limit))
         full |= jnp.abs(momentum) >= FULL * jnp.asarray(wheels.momentum_limit)
-        return Seen(
-            status=seen.status,
+        return seen._replace(
             samples=seen.samples + 1,
             counted=seen.counted + counts,
             error=error,
@@ -231,9 +230,6 @@ class Observer(eqx.Module):
             torque_square=seen.torque_square + jnp.mean(torque**2),
             saturated=seen.saturated + jnp.any(full),
             power=seen.power + jnp.sum(jnp.abs(torque * sample.state.wheel_speed)),
-            windows=seen.windows,
-            own=seen.own,
-            gained=seen.gained,
             mode=sample.mode,
         )
 

@@ -8,7 +8,6 @@ and Y. Fan, "Sample quantiles in statistical packages", 1996, and "inverted_cdf"
 from fractions import Fraction
 from functools import lru_cache
 from math import ceil
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,18 +43,6 @@ def rank(percent: float, count: int) -> int:
     return max(1, ceil(Fraction(repr(float(percent))) * count / 100))
 
 
-class Collector(Protocol):
-    """Protocol of a collection of the pointing errors of several runs during the simulation."""
-
-    def add(self, errors: Matrix) -> None:
-        """Add the errors of the next samples, (runs, samples), rad; infinite ones are ignored."""
-        ...
-
-    def percentile(self, percent: float) -> Vector:
-        """Percentile of each run, (runs,), rad; NaN for a run without errors."""
-        ...
-
-
 class SortedErrors:
     """Collector that keeps every error, for exact percentiles.
 
@@ -70,13 +57,13 @@ class SortedErrors:
         self._counted: list[int] | None = None
 
     def add(self, errors: Matrix) -> None:
-        """Add the errors of the next samples; see `Collector`."""
+        """Add the errors of the next samples, (runs, samples), rad; infinite ones are ignored."""
         self._errors[:, self._filled : self._filled + errors.shape[1]] = errors
         self._filled += errors.shape[1]
         self._counted = None
 
     def percentile(self, percent: float) -> Vector:
-        """Percentile of each run; see `Collector`."""
+        """Percentile of each run, (runs,), rad; NaN for a run without errors."""
         counted = self._counted
         if counted is None:
             self._errors.sort(axis=1)
@@ -99,7 +86,7 @@ class BinnedErrors:
         self._largest = np.full(runs, -np.inf)
 
     def add(self, errors: Matrix) -> None:
-        """Add the errors of the next samples; see `Collector`."""
+        """Add the errors of the next samples; see `SortedErrors`."""
         # the bits of a positive float, as an integer, increase with its value
         codes = np.ascontiguousarray(errors).view(np.int64) >> _SHIFT
         places = np.clip(codes - _FIRST, 0, BINS)
@@ -109,7 +96,7 @@ class BinnedErrors:
         self._largest = np.maximum(self._largest, largest)
 
     def percentile(self, percent: float) -> Vector:
-        """Percentile of each run; see `Collector`."""
+        """Percentile of each run; see `SortedErrors`."""
         running = np.cumsum(self._counts[:, :BINS], axis=1)
         counted = running[:, -1]
         ranks = np.array([rank(percent, count) for count in counted.tolist()])
@@ -117,6 +104,10 @@ class BinnedErrors:
         edges = (np.array([place, place + 1]) + _FIRST << _SHIFT).view(np.float64)
         middle = np.minimum(edges.mean(axis=0), self._largest)
         return np.where(counted > 0, middle, np.nan)
+
+
+Collector = SortedErrors | BinnedErrors
+"""Collection of the pointing errors of several runs during the simulation."""
 
 
 def collectors(runs: int, samples: int, group: int, count: int) -> list[Collector]:

@@ -33,13 +33,8 @@ WINDOW: dict[str, Key] = {
 """Keys of a window; those without default are optional, and each adds a metric."""
 REQUIREMENT: dict[str, Key] = {
     "value": positive("angle", None, "Required value of the index."),
-    "level": Key(
-        "1",
-        None,
-        'Probability that it is not exceeded, such as 0.997 or "99.7 %".',
-        0.0,
-        1.0,
-        positive=True,
+    "level": positive(
+        "1", None, 'Probability that it is not exceeded, such as 0.997 or "99.7 %".', most=1.0
     ),
     "window": positive("time", None, "Window of the mean; a whole number of control periods."),
     "stability": positive(
@@ -47,13 +42,8 @@ REQUIREMENT: dict[str, Key] = {
         None,
         "Time from the start of one window of PDE to that of the other, at least one window.",
     ),
-    "share": Key(
-        "1",
-        0.95,
-        "Share of the runs of which a temporal requirement holds.",
-        0.0,
-        1.0,
-        positive=True,
+    "share": positive(
+        "1", 0.95, "Share of the runs of which a temporal requirement holds.", most=1.0
     ),
 }
 """Numbers of a pointing requirement."""

@@ -3,15 +3,15 @@
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from gyrostat.campaigns.kinds import KINDS, measured
-from gyrostat.campaigns.own.objects import own_object
+from gyrostat.campaigns.own.objects import OwnObject, own_object
 from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.reading.read_events import within_run
 from gyrostat.campaigns.reading.read_parts import part_name
 from gyrostat.campaigns.reading.tables import Table
-from gyrostat.campaigns.scenario import Event, Part, Scenario, Source
+from gyrostat.campaigns.scenario import Event, Part, Scenario
 from gyrostat.campaigns.schema import EVENT_TIME, guard_keys
 from gyrostat.core.errors import InputError
 
@@ -25,29 +25,13 @@ LISTS = {
 """Argument of `Scenario.replace` -> section of the parts."""
 
 
-class Named(NamedTuple):
-    """Own part from a Python object.
-
-    Attributes:
-        name: Name of the part.
-        kind: "FILE.py:NAME".
-        sources: Its file and the local modules that this imports.
-        values: Values of its keys, without the section, SI.
-    """
-
-    name: str
-    kind: str
-    sources: tuple[Source, ...]
-    values: dict[str, float]
-
-
 def is_list(argument: str, given: object) -> bool:
     """Whether an argument of `Scenario.replace` is a list of parts; `environment` can be a kind."""
     return argument in LISTS and not (argument == "environment" and isinstance(given, str))
 
 
-def own_list(scenario: Scenario, argument: str, given: Any) -> list[Named]:
-    """Own parts from objects.
+def own_list(scenario: Scenario, argument: str, given: Any) -> dict[str, OwnObject]:
+    """Own parts from objects, by name.
 
     Args:
         scenario: Scenario, for messages.
@@ -67,7 +51,7 @@ def own_list(scenario: Scenario, argument: str, given: Any) -> list[Named]:
         forms = '{"name": (time, object)}' if argument == "event" else f"a tuple, ({shown}(...),)"
         kinds = f", or one of {', '.join(KINDS[argument])}" if argument in KINDS else ""
         raise InputError(f"{scenario.name}: {argument}: found {shown}, expected {forms}{kinds}")
-    found: list[Named] = []
+    found: dict[str, OwnObject] = {}
     for number, (row, own) in enumerate(rows):
         table = Table(Path(scenario.name), f"{section}[{number}].", row)
         time: dict[str, float] = {}
@@ -77,13 +61,13 @@ def own_list(scenario: Scenario, argument: str, given: Any) -> list[Named]:
             time["time"] = table.allowed("time", own[0], EVENT_TIME)
             within_run(table, "time", time["time"], scenario.values)
             own = own[1]
-        kind, sources, values = own_object(section, own)
-        name = part_name(section, table, kind, [part.name for part in found])
-        found.append(Named(name, kind, sources, {**values, **time}))
+        made = own_object(section, own)
+        name = part_name(section, table, made.kind, found)
+        found[name] = made._replace(values={**made.values, **time})
     return found
 
 
-def with_list(scenario: Scenario, argument: str, found: list[Named]) -> Scenario:
+def with_list(scenario: Scenario, argument: str, found: Mapping[str, OwnObject]) -> Scenario:
     """Scenario with another list of user-defined parts, which replaces all parts of this section.
 
     Events of this package stay.
@@ -91,7 +75,7 @@ def with_list(scenario: Scenario, argument: str, found: list[Named]) -> Scenario
     Args:
         scenario: Scenario whose sources have the files of the parts.
         argument: Key of `LISTS`.
-        found: Own parts.
+        found: Own parts by name.
     """
     section = LISTS[argument]
     old = [part.name for part in scenario.parts if part.section == section]
@@ -101,9 +85,9 @@ def with_list(scenario: Scenario, argument: str, found: list[Named]) -> Scenario
     ends = ("lower", "upper", "change")
     gone += tuple(f"guard.{name}_{end}" for name in old for end in ends if section == "sensor")
     values = {key: value for key, value in scenario.values.items() if not key.startswith(gone)}
-    new = tuple(Part(section, part.name, part.kind) for part in found)
-    for part in found:
-        values |= {f"{section}.{part.name}.{key}": value for key, value in part.values.items()}
+    new = tuple(Part(section, name, part.kind) for name, part in found.items())
+    for name, part in found.items():
+        values |= {f"{section}.{name}.{key}": value for key, value in part.values.items()}
     if section == "sensor" and scenario.guard is not None:
         limits = guard_keys(measured(scenario.sensors, new, scenario.sources))
         defaults = Table(Path(scenario.name), "guard.", {}).numbers(limits)
@@ -111,13 +95,13 @@ def with_list(scenario: Scenario, argument: str, found: list[Named]) -> Scenario
     values = dict(sorted(values.items()))
     if argument == "event":
         events = [event for event in scenario.events if not is_own(event.kind)]
-        for part in found:
-            if part.name in [event.name for event in events]:
+        for name, part in found.items():
+            if name in [event.name for event in events]:
                 raise InputError(
-                    f"{scenario.name}: event: found {part.name}, the name of another event, "
+                    f"{scenario.name}: event: found {name}, the name of another event, "
                     "expected another name"
                 )
-            events.append(Event(part.name, part.kind))
+            events.append(Event(name, part.kind))
         events.sort(key=lambda event: values[f"event.{event.name}.time"])
         return dataclasses.replace(scenario, events=tuple(events), values=values)
     kept = tuple(part for part in scenario.parts if part.section != section)

@@ -115,7 +115,7 @@ def _with_list(scenario: Scenario, argument: str, given: Any) -> Scenario:
     """Scenario with another list of user-defined parts."""
     found = own_list(scenario, argument, given)
     sources = _kept(scenario, LISTS[argument])
-    for part in found:
+    for part in found.values():
         sources = _joined(scenario, sources, part.sources)
     return with_list(dataclasses.replace(scenario, sources=sources), argument, found)
 

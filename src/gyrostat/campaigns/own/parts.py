@@ -21,14 +21,8 @@ from gyrostat.campaigns.own.control import OwnControl
 from gyrostat.campaigns.own.errors import OwnError, reported
 from gyrostat.campaigns.own.metric import OwnMetric
 from gyrostat.campaigns.own.sources import load
-from gyrostat.campaigns.own.world import (
-    OwnActuator,
-    OwnChange,
-    OwnProfile,
-    OwnSensor,
-    OwnTorque,
-)
-from gyrostat.campaigns.references import UNTIL, single
+from gyrostat.campaigns.own.world import OwnChange, OwnProfile, OwnSensor, OwnTorque
+from gyrostat.campaigns.references import UNTIL, mode, single
 from gyrostat.campaigns.scenario import Source
 from gyrostat.campaigns.schema import Key
 from gyrostat.core.any_unit import ANY_UNIT
@@ -81,10 +75,7 @@ class OwnPart:
         """
         if not inspect.isclass(self.made):
             return jax.tree_util.Partial(self.made)
-        numbers = {}
-        for name, key in self.keys.items():
-            values = [jnp.asarray(options[end], dtype=float) for end in key.ends(name)]
-            numbers[name] = jnp.stack(values).reshape(key.shape) if key.shape else values[0]
+        numbers = {name: jnp.asarray(options[name], dtype=float) for name in self.keys}
         with reported(self.name):
             return self.made(**numbers, **{n: v for n, v in given.items() if n in self.fields})
 
@@ -251,7 +242,7 @@ def _reference(part: OwnPart) -> Component:
 
 
 def _mode(part: OwnPart) -> Component:
-    return Component(part.meaning, {**part.keys, **UNTIL}, _profile(part), needs=part.needs)
+    return Component(part.meaning, {**part.keys, **UNTIL}, mode(_profile(part)), needs=part.needs)
 
 
 TORQUE = "which returns a torque in body axes (3,), N·m"
@@ -262,7 +253,7 @@ OWN: dict[str, Callable[[OwnPart], Any]] = {
     "reference": _reference,
     "reference.mode": _mode,
     "environment.torque": _in_world(OwnTorque, f"(spacecraft, attitude, time), {TORQUE}"),
-    "actuator": _in_world(OwnActuator, f"(value, attitude, time), {TORQUE}"),
+    "actuator": _in_world(OwnTorque, f"(value, attitude, time), {TORQUE}"),
     "event": _in_world(OwnChange, "(plant), which returns the plant with other numbers"),
     "sensor": _in_world(
         OwnSensor,

@@ -43,14 +43,12 @@ def own_sources(top: Table, kinds: Mapping[str, str]) -> tuple[Source, ...]:
         InputError: A file cannot be read, or is not below the folder of the scenario; or it imports
             a local module that is not.
     """
-    named = {place: kind for place, kind in kinds.items() if is_own(kind)}
-    return sources_below(
-        top.path.parent,
-        {
-            kind.partition(":")[0]: f"{top.path}: key {place}.python"
-            for place, kind in named.items()
-        },
-    )
+    named = {
+        kind.partition(":")[0]: f"{top.path}: key {place}.python"
+        for place, kind in kinds.items()
+        if is_own(kind)
+    }
+    return sources_below(top.path.parent, named)
 
 
 def sources_below(

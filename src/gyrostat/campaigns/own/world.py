@@ -11,16 +11,19 @@ from gyrostat.campaigns.own.errors import OwnError, numbers, reported, same_memo
 from gyrostat.campaigns.own.wrapper import Own
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax
-from gyrostat.spacecraft import Spacecraft
 
 
 class OwnTorque(Own):
-    """Environment torque of a user; see `gyrostat.spacecraft.TorqueModel`."""
+    """Environment torque or actuator of a user.
 
-    def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
+    See `gyrostat.spacecraft.TorqueModel`, whose first argument is the spacecraft, and
+    `gyrostat.spacecraft.Actuator`, whose first argument is the value of the command.
+    """
+
+    def __call__(self, given: Any, attitude: Quaternion, time: Scalar) -> Vector3:
         """Torque in body axes, (3,), N·m."""
         with reported(self.name):
-            torque = self.inner(spacecraft, attitude, time)
+            torque = self.inner(given, attitude, time)
         return numbers(self.name, "torque, N·m in body axes", torque, (3,))
 
 
@@ -32,16 +35,6 @@ class OwnProfile(Own):
         with reported(self.name):
             attitude = self.inner(time)
         return numbers(self.name, "attitude, a quaternion", attitude, (4,))
-
-
-class OwnActuator(Own):
-    """Actuator of a user; see `gyrostat.spacecraft.Actuator`."""
-
-    def __call__(self, value: Any, attitude: Quaternion, time: Scalar) -> Vector3:
-        """Torque in body axes, (3,), N·m."""
-        with reported(self.name):
-            torque = self.inner(value, attitude, time)
-        return numbers(self.name, "torque, N·m in body axes", torque, (3,))
 
 
 class OwnChange(Own):

@@ -5,7 +5,6 @@ example without a second observation period, is left out and counted.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,18 +12,10 @@ from numpy.typing import NDArray
 from gyrostat.campaigns.pointing.collected import SHARES
 from gyrostat.campaigns.pointing.statistics import least_runs, mean_bounds, size_at, sizes_around
 from gyrostat.campaigns.requirement import Requirement
-from gyrostat.campaigns.summary import CONFIDENCE, percentile_of
+from gyrostat.campaigns.summary import CONFIDENCE, Estimate, percentile_of
 from gyrostat.core.types import Matrix, Vector
 
 PASS, FAIL, OPEN = "pass", "fail", "not decided"
-
-
-class Estimate(NamedTuple):
-    """Estimate with the limits of its confidence interval, 95 %; NaN: none from this many runs."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True)
@@ -118,8 +109,7 @@ def _of_runs(level: float, worst: Vector, value: float) -> tuple[Estimate, Estim
     # the order statistics of the size and the binomial limits of the share agree
     largest = np.finfo(float).max
     found = percentile_of(np.minimum(worst, largest), round(100.0 * level, 10))
-    parts = (found.value, found.low, found.high)
-    size = Estimate(*(part if part < largest else np.nan for part in parts))
+    size = Estimate(*(part if part < largest else np.nan for part in found))
     inside, count = int(np.sum(worst <= value)), len(worst)
     return size, Estimate(inside / count, *_binomial(inside, count))
 

@@ -44,12 +44,7 @@ def read_events(
     """
     found: list[Event] = []
     for number, row in enumerate(top.tables("event")):
-        name = row.name("name", str(number + 1))
-        if name in {event.name for event in found} or "." in name or not name:
-            raise InputError(
-                f"{top.path}: key event[{number}].name: found {name!r}, expected a unique name "
-                "without a dot"
-            )
+        name = row.unique_name(str(number + 1), [event.name for event in found])
         row = Table(top.path, f"event[{name}].", row.row)
         if "python" in row.row:
             found.append(_own_event(row, name, values, sources))

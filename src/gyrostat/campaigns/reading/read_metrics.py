@@ -11,14 +11,13 @@ from gyrostat.campaigns.metrics.schema import METRICS, WINDOW
 from gyrostat.campaigns.reading.read_events import within_run
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Event, Part, Scenario, Window
-from gyrostat.campaigns.schema import Key
+from gyrostat.campaigns.schema import positive
 from gyrostat.campaigns.timeline import event_times, modes
-from gyrostat.core.errors import InputError
 from gyrostat.core.validation import MOST_PERIODS
 
 TEXTS = ("name", "event", "mode", "boresight", "propellant")
 """Keys of a window that are no numbers."""
-_VIEW = Key("angle", None, "Field of view.", least=0.0, most=pi, positive=True)
+_VIEW = positive("angle", None, "Field of view.", most=pi)
 
 
 def read_metrics(
@@ -90,12 +89,8 @@ def _windows(
     windows: list[Window] = []
     taken = {*(key.split(".")[0] for key in values), "window"}
     for number, row in enumerate(rows):
-        name = row.name("name", str(number + 1))
-        if not name or "." in name or name in taken:
-            raise InputError(
-                f"{row.place('name')}: found {name!r}, expected a unique name without a dot that "
-                "is not the name of a section"
-            )
+        expected = "a unique name without a dot that is not the name of a section"
+        name = row.unique_name(str(number + 1), taken, expected)
         taken.add(name)
         row = Table(row.path, f"metrics.window[{name}].", row.row)
         windows.append(_window(row, name, boresight, values, origins))

@@ -64,7 +64,7 @@ def part_values(
 
 
 def own_kinds(top: Table) -> Iterator[tuple[str, str]]:
-    """Place and kind of each own part in a list and of each own event."""
+    """Place and kind of each user-defined part of a list and of each user-defined event."""
     for section in (section for section in (*PARTS, "event") if section in OWN):
         for row in _tables(top, section):
             if "python" in row.row:

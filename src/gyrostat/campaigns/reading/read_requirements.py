@@ -47,11 +47,8 @@ def read_requirements(
     found: dict[str, Requirement] = {}
     for row in rows:
         row.known((*TEXTS, *REQUIREMENT))
-        name = row.name("name", str(row.row.get("index", "")).lower() or "requirement")
-        if "." in name or name in found:
-            raise InputError(
-                f"{row.place('name')}: found {name!r}, expected a unique name without a dot"
-            )
+        default = str(row.row.get("index", "")).lower() or "requirement"
+        name = row.unique_name(default, found)
         row = Table(row.path, f"requirement[{name}].", row.row)
         found[name] = _requirement(row, name, boresight, values, windows)
     return tuple(found.values())
@@ -106,8 +103,18 @@ def _requirement(
         )
     during = _during(row, windows)
     axis, own = _axis(row, boresight, [each for each in windows if each.name in during])
-    _refuse_extra(row, operation, kind, interpretation)
-    numbers = _numbers(row, operation)
+    used = {
+        "window": operation != "absolute",
+        "stability": operation == "drift",
+        "instant": operation == "relative",
+        "estimate": kind == KNOWLEDGE,
+        "share": interpretation == "temporal",
+    }
+    for key in used:
+        if key in row.row and not used[key]:
+            what = interpretation if key == "share" else index
+            raise row.refuse(key, row.row[key], f"none: {what} does not have it")
+    numbers = _numbers(row, [key for key in ("window", "stability") if used[key]])
     requirement = Requirement(
         name=name,
         index=index,
@@ -145,26 +152,10 @@ def _axis(
     return axis, found.pop()
 
 
-def _refuse_extra(row: Table, operation: str, kind: str, interpretation: str) -> None:
-    """Refuse keys that have no effect on an index; raises `InputError`."""
-    index, used = row.row["index"], ["window"] if operation != "absolute" else []
-    used += ["stability"] if operation == "drift" else []
-    used += ["instant"] if operation == "relative" else []
-    used += ["estimate"] if kind == KNOWLEDGE else []
-    used += ["share"] if interpretation == "temporal" else []
-    for key in ("window", "stability", "instant", "estimate", "share"):
-        if key in row.row and key not in used:
-            what = interpretation if key == "share" else index
-            raise row.refuse(key, row.row[key], f"none: {what} does not have it")
-
-
-def _numbers(row: Table, operation: str) -> dict[str, float]:
-    """Value, level, times and share of a requirement, SI."""
-    keys = {key: entry for key, entry in REQUIREMENT.items() if key in row.row}
-    required = ["value", "level"]
-    required += ["window"] if operation != "absolute" else []
-    required += ["stability"] if operation == "drift" else []
-    keys |= {key: REQUIREMENT[key] for key in required}
+def _numbers(row: Table, times: Sequence[str]) -> dict[str, float]:
+    """Value, level, times and share of a requirement, SI; the times of its index are required."""
+    required = ("value", "level", *times)
+    keys = {key: REQUIREMENT[key] for key in REQUIREMENT if key in row.row or key in required}
     shares = {key: row.percentage(key) for key in ("level", "share")}
     found = {}
     for key, entry in keys.items():

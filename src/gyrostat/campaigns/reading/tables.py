@@ -85,6 +85,15 @@ class Table:
         """Read a name for figures and tables."""
         return name_text(self.path, f"{self.prefix}{key}", self.row.get(key, default))
 
+    def unique_name(
+        self, default: str, taken: Collection[str], expected: str = "a unique name without a dot"
+    ) -> str:
+        """Read a name that is a part of keys and not taken."""
+        name = self.name("name", default)
+        if not name or "." in name or name in taken:
+            raise InputError(f"{self.place('name')}: found {name!r}, expected {expected}")
+        return name
+
     def value(self, key: str, found: object, dimension: str, *, positive: bool) -> float:
         """Convert a value with a dimension to SI; if the dimension is a unit, a plain number."""
         where = f"{self.prefix}{key}"

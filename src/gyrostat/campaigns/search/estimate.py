@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import bdtr, bdtrc, chdtri, stdtrit
 
-from gyrostat.campaigns.search.subset import Level, Replication
+from gyrostat.campaigns.search.subset import Replication
+from gyrostat.campaigns.summary import CONFIDENCE
 from gyrostat.core.types import Vector
 
-CONFIDENCE = 0.95
 WIDEST = 12.0
 """Largest ratio of the ends of an interval that is trusted."""
 DOUBT = 1e-3
@@ -131,14 +131,11 @@ def _slow_chains(replications: Sequence[Replication]) -> list[str]:
             f"only {min(level.accepted for level in levels):.0%} of the moves of a level were "
             "accepted: the chains hardly move"
         )
-    ancestors = [len(np.unique(_failures(each.levels[-1], "ancestors"))) for each in replications]
+    last = [each.levels[-1] for each in replications]
+    ancestors = [len(np.unique(level.ancestors[level.response > 0.0])) for level in last]
     if np.mean(ancestors) < FEWEST_ANCESTORS:
         doubts.append("almost all failures of a replication descend from one flight")
     return doubts
-
-
-def _failures(level: Level, name: str) -> np.ndarray:
-    return getattr(level, name)[level.response > 0.0]
 
 
 def _first_level(replications: Sequence[Replication], low: float, high: float) -> list[str]:

@@ -1,5 +1,6 @@
 """Execution of a search from the first flight to the table of results, resumable."""
 
+import os
 from collections.abc import Callable, Generator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -49,7 +50,7 @@ class Options(NamedTuple):
     Attributes:
         runs: Largest number of runs.
         seed: Seed of the draws.
-        workers: Number of threads.
+        workers: Number of threads; None for one for each core.
         worst: Number of worst runs whose histories are kept.
         force: See `gyrostat.campaigns.run_campaign`.
         verify: See `gyrostat.campaigns.native.program_of`.
@@ -57,7 +58,7 @@ class Options(NamedTuple):
 
     runs: int
     seed: int = 0
-    workers: int = 2
+    workers: int | None = None
     worst: int = 3
     force: bool = False
     verify: bool = False
@@ -99,7 +100,7 @@ def run_search(
         campaign = store.begin(Campaign(*about, question.options()), force=options.force)
         refuse_other(campaign.engine, str(out))
         store.check(campaign)
-        with kept_open(threads(options.workers)) as pool:
+        with kept_open(threads(options.workers or len(os.sched_getaffinity(0)))) as pool:
             count = _fly(store, scenario, campaign, question, pool, on_progress)
             store.merge(campaign, count)
             missing = sorted(_worst(store, question, options.worst) - store.histories(campaign))
@@ -116,13 +117,17 @@ def _fly(
     on_progress: Callable[[int, int], None] | None,
 ) -> int:
     """Carry out a search; returns the number of its blocks."""
+    import pyarrow.parquet as pq
+
     blocks, damaged = store.blocks(campaign)
     count = 0
 
     def found(piece: Piece) -> Columns | None:
         nonlocal count
         count = piece.number + 1
-        return _columns(blocks[piece.number]) if piece.number in blocks else None
+        if piece.number not in blocks:
+            return None
+        return columns_of(pq.read_table(blocks[piece.number]))
 
     def keep(number: int, columns: Columns) -> None:
         for path in damaged.get(number, ()):
@@ -189,9 +194,3 @@ def stored_search(folder: Path) -> Stored:
     campaign = store.known()
     columns = columns_of(store.read_table())
     return Stored(campaign, Scenario.from_text(campaign.scenario), columns)
-
-
-def _columns(path: Path) -> Columns:
-    import pyarrow.parquet as pq
-
-    return columns_of(pq.read_table(path))

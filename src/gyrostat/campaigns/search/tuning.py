@@ -161,20 +161,16 @@ def _bounds(scenario: Scenario, key: str, text: str | None) -> tuple[float, floa
             raise InputError(f"--free {key}: found {value:g}, expected bounds: {key}=LOW:HIGH")
         low, high = value / FACTOR, value * FACTOR
     else:
-        low, high = (quantity(end, entry.unit, f"--free {key}") for end in _ends(key, text))
+        ends = text.split(":")
+        if len(ends) != 2:
+            raise InputError(f"--free {key}: found {text!r}, expected LOW:HIGH")
+        low, high = (quantity(end, entry.unit, f"--free {key}") for end in ends)
     for end in (low, high):
         if not entry.allows(end):
             raise InputError(f"--free {key}: found {end:g}, expected {entry.range(end)}")
     if not low < high:
         raise InputError(f"--free {key}: found {low:g} to {high:g}, expected the smaller one first")
     return low, high
-
-
-def _ends(key: str, text: str) -> list[str]:
-    ends = text.split(":")
-    if len(ends) != 2:
-        raise InputError(f"--free {key}: found {text!r}, expected LOW:HIGH")
-    return ends
 
 
 class FoundTuning(NamedTuple):
