@@ -106,6 +106,27 @@ def test_phase_starts_the_run_later_along_the_orbit(read):
         np.testing.assert_allclose(plant.torque(attitude, 7.0), pull, rtol=1e-9, atol=1e-18)
 
 
+def test_rows_of_an_orbit_are_in_the_frame_that_the_scenario_names(read, folder):
+    """EME2000 and GCRS differ by 23 mas; IERS Conventions (2010), section 5.5.4."""
+    times = np.arange(-600.0, 1200.0, 30.0)
+    angle = np.sqrt(EARTH / 7e6**3) * times
+    along, speed = np.array([np.cos(angle), np.sin(angle)]), np.sqrt(EARTH / 7e6)
+    rows = np.array(
+        [times, *7e6 * along, 0.0 * times, *speed * np.array([-along[1], along[0]]), 0.0 * times]
+    )
+    header = "time,x,y,z,vx,vy,vz"
+    np.savetxt(folder / "orbit.csv", rows.T, fmt="%.17g", delimiter=",", header=header, comments="")
+    start = {}
+    for frame in ("GCRS", "EME2000"):
+        named = f'kind = "file"\nfile = "orbit.csv"\nframe = "{frame}"\n'
+        scenario = read(f'[orbit]\n{named}epoch = "2026-11-22T10:00:00Z"\n')
+        start[frame] = np.asarray(planned_orbit(scenario).position(0.0))
+    np.testing.assert_allclose(start["GCRS"], [7e6, 0.0, 0.0], atol=1.0)
+    # pole (-16.617, -6.8192) mas, equinox -14.6 mas
+    bias = np.radians(np.array([0.0, -14.6, 16.617]) / 3.6e6)
+    np.testing.assert_allclose(start["EME2000"] - start["GCRS"], 7e6 * bias, atol=1e-3)
+
+
 @pytest.mark.parametrize(
     ("mode", "axis"),
     [

@@ -23,8 +23,6 @@ from gyrostat.spacecraft.orbit.two_line_elements import TwoLineElements
 
 PHASE = "orbit.phase"
 """Key of the start along the orbit, which runs that share tables may differ in."""
-FRAMES = ("GCRS", "TEME", "ITRF")
-"""Frames of the rows of an orbit in a CSV file."""
 _INDICES: dict[str, Key] = {
     "phase": size(
         "angle",
@@ -89,7 +87,7 @@ ORBITS: dict[str, Component] = {
     ),
     "file": Component(
         "Positions and velocities from `file`: CCSDS OEM, or CSV with time, s, position, m, and "
-        "velocity, m/s, in the `frame` GCRS (default), TEME or ITRF.",
+        "velocity, m/s, in the `frame` GCRS (default), EME2000, TEME or ITRF.",
         _INDICES,
         lambda options, texts: OrbitFile.read(texts["elements"], texts["frame"]),
         texts=("epoch", "file", "frame"),

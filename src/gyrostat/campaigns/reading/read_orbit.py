@@ -2,10 +2,10 @@
 
 from datetime import datetime
 
-from gyrostat.campaigns.orbits import FRAMES
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Source
 from gyrostat.core.toml_file import read_text
+from gyrostat.spacecraft.orbit.frames import FRAMES
 
 LARGEST_FILE = 50_000_000
 """Largest size of a file with an orbit, bytes."""
