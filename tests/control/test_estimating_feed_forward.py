@@ -217,11 +217,17 @@ def test_without_samples_the_estimates_are_predicted():
     """Once the friction is known, the predicted momenta are those of the rotors."""
     law = compensator(KNOWN, delay=0)
     *_, memory, momenta = flown(law, LEVEL)
-    _, command = law(memory, sampled(momenta))
-    for _ in range(3):
-        # the command is that of the first sample that is missing
-        memory = law.predicted(memory, sampled(momenta), command)
-        momenta = momenta + PERIOD * (command.torque - 2.6e-5 * np.sign(STARTS))
+
+    @jax.jit
+    def missed(memory, momenta):
+        _, command = law(memory, sampled(momenta))
+        for _ in range(3):
+            # the command is that of the first sample that is missing
+            memory = law.predicted(memory, sampled(momenta), command)
+            momenta = momenta + PERIOD * (command.torque - 2.6e-5 * np.sign(STARTS))
+        return memory, momenta
+
+    memory, momenta = missed(memory, momenta)
     found = np.asarray(memory.estimate.wheels.momentum)
     np.testing.assert_allclose(found[:2], momenta[:2], rtol=1e-9)
     assert np.max(np.abs((memory.demanded - found)[:2])) < 1e-12

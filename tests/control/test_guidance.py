@@ -316,8 +316,8 @@ def test_modes_follow_each_other_by_their_conditions():
     mode = step(mode, measured(rate=0.005), 6.0)
     assert (int(mode.number), float(mode.start)) == (1, 6.0)
     end = 6.0 + np.float64(mode.transition.duration)
-    there = at(MODES, mode, end + 5.0).attitude
-    on_its_way = at(MODES, mode, np.float64(8.0)).attitude
+    there = at(MODES, Mode(mode.number, mode.start), end + 5.0).attitude
+    on_its_way = at(MODES, Mode(mode.number, mode.start), np.float64(8.0)).attitude
     assert step(mode, measured(attitude=on_its_way, speed=90.0), 8.0).number == 1
     assert step(mode, measured(attitude=there), end + 5.0).number == 1, "no momentum"
     assert step(mode, measured(speed=90.0), end + 5.0).number == 1, "off target"
@@ -333,9 +333,10 @@ def test_a_missing_sample_ends_only_modes_that_need_no_measurement():
         (Fixed(REST), Condition()),
         limits=LIMITS,
     )
-    mode = timed.step(timed.start(), None, 5.0)
+    step = jax.jit(lambda mode, time: timed.step(mode, None, time))
+    mode = step(jax.tree.map(np.asarray, timed.start()), np.float64(5.0))
     assert (int(mode.number), float(mode.start)) == (1, 5.0)
-    assert timed.step(mode, None, 1e6).number == 1
+    assert step(mode, np.float64(1e6)).number == 1
 
 
 def test_a_change_of_mode_has_no_step_in_attitude_rate_and_acceleration():

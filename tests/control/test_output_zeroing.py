@@ -112,12 +112,15 @@ def test_both_quaternions_of_an_attitude_are_the_same_to_a_compensator():
     body, momentum = spacecraft(), np.array([0.3, -0.1, 0.2])
     turned = [np.array([0.8, 0.2, -0.4, 0.4]), np.array([0.82, 0.19, -0.36, 0.4])]
     turned[1] /= np.linalg.norm(turned[1])
-    commands = []
-    for sign in (1.0, -1.0):
-        memory = controller.start(0.1)
-        for attitude in (turned[0], sign * turned[1]):
+
+    @jax.jit
+    def last_command(*attitudes):
+        memory, command = controller.start(0.1), None
+        for attitude in attitudes:
             memory, command = controller(memory, measured(body, attitude, momentum, np.zeros(2)))
-        commands.append(command)
+        return command
+
+    commands = [last_command(turned[0], sign * turned[1]) for sign in (1.0, -1.0)]
     np.testing.assert_allclose(commands[0].speed, commands[1].speed, rtol=1e-13)
     assert np.max(np.abs(commands[0].model_error)) > 1e-3
 

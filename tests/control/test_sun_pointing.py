@@ -98,13 +98,21 @@ def test_the_momentum_of_body_and_wheels_is_conserved(captured):
 
 
 def test_cells_on_six_faces_give_the_direction():
-    orbit, cells = orbit_samples.noon(100.0), None
+    orbit = orbit_samples.noon(100.0)
     attitude = Rotation.from_rotvec([0.3, -0.8, 1.1]).as_quat(scalar_first=True)
-    state, key = SimpleNamespace(attitude=attitude), jax.random.key(1)
-    cells = CoarseSunSensors(orbit)(state, 10.0, key)
-    seen = measured_sun(SimpleNamespace(coarse_sun_sensors=cells))
-    np.testing.assert_allclose(seen, SunSensor(orbit)(state, 10.0, key), rtol=1e-12, atol=1e-15)
-    dark = measured_sun(SimpleNamespace(coarse_sun_sensors=0.01 * cells))
+
+    @jax.jit
+    def measured(attitude):
+        """Direction by cells, by cells of a hundredth of the light, and by an ideal sensor."""
+        state, key = SimpleNamespace(attitude=attitude), jax.random.key(1)
+        cells = CoarseSunSensors(orbit)(state, 10.0, key)
+        seen, dark = (
+            measured_sun(SimpleNamespace(coarse_sun_sensors=share * cells)) for share in (1.0, 0.01)
+        )
+        return seen, dark, SunSensor(orbit)(state, 10.0, key)
+
+    seen, dark, ideal = measured(attitude)
+    np.testing.assert_allclose(seen, ideal, rtol=1e-12, atol=1e-15)
     np.testing.assert_array_equal(dark, 0.0)
 
 
