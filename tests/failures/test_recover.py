@@ -13,8 +13,7 @@ from gyrostat.wheel.friction import ViscousCoulomb
 
 ROTOR = 0.01
 SMOOTH = ViscousCoulomb(np.zeros(3), np.zeros(3))
-"""One value for each wheel, so that flights with a brake, a friction of one wheel, share programs
-with those without; as they do because all have the same duration."""
+"""No friction, given for each wheel as a brake is: flights with and without one share a program."""
 WHEELS = WheelArray(np.eye(3), np.full(3, ROTOR), np.full(3, 0.1), np.full(3, 3.0), SMOOTH)
 CRAFT = Spacecraft(np.diag([8.0, 12.0, 16.0]), WHEELS)
 CUBE = Spacecraft(np.diag([12.0, 12.0, 12.0]), WHEELS)
