@@ -6,7 +6,7 @@ import equinox as eqx
 import numpy as np
 import pytest
 
-from gyrostat.control import CurrentMode, DynamicModelCompensator, EstimatingCompensator
+from gyrostat.control import DynamicModelCompensator, EstimatingCompensator
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import RPM
 from gyrostat.simulation import simulate, stack
@@ -101,9 +101,10 @@ def test_beats_pid_and_plain_compensation_with_noise_and_wrong_models(g2, crossi
     peaks, corners = crossings
     own = peaks([compensator(**corner) for corner in corners])
     assert np.max(own) < 0.04
-    pid = peaks([CurrentMode(g2.law, g2.wheel.motor_constant)] * RUNS)
-    plain = peaks(
-        [DynamicModelCompensator(g2.law, g2.wheel.friction, g2.wheel.motor_constant)] * RUNS
+    nothing = Stribeck(0.0, 0.0, 0.0, g2.wheel.friction.stribeck_speed)
+    pid, plain = (
+        peaks([DynamicModelCompensator(g2.law, friction, g2.wheel.motor_constant)] * RUNS)
+        for friction in (nothing, g2.wheel.friction)
     )
     assert np.all((pid > 1.2) & (pid < 1.7))
     # plain compensation, even with the right model, is about six times better than PID

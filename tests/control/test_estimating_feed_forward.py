@@ -1,8 +1,9 @@
 """Friction compensation by estimated momenta, against rotors and bodies whose motion is known."""
 
 import dataclasses
-from typing import NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
+import equinox as eqx
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -34,16 +35,19 @@ class Torques(NamedTuple):
     torque: object
 
 
-class Demands:
-    """Constant torques that brake the wheels through zero speed; none of the third wheel."""
+class Demands(eqx.Module):
+    """Torques that brake the wheels through zero speed, none of the third wheel, or that swing."""
 
-    size = 1e-6 * np.array([-1.0, 1.2, 0.0, 0.8])
+    size: ClassVar[np.ndarray] = 1e-6 * np.array([-1.0, 1.2, 0.0, 0.8])
+    swing: Any = 1.0
+    frequency: Any = 0.0
 
     def start(self, period):
         return jnp.zeros(())
 
     def __call__(self, samples, measurement):
-        return samples + 1.0, Torques(jnp.asarray(self.size))
+        share = self.swing * jnp.cos(self.frequency * samples)
+        return samples + 1.0, Torques(share * self.size)
 
     def predicted(self, samples, measurement, command):
         return samples + 100.0
@@ -74,6 +78,7 @@ def sampled(momenta):
     return sample(momenta / ROTORS - AXES.T @ rate, rate)
 
 
+@eqx.filter_jit
 def loop(law, friction, momenta, count, delay):
     """Speeds in inertial space, added torques and recorded friction; last memory and momenta."""
 
@@ -95,7 +100,9 @@ def loop(law, friction, momenta, count, delay):
 def flown(law, friction, factor=30.0, count=COUNT, delay=None):
     """Results of `loop` for initial speeds of a factor times `STARTS`."""
     delay, momenta = law.delay if delay is None else delay, factor * ROTORS * STARTS
-    every = jax.jit(lambda m: loop(law, friction, m, count, delay))(jnp.asarray(momenta))
+    # laws that differ by numbers share a program
+    law, friction = jax.tree.map(lambda x: np.asarray(x, float), (law, friction))
+    every = loop(law, friction, momenta, count, delay)
     return *(np.asarray(each) for each in every[:3]), *every[3:]
 
 
@@ -147,17 +154,10 @@ def test_wheels_without_friction_get_what_is_demanded():
     assert np.all(found == 0.0)
 
 
-class Swings(Demands):
-    """Torques that swing."""
-
-    def __call__(self, samples, measurement):
-        return samples + 1.0, Torques(20.0 * self.size * jnp.sin(0.1 * samples))
-
-
 def test_an_unknown_command_delay_disturbs_the_estimate():
     wrong = []
     for told in (DELAY, 0):
-        law = compensator(KNOWN, delay=told, controller=Swings())
+        law = compensator(KNOWN, delay=told, controller=Demands(20.0, 0.1))
         *_, found, _, _ = flown(law, LEVEL, delay=DELAY)
         wrong.append(np.max(np.abs(np.abs(found[200:, :2]) / 2.6e-5 - 1.0)))
     assert wrong[0] < 1e-3
@@ -217,11 +217,17 @@ def test_without_samples_the_estimates_are_predicted():
     """Once the friction is known, the predicted momenta are those of the rotors."""
     law = compensator(KNOWN, delay=0)
     *_, memory, momenta = flown(law, LEVEL)
-    _, command = law(memory, sampled(momenta))
-    for _ in range(3):
-        # the command is that of the first sample that is missing
-        memory = law.predicted(memory, sampled(momenta), command)
-        momenta = momenta + PERIOD * (command.torque - 2.6e-5 * np.sign(STARTS))
+
+    @jax.jit
+    def missed(memory, momenta):
+        _, command = law(memory, sampled(momenta))
+        for _ in range(3):
+            # the command is that of the first sample that is missing
+            memory = law.predicted(memory, sampled(momenta), command)
+            momenta = momenta + PERIOD * (command.torque - 2.6e-5 * np.sign(STARTS))
+        return memory, momenta
+
+    memory, momenta = missed(memory, momenta)
     found = np.asarray(memory.estimate.wheels.momentum)
     np.testing.assert_allclose(found[:2], momenta[:2], rtol=1e-9)
     assert np.max(np.abs((memory.demanded - found)[:2])) < 1e-12

@@ -69,8 +69,13 @@ def test_the_rate_loop_does_not_wind_up_while_the_current_is_limited(flown):
 def test_a_missed_sample_leaves_the_momentum_to_return_as_it_was():
     """The held command turns the table and the undisturbed rate alike."""
     control = compensator(delay=0)
-    memory, command = control(control.start(PERIOD), TableMeasurement(0.0, 1e-4, 30.0))
-    later = control.predicted(memory, None, command)
+
+    @jax.jit
+    def sampled_and_missed(seen):
+        memory, command = control(control.start(PERIOD), seen)
+        return memory, control.predicted(memory, None, command)
+
+    memory, later = sampled_and_missed(TableMeasurement(0.0, 1e-4, 30.0))
     before = memory.rate.rate - memory.undisturbed
     assert abs(before) > 1e-6
     assert abs(later.rate.rate - memory.rate.rate) > 1e-6

@@ -162,8 +162,10 @@ class Sum:
 def test_a_sensor_with_a_flag_loses_its_own_value_alone():
     seen = Flagged(0.0, np.array([1.0, 2.0, 4.0]), np.array([True, True, True]))
     guard = MeasurementGuard.of(seen, {"wheel_speed": FieldLimits(-10.0, 10.0, 5.0)})
-    controller = Guarded(Sum(), guard)
-    memory, _ = controller(controller.start(PERIOD), seen)
+    guarded = Guarded(Sum(), guard)
+    controller = jax.jit(lambda memory, seen: guarded(memory, seen))
+    # no weak types, so that it is compiled once
+    memory, _ = controller(jax.tree.map(np.asarray, guarded.start(PERIOD)), seen)
     broken = seen._replace(wheel_speed=np.array([1.0, np.nan, 11.0]))
     memory, command = controller(memory, broken)
     assert int(command.sample_status) == SampleStatus.PARTIAL

@@ -1,5 +1,7 @@
 """Momentum control against the paper's closed forms, with gaps, and what it refuses."""
 
+from typing import Any
+
 import equinox as eqx
 import numpy as np
 import pytest
@@ -71,29 +73,32 @@ def test_the_commanded_torque_does_what_the_prediction_says():
 
 def test_a_motor_constant_changes_nothing():
     """The command is a torque."""
-    found, expected = flown(scale_control(0.0228)), flown(scale_control())
+    every = Gappy(-1.0)
+    found, expected = flown(scale_control(0.0228), every), flown(scale_control(), every)
     np.testing.assert_allclose(found.momentum, expected.momentum, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(found.torque, expected.torque, rtol=1e-9, atol=1e-12)
     assert float(abs(found.momentum[-1] + 0.3)) < 0.01
 
 
 class Gappy(eqx.Module):
-    """A sensor that misses every third sample."""
+    """A sensor that misses every third sample; with a remainder of -1, none."""
+
+    remainder: Any = 2.0
 
     def start(self, state, period):
         return jnp.array(0)
 
     def __call__(self, memory, state, key):
         _, measurement = SENSOR((), state, key)
-        value = jnp.where(memory % 3 == 2, jnp.nan, measurement.momentum)
+        value = jnp.where(memory % 3 == self.remainder, jnp.nan, measurement.momentum)
         return memory + 1, MomentumMeasurement(value)
 
 
 @pytest.mark.parametrize(
-    "control", [FrictionTorqueControl(FILTER, GAIN, reference), scale_control()]
+    "make", [lambda: FrictionTorqueControl(FILTER, GAIN, reference), scale_control]
 )
-def test_gaps_are_flown_through(control):
-    found = flown(control, Gappy())
+def test_gaps_are_flown_through(make):
+    found = flown(make(), Gappy())
     assert np.isnan(found.measured_momentum).any()
     assert np.all(np.isfinite(found.torque))
     assert int(found.status) == 0

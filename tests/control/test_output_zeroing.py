@@ -78,11 +78,11 @@ def test_what_is_unknown_of_the_momentum_is_all_that_disturbs_the_outputs():
     np.testing.assert_allclose(found + attitude[1:3] * [0.01, 0.02], drift, atol=1e-15)
 
 
-@pytest.mark.parametrize("axis", [(1.0, 0.0), (0.6, -0.8)])
-def test_half_a_turn_is_said_and_left(axis):
+@jax.jit
+def flown(attitude):
+    """Attitudes, whether the law is singular there, and speeds, from an attitude on."""
     body, controller = spacecraft(), law()
     plant = SpeedDrivenSpacecraft(body, lambda time: jnp.zeros(3))
-    attitude = jnp.array([0.0, *axis, 0.0])
     state = GyrostatState(attitude, jnp.zeros(3), jnp.zeros(2))
 
     def step(carried, _):
@@ -93,15 +93,18 @@ def test_half_a_turn_is_said_and_left(axis):
         after, _ = plant(state, command, 0.0, 0.1)
         return (after, memory), (state.attitude, command.singular, command.speed)
 
-    _, (way, singular, speed) = jax.lax.scan(
-        step, (state, controller.start(0.1)), None, length=6000
-    )
+    return jax.lax.scan(step, (state, controller.start(0.1)), None, length=6000)[1]
+
+
+@pytest.mark.parametrize("axis", [(1.0, 0.0), (0.6, -0.8)])
+def test_half_a_turn_is_said_and_left(axis):
+    way, singular, speed = map(np.asarray, flown(np.array([0.0, *axis, 0.0])))
     assert bool(singular[0])
     assert not bool(singular[-1])
     assert np.all(np.isfinite(speed))
     # no more than the nearest attitude where the law exists would ask for
     assert np.max(np.abs(speed)) < 1.1 * np.max(np.abs(speed[0]))
-    assert np.hypot(*np.asarray(way[-1, 1:3])) < 0.02
+    assert np.hypot(*way[-1, 1:3]) < 0.02
 
 
 def test_both_quaternions_of_an_attitude_are_the_same_to_a_compensator():
@@ -109,12 +112,15 @@ def test_both_quaternions_of_an_attitude_are_the_same_to_a_compensator():
     body, momentum = spacecraft(), np.array([0.3, -0.1, 0.2])
     turned = [np.array([0.8, 0.2, -0.4, 0.4]), np.array([0.82, 0.19, -0.36, 0.4])]
     turned[1] /= np.linalg.norm(turned[1])
-    commands = []
-    for sign in (1.0, -1.0):
-        memory = controller.start(0.1)
-        for attitude in (turned[0], sign * turned[1]):
+
+    @jax.jit
+    def last_command(*attitudes):
+        memory, command = controller.start(0.1), None
+        for attitude in attitudes:
             memory, command = controller(memory, measured(body, attitude, momentum, np.zeros(2)))
-        commands.append(command)
+        return command
+
+    commands = [last_command(turned[0], sign * turned[1]) for sign in (1.0, -1.0)]
     np.testing.assert_allclose(commands[0].speed, commands[1].speed, rtol=1e-13)
     assert np.max(np.abs(commands[0].model_error)) > 1e-3
 

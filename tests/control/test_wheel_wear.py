@@ -30,9 +30,10 @@ def test_the_estimate_goes_to_the_ratio_of_the_frictions_like_a_lag():
     wear = WheelWear(np.array([1.0, 1.0, 2.0, 5.0, 1.0]), time=20.0)
     friction = np.array([3 * OWN, -2 * OWN, 0.5 * OWN, 3 * OWN, 4e-5])
     used = np.array([True, True, True, False, True])
-    found, period = wear.start(5), 0.5
+    found, period = np.asarray(wear.start(5)), 0.5
+    step = jax.jit(lambda found: wear(found, friction, SPEED, MODEL, used, period))
     for _ in range(60):
-        found = wear(found, friction, SPEED, MODEL, used, period)
+        found = step(found)
     left = (20.0 / 20.5) ** 60
     expected = [3.0 - 2.0 * left, 2.0 - left, 1.0 + left, 5.0, 2.0 - left]
     np.testing.assert_allclose(found, expected, rtol=1e-12)
@@ -42,8 +43,15 @@ def test_without_time_constant_or_model_the_given_wear_remains():
     none = ViscousCoulomb(0.0, 0.0)
     friction, used = np.full(5, 1e-3), np.ones(5, bool)
     given, lagging = WheelWear(3.0), WheelWear(3.0, time=20.0)
-    assert np.all(given(given.start(5), friction, SPEED, MODEL, used, 0.5) == 3.0)
-    assert np.all(lagging(lagging.start(5), friction, SPEED, none, used, 0.5) == 3.0)
+
+    @jax.jit
+    def found():
+        return (
+            given(given.start(5), friction, SPEED, MODEL, used, 0.5),
+            lagging(lagging.start(5), friction, SPEED, none, used, 0.5),
+        )
+
+    assert np.all(np.array(found()) == 3.0)
 
 
 def test_wear_of_no_size_is_refused():
@@ -76,11 +84,11 @@ class Heard(NamedTuple):
 WHEELS = WheelArray(pyramid_axes(4), np.full(4, 2e-5), np.full(4, 1e-3), friction=MODEL)
 CRAFT = Spacecraft(0.1 * np.eye(3), WHEELS)
 COMPENSATORS = {
-    "model": FrictionFeedForward(Heard(), MODEL, np.full(4, 1e-3), 1.0, 0.8),
-    "filter": FrictionFilterFeedForward(
+    "model": lambda: FrictionFeedForward(Heard(), MODEL, np.full(4, 1e-3), 1.0, 0.8),
+    "filter": lambda: FrictionFilterFeedForward(
         Heard(), FrictionTorqueFilter(1e-6, 3e-6, 1e-4), WHEELS.axes, *2 * (np.full(4, 2e-5),)
     ),
-    "estimating": EstimatingFeedForward.tuned(
+    "estimating": lambda: EstimatingFeedForward.tuned(
         Heard(), CRAFT, speed_sigma=0.1, rate_sigma=1e-5, period=0.25
     ),
 }
@@ -89,7 +97,7 @@ COMPENSATORS = {
 @pytest.mark.parametrize("name", COMPENSATORS)
 def test_a_compensator_tells_its_controller_the_friction(name):
     """Rotors with twice the friction of the model: an estimate finds it, a model does not."""
-    compensator, period = COMPENSATORS[name], 0.25
+    compensator, period = COMPENSATORS[name](), 0.25
     step = jax.jit(lambda memory, sensed: compensator(memory, sensed))
     speed, memory = np.array([100.0, -100.0, 120.0, -120.0]), compensator.start(period)
     for _ in range(200):

@@ -25,28 +25,38 @@ def scaled(factor):
 
 
 @jax.jit
-def tracked(current, scales, noise):
-    """A wheel whose friction has these scales, and the filter on its noisy speed."""
-
+def _tracked(own, current, scales, noise):
     def tick(carry, now):
         speed, estimate = carry
         drive, scale, draw = now
-        estimate = FILTER.correct(estimate, speed + draw)
+        estimate = own.correct(estimate, speed + draw)
         after = advance(scaled(scale), speed, drive, 0.0, PERIOD).speed
-        return (after, FILTER.predict(estimate, drive, PERIOD)), (speed, estimate)
+        return (after, own.predict(estimate, drive, PERIOD)), (speed, estimate)
 
-    start = (jnp.array(0.0), FILTER.start(0.0, SIGMA))
-    return jax.lax.scan(tick, start, (current, scales, noise))[1]
+    return jax.lax.scan(tick, (jnp.array(0.0), own.start()), (current, scales, noise))[1]
 
 
-@jax.jit
-def predicted(estimate, current, period):
-    return FILTER.predict(estimate, current, period)
+def tracked(current, scales, noise, own=FILTER):
+    """A wheel whose friction has these scales, and the filter on its noisy speed.
+
+    Filters differ by numbers only, so that all share one program.
+    """
+    found = _tracked(jax.tree.map(np.float64, own), current, scales, noise)
+    return jax.tree.map(np.asarray, found)
+
+
+predicted = jax.jit(FILTER.predict)
+corrected = jax.jit(FILTER.correct)
+
+
+def started(speed):
+    """Estimate without weak types, so that what takes it is compiled once."""
+    return jax.tree.map(np.asarray, FILTER.start(speed))
 
 
 def profile():
     """Steps of alternating sign: nine crossings."""
-    return jnp.asarray(0.08 * (-1.0) ** (np.arange(COUNT) // 40))
+    return 0.08 * (-1.0) ** (np.arange(COUNT) // 40)
 
 
 def test_it_is_consistent_over_many_walks():
@@ -57,24 +67,25 @@ def test_it_is_consistent_over_many_walks():
     walk = DRIFT * np.sqrt(PERIOD) * random.standard_normal((runs, COUNT - 1)).cumsum(axis=1)
     scales = np.maximum(np.concatenate([first, first + walk], axis=1), 0.2)
     noise = SIGMA * random.standard_normal((runs, COUNT))
-    speed, found = jax.vmap(tracked, (None, 0, 0))(profile(), scales, noise)
+    flown = [tracked(profile(), *one) for one in zip(scales, noise, strict=True)]
+    speed, found = jax.tree.map(lambda *runs: np.stack(runs), *flown)
     late = slice(100, None)
-    nis = np.asarray(found.innovation**2 / found.innovation_variance)[:, late]
+    nis = (found.innovation**2 / found.innovation_variance)[:, late]
     low, high = chi2.ppf([0.0005, 0.9995], nis.size) / nis.size
     assert low < nis.mean() < high
-    error = np.asarray(found.state[:, -1, 1] - scales[:, -1])
-    total = np.sum(error**2 / np.asarray(found.covariance[:, -1, 1, 1]))
+    error = found.state[:, -1, 1] - scales[:, -1]
+    total = np.sum(error**2 / found.covariance[:, -1, 1, 1])
     low, high = chi2.ppf([0.0005, 0.9995], runs)
     assert low < total < high
-    assert np.std(np.asarray(found.state[:, late, 0]) - np.asarray(speed)[:, late]) < 0.6 * SIGMA
+    assert np.std(found.state[:, late, 0] - speed[:, late]) < 0.6 * SIGMA
 
 
 def test_a_step_of_friction_is_found():
     random = np.random.default_rng(1)
     scales = np.where(np.arange(COUNT) < 200, 1.0, 1.5)
     _, found = tracked(profile(), scales, SIGMA * random.standard_normal(COUNT))
-    assert np.asarray(found.state)[199, 1] == pytest.approx(1.0, abs=0.05)
-    assert np.asarray(found.state)[-1, 1] == pytest.approx(1.5, abs=0.1)
+    assert found.state[199, 1] == pytest.approx(1.0, abs=0.05)
+    assert found.state[-1, 1] == pytest.approx(1.5, abs=0.1)
 
 
 def test_a_missing_measurement_is_counted_and_left_out():
@@ -86,8 +97,8 @@ def test_a_missing_measurement_is_counted_and_left_out():
 
 
 def test_the_friction_torque_is_that_of_the_scaled_curve():
-    estimate = FILTER.start(20.0)._replace(state=jnp.array([20.0, 1.2]))
-    torque, sigma = FILTER.friction(estimate)
+    estimate = FILTER.start(20.0)._replace(state=np.array([20.0, 1.2]))
+    torque, sigma = jax.jit(FILTER.friction)(estimate)
     assert float(torque) == pytest.approx(1.2 * float(MODEL.torque(20.0, 1.0)), rel=1e-12)
     expected = np.hypot(1.2 * 4.83e-6 * SIGMA, 0.3 * float(MODEL.torque(20.0, 1.0)))
     assert float(sigma) == pytest.approx(expected, rel=1e-9)
@@ -99,18 +110,7 @@ def test_a_wheel_that_turns_although_the_model_holds_it_is_believed(shake):
     current = 0.75 * float(MODEL.coulomb) / 0.0228
     own = FrictionScaleFilter(WHEEL, SIGMA, 2e-4, shake)
     noise = SIGMA * np.random.default_rng(3).standard_normal(COUNT)
-
-    @jax.jit
-    def followed(noise):
-        def tick(carry, draw):
-            speed, estimate = carry
-            estimate = own.correct(estimate, speed + draw)
-            after = advance(scaled(0.5), speed, current, 0.0, PERIOD).speed
-            return (after, own.predict(estimate, current, PERIOD)), (speed, estimate)
-
-        return jax.lax.scan(tick, (jnp.array(0.0), own.start()), noise)[1]
-
-    speed, found = followed(noise)
+    speed, found = tracked(np.full(COUNT, current), np.full(COUNT, 0.5), noise, own)
     assert float(found.state[3, 0]) == pytest.approx(0.0, abs=0.01)  # held, as the model says
     assert float(found.state[-1, 1]) == pytest.approx(0.5, abs=0.02)
     assert float(found.state[-1, 0]) == pytest.approx(float(speed[-1]), abs=SIGMA)
@@ -129,17 +129,17 @@ def test_a_wheel_at_rest_teaches_nothing_and_is_not_taken_to_turn():
 
 def test_a_bearing_never_drives_its_wheel():
     """Speeds that only a driving friction could explain bring the scale to its end, not below."""
-    estimate = FILTER.start(10.0)
+    estimate = started(10.0)
     for k in range(20):
-        estimate = FILTER.correct(predicted(estimate, 0.0, PERIOD), 10.0 + 5.0 * k)
+        estimate = corrected(predicted(estimate, 0.0, PERIOD), 10.0 + 5.0 * k)
     assert float(estimate.scale) == pytest.approx(0.01)
     assert np.all(np.isfinite(estimate.covariance))
 
 
 def test_a_period_that_is_not_resolved_is_counted():
-    day = predicted(FILTER.start(100.0), 0.1, 86400.0)
+    day = predicted(started(100.0), 0.1, 86400.0)
     assert float(day.unresolved) == 1.0
-    assert float(predicted(FILTER.start(100.0), 0.1, PERIOD).unresolved) == 0.0
+    assert float(predicted(started(100.0), 0.1, PERIOD).unresolved) == 0.0
 
 
 @pytest.mark.parametrize(

@@ -9,16 +9,18 @@ from gyrostat.estimation import RateEstimate, RateObserver
 INERTIA = 0.495
 
 
+@jax.jit
+@jax.jacfwd
+def derivative_of_error(values, bandwidth, period):
+    own = RateObserver(INERTIA, bandwidth)
+    estimate = own.correct(RateEstimate(*values), 0.0, period)
+    return jnp.stack(own.predict(estimate, 0.0, period))
+
+
 @pytest.mark.parametrize(("bandwidth", "period"), [(3.0, 0.1), (0.2, 0.05), (9.0, 0.5)])
 def test_both_poles_are_those_of_the_bandwidth(bandwidth, period):
     """Characteristic polynomial of the error from sample to sample: (z - exp(-w T))²."""
-    own = RateObserver(INERTIA, bandwidth)
-
-    def error(values):
-        estimate = own.correct(RateEstimate(*values), 0.0, period)
-        return jnp.stack(own.predict(estimate, 0.0, period))
-
-    matrix = np.asarray(jax.jacfwd(error)(jnp.array([0.3, 0.7])))
+    matrix = np.asarray(derivative_of_error(np.array([0.3, 0.7]), bandwidth, period))
     pole = np.exp(-bandwidth * period)
     assert np.trace(matrix) == pytest.approx(2.0 * pole, rel=1e-12)
     assert np.linalg.det(matrix) == pytest.approx(pole**2, rel=1e-12)

@@ -40,7 +40,8 @@ def test_a_worn_bearing_is_seen_with_honest_uncertainty(record):
 
 def test_the_first_speed_is_used_once():
     """The second innovation is a difference of two measurements: its variance is twice theirs."""
-    track = track_friction(FILTER, [0.0, 1e-3], [0.1, 0.1], [50.0, 51.0])
+    # three samples each, so that both records are tracked by one program
+    track = track_friction(FILTER, [0.0, 1e-3, 1.0], [0.1] * 3, [50.0, 51.0, np.nan])
     squared = track.normalised_innovation_squared
     assert np.isnan(squared[0])
     assert squared[1] == pytest.approx(1.0 / (2.0 * SIGMA**2), rel=1e-2)

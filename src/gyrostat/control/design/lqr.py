@@ -1,7 +1,6 @@
 """Linear quadratic regulator."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
@@ -14,7 +13,7 @@ from gyrostat.control.design.riccati import RiccatiSolution, riccati
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import jnp
 from gyrostat.core.types import Matrix
 
 DOUBLINGS = 24
@@ -39,10 +38,6 @@ class FeedbackCommand(NamedTuple):
     torque: Annotated[Float[Array, " m"], "N·m"]
     residual: Annotated[Scalar, "1"]
     valid: Bool[Array, ""]
-
-
-_solved = jax.jit(partial(riccati, doublings=DOUBLINGS))
-"""Compiled once for each size, not for each design."""
 
 
 def check_weight(name: str, weight: ArrayLike, size: int, *, definite: bool) -> Matrix:
@@ -113,7 +108,7 @@ def lqr(
             f"expected inputs that reach every motion that does not decay by itself"
         )
     r = check_weight("input weight R", input_weight, b.shape[1], definite=True)
-    solution = _solved(a, b, q, r)
+    solution = riccati(a, b, q, r, doublings=DOUBLINGS)
     if not solution.valid:
         unseen = uncontrollable(a.T, q, states).names
         found = f"no cost in Q on: {', '.join(unseen)}" if unseen else "no accurate solution"

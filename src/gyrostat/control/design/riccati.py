@@ -188,6 +188,7 @@ def _stabilising_jvp(doublings, primals, tangents):
     return (cost, remainder), (change, jnp.zeros_like(remainder))
 
 
+@partial(jax.jit, static_argnames="doublings")
 def riccati(
     dynamics: Float[Array, "n n"],
     input: Float[Array, "n m"],
@@ -198,9 +199,9 @@ def riccati(
 ) -> RiccatiSolution:
     """Stabilising solution of A'P + PA + Q - P B R^-1 B' P = 0.
 
-    The function is pure and supports `jit`, `vmap`, `jvp` and `grad`. The derivative is that of the
-    solution, not of the doublings. No input is rejected here: see `valid` in the result, or use
-    `lqr`, which validates its inputs.
+    The function is compiled once for each size, and supports `vmap`, `jvp` and `grad`. The
+    derivative is that of the solution, not of the doublings. No input is rejected here: see `valid`
+    in the result, or use `lqr`, which validates its inputs.
 
     Args:
         dynamics: Matrix A, (n, n).
