@@ -135,7 +135,7 @@ def holdable(
                 "roll about its boresight may keep it pointed for any time"
             )
         body, inertial = (
-            unit_vector(value, 3, name)
+            unit_vector(value, name)
             for value, name in zip(boresight, ("boresight", "direction to point at"), strict=True)
         )
         return _for_boresight(case, body, inertial)
@@ -165,7 +165,7 @@ def holdable_sky(
         InputError: An invalid spacecraft, wheel index or number.
     """
     case = Case.of(spacecraft, momentum, failed)
-    return sky_map(case.held, case.momentum, case.radius, unit_vector(boresight, 3, "boresight"))
+    return sky_map(case.held, case.momentum, case.radius, unit_vector(boresight, "boresight"))
 
 
 def _for_attitude(case: Case, target: Vector, tolerance: float | None) -> Holdable:
