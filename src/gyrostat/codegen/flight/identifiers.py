@@ -15,7 +15,7 @@ KEYWORDS = frozenset(
 )
 FUNCTIONS = frozenset(
     {
-        *(name for name, _ in HELPERS.values()),
+        *HELPERS.values(),
         *("acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "ceil", "cos"),
         *("cosh", "erf", "erfc", "exp", "exp2", "expm1", "fabs", "floor", "fmod", "isfinite"),
         *("log", "log1p", "main", "memcpy", "pow", "printf", "rint", "round", "sin", "sinh"),
