@@ -189,25 +189,22 @@ def _for_boresight(case: Case, body: Vector, wanted: Vector) -> Holdable:
     return _answer(case, rest, at_target=certificate_of_roll(case, body, wanted), sky=sky)
 
 
-def _answer(
-    case: Case,
-    rest: Rest | None,
-    *,
-    at_target: Certificate = NOTHING,
-    dwell: float | None = None,
-    sky: SkyMap | None = None,
-) -> Holdable:
-    """Answer for a feasible attitude, or for the case that there is none."""
+def _answer(case: Case, rest: Rest | None, **others: Any) -> Holdable:
+    """Answer of a query.
+
+    Args:
+        case: Validated inputs.
+        rest: Feasible attitude that is nearest to the wanted one; None if there is none.
+        others: Further fields of the answer.
+    """
     held = case.held
     if rest is None:
         return Holdable(
             holdable=False,
             reason=_reason(case),
             rank=held.rank,
-            at_target=at_target,
             for_ever=certificate_for_ever(held, case.inertia, case.radius),
-            dwell=dwell,
-            sky=sky,
+            **others,
         )
     return Holdable(
         holdable=rest.angle <= EDGE,
@@ -220,9 +217,7 @@ def _answer(
         wheel_momentum=case.all_wheels(held.wheel_momentum(rest.momentum)),
         margin=1.0 - float(held.load(rest.momentum)),
         controllable=is_controllable(case.inertia, held.axes, held.rank, rest.momentum),
-        at_target=at_target,
-        dwell=dwell,
-        sky=sky,
+        **others,
     )
 
 
