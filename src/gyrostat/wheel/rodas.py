@@ -165,8 +165,8 @@ def integrate(
             resolved.
 
     Returns:
-        State at the end, and whether it was reached within `MAX_STEPS`, which is False if the state
-        is not finite. Differentiable in forward mode.
+        State at the end, and whether it was reached; see `in_adaptive_steps`. Differentiable in
+        forward mode.
     """
     duration = jnp.asarray(duration, dtype=float)
     numbers, join = _split(state)
