@@ -110,10 +110,12 @@ def test_within_another_function_it_is_traced(cache):
     assert kept(cache) == []
 
 
-def test_the_digest_of_the_code_covers_the_header_of_lanes(tmp_path, monkeypatch):
+@pytest.mark.parametrize("file", ["lanes.h", "exports/templates/check.c"])
+def test_the_digest_of_the_code_covers_files_in_c(file, tmp_path, monkeypatch):
+    (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
     digests = set()
     for text in ("#define LANES 8", "#define LANES 4"):
-        (tmp_path / "lanes.h").write_text(text)
+        (tmp_path / file).write_text(text)
         monkeypatch.setattr(source_digest.gyrostat, "__file__", str(tmp_path / "__init__.py"))
         digests.add(source_digest.source_digest.__wrapped__())
     assert len(digests) == 2

@@ -1,11 +1,10 @@
 """Data-dependency graph."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from gyrostat.codegen.program import (
     Assign,
-    Block,
     Branch,
     Call,
     Fill,
@@ -35,39 +34,35 @@ def used(statement: Statement) -> list[Operand]:
             return [index]
 
 
-class Dependencies:
+def dependencies(functions: Sequence[Function]) -> dict[Name | Table, list[Operand | Table]]:
     """Names and tables that each name and table of some functions depends on directly."""
+    found: dict[Name | Table, list[Operand | Table]] = {}
+    for function in functions:
+        for statement in statements(function.body):
+            for target, needs in _needs(statement):
+                found.setdefault(target, []).extend(need for need in needs if need is not None)
+    return found
 
-    def __init__(self, functions: Sequence[Function]) -> None:
-        self.of: dict[Name | Table, list[Operand | Table]] = {}
-        for function in functions:
-            self._learn(function.body)
 
-    def _gives(self, target: Name | Table, needs: Iterable[Operand | Table | None]) -> None:
-        self.of.setdefault(target, []).extend(need for need in needs if need is not None)
-
-    def _learn(self, block: Block) -> None:
-        for statement in statements(block):
-            match statement:
-                case Assign(target, _, operands, _, table):
-                    self._gives(target, (*operands, table))
-                case Fill(table, values):
-                    self._gives(table, values)
-                case Loop(carried=carried, goes_on=goes_on, stacked=stacked):
-                    for each in carried:
-                        self._gives(each.name, (each.first, each.next, goes_on))
-                    for table in stacked:
-                        self._gives(table, (goes_on,))
-                case Store(table, index, _, _, value):
-                    self._gives(table, (index, value))
-                case Branch(index, _, values, targets):
-                    for target, *made in zip(targets, *values, strict=True):
-                        self._gives(target, (index, *made))
-                case Call(function, operands, targets):
-                    for target, result in zip(targets, function.results, strict=True):
-                        self._gives(target, (result,))
-                    for parameter, operand in zip(function.parameters, operands, strict=True):
-                        self._gives(parameter, (operand,))
+def _needs(statement: Statement) -> Iterator[tuple[Name | Table, Sequence[Operand | Table | None]]]:
+    match statement:
+        case Assign(target, _, operands, _, table):
+            yield target, (*operands, table)
+        case Fill(table, values):
+            yield table, values
+        case Loop(carried=carried, goes_on=goes_on, stacked=stacked):
+            yield from ((each.name, (each.first, each.next, goes_on)) for each in carried)
+            yield from ((table, (goes_on,)) for table in stacked)
+        case Store(table, index, _, _, value):
+            yield table, (index, value)
+        case Branch(index, _, values, targets):
+            for target, *made in zip(targets, *values, strict=True):
+                yield target, (index, *made)
+        case Call(function, operands, targets):
+            for target, result in zip(targets, function.results, strict=True):
+                yield target, (result,)
+            for parameter, operand in zip(function.parameters, operands, strict=True):
+                yield parameter, (operand,)
 
 
 def reached(
@@ -87,7 +82,7 @@ def reached(
 def uses(function: Function) -> dict[Operand | Table, set[Name | Table]]:
     """Names and tables that use each operand and table of a function; its results are left out."""
     makes: dict[Operand | Table, set[Name | Table]] = {}
-    for target, needs in Dependencies([function]).of.items():
+    for target, needs in dependencies([function]).items():
         for need in needs:
             makes.setdefault(need, set()).add(target)
     return makes

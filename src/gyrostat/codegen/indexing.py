@@ -4,12 +4,12 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from jax.extend.core import ClosedJaxpr
 
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.data import Data
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import Name, Number, Operand
-from gyrostat.codegen.tracing import closed
 
 ZERO = Number("integer", 0)
 
@@ -211,7 +211,7 @@ def _scatter(build: Builder, *arrays: Scalars) -> Scalars:
     def join(old: Operand, update: Operand) -> Operand:
         if params["update_jaxpr"] is None:
             return update
-        inner = closed(params["update_jaxpr"], params["update_consts"])
+        inner = ClosedJaxpr(params["update_jaxpr"], params["update_consts"])
         both = [np.array(operand, dtype=object) for operand in (old, update)]
         (made,) = build.lower(inner, both, build.block, build.where)
         return build.scalars(made).item()
@@ -231,11 +231,10 @@ RULES: dict[str, Callable[..., Scalars]] = {
     "dynamic_slice": _dynamic_slice,
     "dynamic_update_slice": _dynamic_update,
     "gather": _gather,
+    "scatter": _scatter,
     **{
-        f"scatter{operation}": _scatter
-        for operation in ("", "-add", "_add", "_sub", "-sub", "-mul", "_mul", "-min", "_min")
+        f"scatter{mark}{operation}": _scatter
+        for mark in "-_"
+        for operation in ("add", "sub", "mul", "min", "max")
     },
-    "scatter-max": _scatter,
-    "scatter_max": _scatter,
 }
-"""Primitive -> (builder, operands) -> result."""

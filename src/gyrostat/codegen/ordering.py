@@ -18,10 +18,8 @@ def _largest(test: str) -> Callable[..., Sequence[Scalars]]:
         axes = build.params["axes"]
         if len(axes) != 1:
             raise build.refused(f"{len(axes)} axes", "one")
-        rows, new = (
-            np.moveaxis(array, axes[0], -1),
-            partial(build.compute, group=next(build.groups)),
-        )
+        rows = np.moveaxis(array, axes[0], -1)
+        new = partial(build.compute, group=next(build.groups))
         places = np.empty(rows.shape[:-1], dtype=object)
         for which in np.ndindex(places.shape):
             row = rows[which]

@@ -47,20 +47,10 @@ TEST = frozenset({"lt", "le", "gt", "ge", "eq", "ne"})
 LOGICAL_ONLY = frozenset({"and", "or", "not", "xor"})
 
 FOLDED: dict[str, Callable[..., Any]] = {
-    "add": operator.add,
-    "sub": operator.sub,
-    "mul": operator.mul,
-    "neg": operator.neg,
-    "lt": operator.lt,
-    "le": operator.le,
-    "gt": operator.gt,
-    "ge": operator.ge,
-    "eq": operator.eq,
-    "ne": operator.ne,
+    **{name: getattr(operator, name) for name in ("add", "sub", "mul", "neg", "xor", *TEST)},
     "and": operator.and_,
     "or": operator.or_,
     "not": lambda value: not value if isinstance(value, bool) else ~value,
-    "xor": operator.xor,
     "to_word": lambda value: value % 2**32,
     "to_half": lambda value: (value + 2**31) % 2**32 - 2**31,
 }

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from gyrostat.codegen.dependencies import Dependencies, reached
+from gyrostat.codegen.dependencies import dependencies, reached
 from gyrostat.codegen.program import (
     Assign,
     Block,
@@ -34,7 +34,7 @@ def prune(functions: Sequence[Function], roots: Sequence[Function]) -> list[Func
     # arguments of a call removed in the first round are unused in the second
     for _ in range(2):
         wanted = [thing for root in roots for thing in (*root.results, *root.rows)]
-        names = reached(wanted, Dependencies(left).of)
+        names = reached(wanted, dependencies(left))
         given: dict[Function, set[int]] = {function: set() for function in left}
         for function in left:
             for call in statements(function.body):

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jax.extend.core import ClosedJaxpr
-
 from gyrostat.codegen.source import NOWHERE, Source, in_library, refused, source, source_at
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -129,11 +127,6 @@ def called(equation: Any) -> Any | None:
     if inner is None or not hasattr(inner, "consts"):
         return None
     return inner
-
-
-def closed(jaxpr: Any, constants: Sequence[Any]) -> Any:
-    """Jaxpr closed over its constants."""
-    return ClosedJaxpr(jaxpr, constants)
 
 
 def own_function(equation: Any, inner: Any) -> str | None:

@@ -1,5 +1,8 @@
 """Error for unusable user input, and the one-line form of its message."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 LONGEST = 900
 """Longest message, bytes. Text quoted from a user's file can be of any length."""
 
@@ -34,3 +37,19 @@ class InputError(ValueError):
 
     def __init__(self, text: str):
         super().__init__(one_line(text))
+
+
+@contextmanager
+def placed(where: str) -> Iterator[None]:
+    """Put the place of the input in front of the message of an `InputError`.
+
+    Args:
+        where: Place, such as a file and a key.
+
+    Raises:
+        InputError: The block raises it.
+    """
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None

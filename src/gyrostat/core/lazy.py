@@ -1,5 +1,6 @@
 """Names of a package that are loaded when they are first used."""
 
+import ast
 import sys
 from collections.abc import Callable
 from importlib import import_module
@@ -16,9 +17,9 @@ def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[st
     """
     module = sys.modules[package]
     loader: Any = module.__loader__
-    stub = loader.get_data(f"{module.__file__}i").decode()
-    lines = [line.split() for line in stub.splitlines() if line.startswith("from ")]
-    homes = {name: home for _, home, _, name, *_ in lines}
+    stub = ast.parse(loader.get_data(f"{module.__file__}i"))
+    imports = [part for part in stub.body if isinstance(part, ast.ImportFrom)]
+    homes = {each.name: str(part.module) for part in imports for each in part.names}
 
     def load(name: str) -> Any:
         if name not in homes:

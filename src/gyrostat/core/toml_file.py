@@ -18,6 +18,8 @@ from gyrostat.core.validation import magnitude
 
 __all__ = [
     "described",
+    "direction",
+    "inertia_matrix",
     "name_text",
     "number",
     "quantity",
@@ -194,6 +196,23 @@ def three(path: Path, key: str, value: object, dimension: str | None) -> Vector:
         for k, entry in enumerate(value)
     ]
     return np.array(entries)
+
+
+def direction(path: Path, key: str, value: object) -> Vector:
+    """Read three dimensionless numbers, (3,), that are a direction of any length.
+
+    Args:
+        path: Path of the file, for the error message.
+        key: Full key, for the error message.
+        value: Value from the TOML file.
+
+    Raises:
+        InputError: The value is not a list of three numbers, or they are all zero.
+    """
+    found = three(path, key, value, None)
+    if not found.any():
+        raise InputError(f"{path}: key {key}: found zero, expected a direction")
+    return found
 
 
 def inertia_matrix(path: Path, key: str, value: object) -> Matrix:

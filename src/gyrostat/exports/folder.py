@@ -1,10 +1,12 @@
 """Flight folder: header, source, check program, Makefile and README."""
 
+from collections.abc import Sequence
+
 from gyrostat.codegen.flight.c import emit
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.header import declaration, prototype
 from gyrostat.codegen.flight.measure import FLAGS, OPTIMISATION, Compiled, measure
-from gyrostat.codegen.flight.module import Module, Precision, call
+from gyrostat.codegen.flight.module import Entry, Module, Precision, call
 from gyrostat.codegen.flight.operation_count import CLASSES, ELEMENTARY, operations
 from gyrostat.codegen.program import Assign, Call, Function, statements
 from gyrostat.codegen.scope import LARGEST
@@ -44,46 +46,30 @@ def _readme(
     target: Target, module: Module, precision: Precision, origin: str, compiled: Compiled | None
 ) -> str:
     dialect = Dialect(precision)
-    lines = [
-        f"# {target.title}",
-        "",
-        f"{origin} All numbers are `{precision}`, in SI units and radians; the header says the "
-        "unit of every field.",
-        "",
-        "## Calling sequence",
-        "",
-        "```c",
-        *_declarations(target, module, dialect),
-        "",
-        *(f"{call(module, entry.name)};" for entry in target.begin),
-        f"/* then every {target.period:g} s, the period for which the parameters are tuned */",
-        *(f"{call(module, entry.name)};" for entry in target.steps),
-        "```",
-        "",
-        "Every function returns 0, or 1 if a loop reached its largest number of passes. Its "
-        "results are then not valid.",
-        *_validation(target),
-        "",
-        "```c",
-        *(
-            prototype(entry.name, module.ports[entry.name], dialect) + ";"
-            for entry in target.entries
-        ),
-        "```",
-        "",
-        "## Resources",
-        "",
-        *_costs(target, module, compiled),
-        *_tables(module),
-        "",
-        "## Test",
-        "",
-        f"`make test` runs {STEPS} steps and compares every output with Python's, to "
-        f"{TOLERANCE[precision]:g} of its largest value; `make errors` prints the differences.",
-    ]
-    if precision == "float":
-        lines += ["", "## Errors of single precision", "", *_losses(compiled)]
-    return "\n".join([*lines, ""])
+
+    def calls(entries: Sequence[Entry]) -> str:
+        return "\n".join(f"{call(module, entry.name)};" for entry in entries)
+
+    def declared(entry: Entry) -> str:
+        return prototype(entry.name, module.ports[entry.name], dialect) + ";"
+
+    losses = ["", "", "## Errors of single precision", "", *_losses(compiled)]
+    return filled(
+        "README.md.txt",
+        title=target.title,
+        origin=origin,
+        precision=precision,
+        declarations="\n".join(_declarations(target, module, dialect)),
+        begin=calls(target.begin),
+        period=f"{target.period:g}",
+        calls=calls(target.steps),
+        validation="\n".join(_validation(target)),
+        prototypes="\n".join(map(declared, target.entries)),
+        resources="\n".join([*_costs(target, module, compiled), *_tables(module)]),
+        steps=STEPS,
+        tolerance=f"{TOLERANCE[precision]:g}",
+        losses="\n".join(losses) if precision == "float" else "",
+    )
 
 
 def _validation(target: Target) -> list[str]:

@@ -1,6 +1,7 @@
 """modelDescription.xml of a co-simulation unit (FMI 2.0)."""
 
 import sys
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
@@ -98,28 +99,29 @@ def _describe(listed: ElementTree.Element, variable: Variable) -> None:
     if variable.meaning:
         about["description"] = variable.meaning
     about["causality"] = variable.role
-    real, logical = variable.kind == "real", variable.kind == "logical"
-    about["variability"] = "continuous" if real else "discrete"
+    about["variability"] = "continuous" if variable.kind == "real" else "discrete"
     if variable.role == "parameter":
         about["variability"] = "tunable" if variable.tunable else "fixed"
     if variable.role != "input":
         about["initial"] = "exact" if variable.exact else "calculated"
     element = ElementTree.SubElement(listed, "ScalarVariable", about)
     content = {}
-    if real and variable.unit:
+    if variable.kind == "real" and variable.unit:
         content["unit"] = variable.unit
+    tag, text = _TYPES[variable.kind]
     if variable.exact:
-        content["start"] = (
-            _number(variable.start)
-            if real
-            else str(bool(variable.start)).lower()
-            if logical
-            else str(int(variable.start))
-        )
-    kind = {"real": "Real", "integer": "Integer", "logical": "Boolean"}[variable.kind]
-    ElementTree.SubElement(element, kind, content)
+        content["start"] = text(variable.start)
+    ElementTree.SubElement(element, tag, content)
 
 
 def _number(value: float) -> str:
     """Number in XML; infinity as the largest double, because FMI 2.0 has no infinity."""
     return repr(float(np.clip(value, -sys.float_info.max, sys.float_info.max)))
+
+
+_TYPES: Mapping[str, tuple[str, Callable[[float], str]]] = {
+    "real": ("Real", _number),
+    "integer": ("Integer", lambda value: str(int(value))),
+    "logical": ("Boolean", lambda value: str(bool(value)).lower()),
+}
+"""Kind of number -> its type in FMI and the text of a value."""

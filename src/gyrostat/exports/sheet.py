@@ -17,11 +17,6 @@ def sheet(model: WheelModel) -> str:
         "unit"}}, "origin"}; sigma is null if it is unknown. A wheel that its identification marked
         has "impossible", the reason, in addition.
     """
-    dimensions = {
-        "inertia": "inertia",
-        "motor_constant": "motor_constant",
-        **model.friction.dimensions(),
-    }
     content = {
         "friction": {
             "model": model.friction.name,
@@ -34,7 +29,7 @@ def sheet(model: WheelModel) -> str:
                 "sigma": model.sigma.get(name),
                 "unit": SI_UNIT[dimension],
             }
-            for name, dimension in dimensions.items()
+            for name, dimension in model.dimensions().items()
             if name in model.values
         },
         "origin": dict(model.origin),

@@ -160,19 +160,12 @@ def longest_dwell(
     bounds = []
     if drift * cosine > fastest * sine:
         bounds.append(4.0 * sine / (drift * cosine - fastest * sine))
-    torque = (
-        largest(held.axes * torque_limits, np.zeros(3))
-        if np.all(np.isfinite(torque_limits))
-        else np.inf
-    )
+    torque = largest(held.axes, torque_limits, np.zeros(3))
     # int |w| <= T L with L^2 = grow L + push + 2 tan(e) w_max / T
     grow, push = np.tan(tolerance) * radius / slowest, np.tan(tolerance) * torque / slowest
     # a T - 4 sine <= (sine/2) sqrt(d T^2 + f T): T lies between the roots of a quadratic
-    a, d, f = (
-        drift * cosine - 0.5 * sine * grow,
-        grow**2 + 4.0 * push,
-        8.0 * np.tan(tolerance) * fastest,
-    )
+    a = drift * cosine - 0.5 * sine * grow
+    d, f = grow**2 + 4.0 * push, 8.0 * np.tan(tolerance) * fastest
     first = a**2 - 0.25 * sine**2 * d
     if a > 0.0 and first > 0.0:
         half = 4.0 * sine * a + 0.125 * sine**2 * f

@@ -135,7 +135,7 @@ def holdable(
                 "roll about its boresight may keep it pointed for any time"
             )
         body, inertial = (
-            unit_vector(value, 3, name)
+            unit_vector(value, name)
             for value, name in zip(boresight, ("boresight", "direction to point at"), strict=True)
         )
         return _for_boresight(case, body, inertial)
@@ -165,7 +165,7 @@ def holdable_sky(
         InputError: An invalid spacecraft, wheel index or number.
     """
     case = Case.of(spacecraft, momentum, failed)
-    return sky_map(case.held, case.momentum, case.radius, unit_vector(boresight, 3, "boresight"))
+    return sky_map(case.held, case.momentum, case.radius, unit_vector(boresight, "boresight"))
 
 
 def _for_attitude(case: Case, target: Vector, tolerance: float | None) -> Holdable:
@@ -189,25 +189,22 @@ def _for_boresight(case: Case, body: Vector, wanted: Vector) -> Holdable:
     return _answer(case, rest, at_target=certificate_of_roll(case, body, wanted), sky=sky)
 
 
-def _answer(
-    case: Case,
-    rest: Rest | None,
-    *,
-    at_target: Certificate = NOTHING,
-    dwell: float | None = None,
-    sky: SkyMap | None = None,
-) -> Holdable:
-    """Answer for a feasible attitude, or for the case that there is none."""
+def _answer(case: Case, rest: Rest | None, **others: Any) -> Holdable:
+    """Answer of a query.
+
+    Args:
+        case: Validated inputs.
+        rest: Feasible attitude that is nearest to the wanted one; None if there is none.
+        others: Further fields of the answer.
+    """
     held = case.held
     if rest is None:
         return Holdable(
             holdable=False,
             reason=_reason(case),
             rank=held.rank,
-            at_target=at_target,
             for_ever=certificate_for_ever(held, case.inertia, case.radius),
-            dwell=dwell,
-            sky=sky,
+            **others,
         )
     return Holdable(
         holdable=rest.angle <= EDGE,
@@ -220,9 +217,7 @@ def _answer(
         wheel_momentum=case.all_wheels(held.wheel_momentum(rest.momentum)),
         margin=1.0 - float(held.load(rest.momentum)),
         controllable=is_controllable(case.inertia, held.axes, held.rank, rest.momentum),
-        at_target=at_target,
-        dwell=dwell,
-        sky=sky,
+        **others,
     )
 
 

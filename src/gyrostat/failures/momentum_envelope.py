@@ -125,17 +125,13 @@ class MomentumSet:
     @cached_property
     def least(self) -> float:
         """Smallest magnitude in the set, N·m·s."""
-        return float(np.linalg.norm(self.frozen + self.axes @ self._closest(-self.frozen)))
+        closest = box_least_squares(self.axes, -self.frozen, self.limits)
+        return float(np.linalg.norm(self.frozen + self.axes @ closest))
 
     @cached_property
     def most(self) -> float:
         """Largest magnitude in the set, N·m·s, attained at a vertex."""
-        if not np.all(np.isfinite(self.limits)):
-            return np.inf
-        return largest(self.axes * self.limits, self.frozen)
-
-    def _closest(self, wanted: Vector) -> Vector:
-        return box_least_squares(self.axes, wanted, self.limits)
+        return largest(self.axes, self.limits, self.frozen)
 
     def on_sphere(
         self,
@@ -185,10 +181,18 @@ class MomentumSet:
         return points[self.holds(points, slack)]
 
 
-def largest(edges: Matrix, start: Vector) -> float:
-    """Largest length of start + edges s over all sign vectors s; edges (3, N), start (3,)."""
-    signs = np.array(list(product((-1.0, 1.0), repeat=edges.shape[1])))
-    return float(np.max(np.linalg.norm(start + signs @ edges.T, axis=1)))
+def largest(axes: Matrix, limits: Vector, start: Vector) -> float:
+    """Largest length of start + axes s over all s within the limits; infinite without limits.
+
+    Args:
+        axes: Unit vectors, (3, N).
+        limits: Limits of the size of s, (N,).
+        start: Vector, (3,).
+    """
+    if not np.all(np.isfinite(limits)):
+        return np.inf
+    signs = np.array(list(product((-1.0, 1.0), repeat=len(limits))))
+    return float(np.max(np.linalg.norm(start + signs @ (axes * limits).T, axis=1)))
 
 
 def box_least_squares(

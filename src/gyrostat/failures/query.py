@@ -100,13 +100,13 @@ def vector(value: Any, length: int, name: str, unit: str) -> Vector:
     return found
 
 
-def unit_vector(value: Any, length: int, name: str) -> Vector:
-    """Convert to an array of finite numbers, scaled to unit length.
+def unit_vector(value: Any, name: str) -> Vector:
+    """Convert to an array of three finite numbers, scaled to unit length.
 
     Raises:
         InputError: The value is not such an array, or it is zero.
     """
-    found = vector(value, length, name, "")
+    found = vector(value, 3, name, "")
     size = float(np.linalg.norm(found))
     if size == 0.0:
         raise InputError(f"{name}: found zero, expected a direction")

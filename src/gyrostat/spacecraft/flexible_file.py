@@ -33,12 +33,19 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.toml_file import inertia_matrix, number, quantity, refuse_unknown, three
+from gyrostat.core.toml_file import (
+    direction,
+    inertia_matrix,
+    number,
+    quantity,
+    refuse_unknown,
+    three,
+)
 from gyrostat.core.units import SI_UNIT
 from gyrostat.spacecraft.flexible.appendages import APPENDAGES, appendage_modes
 from gyrostat.spacecraft.flexible.modes import FlexibleModes
 from gyrostat.spacecraft.spacecraft import Spacecraft
-from gyrostat.spacecraft.surfaces_file import table_names, tables
+from gyrostat.spacecraft.surfaces_file import named_tables
 
 _INERTIA = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
@@ -70,8 +77,7 @@ def read_appendages(path: Path, table: dict[str, Any]) -> tuple[Appendage, ...]:
     """
     found: list[Appendage] = []
     for kind, dimensions in APPENDAGES.items():
-        rows = tables(path, kind, table.get(kind, []))
-        for name, row in zip(table_names(path, kind, rows), rows, strict=True):
+        for name, row in named_tables(path, kind, table.get(kind, [])).items():
             if "." in name:
                 raise InputError(f"{path}: key {kind}.name: found {name!r}, expected no dot in it")
             prefix = f"{kind}[{name}]."
@@ -80,9 +86,6 @@ def read_appendages(path: Path, table: dict[str, Any]) -> tuple[Appendage, ...]:
             for key, dimension in dimensions.items():
                 if key != "translation" or key in row:
                     values |= _value(path, prefix, key, row.get(key), dimension)
-            for key in ("axis", "direction"):
-                if key in row and not any(values[f"{key}.{end}"] for end in "xyz"):
-                    raise InputError(f"{path}: key {prefix}{key}: found zero, expected a direction")
             found.append(Appendage(kind, name, values))
     return tuple(found)
 
@@ -127,10 +130,12 @@ def _value(path: Path, prefix: str, key: str, found: Any, dimension: str) -> dic
     place = f"{prefix}{key}"
     if key == "mass":
         return {key: quantity(path, place, found, dimension, positive=True)}
-    known = dimension if dimension in SI_UNIT else None
     if key != "inertia":
-        ends = three(path, place, found, known).tolist()
-        return dict(zip((f"{key}.{end}" for end in "xyz"), ends, strict=True))
+        if dimension == "1":
+            vector = direction(path, place, found)
+        else:
+            vector = three(path, place, found, dimension if dimension in SI_UNIT else None)
+        return dict(zip((f"{key}.{end}" for end in "xyz"), vector.tolist(), strict=True))
     matrix = inertia_matrix(path, place, found)
     if np.any(matrix != matrix.T) or np.min(np.linalg.eigvalsh(matrix)) < 0.0:
         raise InputError(

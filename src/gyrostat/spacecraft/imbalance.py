@@ -139,10 +139,8 @@ class Imbalance(Checked):
         pushed, tilted = Gain(force, 0.0 * force), Gain(0.0 * torque, -torque)
         if self.structure is not None:
             frequency = self._multiples()[0][:, None] * speed
-            gain, rocking = (
-                self.structure.radial(frequency),
-                self.structure.rocking(frequency, speed),
-            )
+            gain = self.structure.radial(frequency)
+            rocking = self.structure.rocking(frequency, speed)
             pushed = Gain(force * gain.real, force * gain.imaginary)
             tilted = Gain(torque * rocking.imaginary, -torque * rocking.real)
         across_axis = radial.times(pushed)

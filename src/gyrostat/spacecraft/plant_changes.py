@@ -8,7 +8,7 @@ from jaxtyping import Array, Bool
 
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.checked import Checked, from_start
-from gyrostat.core.errors import InputError
+from gyrostat.core.errors import InputError, placed
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.named_tuples import with_fields, without_fields
 from gyrostat.core.validation import check_parts
@@ -122,10 +122,8 @@ class ChangingPlant(Checked):
         plant = self.plant
         for change in self.changes:
             plant = change(plant, np.inf)
-            try:
+            with placed(f"event {change.name}"):
                 check_parts(plant)
-            except InputError as error:
-                raise InputError(f"event {change.name}: {error}") from None
 
     def start(self, **motion: Any) -> Any:
         """Create a state; for the arguments see `start` of the plant."""

@@ -29,10 +29,11 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.core.errors import InputError
+from gyrostat.core.errors import InputError, placed
 from gyrostat.core.jax64 import jax
 from gyrostat.core.toml_file import (
     described,
+    direction,
     inertia_matrix,
     name_text,
     quantity,
@@ -40,12 +41,11 @@ from gyrostat.core.toml_file import (
     refuse_unknown,
     three,
 )
-from gyrostat.core.types import Matrix
 from gyrostat.spacecraft.flexible.appendages import APPENDAGES
 from gyrostat.spacecraft.flexible.modes import FlexibleModes
 from gyrostat.spacecraft.flexible_file import Appendage, modes_of, read_appendages
 from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia
-from gyrostat.spacecraft.surfaces_file import SURFACES, read_surfaces, table_names, tables
+from gyrostat.spacecraft.surfaces_file import SURFACES, named_tables, read_surfaces
 from gyrostat.wheel import WheelArray, WheelModel, read_model, read_wheel_sheet
 
 SAME = 1e-3
@@ -115,14 +115,14 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
     if not isinstance(body, dict):
         raise InputError(f"{path}: key body: found {described(body)}, expected a table [body]")
     refuse_unknown(path, "body.", body, _BODY)
-    rows = tables(path, "wheel", table.get("wheel"))
+    rows = named_tables(path, "wheel", table.get("wheel"))
     if not rows:
-        raise InputError(f"{path}: key wheel: found {described(rows)}, expected tables [[wheel]]")
-    inertia = _body_inertia(path, body)
-    names = table_names(path, "wheel", rows)
-    wheels = [
-        _wheel(path, f"wheel[{name}].", row, force) for name, row in zip(names, rows, strict=True)
-    ]
+        raise InputError(f"{path}: key wheel: found 0 values, expected tables [[wheel]]")
+    inertia = inertia_matrix(path, "body.inertia", body.get("inertia"))
+    with placed(f"{path}: key body.inertia"):
+        check_inertia(inertia)
+    names = tuple(rows)
+    wheels = [_wheel(path, f"wheel[{name}].", row, force) for name, row in rows.items()]
     array = WheelArray(
         # unlike jnp.asarray, device_put compiles nothing
         axes=jax.device_put(np.stack([wheel["axis"] for wheel in wheels], axis=1)),
@@ -140,10 +140,8 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
         tuple(wheel["known"] for wheel in wheels),
         read_appendages(path, table),
     )
-    try:
+    with placed(str(path)):
         modes_of(found.appendages, spacecraft)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
     return found
 
 
@@ -158,25 +156,13 @@ def _mass(path: Path, body: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _body_inertia(path: Path, body: dict[str, Any]) -> Matrix:
-    inertia = inertia_matrix(path, "body.inertia", body.get("inertia"))
-    try:
-        check_inertia(inertia)
-    except InputError as error:
-        raise InputError(f"{path}: key body.inertia: {error}") from None
-    return inertia
-
-
 def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[str, Any]:
     """Read the table of a wheel, with its model and data sheet; SI units."""
     refuse_unknown(path, prefix, row, _WHEEL)
-    axis = three(path, f"{prefix}axis", row.get("axis"), None)
-    length = float(np.linalg.norm(axis))
-    if length == 0.0:
-        raise InputError(f"{path}: key {prefix}axis: found zero, expected a direction")
+    axis = direction(path, f"{prefix}axis", row.get("axis"))
     sheet = _sheet(path, prefix, row)
     known = {} if sheet is None else sheet.values
-    found: dict[str, Any] = {"axis": axis / length, "model": sheet}
+    found: dict[str, Any] = {"axis": axis / float(np.linalg.norm(axis)), "model": sheet}
     for name, dimension in _LIMITS.items():
         found[name] = known.get(name, np.inf)
         if name in row:
@@ -209,10 +195,8 @@ def _sheet(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel | None:
     if "sheet" not in row:
         return None
     name = _text(path, f"{prefix}sheet", row["sheet"])
-    try:
+    with placed(f"{path}: key {prefix}sheet"):
         sheet = read_wheel_sheet(path.parent / name if name.endswith(".toml") else name)
-    except InputError as error:
-        raise InputError(f"{path}: key {prefix}sheet: {error}") from None
     return WheelModel(type(sheet.friction()), sheet.values)
 
 
@@ -236,10 +220,8 @@ def _friction(
                 f"{path}: key wheel[{name}].model: found {model.friction.name} friction, expected "
                 f"{kind.name} as wheel {names[0]} has"
             )
-        try:
+        with placed(f"{path}: key wheel[{name}].model"):
             model.friction.of(**{n: model.values[n] for n in kind.dimensions()}).check()
-        except InputError as error:
-            raise InputError(f"{path}: key wheel[{name}].model: {error}") from None
     values: dict[str, Any] = {
         name: np.array([model.values[name] for model in known]) for name in kind.dimensions()
     }

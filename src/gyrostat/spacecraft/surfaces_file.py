@@ -17,7 +17,15 @@ from pathlib import Path
 from typing import Any
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.toml_file import described, name_text, number, quantity, refuse_unknown, three
+from gyrostat.core.toml_file import (
+    described,
+    direction,
+    name_text,
+    number,
+    quantity,
+    refuse_unknown,
+    three,
+)
 from gyrostat.spacecraft.torques.surfaces import Surfaces
 
 SURFACES = ("box", "panel", "facet")
@@ -42,63 +50,44 @@ def read_surfaces(path: Path, table: dict[str, Any]) -> Surfaces | None:
     if "box" in table:
         parts.append(_box(path, table["box"]))
     for kind, make in _KINDS.items():
-        rows = tables(path, kind, table.get(kind, []))
-        for name, row in zip(table_names(path, kind, rows), rows, strict=True):
+        for name, row in named_tables(path, kind, table.get(kind, [])).items():
             prefix = f"{kind}[{name}]."
             refuse_unknown(path, prefix, row, _FLAT)
             shares = _shares(path, prefix, row)
-            normal, centre = (
-                three(path, f"{prefix}{key}", row.get(key), dimension)
-                for key, dimension in (("normal", None), ("centre", "length"))
-            )
-            if not normal.any():
-                raise InputError(f"{path}: key {prefix}normal: found zero, expected a direction")
+            normal = direction(path, f"{prefix}normal", row.get("normal"))
+            centre = three(path, f"{prefix}centre", row.get("centre"), "length")
             parts.append(make(_area(path, prefix, row), normal, centre, **shares))
     return Surfaces.joined(*parts) if parts else None
 
 
-def tables(path: Path, kind: str, rows: object) -> list[dict[str, Any]]:
-    """Check that a value is a list of tables.
-
-    Args:
-        path: Path of the file, for the error message.
-        kind: Name of the tables.
-        rows: Value from the file.
-
-    Raises:
-        InputError: It is not.
-    """
-    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
-        raise InputError(f"{path}: key {kind}: found {described(rows)}, expected tables [[{kind}]]")
-    return rows
-
-
-def table_names(path: Path, kind: str, rows: list[dict[str, Any]]) -> tuple[str, ...]:
-    """Read the names of tables of one kind.
+def named_tables(path: Path, kind: str, rows: object) -> dict[str, dict[str, Any]]:
+    """Read tables of one kind: name -> table.
 
     Args:
         path: Path of the file, for the error message.
         kind: Name of the tables, such as "wheel".
-        rows: Tables.
+        rows: Value from the file.
 
     Raises:
-        InputError: A name is missing, is not allowed or occurs twice.
+        InputError: It is not a list of tables; or a name is missing, is not allowed or occurs
+            twice.
     """
-    found: list[str] = []
+    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+        raise InputError(f"{path}: key {kind}: found {described(rows)}, expected tables [[{kind}]]")
+    found: dict[str, dict[str, Any]] = {}
     for k, row in enumerate(rows):
-        name = name_text(path, f"{kind}[{k}].name", row.get("name", ""))
+        key = f"{kind}[{k}].name"
+        name = name_text(path, key, row.get("name", ""))
         if not name or not set(name).isdisjoint("=, \t\n"):
             shown = repr(name) if name else "none"
             raise InputError(
-                f"{path}: key {kind}[{k}].name: found {shown}, expected a name without blanks, "
-                "commas and equals signs"
+                f"{path}: key {key}: found {shown}, expected a name without blanks, commas and "
+                "equals signs"
             )
         if name in found:
-            raise InputError(
-                f"{path}: key {kind}[{k}].name: found {name!r} twice, expected it once"
-            )
-        found.append(name)
-    return tuple(found)
+            raise InputError(f"{path}: key {key}: found {name!r} twice, expected it once")
+        found[name] = row
+    return found
 
 
 def _box(path: Path, row: object) -> Surfaces:

@@ -128,7 +128,7 @@ def direction(value: str | Iterable[float], where: str) -> "Vector":
         name, sign = value.strip().lstrip("+-"), -1.0 if value.strip().startswith("-") else 1.0
         if name in AXES:
             return sign * np.array(AXES[name])
-    return unit_vector(numbers(value, 3, None, where), 3, where)
+    return unit_vector(numbers(value, 3, None, where), where)
 
 
 def one_attitude(what: str, options: Mapping[str, Any]) -> "Vector | None":

@@ -7,6 +7,7 @@ from jaxtyping import Array, Bool, Float
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel.bearing_equation import BearingEquation, Motion
+from gyrostat.wheel.bristle_equations import error_scale, first_step
 from gyrostat.wheel.friction import LuGre
 from gyrostat.wheel.rodas import integrate
 from gyrostat.wheel.stepping import step_dry_friction
@@ -16,18 +17,6 @@ TOLERANCE = 1e-6
 
 Measured on 64 closed-loop runs of Moreira, Lopes and Kuga, 300 s each: the error of the momentum is
 within 8e-9 of its largest value. It would be within 1.3e-7 at 1e-5, and within 4e-10 at 1e-7.
-"""
-CARRIER_SCALE = 1e-2
-"""Scale of the errors in the motion of a carrier, rad and rad/s."""
-FIRST_REACH = 0.2
-"""Largest change of speed in a first step, relative to the speed or to the scale of the curve."""
-SLOWEST = 1e-2
-"""Speed scale of a friction curve that has none, rad/s."""
-REST = 1e-2
-"""Scale of the speed error over the speed scale of the curve; it bounds the creep at rest.
-
-A table whose wheel is held below breakaway for 10 000 s, in steps of 10 s, creeps by 4e-6 rad. The
-creep is proportional to this value.
 """
 
 
@@ -63,19 +52,8 @@ def step_bristles(
         )
 
     state = (motion.speed, deflection, motion.carrier)
-    curve_scale = friction.curve.speed_scale()
-    scale = (
-        REST * jnp.where(jnp.isinf(curve_scale), SLOWEST, curve_scale),
-        friction.level(0.0) / friction.stiffness,
-        jax.tree.map(lambda y: jnp.full_like(y, CARRIER_SCALE), motion.carrier),
-    )
-    # a long first step from near rest would step over the bend of the friction curve
-    tiny = jnp.finfo(float).tiny
-    rate = jnp.maximum(jnp.abs(field(state, 0.0)[0]), tiny)
-    speed, bend = jnp.abs(motion.speed), scale[0] / REST
-    first = FIRST_REACH * jnp.maximum(speed, bend) / rate
-    # from rest, the first step must resolve the deflection of the bristles
-    first = jnp.where(speed < bend, jnp.minimum(first, jnp.sqrt(scale[1] / rate)), first)
+    scale = error_scale(friction, motion)
+    first = first_step(motion.speed, field(state, 0.0)[0], scale)
     scale, first = jax.lax.stop_gradient((scale, first))
     state, resolved = integrate(
         field, state, duration, scale=scale, tolerance=TOLERANCE, first=first

@@ -10,11 +10,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import equinox as eqx
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool
 
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rarely import rarely
+from gyrostat.wheel.adaptive_steps import Step, in_adaptive_steps
 from gyrostat.wheel.bearing_equation import Motion
 from gyrostat.wheel.bristle_equations import Bristled, BristleEquations, bristle_equations
 from gyrostat.wheel.coupled_bearings import CoupledBearings
@@ -34,19 +35,6 @@ They are proportional to this value.
 """
 SETTLED = 1e-9
 """Largest deviation of a settled deflection from that of steady slip, relative."""
-MAX_STEPS = 2000
-"""Largest number of steps in an interval."""
-SHORTEST = 1e-15
-"""Step, as a share of the interval, at which the integration stops without success."""
-SHRINK, GROW, SAFETY = 0.1, 6.0, 0.9
-"""Limits of the ratio of successive step lengths, and the safety factor."""
-
-
-class _Progress(NamedTuple):
-    state: Bristled
-    elapsed: Float[Array, ""]
-    step: Float[Array, ""]
-    number: Int[Array, ""]
 
 
 def _edge(friction: LuGre) -> Scalar:
@@ -58,37 +46,23 @@ def _edge(friction: LuGre) -> Scalar:
 def _integrate(equations: BristleEquations, state: Bristled, duration, tolerance: Scalar):
     """State at the end of an interval, and whether it was reached."""
 
-    def unfinished(progress: _Progress):
-        shrinks = progress.step > SHORTEST * duration
-        return (progress.elapsed < duration) & (progress.number < MAX_STEPS) & shrinks
-
-    def go(progress: _Progress) -> _Progress:
-        state, time = progress.state, progress.elapsed
+    def step(state: Bristled, time: Scalar, wanted: Scalar) -> Step:
         rate = equations.rate(state, time)
         crossing = jax.lax.stop_gradient(equations.crossing(state, rate, tolerance))
         remaining = duration - time
-        step = jnp.minimum(jax.lax.stop_gradient(progress.step), jnp.minimum(crossing, longest))
-        last = step >= remaining
-        step = jnp.where(last, remaining, step)
-        solve = equations.solver(state, step)
-        reached, error = rosenbrock_w_step(equations.rate, solve, state, rate, time, step)
-        worst = equations.error(state, reached, error, step) / tolerance
-        worst = jax.lax.stop_gradient(worst)
-        fine = worst <= 1.0  # False for NaN
-        change = SAFETY * jnp.exp(-jnp.log(jnp.maximum(worst, 1e-12)) / ORDER)
-        change = jnp.where(jnp.isfinite(worst), jnp.clip(change, SHRINK, GROW), SHRINK)
-        elapsed = jnp.where(last, duration, time + step)
-        return _Progress(
-            state=jax.tree.map(lambda a, b: jnp.where(fine, a, b), reached, state),
-            elapsed=jnp.where(fine, elapsed, time),
-            step=jax.lax.stop_gradient(step) * jnp.where(fine, change, jnp.minimum(change, 0.5)),
-            number=progress.number + 1,
-        )
+        length = jnp.minimum(wanted, jnp.minimum(crossing, longest))
+        last = length >= remaining
+        length = jnp.where(last, remaining, length)
+        solve = equations.solver(state, length)
+        reached, error = rosenbrock_w_step(equations.rate, solve, state, rate, time, length)
+        worst = equations.error(state, reached, error, length) / tolerance
+        return Step(reached, length, last, worst)
+
+    def ratio(error: Scalar) -> Scalar:
+        return jnp.exp(-jnp.log(error) / ORDER)
 
     first, longest = jax.lax.stop_gradient(equations.step_limits(state))
-    start = _Progress(state, jnp.zeros_like(duration), jnp.minimum(duration, first), jnp.array(0))
-    last = jax.lax.while_loop(unfinished, go, start)
-    return last.state, last.elapsed >= duration
+    return in_adaptive_steps(step, state, duration, first, ratio)
 
 
 class _End(NamedTuple):

@@ -64,6 +64,10 @@ class WheelModel:
     impossible: str = ""
     correlation: tuple[tuple[str, ...], Matrix] | None = None
 
+    def dimensions(self) -> dict[str, str]:
+        """Physical dimensions of all parameters, as keys of `gyrostat.core.units.SI_UNIT`."""
+        return {**_WHEEL, **self.friction.dimensions()}
+
     def covariance(self) -> tuple[tuple[str, ...], Matrix]:
         """Names of the identified parameters and the covariance of their errors, (n, n), SI.
 
@@ -95,7 +99,7 @@ class WheelModel:
             InputError: A parameter of the wheel is missing, such as the inertia after an
                 identification by a method that does not need it.
         """
-        missing = [n for n in (*_WHEEL, *self.friction.dimensions()) if n not in self.values]
+        missing = [name for name in self.dimensions() if name not in self.values]
         if missing:
             raise InputError(f"wheel model: found no {missing[0]}, expected its value")
         return Wheel(
@@ -111,7 +115,7 @@ def write_model(path: str | os.PathLike[str], model: WheelModel) -> None:
     Raises:
         InputError: The file cannot be written.
     """
-    dimensions = {**_WHEEL, **model.friction.dimensions()}
+    dimensions = model.dimensions()
 
     def lines(names: Collection[str], values: Mapping[str, float]) -> list[str]:
         return [

@@ -2,27 +2,22 @@
 
 RODAS: six stages, fourth order with an embedded third-order error estimate, stiffly accurate. E.
 Hairer, G. Wanner, "Solving Ordinary Differential Equations II", section IV.7 and table of the code
-of that name. A step has no iteration. The number of steps is bounded, and the result states whether
-an interval needed more.
+of that name. A step has no iteration.
 """
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.wheel.adaptive_steps import Step, in_adaptive_steps
 
 Field = Callable[[Any, Scalar], Any]
 
-MAX_STEPS = 2000
-SHORTEST = 1e-15
-"""Step, as a share of the interval, at which the integration stops without success."""
-SHRINK, GROW, SAFETY = 0.1, 6.0, 0.9
-"""Limits of the ratio of successive step lengths, and the safety factor."""
 GAMMA = 0.25
 STAGES = np.array(
     [
@@ -57,13 +52,6 @@ TIMES = (0.0, 0.386, 0.21, 0.63, 1.0, 1.0)
 """Time of each stage, in steps."""
 TIME_SLOPES = (0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0)
 """Coefficient of the time derivative of the field in each stage, in steps."""
-
-
-class _Progress(NamedTuple):
-    state: list[Scalar]
-    elapsed: Float[Array, ""]
-    step: Float[Array, ""]
-    number: Int[Array, ""]
 
 
 def _split(state: Any) -> tuple[list[Scalar], Callable[[list[Scalar]], Any]]:
@@ -177,8 +165,8 @@ def integrate(
             resolved.
 
     Returns:
-        State at the end, and whether it was reached within `MAX_STEPS`, which is False if the state
-        is not finite. Differentiable in forward mode.
+        State at the end, and whether it was reached; see `in_adaptive_steps`. Differentiable in
+        forward mode.
     """
     duration = jnp.asarray(duration, dtype=float)
     numbers, join = _split(state)
@@ -187,33 +175,20 @@ def integrate(
     def flat_field(numbers, time):
         return _split(field(join(numbers), time))[0]
 
-    def unfinished(progress: _Progress):
-        # the steps of a state that is not finite shrink without end
-        shrinks = progress.step > SHORTEST * duration
-        return (progress.elapsed < duration) & (progress.number < MAX_STEPS) & shrinks
-
-    def go(progress: _Progress) -> _Progress:
-        remaining = duration - progress.elapsed
-        last = progress.step >= remaining
+    def step(state: list[Scalar], time: Scalar, wanted: Scalar) -> Step:
+        remaining = duration - time
+        last = wanted >= remaining
         # the last step ends with the interval, so that it has the derivative of the duration
-        step = jnp.where(last, remaining, jax.lax.stop_gradient(progress.step))
-        reached, errors = _step(flat_field, progress.state, progress.elapsed, step)
-        worst = jnp.zeros_like(step)
-        for old, new, error, least in zip(progress.state, reached, errors, scales, strict=True):
+        length = jnp.where(last, remaining, wanted)
+        reached, errors = _step(flat_field, state, time, length)
+        worst = jnp.zeros_like(length)
+        for old, new, error, least in zip(state, reached, errors, scales, strict=True):
             size = jnp.maximum(jnp.maximum(jnp.abs(old), jnp.abs(new)), least)
             worst = jnp.maximum(worst, jnp.abs(error) / (tolerance * size))
-        worst = jax.lax.stop_gradient(worst)
-        fine = worst <= 1.0  # False for NaN
-        change = SAFETY * jax.lax.rsqrt(jnp.sqrt(jnp.maximum(worst, 1e-12)))
-        change = jnp.where(jnp.isfinite(worst), jnp.clip(change, SHRINK, GROW), SHRINK)
-        elapsed = jnp.where(last, duration, progress.elapsed + step)
-        return _Progress(
-            state=[jnp.where(fine, a, b) for a, b in zip(reached, progress.state, strict=True)],
-            elapsed=jnp.where(fine, elapsed, progress.elapsed),
-            step=jax.lax.stop_gradient(step) * jnp.where(fine, change, jnp.minimum(change, 0.5)),
-            number=progress.number + 1,
-        )
+        return Step(reached, length, last, worst)
 
-    start = _Progress(numbers, jnp.zeros_like(duration), jnp.minimum(duration, first), jnp.array(0))
-    last = jax.lax.while_loop(unfinished, go, start)
-    return join(last.state), last.elapsed >= duration
+    def ratio(error: Scalar) -> Scalar:
+        return jax.lax.rsqrt(jnp.sqrt(error))
+
+    end, resolved = in_adaptive_steps(step, numbers, duration, first, ratio)
+    return join(end), resolved

@@ -4,6 +4,8 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
 
 from gyrostat.codegen.program import Kind, Number
 
@@ -46,70 +48,17 @@ _SIGNS = {"neg": "-", "not": "!", "bits_not": "~"}
 OF_INTEGERS = {name: f"bits_{name}" for name in ("and", "or", "xor", "not")}
 """Operation on logical values -> bitwise operation on integers."""
 HELPERS = {
-    "max": (
-        "largest",
-        "static {t} largest({t} a, {t} b)\n{{\n    return ((a >= b) || (a != a)) ? a : b;\n}}\n",
-    ),
-    "min": (
-        "smallest",
-        "static {t} smallest({t} a, {t} b)\n{{\n    return ((a <= b) || (a != a)) ? a : b;\n}}\n",
-    ),
-    "sign": (
-        "sense",
-        "static {t} sense({t} a)\n{{\n"
-        "    return (a > {zero}) ? {one} : ((a < {zero}) ? -{one} : a);\n}}\n",
-    ),
-    "finite": (
-        "is_finite",
-        "/* Tests the bits of the exponent, so that no compiler option, such as -ffast-math, can\n"
-        "   assume the result. With such options a compiler may ignore the copy of a number,\n"
-        "   unless the copy is volatile. */\n"
-        "static bool is_finite({t} a)\n{{\n"
-        "#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0)\n"
-        "    const volatile {t} copy = a;\n"
-        "    const {t} number = copy;\n"
-        "#else\n"
-        "    const {t} number = a;\n"
-        "#endif\n"
-        "    const {bits} exponent = {exponent};\n"
-        "    {bits} bits;\n"
-        "    const void *from = &number;\n"
-        "    void *to = &bits;\n"
-        "    (void)memcpy(to, from, sizeof bits);\n"
-        "    return (bits & exponent) != exponent;\n}}\n",
-    ),
-    "to_whole": (
-        "integer_of",
-        "static int64_t integer_of({t} a)\n{{\n"
-        "    if (a >= {limit}) {{ return INT64_MAX; }}\n"
-        "    if (a < -{limit}) {{ return INT64_MIN; }}\n"
-        "    return (a == a) ? (int64_t)a : 0;\n}}\n",
-    ),
-    "quotient": (
-        "integer_quotient",
-        "static int64_t integer_quotient(int64_t a, int64_t b)\n{{\n"
-        "    if (b == 0) {{ return -1; }}\n"
-        "    return (b == -1) ? (int64_t)(0u - (uint64_t)a) : (a / b);\n}}\n",
-    ),
-    "remainder": (
-        "integer_rest",
-        "static int64_t integer_rest(int64_t a, int64_t b)\n{{\n"
-        "    if (b == 0) {{ return a; }}\n"
-        "    return (b == -1) ? 0 : (a % b);\n}}\n",
-    ),
-    "shift_left": (
-        "integer_left",
-        "static int64_t integer_left(int64_t a, int64_t by)\n{{\n"
-        "    return ((by < 0) || (by > 63)) ? 0 : (int64_t)((uint64_t)a << by);\n}}\n",
-    ),
-    "shift_right": (
-        "integer_right",
-        "static int64_t integer_right(int64_t a, int64_t by)\n{{\n"
-        "    return ((by < 0) || (by > 63)) ? 0 : (int64_t)((uint64_t)a >> by);\n}}\n",
-    ),
+    "max": "largest",
+    "min": "smallest",
+    "sign": "sense",
+    "finite": "is_finite",
+    "to_whole": "integer_of",
+    "quotient": "integer_quotient",
+    "remainder": "integer_rest",
+    "shift_left": "integer_left",
+    "shift_right": "integer_right",
 }
-"""Operation -> name and text of a helper function, which is emitted if it is used. NaN propagates.
-Integer division and conversion from real numbers follow XLA and have no undefined behaviour."""
+"""Operation -> name of its function in the file helpers.h."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +78,8 @@ class Dialect:
         texts |= {"bits": "uint64_t", "exponent": "UINT64_C(0x7ff0000000000000)"}
         if self.real == "float":
             texts |= {"bits": "uint32_t", "exponent": "UINT32_C(0x7f800000)"}
-        return HELPERS[operation][1].format(t=self.real, **texts)
+        texts["real"] = self.real
+        return re.sub(r"@(\w+)@", lambda gap: texts[gap[1]], _helpers()[HELPERS[operation]])
 
     def type_of(self, kind: Kind) -> str:
         """C type for a kind of number."""
@@ -176,6 +126,14 @@ class Dialect:
     def _call(self, name: str, operands: Sequence[Text]) -> Text:
         arguments = ", ".join(operand.text for operand in operands)
         if name in HELPERS:
-            return Text(f"{HELPERS[name][0]}({arguments})", WORD)
+            return Text(f"{HELPERS[name]}({arguments})", WORD)
         function = "fabs" if name == "abs" else name
         return Text(f"{function}{'f' if self.real == 'float' else ''}({arguments})", WORD)
+
+
+@cache
+def _helpers() -> dict[str, str]:
+    """Name of each helper function -> its text with placeholders."""
+    content = files("gyrostat.codegen.flight").joinpath("helpers.h").read_text(encoding="utf-8")
+    _, *texts = content.rstrip().split("\n\n")
+    return {re.findall(r"^static \S+ (\w+)", text, re.MULTILINE)[0]: f"{text}\n" for text in texts}

@@ -2,34 +2,24 @@
 
 import re
 
+from gyrostat.codegen.flight.expressions import HELPERS
+
 KEYWORDS = frozenset(
     {
-        *("auto", "break", "case", "char", "const", "continue", "default", "do", "double"),
-        *("else", "enum", "extern", "float", "for", "goto", "if", "inline", "int", "long"),
-        *("register", "restrict", "return", "short", "signed", "sizeof", "static"),
-        *(
-            "struct",
-            "switch",
-            "typedef",
-            "union",
-            "unsigned",
-            "void",
-            "volatile",
-            "while",
-            "bool",
-            "true",
-            "false",
-        ),
+        *("auto", "bool", "break", "case", "char", "const", "continue", "default", "do"),
+        *("double", "else", "enum", "extern", "false", "float", "for", "goto", "if", "inline"),
+        *("int", "long", "register", "restrict", "return", "short", "signed", "sizeof"),
+        *("static", "struct", "switch", "true", "typedef", "union", "unsigned", "void"),
+        *("volatile", "while"),
     }
 )
 FUNCTIONS = frozenset(
     {
-        *("acos", "asin", "atan", "atan2", "cbrt", "ceil", "cos", "cosh", "exp", "exp2"),
-        *("expm1", "fabs", "floor", "fmod", "is_finite", "isfinite", "log", "log1p", "pow", "rint"),
-        *("round", "sin", "sinh", "sqrt", "tan", "tanh", "largest", "smallest", "sense"),
-        *("acosh", "asinh", "atanh", "erf", "erfc", "integer_of", "integer_quotient"),
-        *("integer_rest", "integer_left", "integer_right"),
-        *("status", "main", "printf", "memcpy"),
+        *HELPERS.values(),
+        *("acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "ceil", "cos"),
+        *("cosh", "erf", "erfc", "exp", "exp2", "expm1", "fabs", "floor", "fmod", "isfinite"),
+        *("log", "log1p", "main", "memcpy", "pow", "printf", "rint", "round", "sin", "sinh"),
+        *("sqrt", "status", "tan", "tanh"),
     }
 )
 """Names reserved by the emitted code, not available for variables."""

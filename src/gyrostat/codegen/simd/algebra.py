@@ -80,10 +80,15 @@ def _is_normal(value: float) -> bool:
     return sys.float_info.min <= abs(value) < math.inf
 
 
+def _operand_of(known: Known, operand: Operand, operation: str) -> Operand | None:
+    """Operand x if the given operand is the result of an operation on x; None otherwise."""
+    made = known.made(operand)
+    return made.operands[0] if made is not None and made.operation == operation else None
+
+
 def _negated(known: Known, operand: Operand) -> Operand | None:
     """Operand x if the given operand is -x; None otherwise."""
-    made = known.made(operand)
-    return made.operands[0] if made is not None and made.operation == "neg" else None
+    return _operand_of(known, operand, "neg")
 
 
 def _add(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
@@ -156,28 +161,13 @@ def _neg(known: Known, of: Assign, a: Operand) -> Operand | None:
     return _negated(known, a)
 
 
-def _not(known: Known, of: Assign, a: Operand) -> Operand | None:
-    made = known.made(a)
-    return made.operands[0] if made is not None and made.operation == "not" else None
-
-
 def _select(known: Known, of: Assign, test: Operand, yes: Operand, no: Operand) -> Operand | None:
     if isinstance(test, Number):
         return yes if test.value else no
     if key(yes) == key(no):
         return yes
-    made = known.made(test)
-    if made is not None and made.operation == "not":
-        return known.value(of, "select", made.operands[0], no, yes)
-    return None
-
-
-def _max(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
-    return _beside(a, b, -math.inf)
-
-
-def _min(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
-    return _beside(a, b, math.inf)
+    other = _operand_of(known, test, "not")
+    return None if other is None else known.value(of, "select", other, no, yes)
 
 
 def _beside(a: Operand, b: Operand, value: float) -> Operand | None:
@@ -191,8 +181,8 @@ _RULES: dict[str, Callable[..., Operand | None]] = {
     "mul": _mul,
     "div": _div,
     "neg": _neg,
-    "not": _not,
+    "not": lambda known, of, a: _operand_of(known, a, "not"),
     "select": _select,
-    "max": _max,
-    "min": _min,
+    "max": lambda known, of, a, b: _beside(a, b, -math.inf),
+    "min": lambda known, of, a, b: _beside(a, b, math.inf),
 }

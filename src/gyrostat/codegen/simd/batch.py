@@ -145,7 +145,7 @@ def traced(
         jax.tree.map(lambda flag, tree: jax.tree.map(lambda _: flag, tree), on_demand, shapes)
     )
     results: list[Operand] = []
-    rows: list[tuple[Table, bool]] = []
+    rows: dict[Table, list[tuple[str, int]]] = {}
     places: list[Place] = []
     words = {"made": 0, "every": 0, "asked": 0}
     for array, shape, demand in zip(made, jax.tree.leaves(shapes), flagged, strict=True):
@@ -153,19 +153,19 @@ def traced(
         memory = "made"
         if isinstance(table, Table):
             memory = "asked" if demand else "every"
-            rows.append((table, demand))
+            rows.setdefault(table, []).append((memory, words[memory]))
         else:
             results += list(array.flat)
         places.append(Place(memory, words[memory], _type(shape), bool(demand)))
         words[memory] += int(np.prod(shape.shape))
-    program = Function("fly", [], body, results, rows=[table for table, _ in rows])
+    program = Function("fly", [], body, results, rows=[*rows])
     prune([program], [program])
     branch_rarely_taken(program)
     simplify(program)
     prune([program], [program])
     split = parameters_of(inputs, flags, program.body)
     own_words = sum(array.size for array, each in zip(inputs, flags, strict=True) if each)
-    text = module(program, *split, own_words, [demand for _, demand in rows])
+    text = module(program, *split, rows, {**words, "own": own_words})
     types = tuple(_type(leaf) for leaf in jax.tree.leaves(single))
     return Traced(text, Layout(tuple(flags), types, tuple(places), words), shapes)
 

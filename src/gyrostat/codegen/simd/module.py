@@ -23,10 +23,10 @@ void fly_all(int64_t groups, int64_t threads, const uint64_t *shared, const uint
 {{
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
     for (int64_t group = 0; group < groups; ++group) {{
-        WITHOUT_SUBNORMALS(fly(shared, own + group * INT64_C({own_words}) * LANES,
-            made + group * INT64_C({made_words}) * LANES,
-            every + group * INT64_C({every_words}) * LANES,
-            place[group] < 0 ? 0 : asked + place[group] * INT64_C({asked_words}) * LANES))
+        WITHOUT_SUBNORMALS(fly(shared, own + group * INT64_C({own}) * LANES,
+            made + group * INT64_C({made}) * LANES,
+            every + group * INT64_C({every}) * LANES,
+            place[group] < 0 ? 0 : asked + place[group] * INT64_C({asked}) * LANES))
     }}
 }}
 """
@@ -36,8 +36,8 @@ def module(
     function: Function,
     shared: Mapping[Name, int],
     own: Mapping[Name, int],
-    own_words: int,
-    on_demand: Sequence[bool],
+    places: Mapping[Table, Sequence[tuple[str, int]]],
+    words: Mapping[str, int],
 ) -> str:
     """Text of the C module of a function.
 
@@ -50,25 +50,13 @@ def module(
         function: Root function, the results and rows of which are computed; without parameters.
         shared: Parameter that is the same for all runs -> its word in `shared`.
         own: Other parameter -> its word in `own`.
-        own_words: Number of words of a run in `own`.
-        on_demand: For each row of the function, whether it is returned only on request.
+        places: Row of the function -> arrays that it is part of, and its first word in each.
+        words: Array that differs between runs -> number of words of a run.
     """
     read = (s.table for s in statements(function.body) if isinstance(s, Assign))
     own_tables = [table for table in read if table is not None and table.memory == "own"]
     writer = Writer(made_from(function, [*own, *own_tables]))
     writer.parameters(shared, own)
-    words = {"every": 0, "asked": 0}
-    places: dict[Table, list[tuple[str, int]]] = {}
-    for table, where in zip(function.rows, on_demand, strict=True):
-        memory = "asked" if where else "every"
-        places.setdefault(table, []).append((memory, words[memory]))
-        words[memory] += table.size
     writer.block(function.body, places)
     writer.results(function.results)
-    return _TEXT.format(
-        body="\n".join(writer.lines),
-        every_words=words["every"],
-        asked_words=words["asked"],
-        own_words=own_words,
-        made_words=len(function.results),
-    )
+    return _TEXT.format(body="\n".join(writer.lines), **words)

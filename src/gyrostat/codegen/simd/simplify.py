@@ -12,7 +12,7 @@ as infinite.
 from collections import Counter
 from collections.abc import Sequence
 
-from gyrostat.codegen.dependencies import Dependencies, reached
+from gyrostat.codegen.dependencies import dependencies, reached
 from gyrostat.codegen.program import (
     Assign,
     Block,
@@ -48,7 +48,7 @@ def simplify(function: Function) -> None:
 
 def _exact(function: Function) -> set[Name | Table]:
     """Values that are rounded to integers: the last bit of a quotient may change floor(t / s)."""
-    steps, made_whole = Dependencies([function]).of, []
+    steps, made_whole = dependencies([function]), []
     for statement in statements(function.body):
         match statement:
             case Assign(target, operation, operands) if operation not in _ARITHMETIC:

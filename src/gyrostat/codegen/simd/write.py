@@ -39,7 +39,7 @@ class Writer:
         self.lines: list[str] = []
         self._varying = varying
         self._texts: dict[Name | Table, str] = {}
-        self._kept: dict[Table, list[tuple[str, int]]] = {}
+        self._kept: Mapping[Table, Sequence[tuple[str, int]]] = {}
         self._depth = 1
         self._active: str | None = None
 
@@ -58,7 +58,7 @@ class Writer:
         for place, result in enumerate(results):
             self._store("made", str(place), result)
 
-    def block(self, block: Block, kept: dict[Table, list[tuple[str, int]]]) -> None:
+    def block(self, block: Block, kept: Mapping[Table, Sequence[tuple[str, int]]]) -> None:
         """Write statements; `kept` gives the memory and position of each kept table."""
         self._kept = kept
         self._block(block)

@@ -1,3 +1,1 @@
 """Distribution of torque over wheels: allocation, null space, unloading, fault detection."""
-
-__all__: list[str] = []

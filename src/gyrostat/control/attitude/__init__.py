@@ -1,3 +1,1 @@
 """Attitude control laws for three axes, their wheel loops and their commands."""
-
-__all__: list[str] = []

@@ -1,3 +1,1 @@
 """Riccati equations, LQR, SDRE factorisations and controllability."""
-
-__all__: list[str] = []

@@ -1,3 +1,1 @@
 """Controllers that compensate or estimate the bearing friction of a wheel."""
-
-__all__: list[str] = []

@@ -4,17 +4,19 @@ from dataclasses import fields, replace
 from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
-from jaxtyping import Array, Int
 
 from gyrostat.control.guidance.guide import Guide
 from gyrostat.control.guidance.reference import Mode, Reference
 from gyrostat.control.missing_sample import predicted
-from gyrostat.control.recorded import recorded_with
-from gyrostat.core.arrays import Quaternion, Scalar
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked
 from gyrostat.core.delay_line import is_delay
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
+from gyrostat.core.named_tuples import with_fields
+
+UNITS = {"mode": "1", "mode_start": "s", "target": "1"}
+"""Units of the signals that are recorded with the command."""
 
 
 def toward(controller: Any, guide: Guide) -> Any:
@@ -38,17 +40,6 @@ def toward(controller: Any, guide: Guide) -> Any:
             "expected a field `reference` or a method `toward`"
         )
     return replace(controller, reference=guide.at)
-
-
-class _Mode(NamedTuple):
-    mode: Annotated[Int[Array, ""], "1"]
-    mode_start: Annotated[Scalar, "s"]
-
-
-class _ModeAndTarget(NamedTuple):
-    mode: Annotated[Int[Array, ""], "1"]
-    mode_start: Annotated[Scalar, "s"]
-    target: Annotated[Quaternion, "1"]
 
 
 class GuidedMemory(NamedTuple):
@@ -123,8 +114,9 @@ class Guided(Checked):
         mode = self.reference.step(memory.mode, measurement, time)
         guide = self._guide(mode, memory.sample, memory.period)
         inner, command = toward(self.controller, guide)(memory.controller, measurement)
-        signals: Any = _Mode(mode.number, mode.start)
+        signals: dict[str, Any] = {"mode": mode.number, "mode_start": mode.start}
         if "target" not in command._fields:
-            signals = _ModeAndTarget(mode.number, mode.start, guide.now.attitude)
+            signals["target"] = guide.now.attitude
+        units = {name: UNITS[name] for name in signals}
         after = GuidedMemory(inner, mode, memory.sample + 1.0, memory.period)
-        return after, recorded_with("Guided", command, signals)
+        return after, with_fields("Guided", command, signals, units)

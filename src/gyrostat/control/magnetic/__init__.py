@@ -1,3 +1,1 @@
 """Control laws of magnetic torque rods."""
-
-__all__: list[str] = []

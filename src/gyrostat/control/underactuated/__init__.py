@@ -1,3 +1,1 @@
 """Attitude control with fewer than three working wheels."""
-
-__all__: list[str] = []

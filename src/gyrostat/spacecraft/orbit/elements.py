@@ -7,7 +7,7 @@ celestial intermediate pole of the IAU 2006/2000A models, 0.15 degrees from the 
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, final
+from typing import ClassVar, NamedTuple, final
 
 import numpy as np
 from jaxtyping import Float
@@ -49,8 +49,10 @@ class KeplerElements:
         ascending_node: Right ascension of the ascending node, rad.
         perigee: Argument of perigee, rad.
         true_anomaly: True anomaly at the epoch, rad.
+        epoch: None, because the elements hold at the epoch of the run.
     """
 
+    epoch: ClassVar[None] = None
     semi_major_axis: float
     eccentricity: float = 0.0
     inclination: float = 0.0
@@ -82,11 +84,6 @@ class KeplerElements:
     def period(self) -> float:
         """Period of the motion of two bodies, s."""
         return float(2.0 * np.pi * np.sqrt(self.semi_major_axis**3 / EARTH))
-
-    @property
-    def epoch(self) -> None:
-        """No epoch: the elements hold at that of the run."""
-        return None
 
     def trajectory(self, epoch: Epoch, end: float) -> Trajectory:
         """Orbit from the epoch on.
@@ -150,8 +147,10 @@ class CircularElements:
         inclination: Inclination, rad.
         ascending_node: Right ascension of the ascending node, rad.
         latitude: Argument of latitude at the epoch, from the ascending node, rad.
+        epoch: None, because the elements hold at the epoch of the run.
     """
 
+    epoch: ClassVar[None] = None
     altitude: float
     inclination: float = 0.0
     ascending_node: float = 0.0
@@ -181,11 +180,6 @@ class CircularElements:
     def period(self) -> float:
         """Period of the motion of two bodies, s."""
         return self.elements.period
-
-    @property
-    def epoch(self) -> None:
-        """No epoch: the elements hold at that of the run."""
-        return None
 
     def trajectory(self, epoch: Epoch, end: float) -> Trajectory:
         """Orbit from the epoch on until a time `end`, s; see `KeplerElements.trajectory`."""

@@ -42,7 +42,11 @@ class OrbitSamples(NamedTuple):
     earth: Float[np.ndarray, "rows 4"]
 
 
-_POSITION, _VELOCITY, _SUN, _FIELD, _DENSITY, _EARTH = (0, 3), (3, 6), (6, 9), (9, 12), 12, (13, 17)
+CHANNELS = {
+    **{"position": (0, 3), "velocity": (3, 6), "sun": (6, 9), "field": (9, 12)},
+    **{"density": (12, 13), "earth": (13, 17)},
+}
+"""Value -> its first channel in the tables, and the one after its last."""
 
 
 class OrbitEnvironment(Checked):
@@ -114,8 +118,9 @@ class OrbitEnvironment(Checked):
         kept = int(np.ceil((float(self.offset) + end) / float(self.step))) + 1
         return replace(self, coefficients=pieces[:kept])
 
-    def _at(self, time: Scalar, first: int, last: int) -> Array:
-        """Values of some channels at a time, s."""
+    def _at(self, time: Scalar, name: str) -> Array:
+        """Channels of a value at a time, s."""
+        first, last = CHANNELS[name]
         pieces = jnp.asarray(self.coefficients)
         share = (self.offset + time) / self.step
         # not `clip`, whose derivative at the ends would be half of the spline's
@@ -129,7 +134,7 @@ class OrbitEnvironment(Checked):
 
     def position(self, time: Scalar) -> Vector3:
         """Position from the centre of the Earth, GCRS, (3,), m, at a time, s."""
-        position = self._at(time, *_POSITION)
+        position = self._at(time, "position")
         return position if self.position_error is None else position + self.position_error
 
     def zenith(self, time: Scalar) -> Vector3:
@@ -145,23 +150,23 @@ class OrbitEnvironment(Checked):
 
     def velocity(self, time: Scalar) -> Vector3:
         """Inertial velocity, GCRS, (3,), m/s, at a time, s."""
-        return self._at(time, *_VELOCITY)
+        return self._at(time, "velocity")
 
     def sun(self, time: Scalar) -> Vector3:
         """Position of the Sun from the centre of the Earth, GCRS, (3,), m, at a time, s."""
-        return self._at(time, *_SUN)
+        return self._at(time, "sun")
 
     def field(self, time: Scalar) -> Vector3:
         """Magnetic flux density of the Earth, in axes of the GCRS, (3,), T, at a time, s."""
-        return self._at(time, *_FIELD)
+        return self._at(time, "field")
 
     def density(self, time: Scalar) -> Scalar:
         """Air density, kg/m³, at a time, s."""
-        return jnp.exp(self._at(time, _DENSITY, _DENSITY + 1)[0])
+        return jnp.exp(self._at(time, "density")[0])
 
     def earth(self, time: Scalar) -> Quaternion:
         """Attitude of the ITRF with respect to the GCRS, (4,), scalar first, at a time, s."""
-        return normalised(self._at(time, *_EARTH))
+        return normalised(self._at(time, "earth"))
 
     def ground(
         self, latitude: Scalar, longitude: Scalar, altitude: Scalar, time: Scalar

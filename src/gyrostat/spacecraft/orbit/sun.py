@@ -6,12 +6,10 @@ position is geometric: light time and aberration, 20 arcseconds together, are le
 
 import numpy as np
 
+from gyrostat.spacecraft.orbit.earth import ASTRONOMICAL_UNIT
 from gyrostat.spacecraft.orbit.frames import Vectors
 from gyrostat.spacecraft.orbit.libraries import library
 from gyrostat.spacecraft.orbit.time_scales import Epoch, Times
-
-ASTRONOMICAL_UNIT = 149597870700.0
-"""Astronomical unit, m (IAU 2012)."""
 
 
 def sun_position(epoch: Epoch, times: Times) -> Vectors:

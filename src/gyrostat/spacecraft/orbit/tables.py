@@ -16,7 +16,7 @@ from gyrostat.spacecraft.orbit.frames import (
     rotated,
     transposed,
 )
-from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment, OrbitSamples
+from gyrostat.spacecraft.orbit.orbit_environment import CHANNELS, OrbitEnvironment, OrbitSamples
 from gyrostat.spacecraft.orbit.sun import sun_position
 from gyrostat.spacecraft.orbit.time_scales import Epoch, Times
 
@@ -188,15 +188,13 @@ def errors_of(
     row = np.minimum(share.astype(int), len(pieces) - 1)
     powers = (share - row)[:, None] ** np.arange(4)
     values = np.einsum("nk,nkc->nc", powers, pieces[row])
-    quaternions = values[:, 13:17]
-    turned = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
-    turned *= np.sign(np.sum(turned * direct.earth, axis=1, keepdims=True))
-    interpolated = (values[:, 0:3], values[:, 3:6], values[:, 6:9], values[:, 9:12])
-    pairs = [*zip(interpolated, direct[:4], strict=True), (turned, direct.earth)]
-    names = ("position", "velocity", "sun", "field", "earth")
-    errors = {
-        name: float(np.max(np.linalg.norm(near - true, axis=1)) / np.sqrt(np.mean(true**2) * 3.0))
-        for name, (near, true) in zip(names, pairs, strict=True)
-    }
-    errors["density"] = float(np.max(np.abs(np.exp(values[:, 12]) / direct.density - 1.0)))
-    return errors
+    near = {name: values[:, first:end] for name, (first, end) in CHANNELS.items()}
+    turned = near["earth"] / np.linalg.norm(near["earth"], axis=1, keepdims=True)
+    near["earth"] = turned * np.sign(np.sum(turned * direct.earth, axis=1, keepdims=True))
+    density = np.exp(near.pop("density")[:, 0]) / direct.density
+    errors = {}
+    for name, rows in near.items():
+        true = getattr(direct, name)
+        off = np.max(np.linalg.norm(rows - true, axis=1))
+        errors[name] = float(off / np.sqrt(np.mean(true**2) * 3.0))
+    return errors | {"density": float(np.max(np.abs(density - 1.0)))}

@@ -6,14 +6,13 @@ from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, size
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import to_body
+from gyrostat.spacecraft.orbit.earth import ASTRONOMICAL_UNIT
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.torques.eclipse import sunlight
 
 SOLAR_CONSTANT = 1361.0
 """Total solar irradiance at 1 au, W/m² (IAU 2015, resolution B3)."""
-ASTRONOMICAL_UNIT = 149597870700.0
-"""Astronomical unit, m (IAU 2012, resolution B2)."""
 LIGHT_SPEED = 299792458.0
 """Speed of light, m/s."""
 

@@ -1,0 +1,65 @@
+/* Helper functions of flight code. A function is emitted if it is used. NaN propagates. Division of
+   integers and conversion from real numbers follow XLA and have no undefined behaviour. */
+
+static @real@ largest(@real@ a, @real@ b)
+{
+    return ((a >= b) || (a != a)) ? a : b;
+}
+
+static @real@ smallest(@real@ a, @real@ b)
+{
+    return ((a <= b) || (a != a)) ? a : b;
+}
+
+static @real@ sense(@real@ a)
+{
+    return (a > @zero@) ? @one@ : ((a < @zero@) ? -@one@ : a);
+}
+
+/* Tests the bits of the exponent, so that no compiler option, such as -ffast-math, can
+   assume the result. With such options a compiler may ignore the copy of a number,
+   unless the copy is volatile. */
+static bool is_finite(@real@ a)
+{
+#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0)
+    const volatile @real@ copy = a;
+    const @real@ number = copy;
+#else
+    const @real@ number = a;
+#endif
+    const @bits@ exponent = @exponent@;
+    @bits@ bits;
+    const void *from = &number;
+    void *to = &bits;
+    (void)memcpy(to, from, sizeof bits);
+    return (bits & exponent) != exponent;
+}
+
+static int64_t integer_of(@real@ a)
+{
+    if (a >= @limit@) { return INT64_MAX; }
+    if (a < -@limit@) { return INT64_MIN; }
+    return (a == a) ? (int64_t)a : 0;
+}
+
+static int64_t integer_quotient(int64_t a, int64_t b)
+{
+    if (b == 0) { return -1; }
+    return (b == -1) ? (int64_t)(0u - (uint64_t)a) : (a / b);
+}
+
+static int64_t integer_rest(int64_t a, int64_t b)
+{
+    if (b == 0) { return a; }
+    return (b == -1) ? 0 : (a % b);
+}
+
+static int64_t integer_left(int64_t a, int64_t by)
+{
+    return ((by < 0) || (by > 63)) ? 0 : (int64_t)((uint64_t)a << by);
+}
+
+static int64_t integer_right(int64_t a, int64_t by)
+{
+    return ((by < 0) || (by > 63)) ? 0 : (int64_t)((uint64_t)a >> by);
+}

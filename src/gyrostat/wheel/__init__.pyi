@@ -1,0 +1,30 @@
+"""Public names of the package; `__init__.py` reads this file."""
+
+from gyrostat.wheel.array import WheelArray as WheelArray
+from gyrostat.wheel.axes import orthogonal_axes as orthogonal_axes
+from gyrostat.wheel.axes import pyramid_axes as pyramid_axes
+from gyrostat.wheel.bearing_equation import BearingEquation as BearingEquation
+from gyrostat.wheel.bearing_equation import Motion as Motion
+from gyrostat.wheel.bristles import step_bristles as step_bristles
+from gyrostat.wheel.bristles import step_wheel as step_wheel
+from gyrostat.wheel.coupled_bearings import Changes as Changes
+from gyrostat.wheel.coupled_bearings import CoupledBearings as CoupledBearings
+from gyrostat.wheel.coupled_bristles import step_coupled_bristles as step_coupled_bristles
+from gyrostat.wheel.coupled_wheels import step_coupled_wheels as step_coupled_wheels
+from gyrostat.wheel.data_sheet import WheelSheet as WheelSheet
+from gyrostat.wheel.data_sheet import read_wheel_sheet as read_wheel_sheet
+from gyrostat.wheel.data_sheet import wheel_sheets as wheel_sheets
+from gyrostat.wheel.driver import Driver as Driver
+from gyrostat.wheel.model_file import WheelModel as WheelModel
+from gyrostat.wheel.model_file import read_model as read_model
+from gyrostat.wheel.model_file import write_model as write_model
+from gyrostat.wheel.response import WheelStep as WheelStep
+from gyrostat.wheel.response import advance as advance
+from gyrostat.wheel.response import speed_response as speed_response
+from gyrostat.wheel.stepping import step_dry_friction as step_dry_friction
+from gyrostat.wheel.tachometer import Delayed as Delayed
+from gyrostat.wheel.tachometer import LowPass as LowPass
+from gyrostat.wheel.tachometer import PulseTachometer as PulseTachometer
+from gyrostat.wheel.tachometer import Tachometer as Tachometer
+from gyrostat.wheel.tachometer import WheelTachometer as WheelTachometer
+from gyrostat.wheel.wheel import Wheel as Wheel
