@@ -50,7 +50,7 @@ def _program(model: type[Friction], places: tuple[int, ...]):
 
     def lane(theta, current, time, noise, part, root):
         still = jnp.zeros_like(time)
-        speed, jacobian, _, resolved = respond(theta, time, current, still > 0.0, still)
+        speed, jacobian, _, resolved = respond(theta, time, current, still > 0.0, still, len(time))
         # in units of the earlier uncertainty, so that the matrix is well conditioned
         own = jnp.column_stack([jacobian[:, jnp.array(places)], jacobian[:, -1]])
         rows = own @ root / noise
