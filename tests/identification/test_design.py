@@ -21,8 +21,12 @@ from gyrostat.telemetry import Record, read_record
 from gyrostat.wheel import speed_response
 from gyrostat.wheel.friction import Stribeck, ViscousCoulomb
 
+pytestmark = pytest.mark.optimised
 INERTIA, NOISE = 1.5e-3, 5.0 * RPM
 LIMITS = Limits(duration=60.0, rate=10.0, current=0.15)
+ESTIMATED = [0, 2, 3, 4]
+"""Places of motor constant, viscous, Coulomb and static torque. With as many samples as a design
+has, 601, their information needs one program."""
 
 
 @pytest.fixture
@@ -87,6 +91,7 @@ def test_the_predicted_sigma_is_that_of_the_identification_of_both_records(recor
     shared = [values[n] for n in alone.names]
     ((_, rows),) = alone(np.array(shared))
     columns = [alone.names.index(n) for n in (*names, "initial_speed")]
+    assert columns[:4] == ESTIMATED
     before = np.linalg.inv(rows[:, columns].T @ rows[:, columns] / NOISE**2)[:4, :4]
     gained = information_gained(
         Stribeck,
@@ -208,20 +213,20 @@ def test_wheels_drawn_can_exist_and_spread_as_the_estimates(known):
 
 def test_breakaways_at_the_same_angles_do_not_average_a_ripple():
     """Against generalised least squares of the mean of a torque with an exponential correlation."""
-    time = np.arange(1801) / 10.0
-    level = 0.88e-3 / 0.0228 * np.repeat([1.5, 0.0, -3.0, 0.0, 2.5, 0.0], 300)
+    time = 0.3 * np.arange(601)
+    level = 0.88e-3 / 0.0228 * np.repeat([1.5, 0.0, -3.0, 0.0, 2.5, 0.0], 100)
     wheel = np.array([[0.0228, INERTIA, 4.83e-6, 0.88e-3, 0.9e-3, 0.42, 0.0]])
     gained = information_gained(
         Stribeck,
         wheel,
         np.append(level, 0.0)[None],
         time,
-        places=[0],
-        root=np.array([[1e-4]]),
+        places=ESTIMATED,
+        root=1e-4 * np.eye(4),
         speed_sigma=NOISE,
     )
     speed = gained.speed[0, 0]
-    turned = np.cumsum(0.5 * np.abs(speed[1:] + speed[:-1])) / 10.0
+    turned = 0.3 * np.cumsum(0.5 * np.abs(speed[1:] + speed[:-1]))
     starts = np.flatnonzero((speed[:-1] == 0.0) & (speed[1:] != 0.0))
     assert len(starts) == gained.events[0, 0, -1] >= 2
     angle = turned[starts]

@@ -237,14 +237,14 @@ def test_a_pulse_counter_is_named(record, changed):
 def test_a_gap_across_a_step_is_bridged_as_by_hand(record, changed):
     """Thirty seconds are missing around a step of the current: two segments, fitted as two."""
     steps = record(seed=3)
-    keep = (steps.time < 50.0) | (steps.time > 80.0)
+    keep = (steps.time < 135.0) | (steps.time > 165.0)
     fields = {n: getattr(steps, n)[keep] for n in ("time", "current", "speed", "valid")}
     fit = identify(changed(steps, **fields), inertia=INERTIA, white_noise=True)
     assert fit.converged
     assert "initial_speed_restart_1" in fit.names
     halves = [
         changed(steps, **{n: getattr(steps, n)[part] for n in fields})
-        for part in (steps.time < 50.0, steps.time > 80.0)
+        for part in (steps.time < 135.0, steps.time > 165.0)
     ]
     both = identify(halves, inertia=INERTIA, white_noise=True)
     for name in ("motor_constant", "viscous", "coulomb"):

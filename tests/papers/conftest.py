@@ -1,5 +1,6 @@
 """Quick reproductions by the command line, each run once; and the published claims."""
 
+import contextlib
 import functools
 import json
 import re
@@ -10,10 +11,14 @@ import pytest
 from typer.testing import CliRunner
 
 from gyrostat import cli
+from gyrostat.core.jax64 import jax
 from gyrostat.papers import PAPERS, Run, reproduction
+from gyrostat.papers.carvalho_fenili import statements
 
 KEYS = ["id", "quantity", "paper", "ours", "unit", "tolerance", "verdict", "why"]
 DOCS = Path(__file__).parents[2] / "docs"
+LONG = {"carvalho-fenili": [statements.flown]}
+"""Simulations of a quick run that take longer than their compilation, by paper."""
 
 
 @functools.cache
@@ -35,6 +40,17 @@ def published():
     return published_claims()
 
 
+@contextlib.contextmanager
+def optimised():
+    """Compile with optimisation, which the marks of a test would do for all that it compiles."""
+    before = jax.config.values["jax_disable_most_optimizations"]
+    jax.config.update("jax_disable_most_optimizations", False)
+    try:
+        yield
+    finally:
+        jax.config.update("jax_disable_most_optimizations", before)
+
+
 @pytest.fixture(scope="session")
 def quick(tmp_path_factory):
     """Run `reproduce --quick` on a paper: its rows and page, and the run with what it shared."""
@@ -47,6 +63,9 @@ def quick(tmp_path_factory):
 
         def kept(*arguments):
             runs.append(Run(*arguments))
+            with optimised():
+                for simulated in LONG.get(paper, ()):
+                    runs[-1].once(simulated)
             return runs[-1]
 
         with pytest.MonkeyPatch.context() as patch:

@@ -19,6 +19,7 @@ from gyrostat.papers.carrara_kuga.bench import (
     rms,
     run_trial,
     stop_time,
+    trials,
 )
 from gyrostat.papers.carrara_kuga.dispersed import CANDIDATES, CLAIMED, claimed, crossing_figure
 from gyrostat.papers.carrara_kuga.identification import table1
@@ -140,8 +141,8 @@ def test_profile_1_is_twelve_and_a_half_cycles():
 def test_records_are_those_of_their_seed():
     assert np.array_equal(profile2(5).speed, profile2(5).speed)
     assert not np.array_equal(profile2(5).current, profile2(6).current)
-    noise = [run_trial(5).profile1, run_trial(5).profile2]
-    first, second = (p.record.speed - p.true for p in noise)
+    trial = run_trial(5)
+    first, second = (p.record.speed - p.true for p in (trial.profile1, trial.profile2))
     assert np.std(first) == pytest.approx(5.0 * RPM, rel=0.05)
     assert np.std(second) == pytest.approx(5.0 * RPM, rel=0.05)
     assert abs(np.corrcoef(first, second)[0, 1]) < 0.1
@@ -301,7 +302,8 @@ def test_a_quick_run_crosses_zero_as_computed_elsewhere(quick):
 
 
 @pytest.mark.slow
-def test_one_record_does_not_tell_static_from_coulomb_friction():
+def test_one_record_does_not_tell_static_from_coulomb_friction(quick):
     weights = np.array([0.0, 0.0, -1.0, 1.0])
-    sigmas = [np.sqrt(weights @ run_trial(seed).covariance @ weights) for seed in range(3)]
+    found = quick(PAPER).run.once(trials)[:3]
+    sigmas = [np.sqrt(weights @ trial.covariance @ weights) for trial in found]
     assert 0.026e-3 / np.mean(sigmas) == pytest.approx(0.4, abs=0.1)

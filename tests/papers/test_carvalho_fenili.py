@@ -18,7 +18,6 @@ from gyrostat.papers.carvalho_fenili.torque_driven import (
 from gyrostat.papers.reproduction import Run
 from gyrostat.simulation import simulate
 
-pytestmark = pytest.mark.optimised
 CASES = ("none", "Mx", "My", "Mz", "MxMy", "MxMz", "MyMz")
 FAILED = {"Mx": [0], "My": [1], "Mz": [2], "MxMy": [0, 1], "MxMz": [0, 2], "MyMz": [1, 2]}
 FAILURES = ("frozen", "seized", "rundown")

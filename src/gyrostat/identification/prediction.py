@@ -81,13 +81,14 @@ def compiled_response(model: type[Friction], hold: CurrentHold):
     """Compile theta -> speeds and their derivatives, for theta = wheel parameters, bias, w(0).
 
     At a sample that starts a segment, the speed is the given initial one, and the last derivative
-    is that with respect to this speed.
+    is that with respect to this speed. The arrays may be longer than the record; what is after its
+    samples is not computed.
 
     The derivatives of each interval are chained: S_{k+1} = (dw_{k+1}/dw_k) S_k + dw_{k+1}/dtheta.
     """
     names = tuple(wheel_dimensions(model))
 
-    def respond(theta, time, current, restart, first):
+    def respond(theta, time, current, restart, first, count):
         duration, slope = sample_intervals(time, current, hold)
         # the motion in a gap is unknown
         duration = jnp.where(restart[1:], 0.0, duration)
@@ -110,21 +111,34 @@ def compiled_response(model: type[Friction], hold: CurrentHold):
             resolved = resolved & step.resolved
             return (speed, sensitivity, resolved), (speed, sensitivity, slopes)
 
+        def sample(k, carry):
+            state, found = carry
+            given = (current[k], slope[k], duration[k], restart[k + 1], first[k + 1])
+            state, new = interval(state, given)
+            put = jax.lax.dynamic_update_index_in_dim
+            return state, tuple(put(*both, k, 0) for both in zip(found, new, strict=True))
+
         own = jnp.zeros_like(theta).at[-1].set(1.0)
-        (_, _, resolved), (speeds, rows, slopes) = jax.lax.scan(
-            interval,
-            (theta[-1], own, jnp.array(True)),
-            (current[:-1], slope, duration, restart[1:], first[1:]),
-        )
+        each = jnp.zeros((len(time) - 1, len(theta)))
+        empty = (each[:, 0], each, each)
+        start = (theta[-1], own, jnp.array(True))
+        state, found = jax.lax.fori_loop(0, count - 1, sample, (start, empty))
+        speeds, rows, slopes = found
         speeds = jnp.concatenate([theta[-1:], speeds])
-        return speeds, jnp.concatenate([own[None], rows]), slopes, resolved
+        return speeds, jnp.concatenate([own[None], rows]), slopes, state[-1]
 
     return stored_function(respond, model, hold)
 
 
-def padded(values: Vector, *, repeat: bool = False) -> Vector:
-    """Append zeros, or repeat the last value, up to a rounded length: few lengths are compiled."""
-    size = int(np.ceil(2.0 ** (np.ceil(4.0 * np.log2(max(len(values), 256))) / 4.0)))
+def padded(values: Vector, *, repeat: bool = False, lengths: float = 4.0) -> Vector:
+    """Append zeros, or repeat the last value, up to a rounded length: few lengths are compiled.
+
+    Args:
+        values: Values, (n,).
+        repeat: Whether to repeat the last one.
+        lengths: Number of lengths from one power of two to the next.
+    """
+    size = int(np.ceil(2.0 ** (np.ceil(lengths * np.log2(max(len(values), 256))) / lengths)))
     return np.pad(values, (0, size - len(values)), mode="edge" if repeat else "constant")
 
 
@@ -180,13 +194,14 @@ class SpeedPrediction:
             for offset in offsets or (0.0,) * len(self.records)
         ]
         self._respond = compiled_response(model, hold)
+        self._last: tuple[bytes, list[Linearisation] | None] = (b"", None)
         self.inputs, self.columns = [], []
         restart = self.shared + len(records)
         for k, record in enumerate(self.records):
             again = np.zeros(len(record.time), dtype=bool)
             again[[part.start for part in record.segments[1:]]] = True
             parts = (record.time - record.time[0], record.current)
-            inputs = [jnp.asarray(padded(part, repeat=True)) for part in parts]
+            inputs = [jnp.asarray(padded(part, repeat=True, lengths=1.0)) for part in parts]
             flags = np.pad(again, (0, len(inputs[0]) - len(again)))
             self.inputs.append((*inputs, jnp.asarray(flags)))
             further = range(restart, restart + len(record.segments) - 1)
@@ -208,8 +223,16 @@ class SpeedPrediction:
 
         Returns:
             One linearisation for each record; None if the parameters are not admissible or the
-            friction curve cannot be resolved.
+            friction curve cannot be resolved. With the values of the last call, its result.
         """
+        # every stage of a fit starts where the one before has ended
+        point = np.asarray(values, dtype=float).tobytes()
+        if self._last[0] != point:
+            self._last = (b"", None)
+            self._last = (point, self._linearised(values))
+        return self._last[1]
+
+    def _linearised(self, values: Vector) -> list[Linearisation] | None:
         if not self.admissible(values):
             return None
         predicted = []
@@ -220,8 +243,8 @@ class SpeedPrediction:
             first = np.zeros(len(inputs[0]))
             first[[part.start for part in record.segments]] = own[columns]
             shared = own[[*range(self.shared), columns[0]]]
-            response = self._respond(jnp.asarray(shared), *inputs, jnp.asarray(first))
             count = len(record.time)
+            response = self._respond(jnp.asarray(shared), *inputs, jnp.asarray(first), count)
             speed, slim, slopes = (np.asarray(part) for part in response[:3])
             speed, slopes = speed[:count], slopes[: count - 1]
             jacobian = np.zeros((count, len(values)))

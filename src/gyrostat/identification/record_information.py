@@ -50,7 +50,7 @@ def _program(model: type[Friction], places: tuple[int, ...]):
 
     def lane(theta, current, time, noise, part, root):
         still = jnp.zeros_like(time)
-        speed, jacobian, _, resolved = respond(theta, time, current, still > 0.0, still)
+        speed, jacobian, _, resolved = respond(theta, time, current, still > 0.0, still, len(time))
         # in units of the earlier uncertainty, so that the matrix is well conditioned
         own = jnp.column_stack([jacobian[:, jnp.array(places)], jacobian[:, -1]])
         rows = own @ root / noise
@@ -112,13 +112,14 @@ def information_gained(
     full[-1, -1] = UNKNOWN_START * speed_sigma
     part = np.searchsorted(checkpoints(time), time * (1.0 - 1e-12))
     program = _program(model, tuple(places))
+    noise = np.float64(speed_sigma)  # a number of Python would compile the program again
     lanes = [(b, d) for b in range(len(currents)) for d in range(len(wheels))]
     theta = np.column_stack([wheels, np.full(len(wheels), initial_speed)])
     found = []
     for first in range(0, len(lanes), LANES):
         own = [lanes[k % len(lanes)] for k in range(first, first + LANES)]
         b, d = (np.array(index) for index in zip(*own, strict=True))
-        result = program(theta[d], currents[b], time, speed_sigma, jnp.asarray(part), full)
+        result = program(theta[d], currents[b], time, noise, jnp.asarray(part), full)
         found.append([np.asarray(column) for column in result])
     joined = [np.concatenate(column)[: len(lanes)] for column in zip(*found, strict=True)]
     shape = (len(currents), len(wheels))

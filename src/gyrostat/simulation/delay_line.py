@@ -7,7 +7,8 @@ from gyrostat.core.delay_line import empty_line, pushed
 from gyrostat.core.jax64 import dce_jaxpr, jax, jnp
 
 DelayLine = tuple[Any, ...]
-"""Last values of each leaf of a command, (delay, ...), the oldest first; None: no delay."""
+"""Last values of each leaf of a command, (delay, ...), the oldest first; None: not delayed. Empty
+if no leaf is."""
 
 
 def delay_line(plant: Any, state: Any, command: Any, period: Scalar, delay: int) -> DelayLine:
@@ -18,11 +19,9 @@ def delay_line(plant: Any, state: Any, command: Any, period: Scalar, delay: int)
         state: State of the plant, or its shapes.
         command: Command of the controller, or its shapes.
         period: Control period, s.
-        delay: Control periods from a sample to the start of the command made from it.
+        delay: Control periods from a sample to the start of the command made from it, 1 or more.
     """
     leaves = jax.tree.leaves(command)
-    if delay == 0:
-        return (None,) * len(leaves)
     return tuple(
         empty_line(leaf, delay) if moves else None
         for leaf, moves in zip(leaves, _moves(plant, state, command, period), strict=True)
@@ -50,6 +49,8 @@ def delayed(line: DelayLine, command: Any) -> tuple[DelayLine, Any]:
         The line with the command in it; the command that acts in this period, whose delayed leaves
         were computed `delay` samples before.
     """
+    if not line:
+        return line, command
     leaves, tree = jax.tree.flatten(command)
     after, acting = [], []
     for values, leaf in zip(line, leaves, strict=True):

@@ -216,9 +216,10 @@ def control_loop(
 
     def begin():
         sensed = sensor(sensor.start(state, period), state, key_of(0))
-        memory = controller.start(period)
-        _, command = jax.eval_shape(commanded, memory, sensed[1])
-        line = delay_line(plant, state, command, period, command_delay)
+        memory, line = controller.start(period), ()
+        if command_delay:  # without one, no command is traced for its shapes
+            _, command = jax.eval_shape(commanded, memory, sensed[1])
+            line = delay_line(plant, state, command, period, command_delay)
         return state, sensed, memory, line, judged(state, jnp.array(int(Status.COMPLETE)))
 
     def tick(carry, k):
