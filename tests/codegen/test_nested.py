@@ -88,15 +88,37 @@ def some_program(seed):
     return function
 
 
-@pytest.mark.parametrize("seed", range(12))
-def test_loops_and_branches_in_each_other(seed):
-    own = (True, True, False, False, False)
-    state = (
-        *(RANDOM.standard_normal(RUNS), RANDOM.integers(-4, 5, RUNS)),
-        *(np.float64(0.3), np.int64(seed % 4), np.array([0.1, -0.4, 0.7])),
+SEEDS = range(12)
+
+
+@pytest.fixture(scope="module")
+def results():
+    """Of all programs, in lanes and by JAX: one compilation each."""
+    functions = [some_program(seed) for seed in SEEDS]
+    states = tuple(
+        (
+            *(RANDOM.standard_normal(RUNS), RANDOM.integers(-4, 5, RUNS)),
+            *(np.float64(0.3), np.int64(seed % 4), np.array([0.1, -0.4, 0.7])),
+        )
+        for seed in SEEDS
     )
-    function = some_program(seed)
-    expected = jax.jit(jax.vmap(function, [0 if each else None for each in own]))(*state)
-    found = lanes(function, own, state)(*state)
+    kinds = [(True, True, False, False, False)] * len(SEEDS)
+
+    def every(*states):
+        return [function(*state) for function, state in zip(functions, states, strict=True)]
+
+    flat = tuple(value for state in states for value in state)
+    own = tuple(kind for state in kinds for kind in state)
+
+    def spread(*flat):
+        return every(*zip(*[iter(flat)] * 5, strict=True))
+
+    expected = jax.jit(jax.vmap(spread, [0 if each else None for each in own]))(*flat)
+    return lanes(spread, own, flat)(*flat), expected
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_loops_and_branches_in_each_other(results, seed):
+    found, expected = (each[seed] for each in results)
     for ours, theirs in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=1e-10)
