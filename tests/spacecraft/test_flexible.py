@@ -416,15 +416,16 @@ def test_wrappers_keep_the_modes():
     driven = DrivenGyrostat(ImbalancedGyrostat(inner, none), Driver(), 0.05)
     motion = {"rate": [0.02, -0.03, 0.01], "wheel_speed": 20.0, "modal_coordinate": [0.05, -0.02]}
     torque = np.array([1e-3, -2e-3, 3e-3, 0.0])
-    begun = driven.start(**motion)
+    started = eqx.filter_jit(lambda plant: plant.start(**motion))
+    begun = started(driven)
     state, resolved = eqx.filter_jit(driven)(begun, WheelTorqueCommand(torque), 0.0, 0.01)
     assert resolved
-    after = flown(built(VISCOUS), inner.start(**motion), torque, 0.01)
+    after = flown(built(VISCOUS), started(inner), torque, 0.01)
     for name in ("attitude", "momentum", "wheel_speed", "modal_coordinate", "modal_momentum"):
         np.testing.assert_allclose(getattr(state, name), getattr(after, name), rtol=1e-12)
     plant = ChangingPlant(driven, (PlantChange("deployed", 0.5, wider),))
     plant.check()
-    start = eqx.filter_jit(lambda plant: plant.start(**motion))(plant)
+    start = started(plant)
     plant.check_state(start)
     later = start._replace(elapsed=np.array(1.0))
     # the momenta of the modes stay, the body rate steps

@@ -114,7 +114,11 @@ def test_what_rests_on_would_have_been_found_at_rest(monkeypatch):
         return step_coupled_wheels(contacts(torque), moving(speed, rate), duration)
 
     given = drawn(400, 3e-3, 0.02)
-    both = jax.jit(jax.vmap(carried, (None, 0, 0, 0, 0)))  # compiled once for both
+
+    @jax.jit  # compiled once for both, and not for a batch
+    def both(seen, *given):
+        return jax.lax.map(lambda one: carried(seen, *one), given)
+
     (quick, resolved), (close, _) = (both(np.array(seen), *given) for seen in (True, False))
     for one, other in zip(jax.tree.leaves(quick), jax.tree.leaves(close), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-15)
