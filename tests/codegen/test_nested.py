@@ -95,26 +95,17 @@ SEEDS = range(12)
 def results():
     """Of all programs, in lanes and by JAX: one compilation each."""
     functions = [some_program(seed) for seed in SEEDS]
-    states = tuple(
-        (
-            *(RANDOM.standard_normal(RUNS), RANDOM.integers(-4, 5, RUNS)),
-            *(np.float64(0.3), np.int64(seed % 4), np.array([0.1, -0.4, 0.7])),
-        )
-        for seed in SEEDS
-    )
-    kinds = [(True, True, False, False, False)] * len(SEEDS)
+    own = (True, True, False, False, False) * len(SEEDS)
+    states = []
+    for seed in SEEDS:
+        states += [RANDOM.standard_normal(RUNS), RANDOM.integers(-4, 5, RUNS)]
+        states += [np.float64(0.3), np.int64(seed % 4), np.array([0.1, -0.4, 0.7])]
 
     def every(*states):
-        return [function(*state) for function, state in zip(functions, states, strict=True)]
+        return [function(*states[5 * k : 5 * k + 5]) for k, function in enumerate(functions)]
 
-    flat = tuple(value for state in states for value in state)
-    own = tuple(kind for state in kinds for kind in state)
-
-    def spread(*flat):
-        return every(*zip(*[iter(flat)] * 5, strict=True))
-
-    expected = jax.jit(jax.vmap(spread, [0 if each else None for each in own]))(*flat)
-    return lanes(spread, own, flat)(*flat), expected
+    expected = jax.jit(jax.vmap(every, [0 if each else None for each in own]))(*states)
+    return lanes(every, own, tuple(states))(*states), expected
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -75,7 +75,6 @@ def stepped(plant, state, torques, duration, substeps=1):
         attitude=np.array([state.attitude for state in states]),
         rate=np.array([rate_of(plant, state) for state in states]),
         wheel_speed=np.array([state.wheel_speed for state in states]),
-        last=states[-1],
     )
 
 
@@ -139,9 +138,9 @@ STICKY = built(curve=(np.zeros(4), np.ones(4), np.ones(4), np.ones(4)))
 SEIZED = built(failures=NONE.seizes(2, 1.0))
 BLIND = built(failures=NONE.with_failure(3, 2.0, sensor_lost=True))
 FLIGHTS = {
-    **{
-        f"run {k}": (CRAFT, {"wheel_speed": [0.1 * k, -0.2, 0.0, 0.4]}, Torques()) for k in range(3)
-    },
+    "first": (CRAFT, {"wheel_speed": [0.0, -0.2, 0.0, 0.4]}, Torques()),
+    "second": (CRAFT, {"wheel_speed": [0.1, -0.2, 0.0, 0.4]}, Torques()),
+    "third": (CRAFT, {"wheel_speed": [0.2, -0.2, 0.0, 0.4]}, Torques()),
     "sticky": (STICKY, {"rate": [0.1, -0.2, 0.05]}, Torques(1e-3)),
     "seized": (SEIZED, {"wheel_speed": 100.0}, Torques(0.0)),
     "blind": (BLIND, {"wheel_speed": 50.0}, Torques()),
@@ -280,13 +279,11 @@ def test_all_wheels_at_zero_at_once(duration):
 
 def test_a_batch_is_its_runs_alone(flights):
     torques = 5e-3 * np.sin(0.2 * np.arange(SAMPLES)[:, None] + 1.3 * np.arange(4))
-    for name in ("run 0", "run 1", "run 2"):
+    for name in ("first", "second", "third"):
         plant, start, _ = FLIGHTS[name]
         alone = stepped(plant, plant.start(**start), torques, 0.5)
-        for part in ("attitude", "wheel_speed", "rate"):
-            np.testing.assert_allclose(
-                flights[name][part], getattr(alone, part), rtol=0, atol=1e-12
-            )
+        for part, values in vars(alone).items():
+            np.testing.assert_allclose(flights[name][part], values, rtol=0, atol=1e-12)
 
 
 def test_sensitivities_pass_through_crossings_and_rests():
@@ -399,7 +396,8 @@ def test_a_wheel_runs_down_with_its_added_drag():
     smooth = (np.zeros(4), np.zeros(4), np.zeros(4), np.ones(4))
     craft = built(inertia=1e7 * np.eye(3), curve=smooth, failures=failures)
     start = craft.start(wheel_speed=100.0)
-    after, _ = step_of(craft, start, np.zeros(4), 0.0, 12.5, SAMPLES)
+    after, resolved = step_of(craft, start, np.zeros(4), 0.0, 12.5, SAMPLES)
+    assert resolved
     wanted = [100.0 / np.e, 100.0, 100.0, 100.0]
     np.testing.assert_allclose(after.wheel_speed, wanted, rtol=1e-7)
 
