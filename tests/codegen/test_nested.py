@@ -88,28 +88,15 @@ def some_program(seed):
     return function
 
 
-SEEDS = range(12)
-
-
-@pytest.fixture(scope="module")
-def results():
-    """Of all programs, in lanes and by JAX: one compilation each."""
-    functions = [some_program(seed) for seed in SEEDS]
-    own = (True, True, False, False, False) * len(SEEDS)
-    states = []
-    for seed in SEEDS:
-        states += [RANDOM.standard_normal(RUNS), RANDOM.integers(-4, 5, RUNS)]
-        states += [np.float64(0.3), np.int64(seed % 4), np.array([0.1, -0.4, 0.7])]
-
-    def every(*states):
-        return [function(*states[5 * k : 5 * k + 5]) for k, function in enumerate(functions)]
-
-    expected = jax.jit(jax.vmap(every, [0 if each else None for each in own]))(*states)
-    return lanes(every, own, tuple(states))(*states), expected
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_loops_and_branches_in_each_other(results, seed):
-    found, expected = (each[seed] for each in results)
+@pytest.mark.parametrize("seed", range(12))
+def test_loops_and_branches_in_each_other(seed):
+    own = (True, True, False, False, False)
+    state = (
+        *(RANDOM.standard_normal(RUNS), RANDOM.integers(-4, 5, RUNS)),
+        *(np.float64(0.3), np.int64(seed % 4), np.array([0.1, -0.4, 0.7])),
+    )
+    function = some_program(seed)
+    expected = jax.jit(jax.vmap(function, [0 if each else None for each in own]))(*state)
+    found = lanes(function, own, state)(*state)
     for ours, theirs in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=1e-10)
