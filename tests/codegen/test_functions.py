@@ -115,7 +115,7 @@ def test_random_numbers_are_those_of_jax():
         )
 
     keys = jax.random.split(jax.random.key(3), 501)
-    expected = jax.vmap(draws, (0, None))(keys, 7)
+    expected = jax.jit(jax.vmap(draws, (0, None)))(keys, 7)
     bits, uniform, normal, seeds = lanes(draws, (True, False), (keys, 7))(keys, 7)
     np.testing.assert_array_equal(bits, expected[0])
     np.testing.assert_array_equal(uniform, expected[1])

@@ -49,21 +49,28 @@ CASES = [
 ]
 
 
+GIVEN = tuple(arguments for _, arguments in CASES)
+
+
+def every(*each):
+    return [function(*own) for (function, _), own in zip(CASES, each, strict=True)]
+
+
 @pytest.fixture(scope="module")
 def found(flags):
     """Results of all cases, of one program."""
-    given = tuple(arguments for _, arguments in CASES)
+    return lanes(every, (True,) * len(CASES), GIVEN, more_flags=flags)(*GIVEN)
 
-    def every(*each):
-        return [function(*own) for (function, _), own in zip(CASES, each, strict=True)]
 
-    return lanes(every, (True,) * len(CASES), given, more_flags=flags)(*given)
+@pytest.fixture(scope="module")
+def of_xla():
+    """The same by JAX, of one program too."""
+    return jax.jit(jax.vmap(every))(*GIVEN)
 
 
 @pytest.mark.parametrize("case", range(len(CASES)))
-def test_numbers_are_those_of_xla(found, case):
-    function, arguments = CASES[case]
-    expected = jax.tree.leaves(jax.vmap(function)(*arguments))
+def test_numbers_are_those_of_xla(found, of_xla, case):
+    expected = jax.tree.leaves(of_xla[case])
     for ours, theirs in zip(jax.tree.leaves(found[case]), expected, strict=True):
         assert ours.dtype == theirs.dtype
         np.testing.assert_array_equal(ours, theirs)
@@ -82,7 +89,7 @@ def test_what_is_one_for_all_runs_is_converted_alike():
         )
 
     shared = (np.float64(1.5), np.uint32(3), np.int64(-(2**40) - 5))
-    expected = jax.vmap(function, (0, None, None, None))(REAL, *shared)
+    expected = jax.jit(jax.vmap(function, (0, None, None, None)))(REAL, *shared)
     found = lanes(function, (True, False, False, False), (REAL, *shared))(REAL, *shared)
     for ours, theirs in zip(found, expected, strict=True):
         np.testing.assert_array_equal(ours, theirs)
@@ -97,7 +104,7 @@ def test_keys_go_in_and_come_out():
 
     keys = jax.random.split(jax.random.key(0), RUNS)
     found = lanes(function, (True,), (keys,))(keys)
-    for ours, theirs in zip(found, jax.vmap(function)(keys), strict=True):
+    for ours, theirs in zip(found, jax.jit(jax.vmap(function))(keys), strict=True):
         assert ours.dtype == theirs.dtype
         np.testing.assert_array_equal(words(ours), words(theirs))
 

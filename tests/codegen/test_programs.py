@@ -20,7 +20,8 @@ def same(flags):
     """Compares a function in lanes with the same under `vmap`."""
 
     def compare(function, own, *arguments, tolerance=0.0):
-        expected = jax.vmap(function, tuple(0 if each else None for each in own))(*arguments)
+        every = jax.jit(jax.vmap(function, tuple(0 if each else None for each in own)))
+        expected = every(*arguments)
         found = lanes(function, own, arguments, more_flags=flags)(*arguments)
         for ours, theirs in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
             assert ours.dtype == theirs.dtype
@@ -148,7 +149,7 @@ def walk():
 
 def test_rows_of_long_scans(walk):
     function, program, keys, start = walk
-    last, way, positive = jax.vmap(function)(keys, start)
+    last, way, positive = jax.jit(jax.vmap(function))(keys, start)
     asked = [2, 3, 17]
     found = program(keys, start, asked=asked)
     np.testing.assert_allclose(found[0], last, rtol=1e-13, atol=1e-13)

@@ -16,7 +16,7 @@ VECTORS = RANDOM.standard_normal((RUNS, 3))
 def compiled(function, *arguments):
     """The text of a function in lanes, whose results are those under `vmap`."""
     program = lanes(function, (True,) * len(arguments), arguments)
-    expected = jax.vmap(function)(*arguments)
+    expected = jax.jit(jax.vmap(function))(*arguments)
     found = program(*arguments)
     for ours, theirs in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-14, atol=1e-300)

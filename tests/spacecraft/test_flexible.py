@@ -69,7 +69,7 @@ def _steps(plant, state, torque, duration, count):
 
 def flown(plant, state, torque, duration, count=1):
     """State after some equal steps; the numbers as arrays, so that it is compiled once."""
-    numbers = (jnp.asarray(torque, dtype=float), jnp.asarray(duration), jnp.asarray(count))
+    numbers = (np.asarray(torque, dtype=float), np.asarray(duration), np.asarray(count))
     state, resolved = _steps(plant, state, *numbers)
     assert resolved
     return state
@@ -83,11 +83,21 @@ def matrices(modes):
     return modes.participation, mass, drag, np.diag(frequency**2)
 
 
+@eqx.filter_jit
 def plainly(plant, state):
     """State of the reference: attitude, rates, wheel speeds, modal coordinates and rates."""
-    rates = plant.record(state, WheelTorqueCommand(np.zeros(4))).modal_rate
+    rates = plant.record(state, WheelTorqueCommand(jnp.zeros(4))).modal_rate
     parts = (state.attitude, plant.rate(state), state.wheel_speed, state.modal_coordinate, rates)
-    return np.concatenate(parts)
+    return jnp.concatenate(parts)
+
+
+@eqx.filter_jit
+def energy(plant, state):
+    """Kinetic energy and that of the springs."""
+    return plant.kinetic_energy(state) + plant.modes.strain_energy(state.modal_coordinate)
+
+
+rate_of = eqx.filter_jit(lambda plant, state: plant.rate(state))
 
 
 @pytest.fixture(scope="module")
@@ -140,7 +150,7 @@ def test_wheels_that_stick_and_cross_follow_the_event_located_reference(referenc
         modal_coordinate=[0.05, -0.02],
     )
     torques = 3e-3 * np.sin(0.3 * np.arange(20)[:, None] + 1.3 * np.arange(4))
-    wanted = [plainly(craft, start)]
+    wanted = [np.asarray(plainly(craft, start))]
     for torque in torques:
         wanted.append(plain.carry(wanted[-1], torque, 0.5))
     wanted, errors = np.array(wanted[1:]), []
@@ -167,9 +177,9 @@ def test_total_momentum_stays_to_the_last_bit_while_wheels_stick():
     )
     after = flown(craft, start, np.zeros(4), 0.5, 100)
     np.testing.assert_array_equal(after.momentum, start.momentum)
-    assert np.any(after.wheel_speed == 0.0)
-    y = plainly(craft, after)
-    locked = np.asarray(craft.spacecraft.inertia_locked())
+    assert np.any(np.asarray(after.wheel_speed) == 0.0)
+    y = np.asarray(plainly(craft, after))
+    locked = INERTIA + PYRAMID @ np.diag(ROTORS) @ PYRAMID.T
     body = locked @ y[4:7] + PYRAMID @ (ROTORS * y[7:11]) + MODES.participation.T @ y[13:]
     in_space = Rotation.from_quat(y[:4], scalar_first=True).apply(body)
     np.testing.assert_allclose(in_space, start.momentum, rtol=0.0, atol=1e-13)
@@ -182,14 +192,12 @@ def test_energy_is_conserved_without_friction_damping_and_torque():
         rate=[0.1, -0.2, 0.05], wheel_speed=[30.0, -50.0, 10.0, 20.0], modal_coordinate=[0.3, -0.2]
     )
 
-    def energy(state):
-        return float(craft.kinetic_energy(state) + undamped.strain_energy(state.modal_coordinate))
-
+    first = float(energy(craft, start))
     errors = [
-        abs(energy(flown(craft, start, np.zeros(4), 20.0 / n, n)) - energy(start))
+        abs(float(energy(craft, flown(craft, start, np.zeros(4), 20.0 / n, n))) - first)
         for n in (2000, 4000)
     ]
-    assert errors[1] < 2e-9 * energy(start)
+    assert errors[1] < 2e-9 * first
     # the amplitude of a mode loses with the fifth power of the step
     assert 30.0 < errors[0] / errors[1] < 34.0
 
@@ -211,10 +219,7 @@ def test_energy_falls_by_what_bearings_and_dampers_take(reference):
     y = np.append(plainly(craft, start), 0.0)
     work = solve_ivp(rate, (0.0, 5.0), y, method="DOP853", rtol=1e-12, atol=1e-13).y[-1, -1]
     after = flown(craft, start, torque, 0.0025, 2000)
-    first, last = (
-        craft.kinetic_energy(state) + MODES.strain_energy(state.modal_coordinate)
-        for state in (start, after)
-    )
+    first, last = (energy(craft, state) for state in (start, after))
     np.testing.assert_allclose(last - first, work, rtol=1e-8)
 
 
@@ -241,7 +246,7 @@ def test_a_free_body_raises_frequency_and_damping_ratio():
     wanted = decayed * (np.cos(phase) + ratio * free / turned * np.sin(phase))
     np.testing.assert_allclose(after.modal_coordinate, [wanted, 0.0], rtol=0.0, atol=2e-9)
     # the momentum is zero: the body turns against the mode
-    turn = 2.0 * np.arcsin(after.attitude[3])
+    turn = 2.0 * np.arcsin(float(after.attitude[3]))
     np.testing.assert_allclose(turn, delta / inertia * (0.1 - wanted), rtol=0.0, atol=2e-9)
 
 
@@ -256,7 +261,7 @@ def test_a_seized_wheel_jerks_the_body_without_its_modes():
     left = left + (PYRAMID[:, others] * ROTORS[others]) @ PYRAMID[:, others].T
     response = np.linalg.solve(left, axis)
     impulse = 100.0 / (1.0 / rotor + axis @ response)
-    np.testing.assert_allclose(failing.rate(after), impulse * response, rtol=1e-5)
+    np.testing.assert_allclose(rate_of(failing, after), impulse * response, rtol=1e-5)
     np.testing.assert_allclose(after.modal_coordinate, 0.0, atol=1e-6)
 
 
@@ -411,21 +416,22 @@ def test_wrappers_keep_the_modes():
     driven = DrivenGyrostat(ImbalancedGyrostat(inner, none), Driver(), 0.05)
     motion = {"rate": [0.02, -0.03, 0.01], "wheel_speed": 20.0, "modal_coordinate": [0.05, -0.02]}
     torque = np.array([1e-3, -2e-3, 3e-3, 0.0])
-    state, resolved = eqx.filter_jit(driven)(
-        driven.start(**motion), WheelTorqueCommand(torque), 0.0, 0.01
-    )
+    started = eqx.filter_jit(lambda plant: plant.start(**motion))
+    begun = started(driven)
+    state, resolved = eqx.filter_jit(driven)(begun, WheelTorqueCommand(torque), 0.0, 0.01)
     assert resolved
-    after = flown(built(VISCOUS), inner.start(**motion), torque, 0.01)
+    after = flown(built(VISCOUS), started(inner), torque, 0.01)
     for name in ("attitude", "momentum", "wheel_speed", "modal_coordinate", "modal_momentum"):
         np.testing.assert_allclose(getattr(state, name), getattr(after, name), rtol=1e-12)
     plant = ChangingPlant(driven, (PlantChange("deployed", 0.5, wider),))
     plant.check()
-    start = plant.start(**motion)
+    start = started(plant)
     plant.check_state(start)
-    later = start._replace(elapsed=jnp.array(1.0))
+    later = start._replace(elapsed=np.array(1.0))
     # the momenta of the modes stay, the body rate steps
-    np.testing.assert_array_equal(plant.rate(later), wider(driven).rate(driven.start(**motion)))
-    assert np.max(np.abs(plant.rate(later) - plant.rate(start))) > 1e-3
+    rate = np.asarray(rate_of(plant, later))
+    np.testing.assert_array_equal(rate, rate_of(wider(driven), begun))
+    assert np.max(np.abs(rate - rate_of(plant, start))) > 1e-3
 
 
 @pytest.mark.parametrize(

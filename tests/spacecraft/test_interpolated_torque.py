@@ -1,7 +1,9 @@
 """Interpolation of external torques within a step, against the torques themselves."""
 
+from functools import partial
 from types import SimpleNamespace
 
+import equinox as eqx
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -42,49 +44,65 @@ def interpolated(plant, state, time, duration):
     return with_interpolated_torque(contacts, state, time, duration)
 
 
-def largest_error(plant, duration):
-    """Error along the motion, which SciPy integrates with the wheels' torque."""
-    state = plant.start(rate=RATE, wheel_speed=SPEED)
+started = eqx.filter_jit(lambda plant: plant.start(rate=RATE, wheel_speed=SPEED))
+
+
+@eqx.filter_jit
+def _derivative(plant, time, motion):
+    attitude, total, rate = motion[:4], motion[4:7], motion[7:]
+    torque = plant.torque(attitude, 5.0 + time)
+    gained = torque - jnp.cross(rate, to_body(attitude, total)) - MOTORS
+    spin, turn = rate_of_quaternion(attitude, rate), np.linalg.inv(BODY) @ gained
+    return jnp.concatenate([spin, to_inertial(attitude, torque), turn])
+
+
+@eqx.filter_jit
+def _errors(plant, state, duration, times, attitudes):
     found = interpolated(plant, state, 5.0, duration)
-    inverse = np.linalg.inv(BODY)
-
-    @jax.jit
-    def derivative(time, motion):
-        attitude, total, rate = motion[:4], motion[4:7], motion[7:]
-        torque = plant.torque(attitude, 5.0 + time)
-        gained = torque - jnp.cross(rate, to_body(attitude, total)) - MOTORS
-        return jnp.concatenate(
-            [rate_of_quaternion(attitude, rate), to_inertial(attitude, torque), inverse @ gained]
-        )
-
-    first = np.concatenate([state.attitude, state.momentum, RATE])
-    times = duration * np.array([0.3, 0.6, 0.9])
-    way = solve_ivp(derivative, (0.0, duration), first, "DOP853", times, rtol=1e-13, atol=1e-14)
-    return max(
-        np.linalg.norm(found.torque(q, 5.0 + t) - plant.torque(q, 5.0 + t))
-        for t, q in zip(times, way.y[:4].T, strict=True)
+    return jax.vmap(lambda t, q: found.torque(q, 5.0 + t) - plant.torque(q, 5.0 + t))(
+        times, attitudes
     )
 
 
+def largest_error(plant, duration):
+    """Error along the motion, which SciPy integrates with the wheels' torque."""
+    state = started(plant)
+    derivative = partial(_derivative, plant)
+    first = np.concatenate([state.attitude, state.momentum, RATE])
+    times = duration * np.array([0.3, 0.6, 0.9])
+    way = solve_ivp(derivative, (0.0, duration), first, "DOP853", times, rtol=1e-13, atol=1e-14)
+    return np.max(np.linalg.norm(_errors(plant, state, duration, times, way.y[:4].T), axis=1))
+
+
 def test_error_is_of_fourth_order(plant):
-    errors = [largest_error(plant, duration) for duration in (1.6, 0.8, 0.4)]
+    errors = [largest_error(plant, np.asarray(duration)) for duration in (1.6, 0.8, 0.4)]
     assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.3)
     assert errors[1] / errors[2] == pytest.approx(16.0, rel=0.3)
     # 3 a² t⁴ / 384 of the torque, as the body accelerates by a
-    torque = np.linalg.norm(plant.torque(np.array([1.0, 0.0, 0.0, 0.0]), 5.0))
+    level = np.array([1.0, 0.0, 0.0, 0.0])
+    torque = np.linalg.norm(eqx.filter_jit(plant.torque)(level, 5.0))
     acceleration = np.linalg.norm(np.linalg.inv(BODY) @ (torque + np.abs(MOTORS)))
     assert errors[2] < 3.0 * acceleration**2 * 0.4**4 / 384.0 * torque
 
 
 def test_value_and_slope_at_the_start_are_those_of_the_torque(plant):
-    state = plant.start(rate=RATE)
-    found = interpolated(plant, state, 7.0, 0.25)
-    np.testing.assert_allclose(found.torque(state.attitude, 7.0), plant.torque(state.attitude, 7.0))
-    slope = jax.grad(lambda t: plant.torque(from_rotation_vector((t - 7.0) * RATE), t)[1])(7.0)
-    assert found.cubic[1][1] == pytest.approx(float(slope), rel=1e-12)
+    @jax.jit
+    def values():
+        state = plant.start(rate=RATE)
+        found = interpolated(plant, state, 7.0, 0.25)
+        slope = jax.grad(lambda t: plant.torque(from_rotation_vector((t - 7.0) * RATE), t)[1])(7.0)
+        torques = found.torque(state.attitude, 7.0), plant.torque(state.attitude, 7.0)
+        return *torques, found.cubic[1][1], slope
+
+    torque, expected, found_slope, slope = values()
+    np.testing.assert_allclose(torque, expected)
+    assert found_slope == pytest.approx(float(slope), rel=1e-12)
 
 
 def test_an_interval_of_no_length_is_finite(plant):
-    state = plant.start(rate=RATE)
-    found = interpolated(plant, state, 1.0, 0.0)
-    assert np.all(np.isfinite(found.torque(state.attitude, 1.0)))
+    @jax.jit
+    def torque():
+        state = plant.start(rate=RATE)
+        return interpolated(plant, state, 1.0, 0.0).torque(state.attitude, 1.0)
+
+    assert np.all(np.isfinite(torque()))

@@ -45,10 +45,13 @@ def plant(momentum=STILL, **fields):
     return SpeedLoopSpacecraft(spacecraft(**fields), momentum)
 
 
-@eqx.filter_jit
 def flown(body, start, speeds, period):
-    """States after each period."""
+    """States and rates after each period."""
+    return jax.tree.map(np.asarray, _flown(body, start, speeds, period))
 
+
+@eqx.filter_jit
+def _flown(body, start, speeds, period):
     def carry(state, now):
         number, speed = now
         state, _ = body(state, WheelSpeedCommand(speed), number * period, period)
@@ -123,10 +126,10 @@ def test_motion_is_that_of_a_reference_with_events(commands, reference):
 def test_momentum_is_the_one_given_and_body_and_wheels_hold_it(commands):
     body = plant(MOVING)
     states, rates = flown(body, body.start(attitude=START), commands, 0.1)
-    given = jax.vmap(MOVING)(0.1 * (1.0 + jnp.arange(len(commands))))
+    given = jax.jit(jax.vmap(MOVING))(0.1 * (1.0 + np.arange(len(commands))))
     assert np.allclose(states.momentum, given, atol=1e-12)
     rotors = (ROTORS * (states.wheel_speed + rates @ AXES)) @ AXES.T
-    own = np.asarray(rates) @ BODY + rotors
+    own = rates @ BODY + rotors
     length = np.linalg.norm(given, axis=1)
     assert np.allclose(np.linalg.norm(own, axis=1), length, rtol=1e-10)
 

@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import equinox as eqx
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -16,6 +17,10 @@ SUN = Rotation.from_quat(ATTITUDE, scalar_first=True).inv().apply([1.0, 0.0, 0.0
 """Direction of the Sun in body axes; the parallax of an orbit is below 5e-5 rad."""
 STATE = SimpleNamespace(attitude=jnp.asarray(ATTITUDE))
 KEY = jax.random.key(0)
+sensed = eqx.filter_jit(lambda sensor, time: sensor(STATE, time, KEY))
+drawn = eqx.filter_jit(
+    lambda sensor: jax.vmap(lambda key: sensor(STATE, 0.0, key))(jax.random.split(KEY, 2000))
+)
 
 
 @pytest.fixture(scope="module")
@@ -27,16 +32,15 @@ def orbit():
 def test_cells_give_cosines_and_nothing_in_the_umbra(orbit):
     sensor = CoarseSunSensors(orbit, scale_factor=0.1)
     sensor.check()
-    cells = np.array(sensor(STATE, 0.0, KEY))
+    cells = np.array(sensed(sensor, np.zeros(())))
     expected = 1.1 * np.maximum(np.stack([SUN, -SUN], 1).ravel(), 0.0)
     np.testing.assert_allclose(cells, expected, atol=1e-4)
-    np.testing.assert_array_equal(sensor(STATE, 0.5 * float(orbit.period), KEY), 0.0)
+    np.testing.assert_array_equal(sensed(sensor, np.asarray(0.5 * orbit.period)), 0.0)
 
 
 def test_cells_have_independent_noise(orbit):
     sensor = CoarseSunSensors(orbit, np.array([SUN, -SUN]), sigma=0.02)
-    draw = jax.vmap(lambda key: sensor(STATE, 0.0, key))
-    cells = np.asarray(draw(jax.random.split(KEY, 2000)))
+    cells = np.asarray(drawn(sensor))
     np.testing.assert_allclose(cells.mean(0), [1.0, 0.0], atol=2e-3)
     np.testing.assert_allclose(cells.std(0), 0.02, rtol=0.08)
     assert abs(np.corrcoef(cells.T)[0, 1]) < 0.09
@@ -45,8 +49,7 @@ def test_cells_have_independent_noise(orbit):
 def test_the_direction_has_unit_length_and_noise_across_the_sun(orbit):
     sensor = SunSensor(orbit, 2e-3, misalignment=np.array([0.0, 0.01, 0.0]))
     sensor.check()
-    draw = jax.vmap(lambda key: sensor(STATE, 0.0, key))
-    seen = np.asarray(draw(jax.random.split(KEY, 2000)))
+    seen = np.asarray(drawn(sensor))
     np.testing.assert_allclose(np.linalg.norm(seen, axis=1), 1.0, rtol=1e-12)
     centre = Rotation.from_rotvec([0.0, 0.01, 0.0]).inv().apply(SUN)
     across = np.linalg.svd(centre[None])[2][1:]
@@ -59,9 +62,10 @@ def test_the_sun_is_not_seen_in_the_umbra_or_outside_the_field_of_view(orbit):
     boresight, angle = np.array([0.0, 0.0, 2.0]), np.arccos(SUN[2])
     for share, seen in ((0.99, False), (1.01, True)):
         sensor = SunSensor(orbit, boresight=boresight, field_of_view=share * angle)
-        value = np.asarray(sensor(STATE, 0.0, KEY))
+        value = np.asarray(sensed(sensor, np.zeros(())))
         np.testing.assert_allclose(value, SUN if seen else 0.0, atol=1e-4)
-    np.testing.assert_array_equal(SunSensor(orbit)(STATE, 0.5 * float(orbit.period), KEY), 0.0)
+    umbra = np.asarray(0.5 * orbit.period)
+    np.testing.assert_array_equal(sensed(SunSensor(orbit), umbra), 0.0)
 
 
 def test_bad_sun_sensors_are_refused(orbit):

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import equinox as eqx
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -123,19 +124,21 @@ def test_the_jitter_is_the_forced_response_of_the_coupled_equations():
 def test_wheels_at_rest_and_stiff_structures_have_the_jitter_of_rigid_bodies():
     """At zero speed the response is that without modes, and finite."""
     rigid = dataclasses.replace(IMBALANCE, structure=None)
-    for speed in (np.zeros(4), np.full(4, 1e-3)):
-        np.testing.assert_allclose(
+    both = jax.jit(
+        lambda speed: (
             IMBALANCE.jitter(CRAFT, speed, ANGLE, MODES),
             rigid.jitter(CRAFT, speed, ANGLE),
-            rtol=1e-8,
         )
+    )
+    for speed in (np.zeros(4), np.full(4, 1e-3)):
+        np.testing.assert_allclose(*both(speed), rtol=1e-8)
 
 
 def test_an_unloaded_spring_mass_rotor_has_the_transmission_of_the_structure():
     """Rotor tilting on springs with gyroscopic torque, integrated until it is steady."""
     own, damping, ratio, speed, number = 50.0, 0.05, 1.6, 40.0, 3.0
     made = WheelStructure(*(np.full(1, x) for x in (np.inf, 1.0, own, damping, ratio)))
-    gain = made.rocking(np.array([[number * speed]]), np.array([speed]))
+    gain = eqx.filter_jit(made.rocking)(np.array([[number * speed]]), np.array([speed]))
 
     def slope(time, y):
         tilt, rate = y[0] + 1j * y[1], y[2] + 1j * y[3]
@@ -167,7 +170,9 @@ def passage(slowness):
     alone = Imbalance(np.zeros(1), np.full(1, load), np.zeros((3, 1)))
     modes = FlexibleModes([own], [damping], [[0.0, mode, 0.0]])
     # the torque of an imbalance that points along x at angle 0 is along y for this phase
-    _, torque = alone.loads(craft.wheels.axes, np.ones(1), np.zeros(1))
+    torque = np.asarray(
+        jax.jit(lambda: alone.loads(craft.wheels.axes, np.ones(1), np.zeros(1)))()[1]
+    )
     quarter = np.arctan2(-torque[0], torque[1])
 
     def angle(time):

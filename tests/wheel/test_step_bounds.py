@@ -68,22 +68,29 @@ def drawn(count, torque, rate):
 
 
 def test_changes_are_the_derivatives_along_the_motion():
-    contact = contacts(RANDOM.normal(0.0, 1e-3, WHEELS), drag=2e-5)
-    motion = moving(RANDOM.normal(0.0, 20.0, WHEELS), (0.1, -0.2, 0.15))
-    modes = contact.modes(jnp.sign(motion.speed))
-    rate = contact.rate(motion, modes, 0.3)
-    changes = contact.changes(motion, rate, 0.3)
-    along = (rate, 1.0)
-    drive, drift = jax.jvp(contact.drive, (motion, 0.3), along)[1]
+    @jax.jit
+    def both(torque, speed):
+        contact, motion = contacts(torque, drag=2e-5), moving(speed, (0.1, -0.2, 0.15))
+        modes = contact.modes(jnp.sign(motion.speed))
+        rate = contact.rate(motion, modes, 0.3)
+        drive, drift = jax.jvp(contact.drive, (motion, 0.3), (rate, 1.0))[1]
+        turn = jax.jvp(lambda motion: contact.rate_of_body(motion)[0], (motion,), (rate,))[1]
+        derivatives = drive, contact.mobility @ drive + drift, turn @ turn
+        return contact.changes(motion, rate, 0.3), derivatives
+
+    changes, (drive, pull, turn) = both(
+        RANDOM.normal(0.0, 1e-3, WHEELS), RANDOM.normal(0.0, 20.0, WHEELS)
+    )
     np.testing.assert_allclose(changes.drive, drive, rtol=1e-12)
-    pull = contact.mobility @ drive + drift
     np.testing.assert_allclose(changes.pull, pull, rtol=1e-11, atol=1e-14)
-    turn = jax.jvp(lambda motion: contact.rate_of_body(motion)[0], (motion,), (rate,))[1]
-    np.testing.assert_allclose(changes.turn_change_squared, turn @ turn, rtol=1e-11)
+    np.testing.assert_allclose(changes.turn_change_squared, turn, rtol=1e-11)
 
 
 def test_a_segment_taken_whole_is_within_its_limit(monkeypatch):
-    def limits(torque, speed, rate, remaining):
+    is_resolved = step_bounds.is_resolved
+
+    def limits(seen, torque, speed, rate, remaining):
+        monkeypatch.setattr(step_bounds, "is_resolved", lambda *given: is_resolved(*given) & seen)
         contact, motion = contacts(torque), moving(speed, rate)
         modes = coupled_wheels._modes(contact, motion, jnp.zeros(WHEELS), 0.0)
         torque = contact.torques(motion, modes, 0.0)
@@ -92,25 +99,31 @@ def test_a_segment_taken_whole_is_within_its_limit(monkeypatch):
         return step_bounds.step_bounds.__wrapped__(*known)[1], modes.direction
 
     given = drawn(400, 0.02, 0.3)
-    quick, direction = jax.jit(jax.vmap(limits))(*given)
-    monkeypatch.setattr(step_bounds, "is_resolved", lambda *_: jnp.zeros(WHEELS, bool))
-    exact, _ = jax.jit(jax.vmap(lambda *given: limits(*given)))(*given)
+    both = jax.jit(jax.vmap(limits, (None, 0, 0, 0, 0)))  # compiled once for both
+    (quick, direction), (exact, _) = (both(np.array(seen), *given) for seen in (True, False))
     turns = np.any(np.asarray(direction) != 0.0, axis=1)
     np.testing.assert_allclose(quick[turns], np.minimum(exact, given[3])[turns], rtol=1e-12)
     assert 0.2 < np.mean(quick == given[3]) < 0.9
 
 
 def test_what_rests_on_would_have_been_found_at_rest(monkeypatch):
-    def carried(torque, speed, rate, duration):
+    stays = coupled_wheels.stays
+
+    def carried(seen, torque, speed, rate, duration):
+        monkeypatch.setattr(coupled_wheels, "stays", lambda *given: stays(*given) & seen)
         return step_coupled_wheels(contacts(torque), moving(speed, rate), duration)
 
     given = drawn(400, 3e-3, 0.02)
-    quick, resolved = jax.jit(jax.vmap(carried))(*given)
-    monkeypatch.setattr(coupled_wheels, "stays", lambda *_: jnp.zeros(WHEELS, bool))
-    close, _ = jax.jit(jax.vmap(lambda *given: carried(*given)))(*given)
+
+    @jax.jit  # compiled once for both, and not for a batch
+    def both(seen, *given):
+        return jax.lax.map(lambda one: carried(seen, *one), given)
+
+    (quick, resolved), (close, _) = (both(np.array(seen), *given) for seen in (True, False))
     for one, other in zip(jax.tree.leaves(quick), jax.tree.leaves(close), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-15)
-    held = np.asarray(given[1] == 0.0)
-    np.testing.assert_array_equal(quick.speed == 0.0, close.speed == 0.0)
+    quick, close = np.asarray(quick.speed), np.asarray(close.speed)
+    held = given[1] == 0.0
+    np.testing.assert_array_equal(quick == 0.0, close == 0.0)
     assert np.all(resolved)
-    assert 0.1 < np.mean(quick.speed[held] == 0.0) < 0.9
+    assert 0.1 < np.mean(quick[held] == 0.0) < 0.9

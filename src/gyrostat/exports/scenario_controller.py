@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
+import equinox as eqx
 import numpy as np
 
 from gyrostat.campaigns.build import build
@@ -76,7 +77,10 @@ def _is_phases(part: Any) -> bool:
 
 
 def _first_phase(part: Any) -> Any:
-    return part.at(0.0) if _is_phases(part) else part
+    return _at_start(part) if _is_phases(part) else part
+
+
+_at_start = eqx.filter_jit(lambda phases: phases.at(0.0))
 
 
 def _varied(first: Any) -> Any:

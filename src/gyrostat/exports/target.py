@@ -65,6 +65,8 @@ class Target:
 
         for entry in self.begin:
             call(entry)
+        # numbers of weak type would be compiled again as the results of the first step
+        values = jax.tree.map(np.asarray, values)
         for step in range(STEPS):
             values |= {n: jax.tree.map(lambda x, k=step: x[k], v) for n, v in self.inputs.items()}
             for entry in self.steps:
