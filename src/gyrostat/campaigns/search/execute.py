@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from gyrostat.campaigns.blocks import columns_of
+from gyrostat.campaigns.blocks import columns_of, table_at
 from gyrostat.campaigns.description import Campaign
 from gyrostat.campaigns.engine import prepare
 from gyrostat.campaigns.execute import replay
@@ -192,6 +192,4 @@ def stored_search(folder: Path) -> Stored:
 
 
 def _columns(path: Path) -> Columns:
-    import pyarrow.parquet as pq
-
-    return columns_of(pq.read_table(path))
+    return columns_of(table_at(path))
