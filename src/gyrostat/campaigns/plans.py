@@ -26,6 +26,16 @@ _RUN_ONCE = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_pa
 
 
 @lru_cache(maxsize=8)
+def designs_of(scenario: Scenario) -> Plans:
+    """Design the controllers of a scenario; its parts are not validated.
+
+    Raises:
+        InputError: The working wheels do not suffice in a phase.
+    """
+    return plan(scenario)
+
+
+@lru_cache(maxsize=8)
 def plans_of(scenario: Scenario) -> Plans:
     """Design the controllers of a scenario and validate all its parts.
 
@@ -42,7 +52,7 @@ def plans_of(scenario: Scenario) -> Plans:
     content = None if cache is None else cache.read(name)
     if content is not None:
         return pickle.loads(content)
-    plans = plan(scenario)
+    plans = designs_of(scenario)
     numbers: Any = {key: np.asarray(value) for key, value in scenario.values.items()}
     # one program compiles in less time than the single operations
     given = structure_of(scenario), numbers, plans

@@ -6,6 +6,7 @@ docs/scenario.md lists every key. They are defined in `gyrostat.campaigns.schema
 
 import os
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from gyrostat.campaigns.own.errors import OwnError
 from gyrostat.campaigns.own.parts import OWN
 from gyrostat.campaigns.own.read_sources import own_kind, own_sources
 from gyrostat.campaigns.own.trial import try_shapes
-from gyrostat.campaigns.plans import plans_of
+from gyrostat.campaigns.plans import designs_of, plans_of
 from gyrostat.campaigns.reading.read_dispersions import read_dispersions
 from gyrostat.campaigns.reading.read_events import read_events
 from gyrostat.campaigns.reading.read_metrics import read_metrics
@@ -163,18 +164,24 @@ def _read(path: Path, *, force: bool) -> Scenario:
     return replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
 
 
+@lru_cache(maxsize=8)
 def validated(scenario: Scenario) -> Scenario:
     """Return the scenario itself after its controllers were designed and its parts were tried.
+
+    Scenarios of the same content are tried once: tracing a control period takes some 0.3 s.
 
     Raises:
         InputError: A part refuses its parameters or cannot be used.
     """
     check_windows(scenario)
     check_requirements(scenario)
+    if scenario.sources:
+        # tracing finds most mistakes in Python, before the first sample is compiled
+        try_shapes(scenario, designs_of(scenario))
     plans = plans_of(scenario)
     named = [window.propellant for window in scenario.windows]
     known = [INDICES[each.index][0] == KNOWLEDGE for each in scenario.requirements]
-    if scenario.sources or any(named) or any(known):
+    if not scenario.sources and any((*named, *known)):
         try_shapes(scenario, plans)
     return scenario
 
