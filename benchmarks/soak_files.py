@@ -13,8 +13,8 @@ silent      exit 0 with anything else
 traceback   everything else
 
 The exit code is 1 if an answer was silent or a traceback. All commands run in one process for each
-worker, so that the scenario is traced once; statistics, figures and histories are made once for each set
-of numbers.
+worker, so that the scenario is traced once; statistics, figures and histories are made once for
+each set of numbers.
 """
 
 import argparse

@@ -6,7 +6,6 @@ docs/scenario.md lists every key. They are defined in `gyrostat.campaigns.schema
 
 import os
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -164,11 +163,8 @@ def _read(path: Path, *, force: bool) -> Scenario:
     return replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
 
 
-@lru_cache(maxsize=8)
 def validated(scenario: Scenario) -> Scenario:
     """Return the scenario itself after its controllers were designed and its parts were tried.
-
-    Scenarios of the same content are tried once: tracing a control period takes some 0.3 s.
 
     Raises:
         InputError: A part refuses its parameters or cannot be used.
