@@ -3,12 +3,11 @@
 import shutil
 from pathlib import Path
 
-import equinox as eqx
 import numpy as np
 import pytest
 
 import gyrostat as gs
-from gyrostat.campaigns.build import build
+from gyrostat.campaigns import plans
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.sensing import first_measurement
@@ -120,17 +119,10 @@ def read(tmp_path_factory):
     return make
 
 
-@eqx.filter_jit
-def _begun(structure, values, plans):
-    setup = build(structure, values, plans)
-    seen = first_measurement(setup.sensor, setup.start, 0.5)
-    return setup, seen, setup.controller(setup.controller.start(0.5), seen)[1]
-
-
-def begun(scenario, **changes):
-    """Setup, first measurement and first command, by one program for all numbers."""
+def setup_of(scenario, **changes):
     values = {key: np.asarray(value) for key, value in {**scenario.values, **changes}.items()}
-    return _begun(structure_of(scenario), values, plans_of(scenario))
+    # the program that has checked the scenario when it was read
+    return plans._build(structure_of(scenario), values, plans_of(scenario))
 
 
 def field_of(setup):
@@ -141,9 +133,11 @@ def field_of(setup):
 
 def test_detumbling_commands_the_rods_of_the_scenario(read):
     scenario = read(DETUMBLING, ORBIT, RODS, MAGNETOMETER)
-    setup, seen, command = begun(scenario, **{"sensor.magnetometer.sigma": 0.0})
+    setup = setup_of(scenario, **{"sensor.magnetometer.sigma": 0.0})
+    seen = first_measurement(setup.sensor, setup.start, 0.5)
     field = field_of(setup)
     np.testing.assert_allclose(seen.magnetometer, field + np.array([1e-7, 0.0, 0.0]), rtol=1e-10)
+    _, command = setup.controller(setup.controller.start(0.5), seen)
     inertia = np.linalg.eigvalsh(setup.plant.spacecraft.inertia_locked())[0]
     gain = 4e-3 * inertia / np.sum(np.square(seen.magnetometer))
     rate = np.asarray(setup.plant.rate(setup.start))
@@ -170,7 +164,9 @@ def test_detumbling_commands_the_rods_of_the_scenario(read):
 def test_numbers_of_all_parts_can_be_dispersed_and_the_loop_has_a_command(read, texts, keys):
     scenario = read(*texts, ORBIT, *(DISPERSION.format(key) for key in keys))
     assert set(keys) <= set(scenario.dispersed)
-    _, seen, command = begun(scenario)
+    setup = setup_of(scenario)
+    seen = first_measurement(setup.sensor, setup.start, 0.5)
+    _, command = setup.controller(setup.controller.start(0.5), seen)
     for name in command._fields:
         assert np.all(np.isfinite(np.asarray(getattr(command, name), dtype=float))), name
     for name in ("sun_sensor", "coarse_sun_sensors", "position", "tracker_heads"):
@@ -183,19 +179,18 @@ def test_numbers_of_all_parts_can_be_dispersed_and_the_loop_has_a_command(read, 
 
 def test_thrusters_of_a_scenario_get_the_control_period(read):
     text = '[[actuator]]\nkind = "thrusters"\narm = "10 cm"\nforce = 0.05\nminimum = "20 ms"\n'
-    scenario = read('[controller]\nkind = "lqr"\n', text)
-    setup = build(structure_of(scenario), scenario.values, plans_of(scenario))
-    thrusters = setup.plant.actuators["thrusters"]
+    thrusters = setup_of(read('[controller]\nkind = "lqr"\n', text)).plant.actuators["thrusters"]
     value = np.array([0.1, 0.1, 0.019, *np.zeros(9)])
     torque = thrusters(value, np.array([1.0, 0.0, 0.0, 0.0]), 0.0)
     np.testing.assert_allclose(torque, [2.0 * 0.1 * 0.05 * 0.1 / 0.5, 0.0, 0.0], rtol=1e-12)
 
 
 def test_heads_of_a_scenario_replace_the_tracker(read):
-    scenario = read(TRACKER, ORBIT)
-    _, seen, _ = begun(scenario)
+    setup = setup_of(read(TRACKER, ORBIT))
+    seen = first_measurement(setup.sensor, setup.start, 0.5)
     assert not seen.tracker_heads[1]  # the body turns faster than its limit
-    _, seen, _ = begun(scenario, **{"star_tracker.right.rate_limit": 1.0})
+    slow = setup_of(read(TRACKER, ORBIT), **{"star_tracker.right.rate_limit": 1.0})
+    seen = first_measurement(slow.sensor, slow.start, 0.5)
     assert seen.tracker_heads[1]
     assert seen.attitude_measured
 
