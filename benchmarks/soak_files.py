@@ -13,8 +13,8 @@ silent      exit 0 with anything else
 traceback   everything else
 
 The exit code is 1 if an answer was silent or a traceback. All commands run in one process for each
-worker, so that the scenario is traced once; figures and histories are made once for each set of
-numbers.
+worker, so that the scenario is traced once; statistics, figures and histories are made once for
+each set of numbers.
 """
 
 import argparse
@@ -24,6 +24,7 @@ import io
 import json
 import multiprocessing
 import os
+import pickle
 import random
 import shutil
 import sys
@@ -94,7 +95,7 @@ def work_once(put=setattr):
     """Keep each figure, and each history as a file: the same numbers come a thousand times."""
     import numpy as np
 
-    from gyrostat.reports import campaign, campaign_run
+    from gyrostat.reports import campaign, campaign_content, campaign_run
     from gyrostat.simulation.labelled import Labelled
 
     def of_table(scenario, columns, names):
@@ -116,11 +117,16 @@ def work_once(put=setattr):
             histories[key] = path.read_bytes()
         path.write_bytes(histories[key])
 
+    def of_numbers(*given):
+        return hashlib.sha256(pickle.dumps(given)).digest()
+
     histories, genuine_write = {}, Labelled.write
     put(os, "fsync", lambda handle: None)  # no power is cut here
     put(Labelled, "write", written)
     for name in ("histograms", "scatter_plots"):
         put(campaign, name, once(getattr(campaign, name), of_table))
+    for name in ("find_drivers", "find_effects"):
+        put(campaign_content, name, once(getattr(campaign_content, name), of_numbers))
     put(campaign_run, "run_charts", once(campaign_run.run_charts, of_history))
 
 

@@ -47,23 +47,12 @@ def test_impossible_starts_and_periods_are_refused_before_the_flight(run, tmp_pa
 
 
 def test_what_does_not_settle_is_no_valid_result(run, tmp_path):
-    code, out, err = run(
-        "recover",
-        CRAFT,
-        "--failed",
-        "x=rundown:60s",
-        *NOW,
-        *WANTED,
-        "--duration",
-        "20",
-        "--json",
-        "--out",
-        tmp_path,
-    )
+    words = ("--failed", "x=rundown:2000s", *NOW, *WANTED)
+    code, out, err = run("recover", CRAFT, *words, "--json", "--out", tmp_path)
     assert code == 1
     told = json.loads(out)
     assert told["settle"] is None
-    assert told["reason"].startswith("not settled at the end, 20 s")
+    assert told["reason"].startswith("not settled at the end, 600 s")
     assert "NOT recovered" in err
 
 
@@ -94,6 +83,10 @@ def test_nothing_left_is_no_valid_result(run, tmp_path):
         (("--failed", "x=seized", *NOW, "--target", "2,0,0,0"), "target: found a quaternion"),
         (("--failed", "x=seized", *NOW, *WANTED, "--duration", "0"), "duration: found 0 s"),
         (("--failed", "x=seized", *NOW, *WANTED, "--period", "0.7"), "duration: found 600 s"),
+        (
+            ("--failed", "x=seized", *NOW, *WANTED, "--duration", "20", "--period", "0.7"),
+            "duration: found 20 s",
+        ),
     ],
 )
 def test_bad_input_is_one_line(run, tmp_path, words, found):

@@ -31,7 +31,7 @@ def test_it_is_exported_as_c(folder, tmp_path, tools):
     crossing = read_scenario(tmp_path / "scenario.toml")
     out = tmp_path / "flight"
     gs.export(crossing, out, to="c")
-    tools.build(out, "controller.c", "controller_test.c", "-lm", "-o", "program")
+    tools.build(out, "controller.c", "controller_test.c", "-O1", "-lm", "-o", "program")
     done = subprocess.run([out / "program"], capture_output=True, text=True)
     assert done.returncode == 0, [line for line in done.stdout.splitlines() if "not as" in line]
     assert "command.torque[3]: as in Python" in done.stdout

@@ -3,11 +3,14 @@
 from dataclasses import replace
 from pathlib import Path
 
+import equinox as eqx
+import numpy as np
 import pytest
 
 from gyrostat.campaigns import Scenario
-from gyrostat.campaigns.build import build, plan
+from gyrostat.campaigns.build import build
 from gyrostat.campaigns.metrics.observer import Observer
+from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.schema import GUARD
 from gyrostat.campaigns.structure import structure_of
@@ -20,13 +23,17 @@ EXAMPLES = sorted(
 )
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
-def test_every_example_is_read_and_traced(path):
+@pytest.fixture(scope="module", params=EXAMPLES, ids=lambda p: p.stem)
+def scenario(request):
+    """Each of them."""
+    return read_scenario(request.param)
+
+
+def test_every_example_is_read_and_traced(scenario):
     """One control period with all its numbers, dispersed or not, as unknowns."""
-    scenario = read_scenario(path)
     assert scenario.dispersions
     assert Scenario.from_text(scenario.text()).digest() == scenario.digest()
-    plans = plan(scenario)
+    plans = plans_of(scenario)
 
     def period(numbers, key):
         values = dict(zip(scenario.values, numbers, strict=True))
@@ -49,18 +56,21 @@ def test_every_example_is_read_and_traced(path):
     assert error.shape == ()
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
-def test_every_example_may_be_guarded(path):
+@eqx.filter_jit
+def begun(structure, values, plans):
+    controller = build(structure, values, plans).controller
+    return controller, controller.start(values["run.control_period"])
+
+
+def test_every_example_may_be_guarded(scenario):
     """The guard keeps no memory that is not finite: it must be finite from the start."""
-    scenario = replace(read_scenario(path), guard="hold")
     limits = {f"guard.{name}": key.default for name, key in GUARD.items()}
-    values = {**scenario.values, **limits}
-    guarded = replace(scenario, values=values)
-    setup = build(structure_of(guarded), values, plan(scenario))
-    period = values["run.control_period"]
-    setup.controller.check_period(period)
-    for leaf in jax.tree.leaves(setup.controller.start(period)):
-        assert jnp.all(jnp.isfinite(leaf))
+    guarded = replace(scenario, guard="hold", values={**scenario.values, **limits})
+    values = {key: np.asarray(value) for key, value in guarded.values.items()}
+    controller, memory = begun(structure_of(guarded), values, plans_of(scenario))
+    controller.check_period(scenario.values["run.control_period"])
+    for leaf in jax.tree.leaves(memory):
+        assert np.all(np.isfinite(leaf))
 
 
 @pytest.mark.parametrize("page", ["docs/scenario.md", "examples/README.md"])

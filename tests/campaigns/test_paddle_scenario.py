@@ -79,7 +79,7 @@ def test_it_turns_by_the_paddle(scenario):
 def test_it_is_exported_as_c(scenario, tmp_path, tools):
     out = tmp_path / "flight"
     gs.export(read_scenario(scenario()), out, to="c")
-    tools.build(out, "controller.c", "controller_test.c", "-lm", "-o", "program")
+    tools.build(out, "controller.c", "controller_test.c", "-O1", "-lm", "-o", "program")
     done = subprocess.run([out / "program"], capture_output=True, text=True)
     assert done.returncode == 0, [line for line in done.stdout.splitlines() if "not as" in line]
     assert "command.estimated_rate[2]: as in Python" in done.stdout

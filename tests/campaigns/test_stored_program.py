@@ -14,7 +14,6 @@ from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.run_loop import Drawn
 from gyrostat.campaigns.structure import structure_of
 from gyrostat.codegen.simd import compiler
-from gyrostat.codegen.simd.batch import traced
 from gyrostat.core.cache import private_cache
 from gyrostat.core.errors import InputError
 
@@ -104,18 +103,25 @@ def test_other_options_of_jax_have_another_program(scenario, monkeypatch):
     assert native._name(structure, plans, 0) != before
 
 
+@pytest.fixture(scope="module")
+def trace(scenario):
+    """The program of the scenario, traced."""
+    return native._trace(structure_of(scenario), plans_of(scenario), 0)
+
+
 def test_a_stored_program_gives_the_bits_of_a_new_one(scenario, small):
     """The new one is traced with other numbers, which must not become part of it."""
     structure, plans = structure_of(scenario), plans_of(scenario)
     stored = program_of(structure, plans)
+    other = scenario
     for kind in ("inertia", "target of a slew", "noise"):
-        other = numbers(scenario)[kind]
-        own = plans_of(other)
-        new = program_of(structure_of(other), own, verify=True)
-        for one, two in zip(
-            *(flown(program, other, own, [0, 5, 70]) for program in (stored, new)), strict=True
-        ):
-            np.testing.assert_array_equal(one, two)
+        other = numbers(other)[kind]
+    own = plans_of(other)
+    new = program_of(structure_of(other), own, verify=True)
+    for one, two in zip(
+        *(flown(program, other, own, [0, 5, 70]) for program in (stored, new)), strict=True
+    ):
+        np.testing.assert_array_equal(one, two)
 
 
 def test_nothing_is_traced_twice(scenario, small, monkeypatch):
@@ -129,17 +135,17 @@ def test_nothing_is_traced_twice(scenario, small, monkeypatch):
     program_of(structure, plans)
 
 
-def test_a_program_whose_library_was_removed_is_made_again(scenario, small, monkeypatch):
+def test_a_program_whose_library_was_removed_is_made_again(scenario, small, trace, monkeypatch):
     structure, plans = structure_of(scenario), plans_of(scenario)
     program_of(structure, plans)
     made = []
     monkeypatch.setattr(native, "stored_library", lambda name: None)
-    monkeypatch.setattr(native, "traced", lambda *a, **o: made.append(1) or traced(*a, **o))
+    monkeypatch.setattr(native, "_trace", lambda *given: made.append(given) or trace)
     program_of(structure, plans)
-    assert len(made) == 2
+    assert made == [(structure, plans, 0)]
 
 
-def test_components_of_a_user_are_always_traced(scenario, small, monkeypatch):
+def test_components_of_a_user_are_always_traced(scenario, small, trace, monkeypatch):
     """Their code may change; the digest covers this package only."""
     structure, plans = structure_of(scenario), plans_of(scenario)
     program_of(structure, plans)
@@ -150,13 +156,18 @@ def test_components_of_a_user_are_always_traced(scenario, small, monkeypatch):
     changed = replace(COMPENSATORS["friction_model"], make=own)
     other = replace(scenario, compensator="own")
     monkeypatch.setitem(COMPENSATORS, "own", changed)
+    made = []
     monkeypatch.setattr(native, "private_cache", lambda: pytest.fail("stored or looked up"))
+    monkeypatch.setattr(native, "_trace", lambda *given: made.append(given) or trace)
     program_of(structure_of(other), plans)
+    assert made == [(structure_of(other), plans, 0)]
 
 
-def test_a_stored_program_that_differs_is_reported(scenario, small):
+def test_a_stored_program_that_differs_is_reported(scenario, small, trace, monkeypatch):
     structure, plans = structure_of(scenario), plans_of(scenario)
     program_of(structure, plans)
+    monkeypatch.setattr(native, "_trace", lambda *given: trace)
+    program_of(structure, plans, verify=True)
     cache, name = private_cache(), native._name(structure, plans, 0)
     content = cache.read(name)
     stored = pickle.loads(content)

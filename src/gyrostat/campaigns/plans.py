@@ -23,6 +23,19 @@ from gyrostat.core.validation import check_parts, check_period
 # options to `jax.jit`, which its type does not show.
 _filter_jit: Any = eqx.filter_jit
 _RUN_ONCE = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
+# scenarios that differ in numbers only share these programs
+_build = _filter_jit(build, compiler_options=_RUN_ONCE)
+_first_sample = _filter_jit(first_sample, compiler_options=_RUN_ONCE)
+
+
+@lru_cache(maxsize=8)
+def designs_of(scenario: Scenario) -> Plans:
+    """Design the controllers of a scenario; its parts are not validated.
+
+    Raises:
+        InputError: The working wheels do not suffice in a phase.
+    """
+    return plan(scenario)
 
 
 @lru_cache(maxsize=8)
@@ -42,15 +55,15 @@ def plans_of(scenario: Scenario) -> Plans:
     content = None if cache is None else cache.read(name)
     if content is not None:
         return pickle.loads(content)
-    plans = plan(scenario)
+    plans = designs_of(scenario)
     numbers: Any = {key: np.asarray(value) for key, value in scenario.values.items()}
     # one program compiles in less time than the single operations
     given = structure_of(scenario), numbers, plans
     if scenario.sources:
-        setup, *first = _filter_jit(first_sample, compiler_options=_RUN_ONCE)(*given)
+        setup, *first = _first_sample(*given)
         check_first_sample(scenario, *first)
     else:
-        setup = _filter_jit(build, compiler_options=_RUN_ONCE)(*given)
+        setup = _build(*given)
     check_parts(setup.plant, setup.controller, setup.sensor, *setup.metrics.values())
     setup.plant.check_state(setup.start)
     check_period(scenario.values["run.control_period"], setup.controller)

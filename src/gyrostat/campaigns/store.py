@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gyrostat.campaigns.blocks import name_of, number_of, packed, scalar_columns
+from gyrostat.campaigns.blocks import name_of, number_of, packed, scalar_columns, table_at
 from gyrostat.campaigns.description import Campaign, DamagedError, read_campaign, refuse_different
 from gyrostat.core.errors import InputError
 from gyrostat.core.files import (
@@ -241,7 +241,7 @@ class Store:
             schema = pq.read_schema(found[0]).with_metadata(told)
             with pq.ParquetWriter(scratch / TABLE, schema) as writer:
                 for first in range(0, len(numbers), GROUP):
-                    group = [pq.read_table(found[k]) for k in numbers[first : first + GROUP]]
+                    group = [table_at(found[k]) for k in numbers[first : first + GROUP]]
                     table = pa.concat_tables(group).combine_chunks()
                     writer.write_table(table.replace_schema_metadata(told))
 

@@ -1,6 +1,7 @@
 """Trial of user-defined parts: one control period on shapes alone, then the first command."""
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -30,13 +31,19 @@ def try_shapes(scenario: Scenario, plans: Plans) -> None:
         InputError: A user-defined part cannot be traced, or returns something else than expected.
     """
     structure = structure_of(scenario)
+    numbers = np.zeros(len(structure.keys)), Drawn(np.zeros(len(structure.dispersed)))
+    jax.eval_shape(_period_of(structure), *numbers, plans, jax.random.key(0))
+
+
+@lru_cache(maxsize=8)
+def _period_of(structure: Structure) -> Callable[..., Any]:
+    """First control period of a loop; JAX traces one function once for the same shapes."""
 
     def period(*given: Any) -> Any:
         loop = loop_of(structure)(*given)
         return loop.tick(loop.begin(), 0)
 
-    numbers = np.zeros(len(structure.keys)), Drawn(np.zeros(len(structure.dispersed)))
-    jax.eval_shape(period, *numbers, plans, jax.random.key(0))
+    return period
 
 
 def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Setup, Any, Any]:

@@ -16,7 +16,7 @@ from gyrostat.campaigns.own.errors import OwnError
 from gyrostat.campaigns.own.parts import OWN
 from gyrostat.campaigns.own.read_sources import own_kind, own_sources
 from gyrostat.campaigns.own.trial import try_shapes
-from gyrostat.campaigns.plans import plans_of
+from gyrostat.campaigns.plans import designs_of, plans_of
 from gyrostat.campaigns.reading.read_dispersions import read_dispersions
 from gyrostat.campaigns.reading.read_events import read_events
 from gyrostat.campaigns.reading.read_metrics import read_metrics
@@ -171,10 +171,13 @@ def validated(scenario: Scenario) -> Scenario:
     """
     check_windows(scenario)
     check_requirements(scenario)
+    if scenario.sources:
+        # tracing finds most mistakes in Python, before the first sample is compiled
+        try_shapes(scenario, designs_of(scenario))
     plans = plans_of(scenario)
     named = [window.propellant for window in scenario.windows]
     known = [INDICES[each.index][0] == KNOWLEDGE for each in scenario.requirements]
-    if scenario.sources or any(named) or any(known):
+    if not scenario.sources and any((*named, *known)):
         try_shapes(scenario, plans)
     return scenario
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from gyrostat.campaigns.blocks import columns_of
+from gyrostat.campaigns.blocks import columns_of, table_at
 from gyrostat.campaigns.description import Campaign
 from gyrostat.campaigns.engine import prepare
 from gyrostat.campaigns.execute import replay
@@ -117,8 +117,6 @@ def _fly(
     on_progress: Callable[[int, int], None] | None,
 ) -> int:
     """Carry out a search; returns the number of its blocks."""
-    import pyarrow.parquet as pq
-
     blocks, damaged = store.blocks(campaign)
     count = 0
 
@@ -127,7 +125,7 @@ def _fly(
         count = piece.number + 1
         if piece.number not in blocks:
             return None
-        return columns_of(pq.read_table(blocks[piece.number]))
+        return columns_of(table_at(blocks[piece.number]))
 
     def keep(number: int, columns: Columns) -> None:
         for path in damaged.get(number, ()):
