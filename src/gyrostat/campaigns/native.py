@@ -35,10 +35,12 @@ class Part(NamedTuple):
     """Compiled function as it is stored.
 
     Attributes:
-        library: Name of its library in the cache, a digest of its text and of the compiler.
+        text: SHA-256 digest of its text.
+        library: Name of its library in the cache.
         layout: Layout of its arguments and results.
     """
 
+    text: str
     library: str
     layout: Layout
 
@@ -129,7 +131,7 @@ def program_of(
         if None not in libraries:
             return _loaded(structure, stored, *libraries)
     traces, seen, records = _trace(structure, plans, parts)
-    begin, chunk = (Part(library_name(each.text), each.layout) for each in traces)
+    begin, chunk = map(_part, traces)
     made = Stored(begin, chunk, seen, records)
     if verify and stored is not None and [*stored[:2]] != [*made[:2]]:
         raise InputError(
@@ -194,6 +196,11 @@ def _places(tree: Any) -> Any:
     """Tree in which each leaf is replaced by its place in the list of leaves."""
     leaves, structure = jax.tree.flatten(tree)
     return jax.tree.unflatten(structure, range(len(leaves)))
+
+
+def _part(each: Traced) -> Part:
+    digest = hashlib.sha256(each.text.encode()).hexdigest()
+    return Part(digest, library_name(each.text), each.layout)
 
 
 def _loaded(structure: Structure, stored: Stored, *libraries: Any) -> Program:
