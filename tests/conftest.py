@@ -58,6 +58,7 @@ settings.load_profile("ci" if os.environ.get("CI") else "gyrostat")
 # Files that take longest, the longest first; the campaign files that share one flown campaign.
 LONGEST = (
     *("papers/test_carvalho_fenili", "identification/test_batch", "campaigns/test_engine"),
+    *("campaigns/test_own_orbits", "identification/test_design"),
     *("campaigns/test_own_world", "papers/test_carrara_kuga", "test_cli", "campaigns/test_faults"),
     *("spacecraft/test_added_parts", "campaigns/test_own_metrics", "spacecraft/test_gyrostat"),
     *("campaigns/test_own_controllers", "identification/test_diagnosis"),
