@@ -53,6 +53,7 @@ def _column(values: Any) -> Any:
     import pyarrow as pa
 
     if values.ndim == 1:
+        assert values.dtype != bool, "a table has bits for them, an array bytes"
         # `pa.array` of an array imports pandas, which takes 0.2 s
         numbers = pa.py_buffer(np.ascontiguousarray(values))
         return pa.Array.from_buffers(
