@@ -1,7 +1,7 @@
 """Error for unusable user input, and the one-line form of its message."""
 
+import contextlib
 from collections.abc import Iterator
-from contextlib import contextmanager
 
 LONGEST = 900
 """Longest message, bytes. Text quoted from a user's file can be of any length."""
@@ -39,7 +39,7 @@ class InputError(ValueError):
         super().__init__(one_line(text))
 
 
-@contextmanager
+@contextlib.contextmanager
 def placed(where: str) -> Iterator[None]:
     """Put the place of the input in front of the message of an `InputError`.
 
