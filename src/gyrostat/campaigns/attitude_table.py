@@ -3,7 +3,7 @@
 import numpy as np
 
 from gyrostat.control.guidance import Table
-from gyrostat.core.errors import InputError
+from gyrostat.core.errors import InputError, placed
 
 
 def attitude_table(place: str, text: str) -> Table:
@@ -31,7 +31,5 @@ def attitude_table(place: str, text: str) -> Table:
                 "quaternion, scalar first"
             )
     found = np.array(rows, dtype=float).reshape(-1, 5)
-    try:
+    with placed(place):
         return Table.of(found[:, 0], found[:, 1:])
-    except InputError as error:
-        raise InputError(f"{place}: {error}") from None

@@ -12,7 +12,6 @@ from gyrostat.spacecraft import (
     PlantChange,
     Spacecraft,
 )
-from gyrostat.spacecraft.flexible.appendages import appendage_modes
 
 
 def named_parts(structure: Structure, values: Values, section: str, **given: Any) -> dict[str, Any]:
@@ -47,9 +46,11 @@ def modes_of_run(
         spacecraft: Spacecraft of this run.
     """
     made = [
-        appendage_modes(kind, options_of(values, f"{kind}.{name}"), spacecraft)
-        for kind, name in ((part.section, part.name) for part in structure.parts)
-        if kind in OF_SPACECRAFT
+        component(part.section, part.kind).make(
+            part.kind, options_of(values, f"{part.section}.{part.name}"), spacecraft
+        )
+        for part in structure.parts
+        if part.section in OF_SPACECRAFT
     ]
     return FlexibleModes.joined(*made) if made else None
 

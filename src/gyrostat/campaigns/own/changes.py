@@ -16,7 +16,7 @@ from gyrostat.campaigns.reading.read_requirements import with_requirements
 from gyrostat.campaigns.reading.scenario_file import validated
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Scenario, Source
-from gyrostat.core.errors import InputError
+from gyrostat.core.errors import InputError, placed
 from gyrostat.core.toml_file import refuse_unknown
 from gyrostat.core.validation import MOST_PERIODS
 
@@ -62,10 +62,8 @@ def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
             f"{scenario.name}: found a dispersion of {lost[0]}, a key of the replaced component, "
             "expected dispersions of the keys of the new one, or dispersions=() for none"
         )
-    try:
+    with placed(scenario.name):
         return validated(scenario)
-    except InputError as error:
-        raise InputError(f"{scenario.name}: {error}") from None
 
 
 def _with_component(

@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Source
-from gyrostat.core.errors import InputError
+from gyrostat.core.errors import InputError, placed
 from gyrostat.core.toml_file import read_text
 
 INSTALLED = ("site-packages", "dist-packages")
@@ -82,10 +82,8 @@ def _text(folder: Path, path: str, place: str) -> str:
     inside = folder.resolve() in whole.resolve().parents
     if PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts or not inside:
         raise InputError(f"{place}: found {path}, expected a file below the folder {folder}")
-    try:
+    with placed(place):
         return read_text(whole, "a Python file", 1_000_000)
-    except InputError as error:
-        raise InputError(f"{place}: {error}") from None
 
 
 def _imports(folder: Path, path: str, text: str) -> Iterator[str]:

@@ -36,7 +36,7 @@ from gyrostat.campaigns.schema import CENTRE_OF_MASS, RUN, START, guard_keys
 from gyrostat.campaigns.timeline import check_windows
 from gyrostat.campaigns.wheel_keys import WHEEL, WHEEL_PARTS
 from gyrostat.control.measurement_guard import ON_BAD
-from gyrostat.core.errors import InputError, printable
+from gyrostat.core.errors import InputError, placed, printable
 from gyrostat.core.toml_file import LONGEST_NAME
 from gyrostat.core.validation import MOST_PERIODS, require_period
 from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
@@ -90,10 +90,8 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
         scenario = _read(path, force=force)
     except OwnError as error:
         raise InputError(f"{path}: {error}") from None
-    try:
+    with placed(str(path)):
         return validated(scenario)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
 
 
 def _read(path: Path, *, force: bool) -> Scenario:
