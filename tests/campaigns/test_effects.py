@@ -5,11 +5,12 @@ import pytest
 from numpy.polynomial.hermite_e import hermegauss
 from numpy.polynomial.legendre import leggauss
 from scipy.special import ndtr, ndtri
+from scipy.stats import t as student
 
 from gyrostat.campaigns import Dispersion
 from gyrostat.campaigns.chaos import basis_of, polynomials
 from gyrostat.campaigns.draws import draw
-from gyrostat.campaigns.effects import Inputs, find_effects, inputs_of
+from gyrostat.campaigns.effects import GROUPS, Inputs, find_effects, inputs_of, jackknife
 
 
 def independent(random, runs, uniform):
@@ -135,6 +136,23 @@ def test_runs_without_the_metric_are_left_out_or_refused():
     np.testing.assert_allclose(few.first[:, 0], whole.first[:, 0], atol=0.01)
     assert many.why.startswith("100 of 1000 runs do not have it; in the others the dispersed")
     assert same.why == "it is the same in all runs"
+
+
+def test_the_jackknife_removes_a_bias_that_falls_with_the_number_of_runs():
+    """An estimate that is off by c / n: without a group, by c / (n (1 - 1 / groups))."""
+    left = np.full((GROUPS, 1), 0.4 + 0.05 / (1.0 - 1.0 / GROUPS))
+    found = jackknife(np.concatenate([[[0.45]], left]))
+    np.testing.assert_allclose(found, [[0.4, 0.4, 0.4]], rtol=0.0, atol=1e-14)
+
+
+def test_the_jackknife_interval_of_a_mean_is_that_of_student():
+    groups = np.random.default_rng(9).normal(0.5, 0.01, GROUPS)
+    left = (np.sum(groups) - groups) / (GROUPS - 1)
+    ((value, low, high),) = jackknife(np.array([np.mean(groups), *left])[:, None])
+    half = student.ppf(0.975, GROUPS - 1) * np.std(groups, ddof=1) / np.sqrt(GROUPS)
+    assert value == pytest.approx(np.mean(groups), rel=1e-12)
+    # the quantile stands in the code with four digits
+    np.testing.assert_allclose([value - low, high - value], half, rtol=3e-4)
 
 
 def test_the_inputs_are_those_of_the_distributions(scenario):

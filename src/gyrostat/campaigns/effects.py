@@ -163,7 +163,7 @@ def _expand(inputs: Inputs, values: Matrix) -> list[Effects]:
             why = _unexplained(q2, 1.0 - float(np.min(fits.errors_of_half[:, m])))
             found.append(_none(inputs, np.ones(runs, bool), why, q2))
             continue
-        first, total = (_jackknife(part[cut, :, :, m]) for part in fits.indices)
+        first, total = (jackknife(part[cut, :, :, m]) for part in fits.indices)
         found.append(Effects(q2, runs, 0, "", first, total))
     return found
 
@@ -249,15 +249,15 @@ class _Fits:
             cuts = np.array(self._cuts)
             left = (squares - np.cumsum(forward**2, axis=0))[cuts - 1]
             # the distributions of the inputs are known: their variances are not estimated
-            variance = np.sum(found[1:] ** 2, axis=0) + left / (count - cuts)[:, None]
+            variance = np.sum(found[1:] ** 2, axis=0) + left / count
             for kept, members in zip(self.indices, self._members, strict=True):
                 kept[:, place] = np.tensordot(members, found**2, 1).swapaxes(0, 1)
                 kept[:, place] /= variance[:, None]
         return found
 
 
-def _jackknife(found: Matrix) -> Matrix:
-    """Value and 95 % confidence limits from the value of all runs and those without each group.
+def jackknife(found: Matrix) -> Matrix:
+    """Value without bias, and 95 % confidence limits, by leaving out each group of runs.
 
     Args:
         found: (1 + groups, inputs).
