@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 from gyrostat.campaigns import Dispersion
-from gyrostat.campaigns.draws import check_draws, draw
+from gyrostat.campaigns.draws import check_draws, draw, shares
 from gyrostat.campaigns.scenario import Event
 from gyrostat.campaigns.schema import GUARD
 from gyrostat.core.errors import InputError
@@ -45,6 +45,14 @@ def test_distributions_are_those_asked_for(values):
         (values[:, 4], stats.norm(2e-5, 5e-7)),
     ):
         assert stats.kstest(column, expected.cdf).pvalue > 1e-3
+
+
+def test_shares_are_midpoints_of_equal_intervals(wide):
+    """Odd multiples of 2^-54, so that neither 0 nor 1 is drawn; above 1/2 they are rounded."""
+    share = shares(wide, 3, RUNS)
+    multiples = np.ldexp(share[share < 0.5], 54)
+    assert len(multiples) > 9000
+    np.testing.assert_array_equal(multiples % 2.0, 1.0)
 
 
 def test_the_correlation_is_that_of_the_covariance(values):

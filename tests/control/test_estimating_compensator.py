@@ -97,6 +97,42 @@ def crossings(g2, compensator, loop):
     return peaks, corners
 
 
+@pytest.fixture(scope="module")
+def command_at(g2, compensator):
+    """Command of one sample, with an external torque and an undisturbed rate, and the demand."""
+    control = compensator()
+    call = eqx.filter_jit(control)
+
+    def command(external, undisturbed):
+        memory = control.start(PERIOD)
+        momentum = memory.momentum._replace(
+            momentum=control.momentum.wheel_inertia * 100.0, torque=external, started=1.0
+        )
+        memory = memory._replace(momentum=momentum, undisturbed=jnp.asarray(undisturbed))
+        measurement = TableMeasurement(jnp.asarray(0.0), jnp.asarray(0.0), jnp.asarray(100.0))
+        return control, call(memory, measurement)[1]
+
+    return command
+
+
+def test_the_estimated_speed_is_that_in_the_middle_of_the_acting_period(g2, command_at):
+    """One period of delay and half a period, at the acceleration of the external torque."""
+    external = 2e-4
+    _, command = command_at(external, 0.0)
+    expected = 100.0 + 1.5 * PERIOD * external / g2.wheel.inertia
+    assert float(command.estimated_speed) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(("undisturbed", "sign"), [(1e-4, -1.0), (0.5, -1.0), (-0.5, 1.0)])
+def test_the_rate_loop_demands_at_most_the_jump_of_friction(g2, command_at, undisturbed, sign):
+    """At rest without attitude error the rate loop alone demands torque, up to 2 F_s."""
+    _, command = command_at(0.0, undisturbed)
+    breakaway = float(g2.wheel.friction.breakaway_torque(1.0))
+    gain = g2.inertia * 6.0 / 3.0
+    torque = float(command.attitude_current) * g2.wheel.motor_constant
+    assert torque == pytest.approx(sign * min(gain * abs(undisturbed), 2.0 * breakaway), rel=1e-9)
+
+
 def test_beats_pid_and_plain_compensation_with_noise_and_wrong_models(g2, crossings, compensator):
     peaks, corners = crossings
     own = peaks([compensator(**corner) for corner in corners])

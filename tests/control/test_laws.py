@@ -171,3 +171,11 @@ def test_speed_mode_gives_the_table_the_demanded_torque():
     limited = SpeedMode(AttitudePID(0.5, 0.0, 0.0), 1.5e-3, MOTOR, current_limit=0.05)
     _, current = speed_loop(limited, 9e-4, np.full(1000, 2e-3), -3.0)
     assert float(jnp.max(jnp.abs(current))) == 0.05
+
+
+def test_designed_gains_place_two_poles_at_the_frequency_and_one_at_a_fifth_of_it():
+    """J s³ + K_d s² + K_p s + K_i: the double integrator under the law, by NumPy's roots."""
+    law = AttitudePID.designed(0.5, 0.3)
+    poles = np.roots([0.5, law.derivative, law.proportional, law.integral])
+    # a double root is known to the square root of the rounding error
+    np.testing.assert_allclose(np.sort(poles.real), [-0.3, -0.3, -0.06], rtol=1e-6)

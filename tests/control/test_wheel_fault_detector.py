@@ -57,6 +57,17 @@ def test_a_delay_that_is_not_told_looks_like_a_failure():
     assert not np.all(watched(0)[2])
 
 
+def test_drag_is_compensated_up_to_half_of_the_torque_limit():
+    """Rotors that lose a tenth, four tenths and all of their limit, for ever."""
+    detector, limit = WheelFaultDetector(drag_time=1.0), np.array([2e-3, 1e-3, 3e-3])
+    lost = np.array([2e-4, -4e-4, 3e-3])
+    memory = detector.start(3)
+    for k in range(60):
+        momentum = -PERIOD * k * lost
+        memory = detector(memory, momentum, np.ones(3, bool), limit, PERIOD * k, PERIOD)
+    np.testing.assert_allclose(memory.drag, [2e-4, -4e-4, 1.5e-3], rtol=1e-5)
+
+
 AXES = pyramid_axes(4)
 WHEELS = WheelArray(AXES, np.full(4, 2e-5), np.full(4, 3e-3), np.full(4, 1.5e-2))
 CONTROL = WheelArrayControl(

@@ -90,6 +90,16 @@ def test_refuses_gains_that_are_none():
         WheelRateLoop(*[getattr(LOOP, name) for name in list(LOOP.__dict__)[:6]], gain=0.0).check()
 
 
+def test_drag_is_compensated_up_to_half_of_the_torque_limit():
+    drag, period = np.array([0.03, -0.08, 0.0]), 0.5
+    memory, momentum = LOOP.start(period), np.zeros(3)
+    for _ in range(300):
+        total = jnp.asarray(WORKING @ momentum)
+        memory, command = step(memory, measured(STILL, momentum), total, STILL, STILL)
+        momentum = momentum + (np.asarray(command.torque) - drag) * period
+    np.testing.assert_allclose(memory.drag, [0.03, -0.05, 0.0], rtol=1e-6)
+
+
 def test_a_delay_that_is_known_is_no_drag():
     loop = dataclasses.replace(LOOP, delay=2)
     memory, period = loop.start(0.5), 0.5

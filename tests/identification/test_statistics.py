@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
-from scipy.stats import kstest
+from scipy.stats import chi2, kstest
 
+from gyrostat.identification.loss import Huber, Quadratic
 from gyrostat.identification.statistics import (
+    autocorrelation,
     block_tests,
     correlation_length,
     noise_level,
@@ -12,6 +14,7 @@ from gyrostat.identification.statistics import (
     serial_meat,
     whiteness,
 )
+from gyrostat.identification.uncertainty import residual_levels
 
 
 def test_probabilities_are_uniform_for_white_residuals():
@@ -60,6 +63,59 @@ def test_noise_level_ignores_steps_and_slopes():
 def test_noise_level_of_a_coarse_tachometer_is_not_zero():
     speed = 2.83 * np.round(np.linspace(0.0, 100.0, 3000) / 2.83)
     assert 0.0 < noise_level(speed) < 2.83
+
+
+def test_noise_level_of_rare_steps_is_their_standard_deviation():
+    """Where most second differences are zero: steps up and down in a twentieth of the samples."""
+    random = np.random.default_rng(5)
+    noise = random.choice([-1.0, 0.0, 1.0], 40_000, p=[0.025, 0.95, 0.025])
+    assert noise_level(2.0 * noise) == pytest.approx(2.0 * np.sqrt(0.05), rel=0.02)
+
+
+def test_ljung_box_statistic_equals_its_definition():
+    """Ljung and Box 1978: n (n + 2) sum of rho_k² / (n - k), chi-square with as many lags."""
+    residual = np.random.default_rng(6).standard_normal(45)
+    centred = residual - np.mean(residual)
+    rho = [
+        sum(centred[i] * centred[i + k] for i in range(45 - k)) / sum(centred**2)
+        for k in range(1, 9)
+    ]
+    expected = 45 * 47 * sum(r**2 / (45 - k) for k, r in enumerate(rho, start=1))
+    test = whiteness(residual)
+    np.testing.assert_allclose(autocorrelation(residual, 8), rho, rtol=0.0, atol=1e-14)
+    assert test.lags == 8
+    assert test.ljung_box == pytest.approx(expected, rel=1e-12)
+    assert test.ljung_box_probability == pytest.approx(chi2.sf(expected, 8), rel=1e-12)
+
+
+def test_serial_covariance_equals_the_weighted_sum_of_newey_and_west():
+    """Weight 1 - k / (lags + 1) of each lag k, written out sample by sample."""
+    scores = np.random.default_rng(7).standard_normal((12, 2))
+    expected = sum(
+        (1.0 - abs(i - j) / 4.0) * np.outer(scores[i], scores[j])
+        for i in range(12)
+        for j in range(12)
+        if abs(i - j) <= 3
+    )
+    np.testing.assert_allclose(serial_meat(scores, 3), expected, rtol=0.0, atol=1e-13)
+
+
+def test_residual_levels_count_the_estimated_parameters():
+    """Unbiased variance of a straight-line fit: NumPy's residual sum over n - 2."""
+    time = np.arange(40.0)
+    measured = 3.0 * time + np.random.default_rng(8).standard_normal(40)
+    line, squares, *_ = np.polyfit(time, measured, 1, full=True)
+    residual = measured - np.polyval(line, time)
+    (level,) = residual_levels([residual], 2, Quadratic())
+    assert level == pytest.approx(np.sqrt(squares[0] / 38.0), rel=1e-12)
+
+
+def test_residual_levels_of_a_robust_loss_are_those_of_a_normal_core():
+    """The median absolute deviation of normal samples, with a tenth of outliers."""
+    core = np.random.default_rng(9).normal(0.0, 0.3, 20_000)
+    outliers = np.full(400, 50.0)
+    (level,) = residual_levels([np.concatenate([core, outliers])], 3, Huber())
+    assert level == pytest.approx(0.3, rel=0.04)
 
 
 def test_quantum_is_found_only_where_there_is_one():
