@@ -267,15 +267,23 @@ def chosen(index, arrays):
 
 
 def scan(params, given):
-    fixed, state = params["num_consts"], params["num_consts"] + params["num_carry"]
+    fixed, carried = counts(params)
+    state = fixed + carried
     constants, carry, rows = given[:fixed], given[fixed:state], given[state:]
     order = range(params["length"])
     made = {}
     for k in reversed(order) if params["reverse"] else order:
         results = interpret(params["jaxpr"], [*constants, *carry, *(row[:, k] for row in rows)])
-        carry, made[k] = results[: params["num_carry"]], results[params["num_carry"] :]
+        carry, made[k] = results[:carried], results[carried:]
     stacked = zip(*(made[k] for k in order), strict=True)
     return [*carry, *(np.stack(arrays, 1) for arrays in stacked)]
+
+
+def counts(params):
+    """Constants and carries of a scan, of JAX 0.10 and of the later ones."""
+    if "num_consts" in params:
+        return params["num_consts"], params["num_carry"]
+    return tuple(str(part).count("None") for part in params["ft_in"].unpack())[:2]
 
 
 def passes(params, given):

@@ -125,7 +125,25 @@ def elementary(x, m, k, n):
     )
 
 
-CASES = [replaced, picked, ordered, whole, elementary]
+def composed(x, m, k, n):
+    """Functions that some versions of JAX have as one primitive and others as several."""
+    carried, rows = jax.lax.scan(
+        lambda c, row: ((c[0] + row * x[0], c[1] + 1), row * c[1]), (x[1], k), m[1]
+    )
+    return (
+        *carried,
+        rows,
+        jnp.log2(1.0 + x * x),
+        jnp.arccos(jnp.clip(x, -1.0, 1.0)),
+        jnp.arcsin(jnp.clip(x, -1.0, 1.0)),
+        jnp.polyval(jnp.array([0.5, -1.0, 2.0]), x),
+        jnp.hypot(x[0], m[1]),
+        jnp.einsum("ij,j->i", m, x),
+        jnp.nonzero(m[0] > 0.0, size=2, fill_value=-1)[0],
+    )
+
+
+CASES = [replaced, picked, ordered, whole, elementary, composed]
 ARGUMENTS = (VECTOR, MATRIX, INDEX, COUNT)
 
 

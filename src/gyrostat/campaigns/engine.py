@@ -27,6 +27,7 @@ from gyrostat.campaigns.pointing.campaign import PointingBudget
 from gyrostat.campaigns.run_loop import OWN, Drawn, loop_of, runner_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import Structure, structure_of
+from gyrostat.codegen.jax_versions import require_supported
 from gyrostat.codegen.simd.batch_scope import random_keys
 from gyrostat.codegen.simd.compiler import required
 from gyrostat.core.jax64 import jax
@@ -114,6 +115,7 @@ def prepare(scenario: Scenario, *, parts: int = 0, verify: bool = False) -> None
     Raises:
         InputError: See `gyrostat.campaigns.native.program_of`.
     """
+    require_supported()
     required()  # also where the program is loaded already
     if verify:
         program_of(structure_of(scenario), plans_of(scenario), parts=parts, verify=True)

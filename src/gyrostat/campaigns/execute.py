@@ -12,7 +12,7 @@ from gyrostat.campaigns.jobs import Job, executor_for, work
 from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.store import Store
-from gyrostat.core.engines import engine_named
+from gyrostat.core.engines import engine_named, say_slower
 from gyrostat.core.errors import InputError
 from gyrostat.core.files import set_aside
 from gyrostat.core.validation import check_seed
@@ -56,7 +56,7 @@ def chosen_engine(
     except InputError as error:
         if engine == "native":
             raise
-        say(f"{error}; using JAX, which is slower")
+        say_slower(error, say)
         return "jax"
     return "native"
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.data import Data
+from gyrostat.codegen.jax_versions import scan_counts
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import (
     Assign,
@@ -81,7 +82,7 @@ def _picked(
 
 def _scan(build: Builder, *given: Scalars | Data) -> Sequence[Scalars]:
     params, where = build.params, build.where
-    constants, carries = params["num_consts"], params["num_carry"]
+    constants, carries = scan_counts(params)
     body_jaxpr, count = params["jaxpr"], params["length"]
     split = constants + carries
     fixed, rows = given[:constants], given[split:]

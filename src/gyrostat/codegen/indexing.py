@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from jax.extend.core import ClosedJaxpr
 
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.data import Data
+from gyrostat.codegen.jax_versions import closed
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import Name, Number, Operand
 
@@ -211,7 +211,7 @@ def _scatter(build: Builder, *arrays: Scalars) -> Scalars:
     def join(old: Operand, update: Operand) -> Operand:
         if params["update_jaxpr"] is None:
             return update
-        inner = ClosedJaxpr(params["update_jaxpr"], params["update_consts"])
+        inner = closed(params["update_jaxpr"], params["update_consts"])
         both = [np.array(operand, dtype=object) for operand in (old, update)]
         (made,) = build.lower(inner, both, build.block, build.where)
         return build.scalars(made).item()

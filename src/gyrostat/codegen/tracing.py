@@ -1,7 +1,7 @@
 """Trace a function to its jaxpr, with the Python line of each operation.
 
-This module alone uses interfaces that JAX does not guarantee. The names and parameters of the
-primitives also appear in `primitives`, `lower` and `control_flow`, where they are only read.
+The names and parameters of the primitives also appear in `primitives`, `lower` and `control_flow`,
+where they are only read; what differs between versions of JAX is in `jax_versions`.
 """
 
 import os
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gyrostat.codegen.jax_versions import expanded, require_supported
 from gyrostat.codegen.source import NOWHERE, Source, in_library, refused, source, source_at
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -63,9 +64,10 @@ def trace(function: Callable[..., Any], arguments: Sequence[Any], name: str) -> 
 
     Raises:
         InputError: The function needs values where only shapes are known, for example in a shape
-            or a Python `if` that depends on data; it has a side effect; or its trace differs from
-            one call to the next.
+            or a Python `if` that depends on data; it has a side effect; its trace differs from one
+            call to the next; or the version of JAX is not supported.
     """
+    require_supported()
     arguments = as_arrays(tuple(arguments))
     found = []
     for _ in range(2):
@@ -123,7 +125,7 @@ def inner_jaxprs(equation: Any) -> list[Any]:
 def called(equation: Any) -> Any | None:
     """Closed jaxpr that an equation only calls; None if the equation is an operation itself."""
     parameter = _CALLS.get(equation.primitive.name)
-    inner = equation.params.get(parameter)
+    inner = equation.params.get(parameter) if parameter else expanded(equation)
     if inner is None or not hasattr(inner, "consts"):
         return None
     return inner

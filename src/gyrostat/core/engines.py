@@ -1,8 +1,9 @@
-"""Names of the engines that simulate."""
+"""Names of the engines that simulate, and the message that JAX replaces the native engine."""
 
 from collections.abc import Callable
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.messages import silent, to_stderr
 
 ENGINES = ("auto", "native", "jax")
 """auto: native if possible; native: compiled C with one run in each SIMD lane; jax: JAX."""
@@ -25,3 +26,14 @@ def engine_named(name: str, say: Callable[[str], None], option: str = "engine") 
     if name not in ENGINES:
         raise InputError(f"{option}: found {name!r}, expected one of {', '.join(ENGINES)}")
     return name
+
+
+def say_slower(reason: object, say: Callable[[str], None]) -> None:
+    """Say in one line why JAX computes although nobody asked for it; on stderr if `say` is silent.
+
+    Args:
+        reason: Why the native engine cannot.
+        say: Function that receives a message for the user.
+    """
+    line = f"{reason}; using the engine JAX, which is some 30 times slower"
+    (to_stderr if say is silent else say)(line)

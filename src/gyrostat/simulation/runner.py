@@ -1,6 +1,5 @@
 """Execution of one run or a batch, whole or in chunks of time, by JAX or by the native engine."""
 
-import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -8,9 +7,12 @@ import equinox as eqx
 import numpy as np
 from numpy.typing import NDArray
 
+from gyrostat.codegen.jax_versions import UnsupportedVersionError
 from gyrostat.codegen.simd.batch import Lanes, lanes
+from gyrostat.core.engines import say_slower
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.messages import silent
 from gyrostat.core.stored_trees import stored_tree_function
 from gyrostat.simulation.loop import Loop
 
@@ -37,8 +39,12 @@ def by_engine(engine: str, attempt: Callable[[str], Any]) -> Any:
         InputError: Raised by the function; with "auto", only by its call for JAX.
     """
     if engine == "auto":
-        with contextlib.suppress(InputError):
+        try:
             return attempt("native")
+        except UnsupportedVersionError as error:
+            say_slower(error, silent)
+        except InputError:
+            pass
         engine = "jax"
     return attempt(engine)
 

@@ -1,11 +1,12 @@
 """Conversion of the verbs' arguments: numbers, text with units, mappings, paths or objects."""
 
 import re
-import sys
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from gyrostat.core.errors import InputError, printable
+from gyrostat.core.errors import InputError
+from gyrostat.core.messages import silent as silent
+from gyrostat.core.messages import to_stderr as to_stderr
 
 if TYPE_CHECKING:
     from gyrostat.core.types import Vector
@@ -17,15 +18,6 @@ Quantity = float | str
 Named = Mapping[str, Any] | str | Iterable[str] | None
 """Values by name: a mapping, or text NAME=VALUE,NAME=VALUE in one or several pieces."""
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-
-
-def silent(line: str) -> None:
-    """Drop a message; the default of `say`."""
-
-
-def to_stderr(line: str) -> None:
-    """Print a message on stderr, with control characters replaced."""
-    print(printable(line), file=sys.stderr, flush=True)
 
 
 def in_si(value: Quantity, dimension: str, where: str) -> float:

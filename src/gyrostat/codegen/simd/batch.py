@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.codegen.jax_versions import require_supported
 from gyrostat.codegen.lower import Lowering
 from gyrostat.codegen.program import Function, Operand, Table
 from gyrostat.codegen.prune import prune
@@ -128,8 +129,9 @@ def traced(
 
     Raises:
         InputError: The function contains an operation that SIMD code does not support; the message
-            names the line of Python.
+            names the line of Python. Or the version of JAX is not supported.
     """
+    require_supported()
     flags = [bool(o) for o, tree in zip(own, arguments, strict=True) for _ in jax.tree.leaves(tree)]
     single = [
         jax.tree.map(_single if each else _whole, tree)
