@@ -24,6 +24,7 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.extras import missing
 
 Opener = Callable[[], contextlib.AbstractContextManager[Executor]]
 BARREN = 3
@@ -165,9 +166,7 @@ def cluster(address: str) -> Opener:
             KilledWorker,
         )
     except ImportError:
-        raise InputError(
-            "--scheduler: found no dask[distributed], expected it: install gyrostat[cluster]"
-        ) from None
+        raise missing("--scheduler", "dask and distributed", "cluster") from None
 
     @contextlib.contextmanager
     def opened() -> Iterator[Executor]:

@@ -85,7 +85,7 @@ def identify(
     ] = None,
     pulses: Annotated[int, typer.Option(help="Edges per revolution, with --edges.")] = 1,
     posterior: Annotated[
-        bool, typer.Option(help="Sample the posterior too (extra: gyrostat[posterior]).")
+        bool, typer.Option(help="Sample the posterior too (needs the package blackjax).")
     ] = False,
     force: Force = False,
     json_output: Json = False,

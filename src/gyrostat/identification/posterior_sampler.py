@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.core.errors import InputError
+from gyrostat.core.extras import missing
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Vector
 
@@ -33,9 +33,7 @@ def check_sampler() -> None:
         InputError: blackjax is not installed.
     """
     if find_spec("blackjax") is None:
-        raise InputError(
-            "--posterior: found no blackjax, expected the extra: pip install 'gyrostat[posterior]'"
-        )
+        raise missing("--posterior", "blackjax", "posterior")
 
 
 def chain(log_density: Callable) -> Callable:

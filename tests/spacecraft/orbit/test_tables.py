@@ -122,5 +122,6 @@ def test_a_missing_library_is_one_line(monkeypatch, module, package):
     with pytest.raises(InputError) as caught:
         orbit_environment(ORBIT, EPOCH, 60.0)
     assert str(caught.value) == (
-        f"orbit: found no {package}, expected the extra orbit (pip install 'gyrostat[orbit]')"
+        f"orbit: found no {package}, expected the packages of the extra orbit: pip install "
+        "'sgp4>=2.23' 'ppigrf>=2.0' 'pyerfa>=2.0.1.4' 'pymsis>=0.10'"
     )

@@ -14,6 +14,7 @@ from scipy.special import ndtr, ndtri
 
 from gyrostat.campaigns.search.moves import Answers, Moves, first_moves
 from gyrostat.core.errors import InputError
+from gyrostat.core.extras import missing
 from gyrostat.core.types import Matrix, Vector
 
 POPULATION = 64
@@ -200,9 +201,7 @@ def library() -> Any:
     try:
         import cma  # pyright: ignore[reportMissingImports]
     except ImportError:
-        raise InputError(
-            "search: found no package cma, expected it: install gyrostat[search]"
-        ) from None
+        raise missing("search", "cma", "search") from None
     return cma
 
 

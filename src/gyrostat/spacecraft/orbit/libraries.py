@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import Any
 
-from gyrostat.core.errors import InputError
+from gyrostat.core.extras import missing
 
 _PACKAGES = {"erfa": "pyerfa", "sgp4.api": "sgp4", "sgp4.io": "sgp4"}
 
@@ -20,7 +20,4 @@ def library(module: str) -> Any:
     try:
         return import_module(module)
     except ImportError:
-        raise InputError(
-            f"orbit: found no {_PACKAGES.get(module, module)}, expected the extra orbit "
-            "(pip install 'gyrostat[orbit]')"
-        ) from None
+        raise missing("orbit", _PACKAGES.get(module, module), "orbit") from None
