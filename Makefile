@@ -4,6 +4,8 @@
 #   make soak    the long attacks of benchmarks/soak_*.py, under 15 minutes
 #   make peers   the tests against FMPy, Basilisk and OpenTURNS, which are left out where these are not installed
 #   make check   everything that must pass before a change goes in
+#   make newest  the built wheel with the newest of everything, for each Python that is here
+#   make dist    wheel and source distribution, checked and installed
 #   make docs    the documentation, its examples executed
 #   make clean   remove what the above made, but for the environment
 #
@@ -19,7 +21,7 @@ PINS := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test soak peers check lint format types contracts docs types-and-docs clean
+.PHONY: help demo test soak peers newest dist check lint format types contracts docs types-and-docs clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -63,6 +65,12 @@ soak: $(VENV)/.test
 peers: $(VENV)/.peers
 	$(BIN)/python -m pytest -q tests/exports tests/spacecraft/test_against_basilisk.py \
 		tests/spacecraft/test_torques_against_basilisk.py tests/campaigns/test_effects.py
+
+newest:
+	@.ci/newest
+
+dist:
+	@PYTHON=$(PYTHON) .ci/dist
 
 lint: $(VENV)/.check
 	$(BIN)/ruff check .

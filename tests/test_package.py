@@ -4,6 +4,7 @@ import re
 import tomllib
 from pathlib import Path
 
+import gyrostat
 from gyrostat.core.extras import EXTRAS, missing
 
 ROOT = Path(__file__).parents[1]
@@ -36,3 +37,13 @@ def test_no_text_sends_a_user_to_the_package_index_for_gyrostat():
         if command.search(line)
     ]
     assert found == []
+
+
+def test_citation_and_changelog_have_the_version_of_the_package():
+    assert f"\nversion: {gyrostat.__version__}\n" in (ROOT / "CITATION.cff").read_text()
+    assert f"\n## [{gyrostat.__version__}]" in (ROOT / "CHANGELOG.md").read_text()
+    assert "version" in PROJECT["dynamic"]
+
+
+def test_command_line_prints_the_version(run):
+    assert run("--version") == (0, f"gyrostat {gyrostat.__version__}\n", "")

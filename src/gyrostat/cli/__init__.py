@@ -6,10 +6,11 @@ import gc
 import os
 import sys
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
+from gyrostat import __version__
 from gyrostat.cli.arguments import say
 from gyrostat.cli.cache import cache
 from gyrostat.cli.campaign import campaign, check, replay, report, simulate, tune
@@ -50,6 +51,26 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # otherwise brackets in help texts are read as markup
 )
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"gyrostat {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
+    pass
+
+
 for _verb in (
     *(identify, validate, compare, bench, feasible, recover),
     *(check, simulate, campaign, tune, replay, report, export, reproduce, cache),
