@@ -7,7 +7,15 @@ the parts that a simulation is made of. A name is loaded when it is first used. 
 Inside the package every quantity is in SI units and radians, in float64.
 """
 
+import os
+
 from gyrostat.core.lazy import lazy_names
+
+if os.name == "nt":
+    raise ImportError(
+        "gyrostat: found Windows, expected Linux, or macOS (untested): use the Windows Subsystem "
+        "for Linux"
+    )
 
 __version__ = "0.1.0"
 __getattr__, __dir__, _NAMES = lazy_names(__name__)

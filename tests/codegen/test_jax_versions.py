@@ -26,7 +26,9 @@ def test_versions_outside_the_range_are_refused(monkeypatch, version):
         require_supported()
 
 
-@pytest.mark.parametrize("version", ["0.10.0", "0.10.2", "0.11.1", "0.12.0.1", "0.12.3.dev20261101"])
+@pytest.mark.parametrize(
+    "version", ["0.10.0", "0.10.2", "0.11.1", "0.12.0.1", "0.12.3.dev20261101"]
+)
 def test_versions_within_the_range_are_accepted(monkeypatch, version):
     monkeypatch.setattr(jax, "__version__", version)
     require_supported()

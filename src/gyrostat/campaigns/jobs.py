@@ -1,6 +1,5 @@
 """Jobs of a campaign and the executor that carries them out."""
 
-import os
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -9,6 +8,7 @@ from gyrostat.campaigns.description import Campaign
 from gyrostat.campaigns.executors import Opener, processes, threads
 from gyrostat.campaigns.fingerprint import use_engine
 from gyrostat.campaigns.scenario import Scenario
+from gyrostat.core.processors import usable_cores
 
 ELSEWHERE = 128
 """Assumed number of workers of an executor if it is not given."""
@@ -77,7 +77,7 @@ def executor_for(
     Returns:
         The opener, the number of workers, and the function.
     """
-    cores = len(os.sched_getaffinity(0))
+    cores = usable_cores()
     if opener is not None:
         return opener, workers or ELSEWHERE, fly_job or work
     if campaign.engine.get("engine") == "native" and workers is None and fly_job is None:

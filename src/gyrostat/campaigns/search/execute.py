@@ -1,6 +1,5 @@
 """Execution of a search from the first flight to the table of results, resumable."""
 
-import os
 from collections.abc import Callable, Generator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -20,6 +19,7 @@ from gyrostat.campaigns.search.moves import Answers, Moves
 from gyrostat.campaigns.search.noise import parts_of
 from gyrostat.campaigns.store import Store
 from gyrostat.core.files import set_aside
+from gyrostat.core.processors import usable_cores
 from gyrostat.core.types import Vector
 from gyrostat.core.validation import check_seed
 
@@ -100,7 +100,7 @@ def run_search(
         campaign = store.begin(Campaign(*about, question.options()), force=options.force)
         refuse_other(campaign.engine, str(out))
         store.check(campaign)
-        with kept_open(threads(options.workers or len(os.sched_getaffinity(0)))) as pool:
+        with kept_open(threads(options.workers or usable_cores())) as pool:
             count = _fly(store, scenario, campaign, question, pool, on_progress)
             store.merge(campaign, count)
             missing = sorted(_worst(store, question, options.worst) - store.histories(campaign))
