@@ -245,7 +245,8 @@ a sample that is not finite then ends the run."""
 ORBIT_TEXT = """Orbit with an epoch, for torques, sensors, actuators and references that need it
 ([Orbits](orbit.md)). It is computed before the runs, by libraries (the
 packages sgp4, ppigrf, pyerfa and pymsis), and interpolated in the runs. Inertial axes are then
-those of the GCRS. `epoch` is the UTC time at time 0 of the run, such as `"2026-11-22T10:00:00Z"`."""
+those of the GCRS. `epoch` is the UTC time at time 0 of the run, such as
+`"2026-11-22T10:00:00Z"`."""
 REFERENCE = """The wanted attitude over time. Controllers follow its attitude, rate and acceleration
 without lag ([how to](references.md)). With any kind but `fixed`, `controller.target` and
 events of the kind `slew` are refused. `python = "FILE.py:NAME"` in place of `kind` names a function
