@@ -1,0 +1,191 @@
+"""What to do after an answer about failed wheels, with the command to run."""
+
+import math
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gyrostat.failures.attitude_text import attitude_text
+from gyrostat.failures.steps import NextStep
+from gyrostat.verbs.telemetry import TelemetryOptions
+
+if TYPE_CHECKING:
+    from gyrostat.core.types import Vector
+    from gyrostat.failures import Holdable, Recovery
+
+Words = Sequence[str]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Inputs of a verb on failures as they were given, to repeat them in a command.
+
+    Attributes:
+        spacecraft: Path of the spacecraft file.
+        failed: Name of each failed wheel -> its failure as given.
+        telemetry: Telemetry as given.
+        target: Options that give the target -> their values; None for those that are not given.
+        out: Folder of this verb's results.
+    """
+
+    spacecraft: str | Path
+    failed: Mapping[str, Any]
+    telemetry: TelemetryOptions
+    target: Mapping[str, Any]
+    out: Path
+
+    def command(self, verb: str, words: Words, folder: str) -> str:
+        """Command line of a verb for the same spacecraft, quoted for a shell.
+
+        Args:
+            verb: Name of the verb.
+            words: Options and their values.
+            folder: Folder for its results, below that of this verb.
+        """
+        out = ("--out", str(self.out / folder))
+        return shlex.join(["gyrostat", verb, str(self.spacecraft), *words, *out])
+
+    def state(self) -> list[str]:
+        """Options of the telemetry."""
+        given = self.telemetry
+        return [
+            *_option("--telemetry", given.telemetry),
+            *_option("--attitude", given.attitude),
+            *_option("--attitude-euler", given.attitude_euler),
+            *_option("--rate", given.rate),
+            *_option("--wheels", given.wheels),
+        ]
+
+    def wanted(self) -> list[str]:
+        """Options of the target, and of the order of quaternions."""
+        given = [word for name, value in self.target.items() for word in _option(name, value)]
+        return given + self.order()
+
+    def order(self) -> list[str]:
+        """Option of the order of quaternions."""
+        return ["--scalar-last"] if self.telemetry.scalar_last else []
+
+
+def after_feasible(
+    asked: Asked,
+    answer: "Holdable",
+    momentum: "Vector",
+    kept: Mapping[str, float],
+    frozen: Iterable[str],
+) -> list[NextStep]:
+    """What to do after a feasibility query.
+
+    Args:
+        asked: Inputs of the query.
+        answer: Its answer.
+        momentum: Total momentum, inertial axes, (3,), N·m·s.
+        kept: Name of each failed wheel -> the momentum that it keeps, N·m·s.
+        frozen: Names of the wheels whose momentum in the telemetry differs from the given one; a
+            simulation starts with that in the telemetry.
+    """
+    steps: list[NextStep] = []
+    if answer.attitude is not None and kept:
+        where = "the target" if answer.holdable else "the nearest feasible attitude"
+        if asked.telemetry.is_given:
+            as_measured = {**asked.failed, **dict.fromkeys(frozen, "frozen")}
+            words = [*_failed(as_measured), *asked.state(), *_recovery_target(asked, answer)]
+            steps.append(
+                NextStep(
+                    f"simulate the slew to {where}", asked.command("recover", words, "recover")
+                )
+            )
+        else:
+            steps.append(
+                NextStep(
+                    f"to simulate the slew to {where}, give attitude, rate and wheel speeds "
+                    "(--telemetry or --attitude, --rate, --wheels) instead of --momentum"
+                )
+            )
+    return steps + _unloaded(asked, answer, momentum, kept)
+
+
+def after_recover(
+    asked: Asked,
+    recovery: "Recovery",
+    momentum: "Vector",
+    kept: Mapping[str, float],
+    *,
+    duration: float,
+    period: float,
+) -> list[NextStep]:
+    """What to do after a simulated recovery.
+
+    Args:
+        asked: Inputs of the simulation.
+        recovery: Its result.
+        momentum: Total momentum, inertial axes, (3,), N·m·s.
+        kept: Name of each failed wheel -> the momentum that it keeps, N·m·s.
+        duration: Simulated time, s.
+        period: Control period, s.
+    """
+    steps: list[NextStep] = []
+    answer = recovery.plan.answer
+    if recovery.settle is not None and answer.attitude is not None and not answer.holdable:
+        where = attitude_text(answer.attitude)
+        steps.append(NextStep(f"command this attitude instead of the target: {where}"))
+    latest = max(recovery.earliest.values(), default=0.0)
+    if recovery.is_too_short and math.isfinite(latest):
+        # the wheel must have slowed down, and the slew still takes as long as this one
+        periods = math.ceil(max(2.0 * duration, latest + duration) / period)
+        words = [*_failed(asked.failed), *asked.state(), *asked.wanted()]
+        words += ["--duration", f"{periods * period:.12g}"]
+        if period != DEFAULT_PERIOD:
+            words += ["--period", f"{period:.12g}"]
+        steps.append(NextStep("simulate longer", asked.command("recover", words, "longer")))
+    return steps + _unloaded(asked, answer, momentum, kept)
+
+
+DEFAULT_PERIOD = 0.5
+"""Control period of `recover` if none is given, s."""
+
+
+def _unloaded(
+    asked: Asked, answer: "Holdable", momentum: "Vector", kept: Mapping[str, float]
+) -> list[NextStep]:
+    """The same query after unloading, to verify that the target is then feasible."""
+    if answer.unload is None:
+        return []
+    left = ",".join(f"{value:.12g}" for value in momentum - answer.unload + 0.0)
+    failed = {name: f"{value:.12g}" if value else "seized" for name, value in kept.items()}
+    words = [*_failed(failed), "--momentum", left, *asked.wanted()]
+    why = "verify the target with that momentum unloaded"
+    return [NextStep(why, asked.command("feasible", words, "unloaded"))]
+
+
+def _recovery_target(asked: Asked, answer: "Holdable") -> list[str]:
+    """Options of the target attitude; for a boresight, the nearest feasible attitude."""
+    import numpy as np
+
+    if asked.target.get("--towards") is None:
+        given = {name: asked.target.get(name) for name in ("--target", "--euler")}
+        return replace(asked, target=given).wanted()
+    quaternion = np.roll(np.asarray(answer.attitude), -1 if asked.telemetry.scalar_last else 0)
+    return [*_option("--target", quaternion), *asked.order()]
+
+
+def _failed(failed: Mapping[str, Any]) -> list[str]:
+    return [
+        word
+        for name, how in failed.items()
+        for word in ("--failed", name if how is None else f"{name}={_text(how)}")
+    ]
+
+
+def _option(name: str, value: Any) -> list[str]:
+    return [] if value is None else [name, _text(value)]
+
+
+def _text(value: Any) -> str:
+    """Text of a value for the command line."""
+    if isinstance(value, str | Path):
+        return str(value)
+    if isinstance(value, Iterable):
+        return ",".join(_text(part) for part in value)
+    return f"{value:.12g}"
