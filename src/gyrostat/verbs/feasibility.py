@@ -86,6 +86,7 @@ def feasible(
     """
     from gyrostat.core.outputs import check_outputs
     from gyrostat.failures import holdable
+    from gyrostat.failures.query import unit_quaternion
     from gyrostat.reports.failure_inputs import Inputs
     from gyrostat.reports.feasibility import FILES, Question, write_holdable
 
@@ -103,6 +104,8 @@ def feasible(
         {**wanted, "--boresight with --towards": towards},
         scalar_last=scalar_last,
     )
+    if aim is not None:
+        aim = unit_quaternion(aim, "target")
     body = None if boresight is None else direction(boresight, "--boresight")
     sought = None if towards is None else direction(towards, "--towards")
     if sought is not None and body is None:

@@ -103,6 +103,12 @@ def after_feasible(
                     "(--telemetry or --attitude, --rate, --wheels) instead of --momentum"
                 )
             )
+    elif any(kept.values()):
+        words = [*_failed(dict.fromkeys(kept, "seized")), *asked.state(), *asked.wanted()]
+        if not asked.telemetry.is_given:
+            words += _option("--momentum", momentum)
+        why = "the answer if the failed wheels stop (brake, friction)"
+        steps.append(NextStep(why, asked.command("feasible", words, "stopped")))
     return steps + _unloaded(asked, answer, momentum, kept)
 
 
