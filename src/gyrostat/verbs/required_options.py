@@ -17,7 +17,8 @@ NEEDED = {
     "wheel": (),
 }
 """Exported part -> options that its design needs."""
-_FURTHER = "; ".join(f"{part}: {', '.join(names)}" for part, names in NEEDED.items() if names)
+FURTHER = "; ".join(f"{part}: {', '.join(names)}" for part, names in NEEDED.items() if names)
+"""The same as text."""
 
 
 def missing_options(verb: str, options: Options) -> list[str]:
@@ -70,7 +71,7 @@ def missing_of_part(what: str | None, options: Options, *, is_designed: bool) ->
         options: Options given so far.
         is_designed: Whether the part is designed from a wheel model.
     """
-    missing = [] if what is not None else [f"--what (with more options: {_FURTHER})"]
+    missing = [] if what is not None else [f"--what (with more options: {FURTHER})"]
     missing += [] if options.get("period") is not None else ["--period"]
     needed = NEEDED.get(what or "", ()) if is_designed else ()
     return missing + [option for option in needed if options.get(_argument(option)) is None]
