@@ -180,14 +180,28 @@ def test_the_next_command_simulates_the_recovery(run, tmp_path):
 
 
 def test_a_recovery_that_is_too_short_names_the_longer_one(run, tmp_path):
-    words = ("--failed", "x=rundown:60s", *STATE, "--target", ATTITUDE, "--duration", "20")
+    brake = ("--brake", "x=40s")
+    words = ("--failed", "x=rundown:60s", *brake, *STATE, "--target", ATTITUDE, "--duration", "20")
     code, printed, said = run("recover", CRAFT, *words, "--json", "--out", tmp_path)
     assert code == 1
     step = json.loads(printed)["next"][0]
     assert step["why"] == "simulate longer"
     assert step["command"] in said
+    assert " --brake x=40s " in step["command"]
     code, printed, _ = run(*shlex.split(step["command"])[1:], "--json")
     assert (code, json.loads(printed)["settled"]) == (0, True)
+
+
+def test_large_angles_without_a_unit_are_questioned(feasible, tmp_path):
+    words = ("--failed", "x", "--rate", RATE, "--wheels", SPEED)
+    path = tmp_path / "angles.toml"
+    path.write_text("attitude_euler = [90, 0, 0]")
+    answer, said, _ = feasible(*words, "--telemetry", path, "--euler", "0,45,0")
+    assert "angles.toml: key attitude_euler: 90 is read in rad" in said
+    assert "--euler: 45 is read in rad; for degrees write '45 deg'" in said
+    path.write_text('attitude_euler = ["90 deg", 0, 0]')
+    answer, *_ = feasible(*words, "--telemetry", path, "--euler", "0,45deg,0")
+    assert answer["inputs"]["warnings"] == []
 
 
 @pytest.mark.parametrize(

@@ -57,11 +57,13 @@ def attitude_text(quaternion: Vector) -> str:
     Args:
         quaternion: Unit quaternion, (4,), scalar first.
     """
+    return f"{turn_and_angles(quaternion)}; quaternion {_numbers(quaternion)}, scalar first"
+
+
+def turn_and_angles(quaternion: Vector) -> str:
+    """Rotation and 3-1-3 angles of a unit quaternion (4,), scalar first, in words."""
     angles = _numbers(np.degrees(euler_angles(quaternion)))
-    return (
-        f"{turn_text(quaternion)}; 3-1-3 angles {angles} deg; "
-        f"quaternion {_numbers(quaternion)}, scalar first"
-    )
+    return f"{turn_text(quaternion)}; 3-1-3 angles {angles} deg"
 
 
 def _numbers(values: Vector) -> str:

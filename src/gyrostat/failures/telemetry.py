@@ -1,6 +1,7 @@
 """Motion of a spacecraft from telemetry, and its momentum."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -40,7 +41,7 @@ class Telemetry:
             InputError: A number is not finite, the quaternion is not of unit length, or a wheel is
                 beyond its momentum limit.
         """
-        speed = vector(wheel_speed, spacecraft.wheels.count, "wheel speeds", "rad/s")
+        speed: Any = vector(wheel_speed, spacecraft.wheels.count, "wheel speeds", "rad/s")
         spacecraft.wheels.check_speed(speed)
         unit = unit_quaternion(attitude, "attitude")
         return Telemetry(unit, vector(rate, 3, "rate", "rad/s"), speed)

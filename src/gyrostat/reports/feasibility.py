@@ -12,6 +12,7 @@ from gyrostat.core.outputs import new_files
 from gyrostat.core.text import plain, triple
 from gyrostat.core.types import Vector
 from gyrostat.failures import Holdable, SkyMap
+from gyrostat.failures.attitude_text import turn_and_angles
 from gyrostat.failures.steps import NextStep
 from gyrostat.reports.failure_inputs import (
     Inputs,
@@ -156,6 +157,7 @@ def rows_of(question: Question, answer: Holdable) -> list[Row]:
         rows.append(("feasible attitudes", f"a set of dimension {answer.dimension}{free}"))
     if answer.attitude is not None:
         rows.append(("nearest attitude (scalar first)", triple(answer.attitude, 9)))
+        rows.append(("nearest attitude in words", turn_and_angles(answer.attitude)))
     if answer.direction is not None:
         rows.append(("boresight direction there, inertial", triple(answer.direction, 6)))
     if answer.margin is not None:

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from gyrostat.core.outputs import new_files
 from gyrostat.core.text import triple
 from gyrostat.failures import BrakeGain, Loss, Recovery
+from gyrostat.failures.attitude_text import turn_and_angles
 from gyrostat.failures.recovery import ANGLE, RATE
 from gyrostat.failures.steps import NextStep
 from gyrostat.reports.chart import held, time_chart
@@ -119,6 +120,7 @@ def rows_of(
         rows += [
             ("nearest feasible attitude", f"{degrees(answer.angle)} from the target"),
             ("nearest attitude (scalar first)", triple(answer.attitude, 9)),
+            ("nearest attitude in words", turn_and_angles(answer.attitude)),
         ]
     for wheel, time in found.earliest.items():
         bound = f"under any controller, not settled before about {time:.3g} s"

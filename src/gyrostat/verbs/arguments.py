@@ -52,6 +52,15 @@ def in_si_or_none(value: Quantity | None, dimension: str, where: str) -> float |
     return None if value is None else in_si(value, dimension, where)
 
 
+def is_number(value: object) -> bool:
+    """Whether a value has no unit."""
+    try:
+        float(str(value))
+    except ValueError:
+        return False
+    return True
+
+
 def parts_of(value: Quantity | Iterable[Quantity]) -> list[Quantity]:
     """Split text at its commas; list numbers."""
     if isinstance(value, str):

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Named, Quantity, in_si, named
+from gyrostat.verbs.arguments import Named, Quantity, in_si, is_number, named
 
 if TYPE_CHECKING:
     from gyrostat.failures import Loss, Telemetry
@@ -198,12 +198,3 @@ def _brake(value: str, where: str) -> dict[str, float]:
         f"{where}: found {value!r}, expected the time constant of the short-circuited motor "
         "('8 s') or the torque of the motor ('20 mN·m')"
     )
-
-
-def is_number(value: object) -> bool:
-    """Whether a value has no unit."""
-    try:
-        float(str(value))
-    except ValueError:
-        return False
-    return True

@@ -18,9 +18,10 @@ from gyrostat.verbs.arguments import (
     silent,
     spacecraft_file,
 )
+from gyrostat.verbs.doubts import target_doubts
 from gyrostat.verbs.failed_wheels import differing, failures_of, in_words, momenta_of
 from gyrostat.verbs.required_options import require_options
-from gyrostat.verbs.telemetry import TelemetryOptions, order_doubt
+from gyrostat.verbs.telemetry import TelemetryOptions
 
 if TYPE_CHECKING:
     from gyrostat.core.types import Vector
@@ -95,15 +96,12 @@ def feasible(
         check_outputs(Path(out), FILES, by="holdable", force=force)
     require_options("feasible", arguments)
     file = spacecraft_file(spacecraft)
-    given = TelemetryOptions(attitude, attitude_euler, rate, wheels, telemetry, scalar_last)
-    if momentum is not None and given.is_given:
+    source = TelemetryOptions(attitude, attitude_euler, rate, wheels, telemetry, scalar_last)
+    if momentum is not None and source.is_given:
         raise InputError("--momentum: found it beside telemetry, expected one of them")
-    failures, wanted = failures_of(failed, file), {"--target": target, "--euler": euler}
-    aim = one_attitude(
-        "what to hold",
-        {**wanted, "--boresight with --towards": towards},
-        scalar_last=scalar_last,
-    )
+    failures, attitudes = failures_of(failed, file), {"--target": target, "--euler": euler}
+    options = {**attitudes, "--boresight with --towards": towards}
+    aim = one_attitude("what to hold", options, scalar_last=scalar_last)
     if aim is not None:
         aim = unit_quaternion(aim, "target")
     body = None if boresight is None else direction(boresight, "--boresight")
@@ -111,14 +109,14 @@ def feasible(
     if sought is not None and body is None:
         raise InputError("--towards: found no --boresight, expected the body direction to point")
     pointing = None if sought is None or body is None else (body, sought)
-    state, doubts = given.read(file) if given.is_given else (None, [])
-    doubts += order_doubt("--target", target, scalar_last=scalar_last)
-    doubts += _changed(differing(failures, file, state), failures, file)
-    total = (
-        state.total_momentum(file.spacecraft)
-        if state is not None
-        else numbers(() if momentum is None else momentum, 3, "momentum", "--momentum")
-    )
+    state, doubts = source.read(file) if source.is_given else (None, [])
+    changed = differing(failures, file, state)
+    doubts += target_doubts(target, euler, scalar_last=scalar_last)
+    doubts += _changed(changed, failures, file)
+    if state is not None:
+        total = state.total_momentum(file.spacecraft)
+    else:
+        total = numbers(() if momentum is None else momentum, 3, "momentum", "--momentum")
     kept = momenta_of(failures, file, state)
     question = Question(
         file=file,
@@ -143,14 +141,14 @@ def feasible(
         return answer
     steps = []
     if isinstance(spacecraft, str | Path):
-        from gyrostat.verbs.next_steps import Asked, after_feasible
+        from gyrostat.verbs.next_steps import Query, after_feasible
 
-        options = {**wanted, "--boresight": pointing and boresight, "--towards": towards}
-        asked = Asked(spacecraft, named(failed, "--failed", bare=True), given, options, Path(out))
+        options = {**attitudes, "--boresight": pointing and boresight, "--towards": towards}
+        words = named(failed, "--failed", bare=True)
+        query = Query(spacecraft, words, source, options, Path(out))
         names = file.wheel_names
-        frozen = [names[k] for k in differing(failures, file, state)]
         by_name = {names[k]: value for k, value in kept.items()}
-        steps = after_feasible(asked, answer, total, by_name, frozen)
+        steps = after_feasible(query, answer, total, by_name, [names[k] for k in changed])
     maps = _maps(question, answer, body)
     write_holdable(
         question, answer, maps, Path(out), steps=steps, command=command, say=say, force=force

@@ -3,11 +3,11 @@
 import math
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gyrostat.failures.attitude_text import attitude_text
+from gyrostat.failures.attitude_text import turn_and_angles
 from gyrostat.failures.steps import NextStep
 from gyrostat.verbs.telemetry import TelemetryOptions
 
@@ -19,8 +19,8 @@ Words = Sequence[str]
 
 
 @dataclass(frozen=True)
-class Asked:
-    """Inputs of a verb on failures as they were given, to repeat them in a command.
+class Query:
+    """Inputs of a verb on failures as the user gave them, to repeat them in a command.
 
     Attributes:
         spacecraft: Path of the spacecraft file.
@@ -28,6 +28,7 @@ class Asked:
         telemetry: Telemetry as given.
         target: Options that give the target -> their values; None for those that are not given.
         out: Folder of this verb's results.
+        brake: Name of each braked wheel -> its brake as given.
     """
 
     spacecraft: str | Path
@@ -35,6 +36,7 @@ class Asked:
     telemetry: TelemetryOptions
     target: Mapping[str, Any]
     out: Path
+    brake: Mapping[str, Any] = field(default_factory=dict)
 
     def command(self, verb: str, words: Words, folder: str) -> str:
         """Command line of a verb for the same spacecraft, quoted for a shell.
@@ -47,21 +49,21 @@ class Asked:
         out = ("--out", str(self.out / folder))
         return shlex.join(["gyrostat", verb, str(self.spacecraft), *words, *out])
 
-    def state(self) -> list[str]:
+    def state_words(self) -> list[str]:
         """Options of the telemetry."""
-        given = self.telemetry
+        options = self.telemetry
         return [
-            *_option("--telemetry", given.telemetry),
-            *_option("--attitude", given.attitude),
-            *_option("--attitude-euler", given.attitude_euler),
-            *_option("--rate", given.rate),
-            *_option("--wheels", given.wheels),
+            *_option("--telemetry", options.telemetry),
+            *_option("--attitude", options.attitude),
+            *_option("--attitude-euler", options.attitude_euler),
+            *_option("--rate", options.rate),
+            *_option("--wheels", options.wheels),
         ]
 
-    def wanted(self) -> list[str]:
+    def target_words(self) -> list[str]:
         """Options of the target, and of the order of quaternions."""
-        given = [word for name, value in self.target.items() for word in _option(name, value)]
-        return given + self.order()
+        words = [word for name, value in self.target.items() for word in _option(name, value)]
+        return words + self.order()
 
     def order(self) -> list[str]:
         """Option of the order of quaternions."""
@@ -69,7 +71,7 @@ class Asked:
 
 
 def after_feasible(
-    asked: Asked,
+    query: Query,
     answer: "Holdable",
     momentum: "Vector",
     kept: Mapping[str, float],
@@ -78,7 +80,7 @@ def after_feasible(
     """What to do after a feasibility query.
 
     Args:
-        asked: Inputs of the query.
+        query: Inputs of the query.
         answer: Its answer.
         momentum: Total momentum, inertial axes, (3,), N·m·s.
         kept: Name of each failed wheel -> the momentum that it keeps, N·m·s.
@@ -88,12 +90,12 @@ def after_feasible(
     steps: list[NextStep] = []
     if answer.attitude is not None and kept:
         where = "the target" if answer.holdable else "the nearest feasible attitude"
-        if asked.telemetry.is_given:
-            as_measured = {**asked.failed, **dict.fromkeys(frozen, "frozen")}
-            words = [*_failed(as_measured), *asked.state(), *_recovery_target(asked, answer)]
+        if query.telemetry.is_given:
+            as_measured = {**query.failed, **dict.fromkeys(frozen, "frozen")}
+            words = [*_failed(as_measured), *query.state_words(), *_recovery_target(query, answer)]
             steps.append(
                 NextStep(
-                    f"simulate the slew to {where}", asked.command("recover", words, "recover")
+                    f"simulate the slew to {where}", query.command("recover", words, "recover")
                 )
             )
         else:
@@ -104,16 +106,20 @@ def after_feasible(
                 )
             )
     elif any(kept.values()):
-        words = [*_failed(dict.fromkeys(kept, "seized")), *asked.state(), *asked.wanted()]
-        if not asked.telemetry.is_given:
+        words = [
+            *_failed(dict.fromkeys(kept, "seized")),
+            *query.state_words(),
+            *query.target_words(),
+        ]
+        if not query.telemetry.is_given:
             words += _option("--momentum", momentum)
         why = "the answer if the failed wheels stop (brake, friction)"
-        steps.append(NextStep(why, asked.command("feasible", words, "stopped")))
-    return steps + _unloaded(asked, answer, momentum, kept)
+        steps.append(NextStep(why, query.command("feasible", words, "stopped")))
+    return steps + _unloaded(query, answer, momentum, kept)
 
 
 def after_recover(
-    asked: Asked,
+    query: Query,
     recovery: "Recovery",
     momentum: "Vector",
     kept: Mapping[str, float],
@@ -124,7 +130,7 @@ def after_recover(
     """What to do after a simulated recovery.
 
     Args:
-        asked: Inputs of the simulation.
+        query: Inputs of the simulation.
         recovery: Its result.
         momentum: Total momentum, inertial axes, (3,), N·m·s.
         kept: Name of each failed wheel -> the momentum that it keeps, N·m·s.
@@ -134,18 +140,19 @@ def after_recover(
     steps: list[NextStep] = []
     answer = recovery.plan.answer
     if recovery.settle is not None and answer.attitude is not None and not answer.holdable:
-        where = attitude_text(answer.attitude)
+        where = turn_and_angles(answer.attitude)
         steps.append(NextStep(f"command this attitude instead of the target: {where}"))
     latest = max(recovery.earliest.values(), default=0.0)
     if recovery.is_too_short and math.isfinite(latest):
         # the wheel must have slowed down, and the slew still takes as long as this one
         periods = math.ceil(max(2.0 * duration, latest + duration) / period)
-        words = [*_failed(asked.failed), *asked.state(), *asked.wanted()]
+        words = [*_failed(query.failed), *_named("--brake", query.brake)]
+        words += [*query.state_words(), *query.target_words()]
         words += ["--duration", f"{periods * period:.12g}"]
         if period != DEFAULT_PERIOD:
             words += ["--period", f"{period:.12g}"]
-        steps.append(NextStep("simulate longer", asked.command("recover", words, "longer")))
-    return steps + _unloaded(asked, answer, momentum, kept)
+        steps.append(NextStep("simulate longer", query.command("recover", words, "longer")))
+    return steps + _unloaded(query, answer, momentum, kept)
 
 
 DEFAULT_PERIOD = 0.5
@@ -153,34 +160,39 @@ DEFAULT_PERIOD = 0.5
 
 
 def _unloaded(
-    asked: Asked, answer: "Holdable", momentum: "Vector", kept: Mapping[str, float]
+    query: Query, answer: "Holdable", momentum: "Vector", kept: Mapping[str, float]
 ) -> list[NextStep]:
     """The same query after unloading, to verify that the target is then feasible."""
     if answer.unload is None:
         return []
     left = ",".join(f"{value:.12g}" for value in momentum - answer.unload + 0.0)
     failed = {name: f"{value:.12g}" if value else "seized" for name, value in kept.items()}
-    words = [*_failed(failed), "--momentum", left, *asked.wanted()]
+    words = [*_failed(failed), "--momentum", left, *query.target_words()]
     why = "verify the target with that momentum unloaded"
-    return [NextStep(why, asked.command("feasible", words, "unloaded"))]
+    return [NextStep(why, query.command("feasible", words, "unloaded"))]
 
 
-def _recovery_target(asked: Asked, answer: "Holdable") -> list[str]:
+def _recovery_target(query: Query, answer: "Holdable") -> list[str]:
     """Options of the target attitude; for a boresight, the nearest feasible attitude."""
     import numpy as np
 
-    if asked.target.get("--towards") is None:
-        given = {name: asked.target.get(name) for name in ("--target", "--euler")}
-        return replace(asked, target=given).wanted()
-    quaternion = np.roll(np.asarray(answer.attitude), -1 if asked.telemetry.scalar_last else 0)
-    return [*_option("--target", quaternion), *asked.order()]
+    if query.target.get("--towards") is None:
+        attitude = {name: query.target.get(name) for name in ("--target", "--euler")}
+        return replace(query, target=attitude).target_words()
+    quaternion = np.roll(np.asarray(answer.attitude), -1 if query.telemetry.scalar_last else 0)
+    return [*_option("--target", quaternion), *query.order()]
 
 
 def _failed(failed: Mapping[str, Any]) -> list[str]:
+    return _named("--failed", failed)
+
+
+def _named(option: str, values: Mapping[str, Any]) -> list[str]:
+    """Repeated option with NAME or NAME=VALUE."""
     return [
         word
-        for name, how in failed.items()
-        for word in ("--failed", name if how is None else f"{name}={_text(how)}")
+        for name, value in values.items()
+        for word in (option, name if value is None else f"{name}={_text(value)}")
     ]
 
 

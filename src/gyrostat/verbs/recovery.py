@@ -15,9 +15,10 @@ from gyrostat.verbs.arguments import (
     silent,
     spacecraft_file,
 )
+from gyrostat.verbs.doubts import target_doubts
 from gyrostat.verbs.failed_wheels import failures_of, in_words, losses_of, momenta_of
 from gyrostat.verbs.required_options import require_options
-from gyrostat.verbs.telemetry import TelemetryOptions, order_doubt
+from gyrostat.verbs.telemetry import TelemetryOptions
 
 if TYPE_CHECKING:
     from gyrostat.failures import Recovery
@@ -93,13 +94,11 @@ def recover(
     require_options("recover", arguments)
     file = spacecraft_file(spacecraft)
     options = {"--target": target, "--euler": euler}
-    wanted = unit_quaternion(
-        one_attitude("what to hold", options, scalar_last=scalar_last), "target"
-    )
+    aim = unit_quaternion(one_attitude("target", options, scalar_last=scalar_last), "target")
     failures = failures_of(failed, file)
-    given = TelemetryOptions(attitude, attitude_euler, rate, wheels, telemetry, scalar_last)
-    now, doubts = given.read(file)
-    doubts += order_doubt("--target", target, scalar_last=scalar_last)
+    source = TelemetryOptions(attitude, attitude_euler, rate, wheels, telemetry, scalar_last)
+    now, doubts = source.read(file)
+    doubts += target_doubts(target, euler, scalar_last=scalar_last)
     losses = losses_of(failures, file, now, brake)
     start = state_of(file.spacecraft, now.attitude, now.rate, now.wheel_speed)
     lost = ", ".join(
@@ -109,7 +108,7 @@ def recover(
     say(f"simulating {file.name or _source(spacecraft)} from the failure of {lost}")
     length, step = in_si(duration, "time", "--duration"), in_si(period, "time", "--period")
     found = simulate(
-        file.spacecraft, start, losses, target=wanted, duration=length, control_period=step
+        file.spacecraft, start, losses, target=aim, duration=length, control_period=step
     )
     flown = found.histories
     if flown is not None:
@@ -123,14 +122,14 @@ def recover(
     kept = dict.fromkeys(failures, 0.0) | momenta_of(resting, file, now)
     steps = []
     if isinstance(spacecraft, str | Path):
-        from gyrostat.verbs.next_steps import Asked, after_recover
+        from gyrostat.verbs.next_steps import Query, after_recover
 
         words = named(failed, "--failed", bare=True)
-        asked = Asked(spacecraft, words, given, options, Path(out))
+        query = Query(spacecraft, words, source, options, Path(out), named(brake, "--brake"))
         total = now.total_momentum(file.spacecraft)
         by_name = {file.wheel_names[k]: value for k, value in kept.items()}
-        steps = after_recover(asked, found, total, by_name, duration=length, period=step)
-    inputs = Inputs(file.wheel_names, in_words(failures, file, kept), wanted, None, now, doubts)
+        steps = after_recover(query, found, total, by_name, duration=length, period=step)
+    inputs = Inputs(file.wheel_names, in_words(failures, file, kept), aim, None, now, doubts)
     texts: dict[str, Any] = {"command": command, "say": say, "force": force}
     write_recovery(file, found, losses, Path(out), inputs=inputs, steps=steps, **texts)
     return found

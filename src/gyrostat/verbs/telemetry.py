@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError, placed
-from gyrostat.verbs.arguments import Quantity, in_si, numbers, one_attitude, parts_of
-from gyrostat.verbs.failed_wheels import is_number
+from gyrostat.verbs.arguments import Quantity, in_si, is_number, numbers, one_attitude, parts_of
+from gyrostat.verbs.doubts import angle_doubt, order_doubt
 from gyrostat.verbs.required_options import require_given
 
 if TYPE_CHECKING:
@@ -72,6 +72,7 @@ class TelemetryOptions:
 
         values: dict[str, Any] = {}
         doubts = order_doubt("--attitude", self.attitude, scalar_last=self.scalar_last)
+        doubts += angle_doubt("--attitude-euler", self.attitude_euler)
         if self.attitude is not None or self.attitude_euler is not None:
             options = {"--attitude": self.attitude, "--attitude-euler": self.attitude_euler}
             values["attitude"] = one_attitude(
@@ -93,9 +94,10 @@ class TelemetryOptions:
             values |= stored
         missing = [name for name in ("attitude", "wheels") if name not in values]
         require_given(str(where), [_MISSING[name] for name in missing])
+        attitude: Any = values["attitude"]
         rate = values.get("rate", np.zeros(3))
         with placed(str(where)):
-            state = Telemetry.of(file.spacecraft, values["attitude"], rate, values["wheels"])
+            state = Telemetry.of(file.spacecraft, attitude, rate, values["wheels"])
         return state, doubts
 
 
@@ -142,32 +144,6 @@ def _speed(value: Quantity, inertia: float) -> float:
             raise error from None
 
 
-def order_doubt(
-    name: str, quaternion: str | Iterable[float] | None, *, scalar_last: bool
-) -> list[str]:
-    """Remark on a quaternion that is a half turn as read, but no rotation in the other order.
-
-    Args:
-        name: Option or key, for the message.
-        quaternion: The quaternion as given; None for no remark.
-        scalar_last: Whether its scalar part is last.
-    """
-    from gyrostat.failures.query import UNIT_TOLERANCE
-
-    if quaternion is None:
-        return []
-    scalar = numbers(quaternion, 4, None, name)[0 if scalar_last else 3]
-    if abs(abs(scalar) - 1.0) > UNIT_TOLERANCE:
-        return []
-    order, other = ("last", "first") if scalar_last else ("first", "last")
-    axis = "x" if scalar_last else "z"
-    remedy = "leave out --scalar-last" if scalar_last else "add --scalar-last"
-    return [
-        f"{name}, read scalar {order}, is a half turn about {axis}; scalar {other} it would be no "
-        f"rotation at all: if that is meant, {remedy} (or the key scalar_last in a file)"
-    ]
-
-
 def _read_file(
     path: Path, file: "SpacecraftFile", *, scalar_last: bool
 ) -> tuple[dict[str, Any], list[str]]:
@@ -203,8 +179,12 @@ def _read_file(
             size, dimension = (4, None) if key == "attitude" else (3, "angle")
             parts = _list(path, key, table[key], [f"[{k}]" for k in range(size)], dimension)
             values["attitude"] = one_attitude(key, {key: parts}, scalar_last=order)
-            if key == "attitude":
-                doubts = order_doubt(f"{path}: key attitude", parts, scalar_last=order)
+            place = f"{path}: key {key}"
+            doubts += (
+                order_doubt(place, parts, scalar_last=order)
+                if key == "attitude"
+                else angle_doubt(place, table[key])
+            )
     if "rate" in table:
         parts = _list(path, "rate", table["rate"], [f"[{k}]" for k in range(3)], "speed")
         values["rate"] = np.array(parts)
