@@ -245,7 +245,7 @@ def test_a_frozen_wheel_needs_its_momentum(run, tmp_path):
     words = ("--momentum", "0,0,1", "--failed", "x=frozen", "--target", ATTITUDE)
     code, _, err = run("feasible", CRAFT, *words, "--out", tmp_path)
     assert code == 2
-    assert "--failed x: found frozen without the wheel speeds, expected --wheels" in err
+    assert "--failed x: found frozen without the wheel speeds, expected telemetry" in err
 
 
 def test_python_takes_telemetry_too():

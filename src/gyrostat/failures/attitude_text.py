@@ -6,6 +6,8 @@ from gyrostat.core.types import Vector
 
 SMALL = 1e-6
 """Angle, rad, or component of a unit vector that is not shown."""
+DEGENERATE = 5e-10
+"""Sine or cosine of half the second angle below which the others are not unique."""
 
 
 def euler_angles(quaternion: Vector) -> Vector:
@@ -17,9 +19,9 @@ def euler_angles(quaternion: Vector) -> Vector:
     q0, q1, q2, q3 = quaternion
     across, along = np.hypot(q1, q2), np.hypot(q0, q3)
     total, difference = np.arctan2(q3, q0), np.arctan2(q2, q1)
-    if across < SMALL:
+    if across < DEGENERATE:
         difference = total
-    elif along < SMALL:
+    elif along < DEGENERATE:
         total = difference
     first, last = total + difference, total - difference
     angles = np.array([first, 2.0 * np.arctan2(across, along), last])

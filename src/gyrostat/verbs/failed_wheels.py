@@ -107,8 +107,8 @@ def momenta_of(
             found[number] = failure.momentum
         else:
             raise InputError(
-                f"--failed {name}: found frozen without the wheel speeds, expected --wheels or "
-                f"--telemetry, or its momentum or speed, such as {name}=0.3 or {name}=180rpm"
+                f"--failed {name}: found frozen without the wheel speeds, expected telemetry "
+                f"instead of --momentum, or its momentum or speed: {name}=0.3 or {name}=180rpm"
             )
     return found
 
