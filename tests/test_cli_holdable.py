@@ -78,7 +78,7 @@ def test_the_angles_are_those_of_the_package(run, tmp_path):
         (("--target", "1,0,0"), "--target: found '1,0,0', expected 4 values"),
         (("--target", "1,0,0,up"), "--target: found '1,0,0,up', expected 4 numbers"),
         (("--target", "1,1,0,0"), "target: found a quaternion of length 1.41421"),
-        ((), "what to hold: found none, expected one of --target, --euler"),
+        ((), "feasible: missing --target, --euler or --boresight with --towards"),
         (("--target", "1,0,0,0", "--euler", "0,0,0"), "found --target and --euler"),
         (("--towards", "1,0,0"), "--towards: found no --boresight"),
         (("--boresight", "0,0,0", "--towards", "x"), "--boresight: found zero"),

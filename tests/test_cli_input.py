@@ -87,7 +87,7 @@ BENCH = ("bench", "model.toml", "--out", "out/r.csv")
         (("bench", "HUGE", "--out", "out/r.csv"), "HUGE: found more than 1e+07 bytes, expected"),
         (("validate", "model.toml", "/dev/zero.csv", "--out", "o"), "/dev/zero.csv: found no read"),
         (("bench", "model.toml", "--out", "o/" + "x" * 5000 + "/r.csv"), "File name too long"),
-        (("bench", "model.toml"), "Missing option '--out'"),
+        (("bench", "model.toml"), "bench: missing --out (see gyrostat bench --help)"),
         ((*BENCH, "--rate", "much"), "Invalid value for '--rate'"),
         ((*BENCH, "--no-such-option"), "No such option: --no-such-option"),
         (("no-such-verb",), "No such command 'no-such-verb'"),

@@ -72,13 +72,23 @@ def test_nothing_left_is_no_valid_result(run, tmp_path):
         (("--failed", "x=rundown:-1s", *NOW, *WANTED), "time constant of running down: found -1"),
         (("--failed", "x=rundown:3kg", *NOW, *WANTED), "--failed x '3kg': found unit"),
         (("--failed", "x=seized", "--failed", "x=frozen", *NOW, *WANTED), "found x twice"),
-        (("--failed", "x=seized", *NOW), "what to hold: found none"),
+        (("--failed", "x=seized", *NOW), "recover: missing --target or --euler"),
         (("--failed", "x=seized", "--wheels", "1,2", *NOW[2:], *WANTED), "--wheels: found '1,2'"),
-        (("--failed", "x=seized", "--wheels", "1kg,2,3", *NOW[2:], *WANTED), "found unit 'kg'"),
-        (("--failed", "x=seized", *NOW[:2], *WANTED), "attitude at the failure: found none"),
+        (
+            ("--failed", "x=seized", "--wheels", "1kg,2rpm,3rpm", *NOW[2:], *WANTED),
+            "found unit 'kg'",
+        ),
+        (
+            ("--failed", "x=seized", "--wheels", "180rpm,-210,0", *NOW[2:], *WANTED),
+            "--wheels: found -210 without and others with a unit, expected a unit for all",
+        ),
+        (
+            ("--failed", "x=seized", *NOW[:2], *WANTED),
+            "recover: missing --attitude, --attitude-euler or --telemetry",
+        ),
         (
             ("--failed", "x=seized", *NOW[:2], "--attitude", "0,0,0,0", *WANTED),
-            "--attitude, --rate, --wheels: found a value that is not finite",
+            "telemetry: attitude: found a quaternion of length 0",
         ),
         (("--failed", "x=seized", *NOW, "--target", "2,0,0,0"), "target: found a quaternion"),
         (("--failed", "x=seized", *NOW, *WANTED, "--duration", "0"), "duration: found 0 s"),

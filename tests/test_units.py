@@ -32,6 +32,8 @@ def test_si_units_are_spelled_as_the_outputs_spell_them():
         "temperature": "°C",
         "frequency": "Hz",
         "angle": "rad",
+        "angle_random_walk": "rad/√s",
+        "rate_random_walk": "rad/s/√s",
     }
 
 
@@ -91,7 +93,27 @@ def test_si_units_convert_exactly(dimension, unit):
         ("viscous", "N·m/rpm|Nm/rpm", 9.549296585513721),
         ("viscous", "mNm/rpm", 9.549296585513721e-3),
         ("angle", "rad", 1.0),
-        ("angle", "deg|°|degrees", 0.017453292519943295),
+        ("angle", "deg|°|º|degrees", 0.017453292519943295),
+        ("speed", "deg/h|deg/hr|°/h|º / hr|deg per hour|deg·h^-1|DEG/HR", 4.84813681109536e-6),
+        ("speed", "arcsec/s|arc-sec/sec", 4.84813681109536e-6),
+        ("speed", "dps", 0.017453292519943295),
+        ("speed", "mrad/s", 0.001),
+        ("angle_random_walk", "rad/√s|rad/sqrt(s)|rad/s^0.5|rad/s^{1/2}|rad/s/√Hz", 1.0),
+        (
+            "angle_random_walk",
+            "deg/√h|deg/√hr|°/√ h|deg/sqrt(h)|deg/sqrt(hr)|DEG/SQRT(HR)|deg/sqrt hr|deg/rt-hr|"
+            "deg/h^(1/2)|deg·h^-1/2|deg h^-0.5|deg per root hour",
+            2.908882086657216e-4,
+        ),
+        ("angle_random_walk", "deg/√s|°/s/√Hz|(deg/s)/√Hz|dps/rtHz", 0.017453292519943295),
+        ("angle_random_walk", "arcsec/√s|deg/h/√Hz|(°/hr)/sqrt(Hz)", 4.84813681109536e-6),
+        ("rate_random_walk", "rad/s/√s|rad/s^(3/2)|rad/s^1.5", 1.0),
+        (
+            "rate_random_walk",
+            "deg/h/√h|(deg/hr)/√hr|deg/hr/sqrt(hr)|deg/h^1.5|°/h^{3/2}",
+            8.080228018492266e-8,
+        ),
+        ("rate_random_walk", "arcsec/s/√s|deg/h/√s", 4.84813681109536e-6),
     ],
 )
 def test_factors_and_spellings(dimension, spellings, si):
@@ -137,6 +159,10 @@ def test_arrays_keep_their_shape_and_numbers_become_floats():
         ("rpm", "torque"),
         ("", "speed"),
         ("rad/", "speed"),
+        ("deg/h", "angle_random_walk"),
+        ("deg/√h", "speed"),
+        ("deg/s·√Hz", "angle_random_walk"),  # of (deg/s)·√Hz or of deg/(s·√Hz)?
+        ("deg/√h", "rate_random_walk"),
     ],
 )
 def test_other_units_are_refused_not_guessed(unit, dimension):
@@ -150,8 +176,27 @@ def test_an_unknown_unit_lists_the_known_and_the_nearest():
         find_unit("MA", "current", "--units current")
     assert str(caught.value) == (
         "--units current: found unit 'MA', expected a unit of current: A, mA, µA;"
-        " did you mean 'mA'?"
+        " did you mean 'mA' (0.001 A)?"
     )
+
+
+@pytest.mark.parametrize(
+    ("unit", "dimension"),
+    [
+        *(("deg/day", "speed"), ("deg/hs", "speed"), ("kN·m", "torque"), ("nN·m", "torque")),
+        *(("deg/√day", "angle_random_walk"), ("deg/s·√Hz", "angle_random_walk")),
+    ],
+)
+def test_a_unit_of_another_size_is_not_suggested(unit, dimension):
+    with pytest.raises(InputError) as caught:
+        find_unit(unit, dimension, "here")
+    assert "did you mean" not in str(caught.value)
+
+
+def test_a_unit_of_another_dimension_is_named_as_such():
+    with pytest.raises(InputError) as caught:
+        find_unit("deg/h", "angle_random_walk", "here")
+    assert str(caught.value).endswith("; 'deg/h' is a unit of speed")
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, [0.0, math.nan]])
@@ -202,7 +247,8 @@ def test_quantity_errors_name_the_place_and_the_accepted_units():
         parse_quantity("4 rmp", "speed", "--hold stribeck_speed")
     assert str(caught.value) == (
         "--hold stribeck_speed '4 rmp': found unit 'rmp', expected a unit of speed:"
-        " rad/s, deg/s, rpm, rev/s; did you mean 'rpm'?"
+        " rad/s, deg/s, rpm, rev/s, deg/h, deg/min, arcsec/s, arcsec/h, ...;"
+        " did you mean 'rpm' (0.1047 rad/s)?"
     )
 
 
@@ -250,6 +296,9 @@ def test_a_number_of_no_physical_magnitude_is_refused(text):
         ("3 rpm/V", None),
         ("3 parsec", None),
         ("1 °C/s", 1.0),
+        ("0.1 deg/√h", 0.1 * math.pi / 180.0 / 60.0),
+        ("3 µN·m/√s", 3e-6),
+        ("3 mN·m/sqrt(h)", 5e-5),
         ("1 K/s", None),  # an offset has no place in a quotient
         ("abc", None),
         ("", None),

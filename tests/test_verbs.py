@@ -138,7 +138,7 @@ def test_an_export_that_cannot_be_is_one_line_and_writes_nothing(fit, tmp_path):
     part = gs.CurrentMode(gs.AttitudePID(*GAINS), 0.02)
     out = tmp_path / "out"
     for model, words, found in (
-        (part, {"to": "c"}, "found no --period"),
+        (part, {"to": "c"}, "--what controller: missing --period"),
         (part, {"to": "c", "period": 0.1, "what": "wheel"}, "expected controller"),
         (part, {"to": "c", "period": 0.1, "gains": np.array(GAINS)}, "found --gains"),
         (part, {"to": "json"}, "found an object of CurrentMode"),

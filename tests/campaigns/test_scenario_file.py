@@ -400,3 +400,61 @@ def test_odd_scenarios_are_read_or_refused_in_one_line(folder, data):
 def test_the_page_lists_every_key_as_the_schema_has_it(module_at):
     docs = EXAMPLES.parents[1] / "docs"
     assert module_at(docs / "make_scenario.py").page() == (docs / "scenario.md").read_text()
+
+
+GYRO = (
+    ("angle_walk = 2e-5 ", 'angle_walk = "0.15 deg/√h" ', "sensors.angle_walk", 0.15 / 60.0),
+    ("bias_walk = 1e-7 ", 'bias_walk = "3 deg/h/sqrt(h)" ', "sensors.bias_walk", 3.0 / 60.0**3),
+    ('["0.002 deg/s",', '["10 °/hr",', "sensors.bias.x", 10.0 / 3600.0),
+)
+"""Text of wheel_array.toml, its replacement, key, value in deg and s."""
+
+
+@pytest.fixture
+def gyro_units(tmp_path):
+    """Read the ready scenario wheel_array.toml with other texts; its sigmas are in deg/√h."""
+
+    def make(*changes):
+        text = (EXAMPLES / "wheel_array.toml").read_text()
+        craft = EXAMPLES / "cubesat.toml"
+        for old, new in (('"cubesat.toml"', f'"{craft}"'), *changes):
+            assert old in text
+            text = text.replace(old, new)
+        path = tmp_path / "gyro.toml"
+        path.write_text(text)
+        return read_scenario(path)
+
+    return make
+
+
+def test_gyro_units_are_read_as_data_sheets_print_them(gyro_units):
+    values = gyro_units(*((old, new) for old, new, *_ in GYRO)).values
+    for *_, key, in_degrees in GYRO:
+        assert values[key] == pytest.approx(math.radians(in_degrees), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("key", "sigma", "in_degrees"),
+    [
+        ("sensors.bias.z", "12 deg/h", 12.0 / 3600.0),
+        ("sensors.angle_walk", "0.01 deg/sqrt(hr)", 0.01 / 60.0),
+        ("sensors.bias_walk", "1 deg/h/√h", 1.0 / 60.0**3),
+    ],
+)
+def test_the_sigma_of_a_dispersion_has_units_of_gyros(gyro_units, key, sigma, in_degrees):
+    changes = (('"sensors.bias.z"', f'"{key}"'), ('"0.003 deg/s"\n\n', f'"{sigma}"\n\n'))
+    (found,) = [d for d in gyro_units(*changes).dispersions if d.keys == (key,)]
+    assert found.spread[0][0] == pytest.approx(math.radians(in_degrees), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("angle_walk = 2e-5", 'angle_walk = "1 deg/h"', "'deg/h' is a unit of speed"),
+        ('["0.002 deg/s",', '["1 deg/√h",', "'deg/√h' is a unit of angle random walk"),
+        ("bias_walk = 1e-7", 'bias_walk = "1 deg/√h"', "expected a unit of rate random walk"),
+    ],
+)
+def test_a_gyro_unit_of_another_quantity_is_refused(gyro_units, old, new, message):
+    with pytest.raises(InputError, match=message):
+        gyro_units((old, new))

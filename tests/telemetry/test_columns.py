@@ -148,25 +148,26 @@ def test_units_of_the_caller_add_and_overrule(read):
             "time_s,current_A,speed [knots]",
             {},
             "row 1, column 'speed [knots]': found unit 'knots', expected a unit of speed:"
-            " rad/s, deg/s, rpm, rev/s",
+            " rad/s, deg/s, rpm, rev/s, deg/h, deg/min, arcsec/s, arcsec/h, ...",
         ),
         (
             "time_s,current_A,speed_Hz",
             {},
             "row 1, column 'speed_Hz': found unit 'Hz', expected a unit of speed:"
-            " rad/s, deg/s, rpm, rev/s",
+            " rad/s, deg/s, rpm, rev/s, deg/h, deg/min, arcsec/s, arcsec/h, ...;"
+            " 'Hz' is a unit of frequency",
         ),
         (
             "time_s,current_MA,speed_rpm",
             {},
             "row 1, column 'current_MA': found unit 'MA', expected a unit of current: A, mA, µA;"
-            " did you mean 'mA'?",
+            " did you mean 'mA' (0.001 A)?",
         ),
         (
             "time_s,current_A,speed",
             {"units": {"speed": "rmp"}},
-            "column 'speed': found unit 'rmp', expected a unit of speed: rad/s, deg/s, rpm, rev/s;"
-            " did you mean 'rpm'?",
+            "column 'speed': found unit 'rmp', expected a unit of speed: rad/s, deg/s, rpm, rev/s,"
+            " deg/h, deg/min, arcsec/s, arcsec/h, ...; did you mean 'rpm' (0.1047 rad/s)?",
         ),
         (
             "time;current_A;speed_rpm\nfortnights;A;rpm",

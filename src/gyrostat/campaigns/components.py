@@ -154,8 +154,8 @@ SENSORS: dict[str, Component] = {
         "(`gyrostat.spacecraft.RateGyro`).",
         {
             **_TRACKER,
-            "angle_walk": positive("rad/√s", None, "Angle random walk of the gyro."),
-            "bias_walk": size("rad/s/√s", 0.0, "Random walk of the gyro bias."),
+            "angle_walk": positive("angle_random_walk", None, "Angle random walk of the gyro."),
+            "bias_walk": size("rate_random_walk", 0.0, "Random walk of the gyro bias."),
             "bias": vector("speed", "Initial bias of the gyro."),
             "scale_factor": Key(
                 "1",

@@ -19,6 +19,7 @@ from gyrostat.cli.export import export
 from gyrostat.cli.feasibility import feasible
 from gyrostat.cli.paper import reproduce
 from gyrostat.cli.recovery import recover
+from gyrostat.cli.verb import Verb
 from gyrostat.cli.wheel import bench, identify, validate
 from gyrostat.core.errors import InputError, one_line
 from gyrostat.core.instructions import NAME, limit_process
@@ -75,12 +76,19 @@ for _verb in (
     *(identify, validate, compare, bench, feasible, recover),
     *(check, simulate, campaign, tune, replay, report, export, reproduce, cache),
 ):
-    app.command()(_keeping_programs(_verb))
-app.command("holdable", help="Old name of `feasible`.")(_keeping_programs(feasible))
+    app.command(cls=Verb)(_keeping_programs(_verb))
+app.command("holdable", cls=Verb, help="Old name of `feasible`.")(_keeping_programs(feasible))
 
 
 # the common base class of typer's errors, which typer does not export
 _WrongUsage: Any = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
+
+
+def _help_of(error: Any) -> str:
+    """Command that shows the help of the verb that was used wrongly."""
+    context = getattr(error, "ctx", None)
+    verb = () if context is None or context.parent is None else (context.info_name,)
+    return " ".join(("gyrostat", *verb, "--help"))
 
 
 def main() -> None:
@@ -96,7 +104,7 @@ def main() -> None:
         if len(sys.argv) == 1:
             error.show()  # prints the help
         else:
-            say(one_line(f"error: {error.format_message()} (see gyrostat VERB --help)"))
+            say(one_line(f"error: {error.format_message()} (see {_help_of(error)})"))
         sys.exit(error.exit_code)
     except InputError as error:
         say(f"error: {error}")

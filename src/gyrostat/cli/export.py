@@ -9,6 +9,7 @@ import typer
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line
 from gyrostat.cli.options import ForceModel, Json, Out
+from gyrostat.verbs.required_options import FURTHER
 
 What = Literal["compensated-wheel", "compensator", "controller", "estimator", "wheel"]
 Text = str | None
@@ -24,11 +25,19 @@ def export(
             "json: data sheet."
         ),
     ],
-    what: Annotated[What | None, typer.Option(help="Part to export, with --to c and fmu.")] = None,
+    what: Annotated[
+        What | None,
+        typer.Option(
+            help="Part to export; required with --to c or fmu, unless a scenario is exported. "
+            f"Further required: {FURTHER}."
+        ),
+    ] = None,
     precision: Annotated[
         Literal["double", "float"], typer.Option(help="Precision in C.")
     ] = "double",
-    period: Annotated[Text, typer.Option(help="Control period, s or with a unit.")] = None,
+    period: Annotated[
+        Text, typer.Option(help="Control period, s or with a unit; required with --what.")
+    ] = None,
     gains: Annotated[
         Text, typer.Option(help="Attitude law: KP,KI,KD in N·m/rad, N·m/(rad·s), N·m·s/rad.")
     ] = None,

@@ -7,23 +7,42 @@ import typer
 
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json
-from gyrostat.cli.options import Force, Json, Out
+from gyrostat.cli.options import (
+    FAILED,
+    Attitude,
+    AttitudeEuler,
+    Force,
+    Json,
+    Out,
+    Rate,
+    ScalarLast,
+    Telemetry,
+    Wheels,
+)
 
 
 def feasible(
     spacecraft: Annotated[Path, typer.Argument(help="Spacecraft file, spacecraft.toml.")],
-    momentum: Annotated[
-        str, typer.Option(help="Total momentum, inertial axes: HX,HY,HZ, N·m·s or with units.")
-    ],
     out: Out,
-    failed: Annotated[
-        list[str] | None,
+    failed: Annotated[list[str] | None, FAILED] = None,
+    momentum: Annotated[
+        str | None,
         typer.Option(
-            help="Failed wheel: NAME or NAME=seized (no momentum), NAME=0.3 (N·m·s), NAME=1500rpm."
+            help="Total momentum, inertial axes: HX,HY,HZ, N·m·s or with units. Required: this, or "
+            "--attitude and --wheels, or --telemetry."
         ),
     ] = None,
+    attitude: Attitude = None,
+    attitude_euler: AttitudeEuler = None,
+    rate: Rate = None,
+    wheels: Wheels = None,
+    telemetry: Telemetry = None,
     target: Annotated[
-        str | None, typer.Option(help="Attitude to hold: quaternion Q0,Q1,Q2,Q3, scalar first.")
+        str | None,
+        typer.Option(
+            help="Attitude to hold: quaternion Q0,Q1,Q2,Q3, scalar first. Required: this, --euler, "
+            "or --boresight with --towards."
+        ),
     ] = None,
     euler: Annotated[
         str | None,
@@ -38,6 +57,7 @@ def feasible(
     tolerance: Annotated[
         str | None, typer.Option(help="Pointing tolerance for the dwell time, rad or with a unit.")
     ] = None,
+    scalar_last: ScalarLast = False,
     force: Force = False,
     json_output: Json = False,
 ) -> None:

@@ -28,3 +28,37 @@ Missing = Annotated[
     Literal["refuse", "drop"],
     typer.Option(help="Cells without a number: report an error, or drop their rows."),
 ]
+
+FAILED = typer.Option(
+    help="Failed wheel: NAME or NAME=seized (stops at once), NAME=frozen (no torque, keeps its "
+    "momentum), NAME=rundown or NAME=rundown:60s (no torque, runs down), NAME=0.3 or "
+    "NAME=1500rpm (frozen at this momentum, N·m·s, or speed)."
+)
+Attitude = Annotated[
+    str | None, typer.Option(help="At the failure: quaternion Q0,Q1,Q2,Q3, scalar first.")
+]
+AttitudeEuler = Annotated[
+    str | None, typer.Option(help="At the failure: 3-1-3 angles PHI,THETA,PSI, rad or units.")
+]
+Rate = Annotated[
+    str | None,
+    typer.Option(help="Body rate at the failure: WX,WY,WZ, rad/s or with units [default: 0,0,0]."),
+]
+Wheels = Annotated[
+    str | None,
+    typer.Option(help="Wheel momenta at the failure, N·m·s, or speeds with units: A,B,..."),
+]
+Telemetry = Annotated[
+    Path | None,
+    typer.Option(
+        help="TOML file with attitude (or attitude_euler), rate, and wheel_speed (or "
+        "wheel_momentum), in place of the options above."
+    ),
+]
+ScalarLast = Annotated[
+    bool,
+    typer.Option(
+        "--scalar-last",
+        help="Quaternions are Q1,Q2,Q3,Q0; for a telemetry file, its key scalar_last.",
+    ),
+]

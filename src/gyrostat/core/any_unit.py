@@ -1,7 +1,9 @@
 """Numbers with a unit of any dimension."""
 
+import math
+
 from gyrostat.core.errors import InputError
-from gyrostat.core.units import QUANTITY, SI_UNIT, Unit, known_unit
+from gyrostat.core.units import QUANTITY, SI_UNIT, Unit, known_unit, normalised
 from gyrostat.core.validation import magnitude
 
 ANY_UNIT = "any"
@@ -31,11 +33,14 @@ def parse_any(text: str, where: str) -> float:
 
 def _any_unit(text: str) -> Unit | None:
     """Unit of any dimension, or a quotient of units; None if it is unknown or ambiguous."""
-    text = text.strip()
+    text = normalised(text)
     found = {unit for dimension in SI_UNIT if (unit := known_unit(text, dimension)) is not None}
     # N·m·s is a momentum and a viscous coefficient
     if len({(unit.factor, unit.offset) for unit in found}) == 1:
         return found.pop()
+    if text.startswith("√"):
+        inner = _any_unit(text[1:])
+        return None if inner is None or inner.offset else Unit(text, math.sqrt(inner.factor))
     above, slash, below = text.rpartition("/")
     if below.endswith(")") and "/(" in text:
         above, slash, below = text[:-1].partition("/(")

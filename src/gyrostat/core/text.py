@@ -3,10 +3,19 @@
 import math
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 def plain(value: float, digits: int = 4) -> str:
     """Format a number with significant digits, with a power of ten where zeros would hide it."""
     return f"{value:.{digits}g}"
+
+
+def triple(values: Sequence[float] | NDArray[np.float64], digits: int = 4) -> str:
+    """Format numbers separated by commas, in the form that the command line accepts."""
+    # values that are zero apart from rounding errors are shown as zero
+    return ", ".join(f"{value:.{digits}g}" for value in np.round(values, 12) + 0.0)
 
 
 def or_none(value: float) -> float | None:

@@ -1,5 +1,6 @@
 """Table of units: dimension -> units with their factors and spellings."""
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import overload
@@ -32,9 +33,39 @@ class Unit:
 
 # One row for each unit: the unit, its other spellings where case matters ('mA' is not 'MA'), and
 # its spellings where case does not matter. The first unit of a dimension is the one used inside and
-# in outputs. '·' between the parts of a spelling may be omitted or be a dot, a blank or a star.
+# in outputs. '·' between the parts of a spelling may be omitted or be a dot, a blank or a star; a
+# root may be written √h, sqrt(h) or h^0.5, and a quotient deg/h or deg·h^-1.
 # Speeds have no Hz and no 1/s: these do not say whether radians or revolutions are counted.
 Row = tuple[Unit, tuple[str, ...], tuple[str, ...]]
+_ANGLES: tuple[Row, ...] = (
+    (Unit("rad"), (), ("rad", "radian", "radians")),
+    (Unit("deg", _DEGREE), (), ("deg", "°", "degree", "degrees")),
+    (Unit("arcsec", _DEGREE / 3600.0), (), ("arcsec", "arcsecond", "arcseconds", "arc-sec")),
+    (Unit("arcmin", _DEGREE / 60.0), (), ("arcmin", "arcminute", "arcminutes")),
+    (Unit("mdeg", 1e-3 * _DEGREE), (), ()),
+    (Unit("mrad", 1e-3), (), ()),
+    (Unit("µrad", 1e-6), (), ()),
+)
+_SECOND, _HOUR, _HERTZ = ("s", "sec"), ("h", "hr", "hour"), ("Hz",)
+Below = tuple[float, tuple[tuple[str, ...], ...]]
+"""SI value of the denominators of a unit, and the spellings of each, the symbol first."""
+
+
+def _per(*choices: Below, angles: tuple[Row, ...] = _ANGLES) -> tuple[Row, ...]:
+    """Units of each angle over each choice of denominators, such as the root of an hour."""
+    rows = []
+    for (angle, _, free), (seconds, denominators) in itertools.product(angles, choices):
+        below = ["/".join(names) for names in itertools.product(*denominators)]
+        unit = Unit(f"{angle.symbol}/{below[0]}", angle.factor / seconds)
+        strict = tuple(f"{angle.symbol}/{names}" for names in below)
+        rows.append((unit, strict, tuple(f"{a}/{names}" for a in free for names in below)))
+    return tuple(rows)
+
+
+def _root(names: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(f"√{name}" for name in names)
+
+
 TABLE: dict[str, tuple[Row, ...]] = {
     "time": (
         (Unit("s"), (), ("s", "sec", "second", "seconds")),
@@ -42,7 +73,7 @@ TABLE: dict[str, tuple[Row, ...]] = {
         (Unit("µs", 1e-6), (), ("usec", "microsecond", "microseconds")),
         (Unit("ns", 1e-9), (), ("nsec", "nanosecond", "nanoseconds")),
         (Unit("min", 60.0), (), ("min", "minute", "minutes")),
-        (Unit("h", 3600.0), (), ("h", "hour", "hours")),
+        (Unit("h", 3600.0), (), ("h", "hr", "hour", "hours")),
     ),
     "current": (
         (Unit("A"), (), ("amp", "amps", "ampere", "amperes")),
@@ -54,6 +85,10 @@ TABLE: dict[str, tuple[Row, ...]] = {
         (Unit("deg/s", _DEGREE), (), ("deg/s", "deg/sec", "°/s", "°/sec", "deg·s-1", "degrees/s")),
         (Unit("rpm", RPM), (), ("rpm", "rev/min", "r/min", "1/min", "min-1", "U/min")),
         (Unit("rev/s", 2.0 * math.pi), (), ("rev/s", "rev/sec", "r/s", "rps")),
+        *_per(
+            *((1.0, (_SECOND,)), (3600.0, (_HOUR,)), (60.0, (("min", "minute"),))),
+            angles=_ANGLES[1:] + _ANGLES[:1],
+        ),
     ),
     "torque": (
         (Unit("N·m"), (), ()),
@@ -119,12 +154,22 @@ TABLE: dict[str, tuple[Row, ...]] = {
     ),
     "frequency": ((Unit("Hz"), (), ("Hz", "hertz")), (Unit("mHz", 1e-3), ("mHz",), ())),
     "angle": (
-        (Unit("rad"), (), ("rad", "radian", "radians")),
-        (Unit("deg", _DEGREE), (), ("deg", "°", "degree", "degrees")),
-        (Unit("arcmin", _DEGREE / 60.0), (), ("arcmin",)),
-        (Unit("arcsec", _DEGREE / 3600.0), (), ("arcsec",)),
+        *_ANGLES,
         (Unit("rev", 2.0 * math.pi), (), ("rev", "turn", "turns", "revolution", "revolutions")),
-        (Unit("arcmin", _DEGREE / 60.0), (), ("arcmin", "arcminute", "arcminutes")),
-        (Unit("arcsec", _DEGREE / 3600.0), (), ("arcsec", "arcsecond", "arcseconds")),
+    ),
+    # A density in deg/s/√Hz is that of the two-sided spectrum (IEEE Std 952).
+    "angle_random_walk": _per(
+        (1.0, (_root(_SECOND),)),
+        (60.0, (_root(_HOUR),)),
+        (1.0, (_SECOND, _root(_HERTZ))),
+        (3600.0, (_HOUR, _root(_HERTZ))),
+    ),
+    "rate_random_walk": _per(
+        (1.0, (_SECOND, _root(_SECOND))),
+        (216000.0, (_HOUR, _root(_HOUR))),
+        (60.0, (_SECOND, _root(_HOUR))),
+        (3600.0, (_HOUR, _root(_SECOND))),
+        (1.0, (("s√s",),)),
+        (216000.0, (("h√h", "hr√hr"),)),
     ),
 }

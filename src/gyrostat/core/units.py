@@ -21,6 +21,7 @@ __all__ = [
     "Unit",
     "find_unit",
     "known_unit",
+    "normalised",
     "parse_quantity",
     "parse_uncertain",
     "to_si",
@@ -29,14 +30,37 @@ __all__ = [
 
 SI_UNIT: dict[str, str] = {dimension: rows[0][0].symbol for dimension, rows in TABLE.items()}
 """Unit of each dimension, inside and in outputs (temperature: °C)."""
+MOST_LISTED = 8
+"""Largest number of units that an error message lists."""
 
 
-def _normalised(text: str) -> str:
-    """Normalise the spelling of a unit: 'N.m', 'N m', 'N*m' -> 'N·m'; 'm²', 'm^2' -> 'm2'."""
+_ROOT = re.compile(r"(?:√|\b(?i:sqrt|root|rt))[\s·-]*[({]?\s*([A-Za-z]+)\s*[)}]?")
+_POWER = re.compile(
+    r"([A-Za-z]+)\s*(?:\^|\*\*)\s*[({]?\s*(-?)\s*(1/2|0?\.5|3/2|1\.5)\s*[)}]?", re.ASCII
+)
+
+
+_PARTS = re.compile("([/·])")
+
+
+def _as_root(power: re.Match[str]) -> str:
+    name, minus, exponent = power.groups()
+    root = f"√{name}" if exponent in ("1/2", "0.5", ".5") else f"{name}√{name}"
+    return f"/{root}" if minus else root
+
+
+def normalised(text: str) -> str:
+    """Normalise the spelling of a unit: 'N.m', 'N m' -> 'N·m'; 'm²' -> 'm2'; 'sqrt(h)' -> '√h'."""
+    text = re.sub("[º˚]", "°", text)  # as copied from data sheets
     text = unicodedata.normalize("NFKC", text).strip()  # ² -> 2, micro sign -> Greek mu
-    text = text.replace("μ", "u").replace("−", "-").replace("**", "").replace("^", "")
-    text = re.sub(r"\s*/\s*|\s+per\s+", "/", text)
-    return re.sub(r"[\s.·⋅∙•*×]+", "·", text).rstrip("·")
+    text = text.replace("μ", "u").replace("−", "-").replace("⁄", "/")
+    text = _POWER.sub(_as_root, _ROOT.sub(r"√\1", text))
+    text = text.replace("**", "").replace("^", "")
+    text = re.sub(r"\bdps\b", "deg/s", re.sub(r"\bmdps\b", "mdeg/s", text))
+    text = re.sub(r"\s+per\s+", "/", text)
+    text = re.sub(r"[\s.·⋅∙•*×]+", "·", text).rstrip("·")
+    text = re.sub(r"·*/·*", "/", re.sub(r"·(√?[A-Za-z]+)-1(?!\d)", r"/\1", text))
+    return re.sub(r"^\(([^()]+)\)(?=/)", r"\1", text)  # (deg/h)/√Hz
 
 
 def _spellings() -> tuple[dict[str, dict[str, Unit]], dict[str, dict[str, Unit]]]:
@@ -46,9 +70,9 @@ def _spellings() -> tuple[dict[str, dict[str, Unit]], dict[str, dict[str, Unit]]
     for dimension, rows in TABLE.items():
         exact[dimension], folded[dimension] = {}, {}
         for unit, strict, free in rows:
-            for spelling in (_normalised(text) for text in (unit.symbol, *strict, *free)):
+            for spelling in (normalised(text) for text in (unit.symbol, *strict, *free)):
                 exact[dimension][spelling] = exact[dimension][spelling.replace("·", "")] = unit
-            for spelling in (_normalised(text).casefold() for text in free):
+            for spelling in (normalised(text).casefold() for text in free):
                 folded[dimension][spelling] = folded[dimension][spelling.replace("·", "")] = unit
     return exact, folded
 
@@ -58,7 +82,7 @@ _EXACT, _FOLDED = _spellings()
 
 def known_unit(text: str, dimension: str) -> Unit | None:
     """Unit of a dimension (a key of `SI_UNIT`) with the given spelling, or None."""
-    spelling = _normalised(text)
+    spelling = normalised(text)
     return _EXACT[dimension].get(spelling) or _FOLDED[dimension].get(spelling.casefold())
 
 
@@ -76,12 +100,48 @@ def find_unit(text: str, dimension: str, where: str) -> Unit:
     unit = known_unit(text, dimension)
     if unit is not None:
         return unit
-    symbols = {row[0].symbol.casefold(): row[0].symbol for row in TABLE[dimension]}
-    near = difflib.get_close_matches(text.strip().casefold(), symbols, n=1)
+    others = [name for name in TABLE if known_unit(text, name) is not None]
+    remark = f"; {text[:40]!r} is a unit of {_words(others[0])}" if others else ""
     raise InputError(
-        f"{where}: found unit {text[:40]!r}, expected a unit of {dimension.replace('_', ' ')}: "
-        + ", ".join(symbols.values())
-        + (f"; did you mean {symbols[near[0]]!r}?" if near else "")
+        f"{where}: found unit {text[:40]!r}, expected a unit of {_words(dimension)}: "
+        f"{_listed(dimension)}{remark or _suggestion(text, dimension)}"
+    )
+
+
+def _words(dimension: str) -> str:
+    return dimension.replace("_", " ")
+
+
+def _listed(dimension: str) -> str:
+    """Most common units of a dimension, for an error message."""
+    symbols = [*dict.fromkeys(row[0].symbol for row in TABLE[dimension])]
+    return ", ".join([*symbols[:MOST_LISTED], *(["..."] if len(symbols) > MOST_LISTED else [])])
+
+
+def _suggestion(text: str, dimension: str) -> str:
+    """Suggest a unit for a misspelt one, with its size; empty if none differs by a misprint only.
+
+    A part of a unit with another meaning is not a misprint: deg/day is not deg/s, kN is not N.
+    """
+    rows = {row[0].symbol.casefold(): row[0] for row in reversed(TABLE[dimension])}
+    parts = _PARTS.split(normalised(text).casefold())
+    for near in difflib.get_close_matches(text.strip().casefold(), rows, n=3):
+        wanted = _PARTS.split(normalised(near).casefold())
+        if len(parts) == len(wanted) and all(map(_is_misprint, parts, wanted)):
+            unit = rows[near]
+            plain = unit.factor == 1.0 or unit.offset
+            size = "" if plain else f" ({unit.factor:.4g} {SI_UNIT[dimension]})"
+            return f"; did you mean {unit.symbol!r}{size}?"
+    return ""
+
+
+def _is_misprint(part: str, wanted: str) -> bool:
+    """Whether a part of a unit is another one with a misprint; a prefix is none."""
+    is_prefixed = part[1:] == wanted or wanted[1:] == part
+    return part == wanted or (
+        not is_prefixed
+        and min(len(part), len(wanted)) > 1
+        and difflib.SequenceMatcher(None, part, wanted).ratio() > 0.6
     )
 
 
@@ -131,10 +191,9 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
     """
     match = QUANTITY.fullmatch(text)
     if match is None:
-        symbols = dict.fromkeys(row[0].symbol for row in TABLE[dimension])
         raise InputError(
             f"{where}: found {text[:40]!r}, expected a number in {SI_UNIT[dimension]} "
-            f"or with a unit: {', '.join(symbols)}"
+            f"or with a unit: {_listed(dimension)}"
         )
     unit = match[2].strip() or SI_UNIT[dimension]
     value = find_unit(unit, dimension, f"{where} {text[:40]!r}").to_si(float(match[1]))

@@ -1,5 +1,7 @@
 """Public names of the package; `__init__.py` reads this file."""
 
+from gyrostat.failures.attitude_text import attitude_text as attitude_text
+from gyrostat.failures.attitude_text import euler_angles as euler_angles
 from gyrostat.failures.braking import BrakeGain as BrakeGain
 from gyrostat.failures.braking import earliest_settling as earliest_settling
 from gyrostat.failures.certificate import Certificate as Certificate
@@ -15,3 +17,4 @@ from gyrostat.failures.recovery_plan import Loss as Loss
 from gyrostat.failures.recovery_plan import RecoveryPlan as RecoveryPlan
 from gyrostat.failures.recovery_plan import plan_recovery as plan_recovery
 from gyrostat.failures.sky_map import SkyMap as SkyMap
+from gyrostat.failures.telemetry import Telemetry as Telemetry

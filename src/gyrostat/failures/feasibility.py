@@ -25,12 +25,10 @@ from gyrostat.failures.nearest_attitude import (
     nearest_attitude,
     nearest_direction,
 )
-from gyrostat.failures.query import Case, unit_vector, vector
+from gyrostat.failures.query import Case, unit_quaternion, unit_vector
 from gyrostat.failures.sky_map import EDGE, SkyMap, sky_map
+from gyrostat.failures.unloading import unload_at, unload_for_boresight
 from gyrostat.spacecraft import Spacecraft
-
-UNIT_TOLERANCE = 1e-3
-"""Largest deviation of the length of a target quaternion from 1; allows for typed numbers."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +61,8 @@ class Holdable:
         dwell: Upper bound of the time that the attitude can stay within the tolerance of the
             target, s; None if there is no bound or no tolerance was given.
         sky: Sky map of the boresight; None without a boresight.
+        unload: Momentum to remove from the spacecraft so that the target becomes feasible, the
+            smallest one, inertial axes, (3,), N·m·s; None if the target is feasible.
     """
 
     holdable: bool
@@ -80,6 +80,7 @@ class Holdable:
     for_ever: Certificate = NOTHING
     dwell: float | None = None
     sky: SkyMap | None = None
+    unload: Vector | None = None
 
     @property
     def empty(self) -> bool:
@@ -139,11 +140,7 @@ def holdable(
             for value, name in zip(boresight, ("boresight", "direction to point at"), strict=True)
         )
         return _for_boresight(case, body, inertial)
-    quaternion = vector(target, 4, "target", "")
-    length = float(np.linalg.norm(quaternion))
-    if abs(length - 1.0) > UNIT_TOLERANCE:
-        raise InputError(f"target: found a quaternion of length {length:g}, expected 1")
-    return _for_attitude(case, quaternion / length, tolerance)
+    return _for_attitude(case, unit_quaternion(target, "target"), tolerance)
 
 
 def holdable_sky(
@@ -178,7 +175,8 @@ def _for_attitude(case: Case, target: Vector, tolerance: float | None) -> Holdab
     if tolerance is not None:
         limits = case.torque_limits
         dwell = longest_dwell(case.held, case.inertia, wanted, certificate, limits, tolerance)
-    return _answer(case, rest, at_target=certificate, dwell=dwell)
+    unload = unload_at(case, target)
+    return _answer(case, rest, at_target=certificate, dwell=dwell, unload=unload)
 
 
 def _for_boresight(case: Case, body: Vector, wanted: Vector) -> Holdable:
@@ -186,7 +184,9 @@ def _for_boresight(case: Case, body: Vector, wanted: Vector) -> Holdable:
     rest = nearest_direction(case, body, wanted)
     if rest is not None and rest.angle <= EDGE:
         return _answer(case, rest, sky=sky)
-    return _answer(case, rest, at_target=certificate_of_roll(case, body, wanted), sky=sky)
+    certificate = certificate_of_roll(case, body, wanted)
+    unload = unload_for_boresight(case, body, wanted)
+    return _answer(case, rest, at_target=certificate, sky=sky, unload=unload)
 
 
 def _answer(case: Case, rest: Rest | None, **others: Any) -> Holdable:

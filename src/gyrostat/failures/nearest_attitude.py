@@ -1,5 +1,6 @@
 """Feasible attitude nearest to a target attitude or boresight direction."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,7 +68,7 @@ def nearest_direction(case: Case, body: Vector, wanted: Vector) -> Rest | None:
     held, radius = case.held, case.radius
     if not radius:
         points = _zero(case)
-        attitude = _triad(body, _across(body), wanted, _across(wanted))
+        attitude = attitude_at_roll(case, body, wanted, np.zeros(3))
         return Rest(points[0], 0.0, attitude, wanted) if len(points) else None
     axis = case.momentum / radius
     polar = reached = float(angles(wanted, axis))
@@ -93,23 +94,43 @@ def nearest_direction(case: Case, body: Vector, wanted: Vector) -> Rest | None:
 
 def certificate_of_roll(case: Case, body: Vector, wanted: Vector) -> Certificate:
     """Certificate at the roll angle with the lowest bound, for a boresight on its target."""
-    if not case.radius:
-        return certificate_at(case.held, case.inertia, np.zeros(3))
-    polar = float(angles(wanted, case.momentum / case.radius))
 
-    def certificate(roll: float) -> Certificate:
-        momentum = _rolls(body, case.radius, polar, np.array([roll]))[0]
+    def certificate(momentum: Vector) -> Certificate:
         return certificate_at(case.held, case.inertia, momentum)
 
-    def rate(roll: float) -> float:
-        return certificate(roll).rate
+    return certificate(best_roll(case, body, wanted, lambda momentum: certificate(momentum).rate))
+
+
+def best_roll(case: Case, body: Vector, wanted: Vector, cost: Callable[[Vector], float]) -> Vector:
+    """Total momentum, body axes, (3,), N·m·s, at the roll angle with the lowest cost.
+
+    Args:
+        case: Validated query.
+        body: Boresight in body axes, unit vector (3,), pointed at its target.
+        wanted: Inertial direction of the target, unit vector (3,).
+        cost: Function of the total momentum in body axes, (3,), N·m·s.
+    """
+    if not case.radius:
+        return np.zeros(3)
+    polar = float(angles(wanted, case.momentum / case.radius))
+
+    def momentum(roll: float) -> Vector:
+        return _rolls(body, case.radius, polar, np.array([roll]))[0]
 
     from scipy.optimize import minimize_scalar  # slow to import
 
     step = 2.0 * np.pi / ROLLS
-    best = step * int(np.argmin([rate(step * k) for k in range(ROLLS)]))
-    refined = minimize_scalar(rate, bounds=(best - step, best + step), method="bounded")
-    return certificate(float(refined.x))
+    best = step * int(np.argmin([cost(momentum(step * k)) for k in range(ROLLS)]))
+    bounds = (best - step, best + step)
+    refined = minimize_scalar(lambda roll: cost(momentum(roll)), bounds=bounds, method="bounded")
+    return momentum(float(refined.x))
+
+
+def attitude_at_roll(case: Case, body: Vector, wanted: Vector, momentum: Vector) -> Vector:
+    """Attitude (4,) that points a boresight at its target, at the roll angle of `best_roll`."""
+    if not case.radius:
+        return _triad(body, _across(body), wanted, _across(wanted))
+    return _triad(body, momentum, wanted, case.momentum)
 
 
 def _zero(case: Case) -> Matrix:

@@ -14,6 +14,8 @@ from gyrostat.spacecraft import Spacecraft
 
 NEGLIGIBLE_RATE = 1e-12
 """Body rate that the total momentum could cause, rad/s, below which the momentum counts as zero."""
+UNIT_TOLERANCE = 1e-3
+"""Largest deviation of the length of a given quaternion from 1; allows for typed numbers."""
 
 
 @dataclass(frozen=True)
@@ -111,3 +113,16 @@ def unit_vector(value: Any, name: str) -> Vector:
     if size == 0.0:
         raise InputError(f"{name}: found zero, expected a direction")
     return found / size
+
+
+def unit_quaternion(value: Any, name: str) -> Vector:
+    """Convert to a quaternion (4,), scaled to unit length.
+
+    Raises:
+        InputError: The value is not a quaternion of unit length within `UNIT_TOLERANCE`.
+    """
+    quaternion = vector(value, 4, name, "")
+    length = float(np.linalg.norm(quaternion))
+    if abs(length - 1.0) > UNIT_TOLERANCE:
+        raise InputError(f"{name}: found a quaternion of length {length:g}, expected 1")
+    return quaternion / length

@@ -56,6 +56,13 @@ class Recovery:
     without_brakes: "Recovery | None" = None
     gains: Mapping[int, BrakeGain] = field(default_factory=dict)
 
+    @property
+    def is_too_short(self) -> bool:
+        """Whether the run is valid to its end, but the spacecraft had not settled there."""
+        if self.histories is None or self.settle is not None:
+            return False
+        return int(self.histories.variables["status"].values) == Status.COMPLETE
+
     @cached_property
     def flight(self) -> "xr.Dataset | None":
         """The histories as a dataset of xarray."""

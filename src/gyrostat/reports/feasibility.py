@@ -9,16 +9,24 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.outputs import new_files
-from gyrostat.core.text import plain
+from gyrostat.core.text import plain, triple
 from gyrostat.core.types import Vector
 from gyrostat.failures import Holdable, SkyMap
+from gyrostat.failures.attitude_text import turn_and_angles
+from gyrostat.failures.steps import NextStep
+from gyrostat.reports.failure_inputs import (
+    Inputs,
+    Row,
+    say_rows,
+    say_steps,
+    steps_content,
+    unloading_rows,
+)
 from gyrostat.reports.sky_map import sky_chart
 from gyrostat.reports.template import render
 from gyrostat.spacecraft import SpacecraftFile
 
 FILES = ("holdable.json", "report.html")
-
-Row = tuple[str, str]
 
 
 @dataclass(frozen=True)
@@ -32,6 +40,7 @@ class Question:
         target: Target attitude, (4,), or None if `towards` is given.
         towards: Inertial direction to point the boresight at, (3,), or None.
         tolerance: Pointing tolerance, rad, or None.
+        inputs: Inputs as they were understood.
     """
 
     file: SpacecraftFile
@@ -40,6 +49,7 @@ class Question:
     target: Vector | None
     towards: Vector | None
     tolerance: float | None
+    inputs: Inputs
 
 
 @dataclass(frozen=True)
@@ -57,6 +67,7 @@ def write_holdable(
     maps: Sequence[Drawn],
     out: Path,
     *,
+    steps: Sequence[NextStep] = (),
     command: str,
     say: Callable[[str], None],
     force: bool = False,
@@ -68,6 +79,7 @@ def write_holdable(
         answer: Its answer.
         maps: Sky maps; at least the one of the requested boresight.
         out: Output folder.
+        steps: What to do next.
         command: Command line that produced the answer.
         say: Called with each line of the summary.
         force: Whether to replace files that `holdable` did not write; see `gyrostat.core.outputs`.
@@ -78,16 +90,17 @@ def write_holdable(
     Raises:
         InputError: A file of the user is in the way, or the folder cannot be written.
     """
-    text = json.dumps(
-        _content(question, answer, maps), indent=1, ensure_ascii=False, allow_nan=False
-    )
+    content = {**_content(question, answer, maps), "next": steps_content(steps)}
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     verdict, rows = verdict_of(question, answer), rows_of(question, answer)
     page = render(
         "holdable.html",
         question=question,
         answer=answer,
         verdict=verdict,
+        inputs=question.inputs,
         rows=rows,
+        steps=steps,
         wheels=_wheels(question, answer),
         maps=[
             (
@@ -102,15 +115,18 @@ def write_holdable(
     with new_files(out, by="holdable", force=force) as folder:
         (folder / "report.html").write_text(page, encoding="utf-8")
         (folder / "holdable.json").write_text(text + "\n", encoding="utf-8")
+    say_rows(question.inputs.rows(), say)
+    for warning in question.inputs.warnings:
+        say(f"warning: {warning}")
     say(verdict)
-    for name, entry in rows:
-        say(f"  {name}: {entry}")
+    say_rows(rows, say)
     for name, entry, limit in _wheels(question, answer):
         say(f"  wheel {name}: {entry}{limit and f', {limit}'}")
     for drawn in maps:
         boresight = triple(drawn.sky.boresight)
         say(f"  body direction {boresight} can be held at {share(drawn.sky.fraction)} of the sky")
     say(f"written: {out / 'report.html'}, {out / 'holdable.json'}")
+    say_steps(steps, say)
     return text
 
 
@@ -141,6 +157,7 @@ def rows_of(question: Question, answer: Holdable) -> list[Row]:
         rows.append(("feasible attitudes", f"a set of dimension {answer.dimension}{free}"))
     if answer.attitude is not None:
         rows.append(("nearest attitude (scalar first)", triple(answer.attitude, 9)))
+        rows.append(("nearest attitude in words", turn_and_angles(answer.attitude)))
     if answer.direction is not None:
         rows.append(("boresight direction there, inertial", triple(answer.direction, 6)))
     if answer.margin is not None:
@@ -159,7 +176,7 @@ def rows_of(question: Question, answer: Holdable) -> list[Row]:
     if question.tolerance is not None and not answer.holdable:
         kept = f"at most {plain(answer.dwell)} s" if answer.dwell is not None else "no known bound"
         rows.append((f"stays within {degrees(question.tolerance)} of the target", kept))
-    return rows
+    return rows + unloading_rows(answer.unload)
 
 
 def _wheels(question: Question, answer: Holdable) -> list[tuple[str, str, str]]:
@@ -199,6 +216,7 @@ def _content(question: Question, answer: Holdable, maps: Sequence[Drawn]) -> dic
         "target": None if question.target is None else question.target.tolist(),
         "towards": None if question.towards is None else question.towards.tolist(),
         "tolerance": question.tolerance,
+        "inputs": question.inputs.to_dict(),
         **found,
     }
 
@@ -211,9 +229,3 @@ def degrees(angle: float | None) -> str:
 def share(value: float) -> str:
     """Format a fraction in per cent."""
     return f"{100.0 * value:.1f} %"
-
-
-def triple(values: Vector, digits: int = 4) -> str:
-    """Format numbers separated by commas, in the form that the command line accepts."""
-    # values that are zero apart from rounding errors are shown as zero
-    return ", ".join(f"{value:.{digits}g}" for value in np.round(values, 12) + 0.0)

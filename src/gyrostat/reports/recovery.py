@@ -9,10 +9,20 @@ import numpy as np
 from markupsafe import Markup
 
 from gyrostat.core.outputs import new_files
+from gyrostat.core.text import triple
 from gyrostat.failures import BrakeGain, Loss, Recovery
+from gyrostat.failures.attitude_text import turn_and_angles
 from gyrostat.failures.recovery import ANGLE, RATE
+from gyrostat.failures.steps import NextStep
 from gyrostat.reports.chart import held, time_chart
-from gyrostat.reports.feasibility import degrees, triple
+from gyrostat.reports.failure_inputs import (
+    Inputs,
+    say_rows,
+    say_steps,
+    steps_content,
+    unloading_rows,
+)
+from gyrostat.reports.feasibility import degrees
 from gyrostat.reports.template import render
 from gyrostat.spacecraft import SpacecraftFile
 
@@ -29,6 +39,8 @@ def write_recovery(
     losses: Mapping[int, Loss],
     out: Path,
     *,
+    inputs: Inputs,
+    steps: Sequence[NextStep] = (),
     command: str,
     say: Callable[[str], None],
     force: bool = False,
@@ -40,6 +52,8 @@ def write_recovery(
         found: The recovery.
         losses: Index of each failed wheel -> its failure.
         out: Output folder.
+        inputs: Inputs as they were understood.
+        steps: What to do next.
         command: Command line that produced the recovery.
         say: Called with each line of the summary.
         force: Whether to replace files that `recover` did not write; see `gyrostat.core.outputs`.
@@ -54,7 +68,9 @@ def write_recovery(
     content: dict[str, Any] = {
         "spacecraft": file.name,
         "failed": {names[k]: loss.kind for k, loss in losses.items()},
+        "inputs": inputs.to_dict(),
         **found.to_dict(names),
+        "next": steps_content(steps),
     }
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     verdict, rows = verdict_of(found), rows_of(file, found, losses)
@@ -65,7 +81,9 @@ def write_recovery(
         file=file,
         found=found,
         verdict=verdict,
+        inputs=inputs,
         rows=rows,
+        steps=steps,
         charts=charts,
         command=command,
     )
@@ -74,11 +92,14 @@ def write_recovery(
             flown.write(folder / "run.nc")
         (folder / "report.html").write_text(page, encoding="utf-8")
         (folder / "recover.json").write_text(text + "\n", encoding="utf-8")
+    say_rows(inputs.rows(), say)
+    for warning in inputs.warnings:
+        say(f"warning: {warning}")
     say(verdict)
-    for name, entry in rows:
-        say(f"  {name}: {entry}")
+    say_rows(rows, say)
     written = ["report.html", "recover.json", *([] if flown is None else ["run.nc"])]
     say(f"written: {', '.join(str(out / name) for name in written)}")
+    say_steps(steps, say)
     return text
 
 
@@ -94,12 +115,12 @@ def rows_of(
 ) -> list[tuple[str, str]]:
     """The outcome as pairs of name and entry."""
     answer = found.plan.answer
-    told = (f"{file.wheel_names[k]} {loss.kind}" for k, loss in losses.items())
-    rows = [("failed", ", ".join(told))]
+    rows: list[tuple[str, str]] = []
     if answer.attitude is not None:
         rows += [
             ("nearest feasible attitude", f"{degrees(answer.angle)} from the target"),
             ("nearest attitude (scalar first)", triple(answer.attitude, 9)),
+            ("nearest attitude in words", turn_and_angles(answer.attitude)),
         ]
     for wheel, time in found.earliest.items():
         bound = f"under any controller, not settled before about {time:.3g} s"
@@ -123,7 +144,7 @@ def rows_of(
                 f"{float(np.max(np.abs(flight['wheel_momentum']))):.3g} N·m·s",
             ),
         ]
-    return rows
+    return rows + unloading_rows(answer.unload)
 
 
 def _slowing(name: str, loss: Loss) -> str:

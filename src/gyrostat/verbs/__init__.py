@@ -10,9 +10,10 @@ from gyrostat.verbs.campaign_report import report
 from gyrostat.verbs.campaigns import campaign
 from gyrostat.verbs.comparison import compare
 from gyrostat.verbs.exports import export
-from gyrostat.verbs.failures import feasible, recover
+from gyrostat.verbs.feasibility import feasible
 from gyrostat.verbs.identification import identify
 from gyrostat.verbs.papers import reproduce
+from gyrostat.verbs.recovery import recover
 from gyrostat.verbs.scenario_check import check
 from gyrostat.verbs.single_runs import replay, simulate
 from gyrostat.verbs.tuning import tune

@@ -9,7 +9,10 @@ from gyrostat.core.messages import silent as silent
 from gyrostat.core.messages import to_stderr as to_stderr
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from gyrostat.core.types import Vector
+    from gyrostat.spacecraft import Spacecraft, SpacecraftFile
 
 Say = Callable[[str], None]
 """Function that receives a message for the user."""
@@ -39,6 +42,15 @@ def in_si(value: Quantity, dimension: str, where: str) -> float:
 def in_si_or_none(value: Quantity | None, dimension: str, where: str) -> float | None:
     """Convert a quantity to SI; None stays None."""
     return None if value is None else in_si(value, dimension, where)
+
+
+def is_number(value: object) -> bool:
+    """Whether a value has no unit."""
+    try:
+        float(str(value))
+    except ValueError:
+        return False
+    return True
 
 
 def parts_of(value: Quantity | Iterable[Quantity]) -> list[Quantity]:
@@ -123,16 +135,19 @@ def direction(value: str | Iterable[float], where: str) -> "Vector":
     return unit_vector(numbers(value, 3, None, where), where)
 
 
-def one_attitude(what: str, options: Mapping[str, Any]) -> "Vector | None":
+def one_attitude(
+    what: str, options: Mapping[str, Any], *, scalar_last: bool = False
+) -> "Vector | None":
     """Convert the one attitude given among several options to a quaternion (4,).
 
     Args:
         what: Meaning of the attitude, for the message.
         options: Option -> its value; a name with "euler" in it means 3-1-3 angles, one with
             "boresight" no attitude.
+        scalar_last: Whether a given quaternion has its scalar part last.
 
     Returns:
-        Unit quaternion, scalar first; None for an option that is not an attitude.
+        Quaternion, scalar first; None for an option that is not an attitude.
 
     Raises:
         InputError: None or several are given.
@@ -147,7 +162,7 @@ def one_attitude(what: str, options: Mapping[str, Any]) -> "Vector | None":
     if "boresight" in name:
         return None
     if "euler" not in name:
-        return numbers(value, 4, None, name)
+        return np.roll(numbers(value, 4, None, name), 1 if scalar_last else 0)
     from scipy.spatial.transform import Rotation
 
     angles = numbers(value, 3, "angle", name)
@@ -226,3 +241,14 @@ def check_device(name: str) -> None:
     from gyrostat.campaigns.fingerprint import FLAGS
 
     one_of(name, FLAGS, "--device")
+
+
+def spacecraft_file(spacecraft: "SpacecraftFile | Spacecraft | str | Path") -> "SpacecraftFile":
+    """Read spacecraft.toml; the wheels of a spacecraft object are named by their numbers."""
+    from gyrostat.spacecraft import Spacecraft, SpacecraftFile, read_spacecraft
+
+    if isinstance(spacecraft, Spacecraft):
+        spacecraft.check()
+        names = tuple(str(k) for k in range(spacecraft.wheels.count))
+        return SpacecraftFile("", names, spacecraft, ({},) * len(names))
+    return spacecraft if isinstance(spacecraft, SpacecraftFile) else read_spacecraft(spacecraft)

@@ -7,18 +7,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Named, Quantity, in_si, numbers, one_of, refuse_given
 from gyrostat.verbs.measurement_limits import measurement_limits
+from gyrostat.verbs.required_options import NEEDED
 
 if TYPE_CHECKING:
     from gyrostat.wheel import Wheel, WheelModel
 
-NEEDED = {
-    "compensated-wheel": ("--gains", "--table-inertia", "--speed-sigma"),
-    "compensator": ("--gains", "--table-inertia", "--speed-sigma"),
-    "controller": ("--gains",),
-    "estimator": ("--speed-sigma", "--scale-drift"),
-    "wheel": (),
-}
-"""Part to design -> required options."""
 TAKEN = {
     "compensated-wheel": ("--current-limit", "--delay"),
     "compensator": ("--current-limit", "--delay"),
@@ -100,9 +93,6 @@ def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> Any:
         refuse_given(given, name_of(part), "a wheel or its model")
     else:
         known = (*NEEDED[what], *TAKEN.get(what, ()))
-        for option in NEEDED[what]:
-            if given[option] is None:
-                raise InputError(f"--what {what}: found no {option}, expected its value")
         others = {option: value for option, value in given.items() if option not in known}
         refuse_given(others, f"--what {what}", "another --what")
     period = in_si(choice.period, "time", "--period")

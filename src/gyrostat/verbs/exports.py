@@ -14,6 +14,7 @@ from gyrostat.verbs.arguments import (
     silent,
 )
 from gyrostat.verbs.exported_parts import Choice, c_files, flight_target, name_of
+from gyrostat.verbs.required_options import missing_of_part, names_scenario, require_given
 from gyrostat.verbs.wheel_arguments import wheel_model
 
 if TYPE_CHECKING:
@@ -135,11 +136,12 @@ def export(
         texts = {name: sheet(content) if to == "json" else basilisk(content)}
     else:
         what = _what(model, kind, what)
-        if what is None or period is None:
-            missing = "--what" if what is None else "--period"
-            raise InputError(
-                f"--to {to}: found no {missing}, expected the part and its control period"
-            )
+        options = {"period": period, "gains": gains, "table_inertia": table_inertia}
+        options |= {"speed_sigma": speed_sigma, "scale_drift": scale_drift}
+        where = f"--to {to}" if what is None else f"--what {what}"
+        require_given(where, missing_of_part(what, options, is_designed=content is not None))
+        assert what is not None
+        assert period is not None
         choice = Choice(what, period, given, range_, rate_limit, on_bad)
         if to == "c":
             texts = c_files(model, content, choice, precision, origin)
@@ -167,10 +169,8 @@ def _scenario_of(model: Any, *, force: bool) -> "Scenario | None":
         return model
     if not isinstance(model, str | Path):
         return None
-    from gyrostat.core.toml_file import read_toml
-
     path = Path(model)
-    if path.suffix != ".toml" or "spacecraft" not in read_toml(path, "a model file"):
+    if not names_scenario(path):
         return None
     from gyrostat.campaigns.reading.scenario_file import read_scenario
 

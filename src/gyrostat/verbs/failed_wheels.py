@@ -1,20 +1,47 @@
-"""Failed wheels and wheel speeds as the verbs on failures take them."""
+"""Failed wheels as the verbs on failures take them: one grammar for both.
 
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING
+NAME or NAME=seized: the rotor stops at once. NAME=frozen: no motor torque, the wheel keeps its
+momentum. NAME=rundown or NAME=rundown:TIME: no motor torque, the wheel runs down. NAME=VALUE:
+frozen with this momentum, or at this speed.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
 
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Named, Quantity, in_si, named, numbers
+from gyrostat.verbs.arguments import Named, Quantity, in_si, is_number, named
 
 if TYPE_CHECKING:
-    from gyrostat.core.types import Vector
-    from gyrostat.failures import Loss
+    from gyrostat.failures import Loss, Telemetry
     from gyrostat.spacecraft import SpacecraftFile
 
+SAME = 0.01
+"""Largest relative difference between a given momentum of a failed wheel and its telemetry."""
+EXPECTED = "seized, frozen, rundown, rundown:TIME, a momentum or a speed with its unit"
 
-def momenta_of(failed: Named, file: "SpacecraftFile") -> dict[int, float]:
-    """Number of each failed wheel -> its momentum, N·m·s."""
+
+@dataclass(frozen=True)
+class FailedWheel:
+    """Failure of a wheel as the user gives it.
+
+    Attributes:
+        kind: "seized", "frozen" or "rundown".
+        time_constant: Time constant of running down, s; None if it is not given.
+        momentum: Momentum that a frozen wheel keeps, N·m·s; None if it is not given.
+    """
+
+    kind: Literal["seized", "frozen", "rundown"]
+    time_constant: float | None = None
+    momentum: float | None = None
+
+
+def failures_of(failed: Named, file: "SpacecraftFile") -> dict[int, FailedWheel]:
+    """Number of each failed wheel -> its failure.
+
+    Raises:
+        InputError: An unknown wheel or failure, or a momentum above the limit of the wheel.
+    """
     import numpy as np
 
     from gyrostat.wheel.array import LIMIT_TOLERANCE
@@ -22,52 +49,135 @@ def momenta_of(failed: Named, file: "SpacecraftFile") -> dict[int, float]:
     wheels = file.spacecraft.wheels
     limits = np.broadcast_to(wheels.momentum_limit, wheels.count)
     inertia = np.broadcast_to(np.asarray(wheels.inertia), wheels.count)
-    found: dict[int, float] = {}
+    found: dict[int, FailedWheel] = {}
     for name, value in named(failed, "--failed", bare=True).items():
         number, where = file.wheel_number(name, "--failed"), f"--failed {name}"
-        momentum = 0.0
-        if value is not None and value != "seized":
-            momentum = _momentum(value, where, float(inertia[number]))
+        found[number] = failure = _failure(value, where, float(inertia[number]))
         most = float(limits[number])
-        if abs(momentum) > most * (1.0 + LIMIT_TOLERANCE):
+        if abs(failure.momentum or 0.0) > most * (1.0 + LIMIT_TOLERANCE):
             raise InputError(
-                f"{where}: found {momentum:g} N·m·s, expected at most the wheel's momentum limit, "
-                f"{most:g} N·m·s"
+                f"{where}: found {failure.momentum:g} N·m·s, expected at most the wheel's momentum "
+                f"limit, {most:g} N·m·s"
             )
-        found[number] = momentum
     return found
+
+
+def _failure(value: Quantity | None, where: str, inertia: float) -> FailedWheel:
+    """Failure from its text; a number is a momentum, N·m·s."""
+    if value is None or value == "seized":
+        return FailedWheel("seized")
+    if value in ("frozen", "rundown"):
+        return FailedWheel(value)
+    kind, colon, constant = str(value).partition(":")
+    if kind == "rundown" and colon:
+        return FailedWheel("rundown", in_si(constant, "time", where))
+    return FailedWheel("frozen", momentum=_momentum(value, where, inertia))
 
 
 def _momentum(value: Quantity, where: str, inertia: float) -> float:
     """Momentum, N·m·s, from a momentum or a speed with its unit."""
-    try:
-        return in_si(value, "momentum", where)
-    except InputError as error:
+    for dimension, factor in (("momentum", 1.0), ("speed", inertia)):
         try:
-            return inertia * in_si(value, "speed", where)
+            return factor * in_si(value, dimension, where)
         except InputError:
-            raise error from None
+            continue
+    raise InputError(f"{where}: found {value!r}, expected {EXPECTED}")
+
+
+def momenta_of(
+    failures: Mapping[int, FailedWheel], file: "SpacecraftFile", telemetry: "Telemetry | None"
+) -> dict[int, float]:
+    """Number of each failed wheel -> the momentum that it keeps, N·m·s.
+
+    A given momentum that agrees with the telemetry within `SAME` stands for the measured one.
+
+    Raises:
+        InputError: The momentum of a frozen wheel is not known.
+    """
+    known = None if telemetry is None else telemetry.wheel_momentum(file.spacecraft)
+    changed = differing(failures, file, telemetry)
+    found: dict[int, float] = {}
+    for number, failure in failures.items():
+        name = file.wheel_names[number]
+        if failure.kind != "frozen":
+            found[number] = 0.0
+        elif known is not None and number not in changed:
+            found[number] = float(known[number])
+        elif failure.momentum is not None:
+            found[number] = failure.momentum
+        else:
+            raise InputError(
+                f"--failed {name}: found frozen without the wheel speeds, expected telemetry "
+                f"instead of --momentum, or its momentum or speed: {name}=0.3 or {name}=180rpm"
+            )
+    return found
+
+
+def in_words(
+    failures: Mapping[int, FailedWheel], file: "SpacecraftFile", kept: Mapping[int, float]
+) -> dict[str, str]:
+    """Name of each failed wheel -> its failure in words.
+
+    Args:
+        failures: Number of each failed wheel -> its failure.
+        file: Spacecraft.
+        kept: Number of each failed wheel -> the momentum that it keeps, N·m·s.
+    """
+    words = {"seized": "seized: stopped, without momentum", "rundown": "runs down to rest"}
+    found = {}
+    for number, failure in failures.items():
+        text = words.get(failure.kind, f"keeps {kept[number]:.4g} N·m·s")
+        if failure.time_constant is not None:
+            text += f" with the time constant {failure.time_constant:g} s"
+        found[file.wheel_names[number]] = text
+    return found
+
+
+def differing(
+    failures: Mapping[int, FailedWheel], file: "SpacecraftFile", telemetry: "Telemetry | None"
+) -> dict[int, float]:
+    """Number of each frozen wheel whose given momentum is not that of telemetry -> the latter.
+
+    Returns:
+        Momenta from telemetry, N·m·s.
+    """
+    if telemetry is None:
+        return {}
+    measured = telemetry.wheel_momentum(file.spacecraft)
+    return {
+        number: float(measured[number])
+        for number, failure in failures.items()
+        if failure.momentum is not None
+        and abs(failure.momentum - measured[number])
+        > SAME * max(abs(failure.momentum), abs(float(measured[number])))
+    }
 
 
 def losses_of(
-    failed: Mapping[str, str | None], file: "SpacecraftFile", brakes: Mapping[str, str]
+    failures: Mapping[int, FailedWheel],
+    file: "SpacecraftFile",
+    telemetry: "Telemetry",
+    brake: Named,
 ) -> "dict[int, Loss]":
-    """Number of each failed wheel -> kind of failure, and what brakes it."""
+    """Number of each failed wheel -> its failure for the simulation, and what brakes it.
+
+    Raises:
+        InputError: A given momentum is not that of telemetry, or a brake of an unknown kind or on a
+            wheel that works.
+    """
     from gyrostat.failures import Loss
 
+    for number, measured in differing(failures, file, telemetry).items():
+        raise InputError(
+            f"--failed {file.wheel_names[number]}: found {failures[number].momentum:g} N·m·s, "
+            f"expected {measured:g} N·m·s as in the telemetry, where the simulation starts, or "
+            "frozen"
+        )
     found: dict[int, Loss] = {}
-    for name, value in failed.items():
-        number = file.wheel_number(name, "--failed")
-        kind, _, constant = (value or "").partition(":")
-        if kind == "rundown" and constant:
-            found[number] = Loss(kind, in_si(constant, "time", f"--failed {name}"))
-        elif kind in ("seized", "frozen", "rundown") and not constant:
-            found[number] = Loss(kind)  # pyright: ignore[reportArgumentType]
-        else:
-            raise InputError(
-                f"--failed {name}: found {value or ''!r}, expected seized, frozen or rundown:TIME"
-            )
-    for name, value in brakes.items():
+    for number, failure in failures.items():
+        constant = failure.time_constant
+        found[number] = Loss(failure.kind) if constant is None else Loss(failure.kind, constant)
+    for name, value in named(brake, "--brake").items():
         number = file.wheel_number(name, "--brake")
         if number not in found:
             raise InputError(f"--brake {name}: found a wheel that works, expected a failed one")
@@ -82,34 +192,9 @@ def _brake(value: str, where: str) -> dict[str, float]:
             amount = in_si(value, dimension, where)
         except InputError:
             continue
-        if amount > 0.0 and not _is_number(value):
+        if amount > 0.0 and not is_number(value):
             return {name: amount}
     raise InputError(
         f"{where}: found {value!r}, expected the time constant of the short-circuited motor "
         "('8 s') or the torque of the motor ('20 mN·m')"
     )
-
-
-def _is_number(value: object) -> bool:
-    """Whether a value has no unit."""
-    try:
-        float(str(value))
-    except ValueError:
-        return False
-    return True
-
-
-def speeds_of(values: str | Iterable[Quantity], file: "SpacecraftFile") -> "Vector":
-    """Wheel speeds relative to the body, rad/s, from momenta or speeds."""
-    import numpy as np
-
-    count = len(file.wheel_names)
-    try:
-        momentum = numbers(values, count, "momentum", "--wheels")
-    except InputError as error:
-        try:
-            return numbers(values, count, "speed", "--wheels")
-        except InputError:
-            raise error from None
-    inertia = np.broadcast_to(np.asarray(file.spacecraft.wheels.inertia), (count,))
-    return momentum / inertia

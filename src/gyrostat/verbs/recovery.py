@@ -1,0 +1,140 @@
+"""Verb `recover`: the slew to a feasible attitude after wheel failures."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gyrostat.verbs.arguments import (
+    Named,
+    Quantity,
+    Say,
+    in_si,
+    named,
+    one_attitude,
+    silent,
+    spacecraft_file,
+)
+from gyrostat.verbs.doubts import target_doubts
+from gyrostat.verbs.failed_wheels import failures_of, in_words, losses_of, momenta_of
+from gyrostat.verbs.required_options import require_options
+from gyrostat.verbs.telemetry import TelemetryOptions
+
+if TYPE_CHECKING:
+    from gyrostat.failures import Recovery
+    from gyrostat.spacecraft import Spacecraft, SpacecraftFile
+
+
+def recover(
+    spacecraft: "SpacecraftFile | Spacecraft | str | Path",
+    failed: Named,
+    wheels: str | Iterable[Quantity] | None = None,
+    out: "str | Path | None" = None,
+    *,
+    brake: Named = None,
+    attitude: str | Iterable[float] | None = None,
+    attitude_euler: str | Iterable[Quantity] | None = None,
+    rate: str | Iterable[Quantity] | None = None,
+    telemetry: "str | Path | None" = None,
+    target: str | Iterable[float] | None = None,
+    euler: str | Iterable[Quantity] | None = None,
+    duration: Quantity = 600.0,
+    period: Quantity = 0.5,
+    scalar_last: bool = False,
+    force: bool = False,
+    say: Say = silent,
+    command: str = "gyrostat.recover",
+) -> "Recovery":
+    """Simulate the slew to the nearest feasible attitude after wheel failures.
+
+    Args:
+        spacecraft: Content or path of spacecraft.toml, or a spacecraft, whose wheels are named
+            "0", "1" and so on.
+        failed: Wheel -> None or "seized" (it stops), "frozen" (no torque, constant momentum),
+            "rundown" or "rundown:TIME", or the momentum that a frozen wheel has in the telemetry
+            too, N·m·s, or its speed with a unit.
+        wheels: Momentum of every wheel at the failure, N·m·s, or speed with a unit.
+        out: Folder for recover.json, run.nc and report.html; None writes no file.
+        brake: Failed wheel -> what brakes it: the time constant of its short-circuited motor, s, or
+            the torque with which the motor still brakes, N·m; as text with a unit.
+        attitude: Attitude at the failure, quaternion (4,), scalar first. Give this or the next one.
+        attitude_euler: Attitude at the failure, 3-1-3 angles (3,), rad.
+        rate: Body rate at the failure, body axes, (3,), rad/s; zero by default.
+        telemetry: Path of a file with attitude, rate and wheel speeds; see
+            `gyrostat.verbs.telemetry`.
+        target: Target attitude, quaternion (4,), scalar first. Give this or the next one.
+        euler: Target attitude, 3-1-3 angles (3,), rad.
+        duration: Duration of the simulation, s.
+        period: Control period, s.
+        scalar_last: Whether quaternions have their scalar part last.
+        force: Whether to replace files that gyrostat did not write.
+        say: Function that receives each message for the user.
+        command: Text that the report names as its origin.
+
+    Returns:
+        The recovery; `settle` is None if the spacecraft did not settle, and `reason` says why.
+
+    Raises:
+        InputError: A spacecraft, wheel or state cannot be used, or existing files would be
+            replaced.
+    """
+    import numpy as np
+
+    from gyrostat.core.outputs import check_outputs
+    from gyrostat.failures import recover as simulate
+    from gyrostat.failures import state_of
+    from gyrostat.failures.query import unit_quaternion
+    from gyrostat.reports.failure_inputs import Inputs
+    from gyrostat.reports.recovery import FILES, write_recovery
+    from gyrostat.simulation.labelled import Signal
+
+    arguments = dict(locals())
+    if out is not None:
+        check_outputs(Path(out), FILES, by="recover", force=force)
+    require_options("recover", arguments)
+    file = spacecraft_file(spacecraft)
+    options = {"--target": target, "--euler": euler}
+    aim = unit_quaternion(one_attitude("target", options, scalar_last=scalar_last), "target")
+    failures = failures_of(failed, file)
+    source = TelemetryOptions(attitude, attitude_euler, rate, wheels, telemetry, scalar_last)
+    now, doubts = source.read(file)
+    doubts += target_doubts(target, euler, scalar_last=scalar_last)
+    losses = losses_of(failures, file, now, brake)
+    start = state_of(file.spacecraft, now.attitude, now.rate, now.wheel_speed)
+    lost = ", ".join(
+        f"{name}{'' if how is None else f'={how}'}"
+        for name, how in named(failed, "--failed", bare=True).items()
+    )
+    say(f"simulating {file.name or _source(spacecraft)} from the failure of {lost}")
+    length, step = in_si(duration, "time", "--duration"), in_si(period, "time", "--period")
+    found = simulate(
+        file.spacecraft, start, losses, target=aim, duration=length, control_period=step
+    )
+    flown = found.histories
+    if flown is not None:
+        names = Signal(("wheel",), np.array(file.wheel_names))
+        flown = replace(flown, coordinates={**flown.coordinates, "wheel": names})
+        found = replace(found, histories=flown)
+    if out is None:
+        return found
+    # a wheel that is braked ends at rest
+    resting = {k: w for k, w in failures.items() if not losses[k].slows_down}
+    kept = dict.fromkeys(failures, 0.0) | momenta_of(resting, file, now)
+    steps = []
+    if isinstance(spacecraft, str | Path):
+        from gyrostat.verbs.next_steps import Query, after_recover
+
+        words = named(failed, "--failed", bare=True)
+        query = Query(spacecraft, words, source, options, Path(out), named(brake, "--brake"))
+        total = now.total_momentum(file.spacecraft)
+        by_name = {file.wheel_names[k]: value for k, value in kept.items()}
+        steps = after_recover(query, found, total, by_name, duration=length, period=step)
+    inputs = Inputs(file.wheel_names, in_words(failures, file, kept), aim, None, now, doubts)
+    texts: dict[str, Any] = {"command": command, "say": say, "force": force}
+    write_recovery(file, found, losses, Path(out), inputs=inputs, steps=steps, **texts)
+    return found
+
+
+def _source(spacecraft: object) -> str:
+    """Path of a spacecraft, or its type if it has none, for a message."""
+    return str(spacecraft) if isinstance(spacecraft, str | Path) else "the spacecraft"
