@@ -111,7 +111,18 @@ def test_a_metric_that_cannot_fail_has_no_probability():
     assert "does not come closer" in found.doubts[0]
     far = rarity(searched(lambda z: z[:, 0] - 8.0))
     assert far.probability is None
-    assert "rarer than about" in far.doubts[0]
+    assert "end before the failure" in far.doubts[0]
+    # the metric is at most 2 in all of the independent runs
+    assert 1e-4 < found.below < 2e-3
+
+
+@pytest.mark.parametrize("truth", [1e-8, 1e-9])
+def test_a_failure_that_is_not_reached_is_rarer_than_the_limit(truth):
+    found = [rarity(searched(lambda z: z[:, 0] + ndtri(truth), seed=k)) for k in range(10)]
+    missed = [each for each in found if each.probability is None]
+    assert missed
+    assert all(truth < each.below < 1e-6 for each in missed)
+    assert all(each.below is None for each in found if each not in missed)
 
 
 def test_frequent_failures_need_no_levels():

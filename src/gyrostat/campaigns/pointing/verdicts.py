@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gyrostat.campaigns.pointing.collected import SHARES
 from gyrostat.campaigns.pointing.statistics import least_runs, mean_bounds, size_at, sizes_around
 from gyrostat.campaigns.requirement import Requirement
-from gyrostat.campaigns.summary import CONFIDENCE, Estimate, percentile_of
+from gyrostat.campaigns.summary import Estimate, percentile_of, share_bounds
 from gyrostat.core.types import Matrix, Vector
 
 PASS, FAIL, OPEN = "pass", "fail", "not decided"
@@ -111,17 +111,7 @@ def _of_runs(level: float, worst: Vector, value: float) -> tuple[Estimate, Estim
     found = percentile_of(np.minimum(worst, largest), round(100.0 * level, 10))
     size = Estimate(*(part if part < largest else np.nan for part in found))
     inside, count = int(np.sum(worst <= value)), len(worst)
-    return size, Estimate(inside / count, *_binomial(inside, count))
-
-
-def _binomial(inside: int, count: int) -> tuple[float, float]:
-    """Interval of C. J. Clopper and E. S. Pearson, 1934, for a share of the runs."""
-    from scipy.special import betaincinv  # slow to import
-
-    tail = 0.5 * (1.0 - CONFIDENCE)
-    low = betaincinv(inside, count - inside + 1, tail) if inside > 0 else 0.0
-    high = betaincinv(inside + 1, count - inside, 1.0 - tail) if inside < count else 1.0
-    return float(low), float(high)
+    return size, Estimate(inside / count, *share_bounds(inside, count))
 
 
 def _mixed(requirement: Requirement, shares: Vector, totals: Vector) -> tuple[Estimate, Estimate]:
