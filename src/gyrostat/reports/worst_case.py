@@ -52,7 +52,8 @@ def _content(found: FoundWorst, store: Store) -> dict[str, Any]:
     worst, scenario, known = found.worst, found.stored.scenario, found.stored.campaign
     entries, name = numbers_of(scenario), found.question.metric
     metric = name, metrics_of(scenario)[name].unit
-    effect = worst.response - worst.without
+    with np.errstate(invalid="ignore"):  # of equal infinite responses
+        effect = worst.response - worst.without
     # infinite differences, of runs that end early, come first
     order = np.argsort(-effect, kind="stable")  # NaN last
     keys = scenario.dispersed
