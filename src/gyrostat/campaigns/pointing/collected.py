@@ -163,5 +163,5 @@ class Collected:
         return np.where(np.isfinite(self._largest), self._largest, np.nan)
 
     def counts(self) -> Matrix:
-        """Number of values that are not above each of `counted_sizes`, and of all, (runs, sizes + 1)."""
+        """Number of values not above each of `counted_sizes`, and of all, (runs, sizes + 1)."""
         return np.cumsum(self._counts[:, :-1], axis=1)
