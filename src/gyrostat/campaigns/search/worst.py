@@ -220,7 +220,7 @@ def library() -> Any:
         import cma  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InputError(
-            "search: found no package cma, expected it: install gyrostat[search]"
+            "search: found no package cma, expected it: pip install cma"
         ) from None
     return cma
 
