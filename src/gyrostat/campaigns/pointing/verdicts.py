@@ -105,7 +105,8 @@ def judged(
         why += f"; {np.sum(incomplete)} of {runs} runs did not end and exceed every size"
     if without > 0:
         why += f"; {without} of {len(metric)} runs have no values and are left out"
-    is_limit = is_mixed and size.value == counted_sizes(requirement.value)[0] * requirement.value
+    smallest = counted_sizes(requirement.value)[0] * requirement.value
+    is_limit = is_mixed and bool(size.value == smallest)
     return Verdict(requirement, verdict, why, size, is_limit, share, runs, without, needed)
 
 

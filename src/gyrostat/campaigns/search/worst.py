@@ -220,7 +220,7 @@ def library() -> Any:
         import cma  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InputError(
-            "search: found no package cma, expected it: pip install cma"
+            "search: found no package cma, expected it: install gyrostat[search]"
         ) from None
     return cma
 
