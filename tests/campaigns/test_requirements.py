@@ -254,7 +254,7 @@ def test_a_missed_requirement_is_shown_with_its_size_by_few_runs():
     assert found.size.value == pytest.approx(5.0, rel=0.05)
     line = requirements.line(requirements.content(found))
     assert "95 % confidence: at least" in line
-    assert "margin not determined" in line
+    assert f"margin at most {100.0 * (1.0 - found.size.low):.0f} %;" in line
     assert "none" not in line
 
 

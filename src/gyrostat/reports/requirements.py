@@ -108,9 +108,13 @@ def interval_text(entry: dict[str, Any]) -> str:
 
 
 def margin_text(entry: dict[str, Any]) -> str:
-    """Margin at the upper confidence limit as text."""
-    margin = entry["margin"]["low"]
-    return "not determined" if margin is None else f"{100.0 * margin:.3g} %"
+    """Margin at the upper confidence limit as text; without it, that at the lower limit."""
+    low, high = entry["margin"]["low"], entry["margin"]["high"]
+    if low is None and (high is None or high >= 1.0):
+        return "not determined"
+    margin = 100.0 * (high if low is None else low)
+    text = f"{margin:.3g} %" if abs(margin) < 1000.0 else f"{margin:.0f} %"
+    return f"at most {text}" if low is None else text
 
 
 def required_in(scenario: Scenario, metric: str) -> list[tuple[float, str]]:
